@@ -1,0 +1,1 @@
+"""Boards that the machines run on: pins as data, and each machine wired to them."""

@@ -1,0 +1,1 @@
+"""Running the gateware: engines, models, the plant and the benches. `python -m tb` lists the benches."""
