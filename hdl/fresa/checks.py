@@ -1,0 +1,16 @@
+"""Checks of parameters, so that an impossible value is named where it is given."""
+
+__all__ = ["in_range"]
+
+
+def in_range(name: str, value: object, low: int, high: int) -> int:
+    """Return `value` if it is a whole number from `low` to `high`.
+
+    Raises
+    ------
+    ValueError
+        If it is not; the message names the parameter and the value.
+    """
+    if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+        raise ValueError(f"{name} must be a whole number from {low} to {high}, not {value!r}")
+    return value

@@ -1,0 +1,30 @@
+"""What every state machine here does about the codes that none of its states uses."""
+
+from amaranth import Module
+
+__all__ = ["leave_unused_codes"]
+
+
+def leave_unused_codes(m: Module, fsm, *, fault: str) -> None:
+    """Send `fsm` to its state `fault` from every code that no state has, within a clock.
+
+    Amaranth's state machines hold in an unused code for ever, and synthesis tools drop states that they
+    think cannot be reached. So the way out is spelt here, and the register is marked so that Yosys
+    (``fsm_encoding``) and XST (``fsm_extract``) leave its code as it is.
+
+    Call it after the last state of `fsm` is described.
+
+    Parameters
+    ----------
+    m : Module
+        Module in which `fsm` was made.
+    fsm : FSM
+        What ``with m.FSM() as fsm`` gave.
+    fault : str
+        Name of the state to go to. It shows an error and stays until reset.
+    """
+    fsm.state.attrs.update(fsm_encoding="none", fsm_extract="no")
+    last = max(fsm.encoding.values())
+    if last + 1 < 1 << len(fsm.state):
+        with m.If(fsm.state > last):
+            m.d.sync += fsm.state.eq(fsm.encoding[fault])

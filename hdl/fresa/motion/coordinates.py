@@ -1,0 +1,206 @@
+"""Orders that mill a picture."""
+
+from collections.abc import Sequence
+
+from amaranth import Cat, Module, Signal
+from amaranth.lib import memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from .orders import Order
+from .spiral import PICTURE_LIMIT, SpiralWalk
+
+__all__ = ["CoordinateGenerator"]
+
+BANK_BITS = 14
+"""A block RAM of the Spartan-3E has 2 ** 14 words of one bit."""
+
+
+class CoordinateGenerator(wiring.Component):
+    """Mills a one-bit picture: always the nearest pixel next.
+
+    *Módulo de Generación de Coordenadas* (thesis, 5.4).
+
+    From where the tool is, a search goes round in a spiral (:class:`SpiralWalk`) until it meets a pixel
+    that is set and not yet milled. If it is one of the 8 neighbours and the tool is down, the tool walks
+    there; otherwise it is raised, goes there in the air and is lowered. When no pixel is left, the tool
+    is raised and goes back to the origin.
+
+    The picture is never written to. A job begins with a copy of it, in which the pixels are cleared as
+    they are milled, so that a new start mills the whole of it again whatever became of the job before.
+    Both memories hold pixel ``n = row * columns + column`` in word ``n % depth``, bit ``n // depth``,
+    where a word has as many bits as there are block RAMs: nothing chooses between outputs of block RAMs
+    but a multiplexer of one bit.
+
+    =======  ==================================================================  ====================
+    state    does                                                                next
+    =======  ==================================================================  ====================
+    IDLE     waits for ``start``                                                 COPY
+    COPY     copies the picture, a word a clock                                  READ
+    READ     reads a pixel of the copy                                           SEARCH
+    SEARCH   goes on to the next pixel, or has found one, or all are milled      READ, WALK or RAISE
+    WALK     orders the tool, which is down, to the pixel found                  MARK
+    RAISE    orders the tool up                                                  TRAVEL
+    TRAVEL   orders the tool to the pixel found, or back to the origin           LOWER or IDLE
+    LOWER    orders the tool down                                                MARK
+    MARK     clears the pixel in the copy, begins a new spiral                   READ
+    FAULT    orders nothing, shows ``fault``                                     stays until reset
+    =======  ==================================================================  ====================
+
+    Parameters
+    ----------
+    picture : sequence of sequences of bool
+        Rows of pixels, the same number in each, true where to mill. At least one is.
+    pixel_steps : int
+        Steps from one pixel to the next, so that the last pixel is within 65 535 steps.
+
+    Members
+    -------
+    start : In(1)
+        Begin, if not ``busy``.
+    orders : Out(stream.Signature(Order))
+        Orders. Each must be taken only once it has been carried out.
+    busy : Out(1)
+        A job is under way.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If the picture is empty, ragged or too large, or a parameter is out of range.
+    """
+
+    start: In(1)
+    orders: Out(stream.Signature(Order))
+    busy: Out(1)
+    fault: Out(1)
+
+    def __init__(self, picture: Sequence[Sequence[bool]], *, pixel_steps: int) -> None:
+        self.rows = len(picture)
+        self.columns = len(picture[0]) if self.rows else 0
+        if not self.columns or any(len(row) != self.columns for row in picture):
+            raise ValueError("picture must have rows of the same length, and at least one pixel, "
+                             f"not rows of {sorted({len(row) for row in picture})!r} pixels")
+        longest = max(self.rows, self.columns)
+        in_range("rows and columns of the picture", longest, 1, PICTURE_LIMIT)
+        self.pixel_steps = in_range("pixel_steps", pixel_steps, 1, 65_535 // max(1, longest - 1))
+
+        pixels = [bool(pixel) for row in picture for pixel in row]
+        self.pixels_set = sum(pixels)
+        if not self.pixels_set:
+            raise ValueError("picture must have a pixel to mill, not 0")
+        # A power of two, so that a word outside the picture can be read, and ignored.
+        self._depth_bits = min((len(pixels) - 1).bit_length(), BANK_BITS)
+        depth = 1 << self._depth_bits
+        self._words = [
+            sum(pixel << bank for bank, pixel in enumerate(pixels[word::depth]))
+            for word in range(depth)
+        ]
+        self._banks = -(-len(pixels) // depth)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        depth = 1 << self._depth_bits
+        m.submodules.walk = walk = SpiralWalk(rows=self.rows, columns=self.columns)
+        m.submodules.to_mill = to_mill = memory.Memory(shape=self._banks, depth=depth, init=[])
+        copy, sink = to_mill.read_port(), to_mill.write_port()
+        pixel, bank = walk.number[:self._depth_bits], walk.number[self._depth_bits:]
+        here = Signal(self._banks)  # the pixel's bit of its word
+        found = Signal()
+        m.d.comb += [
+            here.eq(1 << bank),
+            found.eq(walk.inside & (copy.data & here).any()),
+        ]
+
+        # Word n of the picture is read while word n - 1 is written.
+        reading, writing = Signal(self._depth_bits + 1), Signal(self._depth_bits)
+        m.d.sync += writing.eq(reading)
+        picture = []
+        for low in range(0, self._banks, 8):  # a wider one is split in ways that cost much logic
+            width = min(8, self._banks - low)
+            m.submodules[f"picture_{low}"] = part = memory.Memory(
+                shape=width, depth=depth,
+                init=[word >> low & (1 << width) - 1 for word in self._words])
+            port = part.read_port()
+            m.d.comb += port.addr.eq(reading)
+            picture.append(port.data)
+
+        lowered = Signal()
+        milled = Signal(range(-self.pixels_set, 1), init=-self.pixels_set)  # counts up to 0
+        word = Signal(self._depth_bits)
+        m.d.comb += [
+            word.eq(pixel),
+            copy.addr.eq(word),
+            sink.addr.eq(word),
+            sink.data.eq(copy.data & ~here),
+            self.orders.p.x.eq(walk.row * self.pixel_steps),
+            self.orders.p.y.eq(walk.column * self.pixel_steps),
+            self.busy.eq(1),
+        ]
+
+        with m.FSM(name="coordinates_state") as fsm:
+            with m.State("IDLE"):
+                m.d.comb += [self.busy.eq(0), walk.centre.eq(1)]
+                m.d.sync += [milled.eq(milled.init), reading.eq(0)]
+                with m.If(self.start):
+                    m.next = "COPY"
+
+            with m.State("COPY"):  # what it writes in the first clock is soon written over
+                m.d.comb += [word.eq(writing), sink.en.eq(1), sink.data.eq(Cat(*picture))]
+                m.d.sync += reading.eq(reading + 1)
+                with m.If(reading[-1]):
+                    m.next = "READ"
+
+            with m.State("READ"):
+                m.next = "SEARCH"
+
+            with m.State("SEARCH"):
+                with m.If(milled >= 0):
+                    m.next = "RAISE"
+                with m.Elif(found & walk.near & lowered):
+                    m.next = "WALK"
+                with m.Elif(found):
+                    m.next = "RAISE"
+                with m.Else():
+                    m.d.comb += walk.advance.eq(1)
+                    m.next = "READ"
+
+            with m.State("WALK"):
+                m.d.comb += self.orders.valid.eq(1)
+                with m.If(self.orders.ready):
+                    m.next = "MARK"
+
+            with m.State("RAISE"):
+                m.d.comb += [self.orders.valid.eq(1), self.orders.p.up.eq(1)]
+                with m.If(self.orders.ready):
+                    m.d.sync += lowered.eq(0)
+                    m.d.comb += walk.home.eq(milled >= 0)
+                    m.next = "TRAVEL"
+
+            with m.State("TRAVEL"):
+                m.d.comb += self.orders.valid.eq(1)
+                with m.If(self.orders.ready):
+                    m.next = "LOWER"
+                    with m.If(milled >= 0):
+                        m.next = "IDLE"
+
+            with m.State("LOWER"):
+                m.d.comb += [self.orders.valid.eq(1), self.orders.p.down.eq(1)]
+                with m.If(self.orders.ready):
+                    m.d.sync += lowered.eq(1)
+                    m.next = "MARK"
+
+            with m.State("MARK"):
+                m.d.comb += [sink.en.eq(1), walk.centre.eq(1)]
+                m.d.sync += milled.eq(milled + 1)
+                m.next = "READ"
+
+            with m.State("FAULT"):
+                m.d.comb += [self.busy.eq(0), self.fault.eq(1)]
+
+        leave_unused_codes(m, fsm, fault="FAULT")
+        return m

@@ -1,0 +1,65 @@
+"""Clean levels from contacts that bounce."""
+
+from amaranth import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..drive import MAX_PERIOD, FrequencyDivider
+
+__all__ = ["Debouncer"]
+
+
+class Debouncer(wiring.Component):
+    """Follows inputs that have settled.
+
+    One divider serves all inputs. An output changes at a tick if its input has differed from it in every
+    clock since the tick before. So a disturbance shorter than ``period`` never passes, and a level that
+    is held for two periods always does.
+
+    It lives through reset, since reset itself comes from a button.
+
+    Parameters
+    ----------
+    width : int
+        Number of inputs.
+    period : int
+        Time to be stable, in clocks.
+
+    Members
+    -------
+    i : In(width)
+        Inputs, synchronous to the clock.
+    o : Out(width)
+        Clean levels. 0 at power-up.
+
+    Raises
+    ------
+    ValueError
+        If ``period`` is out of range.
+    """
+
+    def __init__(self, *, width: int, period: int) -> None:
+        self.width = width
+        self.period = in_range("debounce period", period, 1, MAX_PERIOD)
+        super().__init__({"i": In(width), "o": Out(width)})
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.divider = divider = FrequencyDivider(period=self.period)
+        m.d.comb += divider.enable.eq(1)
+
+        level = Signal(self.width, reset_less=True)
+        differs = Signal(self.width, reset_less=True)  # in every clock since the last tick
+        still = self.i ^ level
+        m.d.comb += self.o.eq(level)
+        with m.If(divider.tick):
+            m.d.sync += [
+                level.eq(level ^ (still & differs)),
+                differs.eq(~0),
+            ]
+        with m.Else():
+            m.d.sync += differs.eq(differs & still)
+
+        return m

@@ -1,0 +1,72 @@
+"""The four-digit 7-segment display."""
+
+from amaranth import Array, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+
+__all__ = ["HEX_SEGMENTS", "SevenSegment"]
+
+HEX_SEGMENTS = (
+    0x3F, 0x06, 0x5B, 0x4F, 0x66, 0x6D, 0x7D, 0x07, 0x7F, 0x6F, 0x77, 0x7C, 0x39, 0x5E, 0x79, 0x71,
+)
+"""Segments lit for 0 to F: a in bit 0 to g in bit 6."""
+
+
+class SevenSegment(wiring.Component):
+    """Shows a 16-bit number as four hexadecimal digits, one digit at a time.
+
+    A digit has its turn for ``2 ** scan_bits`` clocks. In the first eighth of a turn no digit is on: the
+    drivers of the anodes have time to let go of the digit before, and nothing of it ghosts.
+
+    Parameters
+    ----------
+    scan_bits : int
+        Binary logarithm of the clocks of a turn, from 3 to 24.
+
+    Members
+    -------
+    value : In(16)
+        Number to show.
+    enable : In(1)
+        The display is dark without it.
+    segments : Out(8)
+        Cathodes, active low: a to g, then the point, from bit 0. The point is never lit.
+    digits : Out(4)
+        Anodes, active low: bit 0 is the rightmost digit, the least significant.
+
+    Raises
+    ------
+    ValueError
+        If ``scan_bits`` is out of range.
+    """
+
+    value: In(16)
+    enable: In(1)
+    segments: Out(8, init=0xFF)
+    digits: Out(4, init=0xF)
+
+    def __init__(self, *, scan_bits: int) -> None:
+        self.scan_bits = in_range("scan_bits", scan_bits, 3, 24)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        time = Signal(self.scan_bits + 2)
+        m.d.sync += time.eq(time + 1)
+        digit = time[self.scan_bits:]
+        lit = Signal()
+        m.d.comb += lit.eq(self.enable & time[self.scan_bits - 3:self.scan_bits].any())
+
+        nibble = Signal(4)
+        shape = Signal(8)
+        m.d.comb += [
+            nibble.eq(self.value.word_select(digit, 4)),
+            shape.eq(Array(HEX_SEGMENTS)[nibble]),
+            self.segments.eq(~shape),
+            self.digits.eq(~(lit << digit)),
+        ]
+
+        return m

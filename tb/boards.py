@@ -1,0 +1,60 @@
+"""The designs that engines run: machines by their own pins, and boards by theirs."""
+
+from amaranth import ClockDomain, Module, Signal
+from amaranth.lib import io, wiring
+
+from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
+from fresa.motion import CoordinateGenerator, SquareGenerator
+from fresa_boards.nexys2_mill import Nexys2Mill
+
+from .design import Design
+
+__all__ = ["component", "mill", "nexys2_mill"]
+
+
+def component(name: str, dut: wiring.Component) -> Design:
+    """Return a component as a design: its members by name, and ``rst``, the reset of ``sync``.
+
+    Members that are interfaces, such as streams, are joined to their path by underscores.
+    """
+    m = Module()
+    m.domains.sync = domain = ClockDomain()
+    m.submodules.dut = dut
+    clk, rst = Signal(name="clk"), Signal(name="rst")
+    m.d.comb += [domain.clk.eq(clk), domain.rst.eq(rst)]
+    inputs, outputs = {"rst": rst}, {}
+    for path, member, value in dut.signature.flatten(dut):
+        ports = inputs if member.flow is wiring.In else outputs
+        # Layouts have views; engines read and write bits.
+        ports["_".join(map(str, path))] = value.as_value() if hasattr(value, "as_value") else value
+    return Design(name, m, clk, inputs, outputs)
+
+
+def mill(*, pace: MillPace, z_travel: int = Z_TRAVEL) -> Design:
+    """Return the raw machine."""
+    return component("mill", Mill(pace=pace, z_travel=z_travel))
+
+
+def nexys2_mill(
+    source: CoordinateGenerator | SquareGenerator, *, pace: MillPace, debounce: int,
+    z_travel: int = Z_TRAVEL,
+) -> Design:
+    """Return the mill on a Nexys 2: the wiring that is built, on pins of a simulation.
+
+    Its inputs are ``switches`` and ``buttons``; its outputs ``leds``, ``segments``, ``digits``,
+    ``axis_x``, ``axis_y`` and ``axis_z``, all with the levels of the board.
+    """
+    ports = {
+        name: io.SimulationPort(direction, width, invert=invert, name=name)
+        for name, direction, width, invert in [
+            ("clk", "i", 1, False), ("switches", "i", 8, False), ("buttons", "i", 4, False),
+            ("leds", "o", 8, False), ("segments", "o", 8, True), ("digits", "o", 4, True),
+            ("axis_x", "o", 4, False), ("axis_y", "o", 4, False), ("axis_z", "o", 4, False),
+        ]
+    }
+    top = Nexys2Mill(ports, source=source, pace=pace, debounce=debounce, z_travel=z_travel)
+    return Design(
+        "nexys2_mill", top, ports["clk"].i,
+        inputs={name: ports[name].i for name in ("switches", "buttons")},
+        outputs={name: port.o for name, port in ports.items()
+                 if name not in ("clk", "switches", "buttons")})
