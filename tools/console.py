@@ -1,0 +1,294 @@
+"""What the commands share: errors in one line, files whole or not at all, progress."""
+
+import argparse
+import errno
+import functools
+import os
+import secrets
+import shutil
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
+from typing import NoReturn, TextIO
+
+from tqdm import tqdm
+
+__all__ = [
+    "Parser",
+    "Progress",
+    "UserError",
+    "colour",
+    "command",
+    "say",
+    "write_atomically",
+    "write_files_atomically",
+    "write_folder_atomically",
+]
+
+
+class UserError(Exception):
+    """Something that the person at the keyboard can put right; its text says how in one line."""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser for a function under `command`.
+
+    It keeps the line breaks of its description, takes no abbreviated option, and raises `UserError`
+    instead of printing its usage.
+    """
+
+    def __init__(self, *args, **kwargs) -> None:
+        kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        kwargs.setdefault("allow_abbrev", False)
+        super().__init__(*args, **kwargs)
+
+    def error(self, message: str) -> NoReturn:
+        raise UserError(f"{message} (see {self.prog} --help)")
+
+
+def colour(text: str, code: int, stream: TextIO) -> str:
+    """Give `text` the colour `code` (31 is red) if `stream` is a terminal that wants colours."""
+    plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
+    return text if plain or not stream.isatty() else f"\x1b[{code}m{text}\x1b[0m"
+
+
+def say(text: str) -> None:
+    """Print to stdout. What its encoding lacks, such as odd bytes of a file name, is escaped."""
+    encoding = sys.stdout.encoding or "utf-8"
+    print(text.encode(encoding, "backslashreplace").decode(encoding))
+
+
+def command(main: Callable[..., int]) -> Callable[..., int]:
+    """Make a `main` whose foreseen errors are one line on stderr and an exit status.
+
+    The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
+    a mistake of ours and keeps its traceback.
+    """
+
+    @functools.wraps(main)
+    def guarded(*args, **kwargs) -> int:
+        try:
+            return main(*args, **kwargs)
+        except UserError as error:
+            message, status = str(error), 2
+        except BrokenPipeError:
+            # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            return 1
+        except OSError as error:
+            message, status = describe(error), 2
+        except KeyboardInterrupt:
+            message, status = "interrupted", 130
+        print(colour("error:", 31, sys.stderr), " ".join(message.split()), file=sys.stderr)
+        return status
+
+    return guarded
+
+
+def describe(error: OSError) -> str:
+    """Say what the system said, without number or traceback."""
+    reason = error.strerror or str(error) or type(error).__name__
+    return reason if error.filename is None else f"{error.filename}: {reason}"
+
+
+def write_atomically(path: str | os.PathLike, data: bytes) -> None:
+    """Write a file whole, or leave what was there.
+
+    Parameters
+    ----------
+    path : path
+        The file. Its folder must exist. A device or a pipe is written to as it is.
+    data : bytes
+        All of its content.
+
+    Raises
+    ------
+    UserError
+        If it cannot be written.
+    """
+    write_files_atomically({Path(path): data})
+
+
+def write_files_atomically(files: Mapping[Path, bytes]) -> None:
+    """Write several files, or on any failure leave all of them as they were.
+
+    Each is written beside its place first, and all are renamed once all are written. A single file
+    is replaced in one step of the system; of several, a power cut may leave some old and some new,
+    but each of them whole.
+
+    Raises
+    ------
+    UserError
+        If one of them cannot be written.
+    """
+    # Follow links, so that the file changes and the link stays.
+    places = {Path(os.path.realpath(path)): data for path, data in files.items()}
+    staged: dict[Path, Path] = {}
+    saved: dict[Path, Path] = {}
+    created: list[Path] = []
+    path = None
+    try:
+        for path, data in places.items():
+            if path.exists() and not path.is_file():
+                path.write_bytes(data)
+            else:
+                staged[path] = _beside(path)
+                _write(staged[path], data)
+        for number, (path, new) in enumerate(staged.items(), start=1):
+            if not path.exists():
+                created.append(path)
+            else:
+                shutil.copymode(path, new)
+                # The last one needs no way back: when it is in place, everything is.
+                if number < len(staged):
+                    saved[path] = _beside(path)
+                    os.replace(path, saved[path])
+            os.replace(new, path)
+    except BaseException as error:
+        for new in created:
+            _discard(new)
+        for original, backup in saved.items():
+            if backup.exists():
+                os.replace(backup, original)
+        for new in staged.values():
+            _discard(new)
+        if isinstance(error, OSError):
+            raise UserError(f"cannot write {path}: {_advice(error)}") from error
+        raise
+    for backup in saved.values():
+        _discard(backup)
+
+
+def write_folder_atomically(folder: str | os.PathLike, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder, or on any failure leave it as it was.
+
+    Parameters
+    ----------
+    folder : path
+        The folder. It is made if need be, and keeps the other files that it has.
+    files : mapping of str to bytes
+        Content of each file by name. A name may contain ``/`` for folders inside.
+
+    Raises
+    ------
+    UserError
+        If the folder cannot be made or one of the files cannot be written.
+    ValueError
+        If a name would lead out of the folder.
+    """
+    for name in files:
+        pure = PurePosixPath(name)
+        if not pure.parts or pure.is_absolute() or ".." in pure.parts or "\\" in name:
+            raise ValueError(f"File name must stay inside its folder, not {name!r}")
+    folder = Path(folder)
+    with _folders({folder, *((folder / name).parent for name in files)}):
+        write_files_atomically({folder / name: data for name, data in files.items()})
+
+
+class Progress:
+    """A bar on stderr for work that takes long, as a context manager.
+
+    On a terminal the bar shows after half a second and is wiped out at the end. Elsewhere, in a log
+    for instance, there is no bar but a line after 2 s and another every 10 s.
+
+    Parameters
+    ----------
+    total : int
+        Amount of work.
+    unit : str
+        What is counted, in the plural.
+    label : str
+        What is being done.
+    stream : text stream
+        Where to show it. stderr, unless told otherwise.
+    clock : callable
+        Gives the time in seconds.
+    """
+
+    def __init__(
+        self,
+        total: int,
+        unit: str,
+        label: str,
+        *,
+        stream: TextIO | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._stream = sys.stderr if stream is None else stream
+        self._total, self._unit, self._label = total, unit, label
+        self._clock = clock
+        self._done = 0
+        self._next = clock() + 2
+        self._bar = tqdm(
+            total=total,
+            unit=f" {unit}",
+            desc=label,
+            delay=0.5,
+            leave=False,
+            dynamic_ncols=True,
+            file=self._stream,
+            disable=not self._stream.isatty(),
+        )
+
+    def __enter__(self) -> "Progress":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self._bar.close()
+
+    def advance(self, amount: int = 1) -> None:
+        """Count `amount` more as done."""
+        self._done += amount
+        self._bar.update(amount)
+        if self._bar.disable and self._clock() >= self._next:
+            self._next = self._clock() + 10
+            share = f"{self._done} of {self._total} {self._unit}"
+            print(f"{self._label}: {share}", file=self._stream, flush=True)
+
+
+def _beside(path: Path) -> Path:
+    # Short, so that a name of full length still has one; random, so that two commands never meet.
+    return path.parent / f".{secrets.token_hex(6)}.tmp"
+
+
+def _write(path: Path, data: bytes) -> None:
+    with path.open("xb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _discard(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink()
+
+
+def _advice(error: OSError) -> str:
+    if error.errno == errno.ENOENT:
+        return "its folder does not exist"
+    if error.errno in (errno.ENOTDIR, errno.EEXIST):
+        return "a file is where its folder should be"
+    return error.strerror or str(error)
+
+
+@contextmanager
+def _folders(folders: set[Path]) -> Iterator[None]:
+    """Make the folders that are missing; take them away again if the body fails."""
+    made: list[Path] = []
+    try:
+        for folder in sorted(folders):
+            missing = [path for path in (folder, *folder.parents) if not path.exists()]
+            for path in reversed(missing):
+                try:
+                    path.mkdir()
+                except OSError as error:
+                    raise UserError(f"cannot make folder {path}: {_advice(error)}") from error
+                made.append(path)
+        yield
+    except BaseException:
+        for path in reversed(made):
+            with suppress(OSError):
+                path.rmdir()
+        raise

@@ -1,0 +1,216 @@
+"""Prepare a picture for milling, and look at it before anything turns."""
+
+import argparse
+import json
+import os
+from pathlib import Path
+
+from PIL import Image
+
+from fresa.machines.mill import PICTURE_MAX
+
+from .console import Parser, UserError, command, say, write_files_atomically
+from .picture import LARGEST, Prepared, encode, load, prepare, preview
+
+__all__ = ["add_picture_arguments", "main", "picture_from_arguments"]
+
+ABOUT = """\
+Turns any picture into the pixels that the machine mills: dark is cut, light stays.
+
+The result is a PNG of one bit a pixel, black where the tool cuts. python -m tools.build and
+python -m tools.simulate take it as it is: whatever has two values and fits is never altered.
+A pixel is 128 steps, 0.56 mm; the table takes 400 x 400 of them.
+"""
+
+EXAMPLES = """\
+examples:
+  python -m tools.image photo.jpg
+      Write photo-mill.png, at most 400 x 400 pixels, cut at a threshold found by itself.
+
+  python -m tools.image photo.jpg --preview look.png
+      Draw also what it will look like, with a bar of millimetres.
+
+  python -m tools.image drawing.png --size 96x96 --keep-lines --thin
+      Shrink a drawing without losing its fine lines, then mill each line once.
+
+  python -m tools.image logo.png --invert --outline -o cut.png
+      A logo light on dark, only along its edge.
+
+  python -m tools.image photo.jpg --threshold 90
+      Too much is black? Lower the threshold. Too little? Raise it.
+
+  python -m tools.image stamp.png --mirror horizontal
+      A stamp reads from right to left.
+"""
+
+
+def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that prepare a picture, for `picture_from_arguments` to read.
+
+    The name of the file is the command's own: its argument must arrive as ``image``.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        The parser of the command.
+    """
+    group = parser.add_argument_group("preparing the picture")
+    group.add_argument(
+        "--size",
+        metavar="WxH",
+        type=_size,
+        default=(PICTURE_MAX, PICTURE_MAX),
+        help="fit into W columns and H rows (default: 400x400; at most "
+        f"{LARGEST}x{LARGEST}); a smaller picture stays as it is",
+    )
+    group.add_argument(
+        "--threshold",
+        metavar="N",
+        type=_threshold,
+        default=None,
+        help="count greys from 0 (black) to N as dark, or 'otsu' to find N (the default)",
+    )
+    group.add_argument("--invert", action="store_true", help="mill what is light")
+    lines = group.add_mutually_exclusive_group()
+    lines.add_argument("--outline", action="store_true", help="mill only the edge of each figure")
+    lines.add_argument("--thin", action="store_true", help="mill only its middle line")
+    group.add_argument(
+        "--turn",
+        metavar="DEGREES",
+        type=int,
+        choices=(0, 90, 180, 270),
+        default=0,
+        help="turn clockwise by 90, 180 or 270, before any mirror",
+    )
+    group.add_argument(
+        "--mirror",
+        metavar="WAY",
+        choices=("horizontal", "vertical"),
+        default=None,
+        help="horizontal: swap left and right; vertical: swap top and bottom",
+    )
+    group.add_argument("--enlarge", action="store_true", help="let a small picture grow to fit")
+    group.add_argument(
+        "--keep-lines", action="store_true", help="do not let fine lines fade when shrinking"
+    )
+
+
+def picture_from_arguments(args: argparse.Namespace) -> Prepared:
+    """Load and prepare the picture that a command was given.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        What a parser with `add_picture_arguments` gave; ``args.image`` is the file.
+
+    Returns
+    -------
+    Prepared
+        At least one of its pixels is set.
+
+    Raises
+    ------
+    PictureError
+        If the file cannot be read, or there would be nothing to mill.
+    """
+    width, height = args.size
+    return prepare(
+        load(args.image),
+        width=width,
+        height=height,
+        threshold=args.threshold,
+        invert=args.invert,
+        outline=args.outline,
+        thin=args.thin,
+        turn=args.turn,
+        mirror=args.mirror,
+        enlarge=args.enlarge,
+        keep_lines=args.keep_lines,
+    )
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.image", description=ABOUT, epilog=EXAMPLES)
+    parser.add_argument("image", metavar="PICTURE", type=Path, help="PNG, JPEG, GIF, BMP, TIFF ...")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE.png",
+        type=Path,
+        help="write the pixels to FILE.png (default: beside PICTURE, as NAME-mill.png)",
+    )
+    parser.add_argument(
+        "--preview",
+        metavar="FILE.png",
+        type=Path,
+        help="draw what is milled, enlarged and measured",
+    )
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write what was done: size, threshold, pixels ..."
+    )
+    add_picture_arguments(parser)
+    args = parser.parse_args(argv)
+
+    output = args.output or args.image.parent / f"{args.image.stem}-mill.png"
+    _check_outputs(args.image, output, args.preview, args.json)
+    prepared = picture_from_arguments(args)
+
+    # Pillow reads 1 as white; what is cut is black.
+    files = {output: encode(Image.fromarray(~prepared.pixels))}
+    if args.preview is not None:
+        files[args.preview] = encode(preview(prepared.pixels))
+    if args.json is not None:
+        files[args.json] = (json.dumps(prepared.facts(), indent=2) + "\n").encode()
+    write_files_atomically(files)
+
+    say(prepared.summary())
+    for path in files:
+        say(f"wrote {path}")
+    return 0
+
+
+def _check_outputs(image: Path, output: Path, look: Path | None, facts: Path | None) -> None:
+    """Refuse to write a picture under another kind's name, or two things to one place."""
+    for path in (output, look):
+        if path is not None and path.suffix.lower() != ".png" and not _is_special(path):
+            raise UserError(f"{path} would be a PNG file: give it a name that ends in .png")
+    taken = [image]
+    for path in (output, look, facts):
+        if path is None or _is_special(path):
+            continue
+        for other in taken:
+            if os.path.realpath(path) == os.path.realpath(other) or (
+                path.exists() and other.exists() and path.samefile(other)
+            ):
+                what = "the picture itself" if other is image else "used twice"
+                raise UserError(f"{path} is {what}: write to another file")
+        taken.append(path)
+
+
+def _is_special(path: Path) -> bool:
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, cross, height = text.lower().partition("x")
+    sides = [int(side) if side.isascii() and side.isdecimal() else 0 for side in (width, height)]
+    if not cross or not all(1 <= side <= LARGEST for side in sides):
+        raise argparse.ArgumentTypeError(
+            f"must be columns and rows from 1x1 to {LARGEST}x{LARGEST}, such as 200x150, "
+            f"not {text!r}"
+        )
+    return sides[0], sides[1]
+
+
+def _threshold(text: str) -> int | None:
+    if text.lower() == "otsu":
+        return None
+    if not (text.isascii() and text.isdecimal() and len(text) <= 3 and int(text) <= 255):
+        raise argparse.ArgumentTypeError(f"must be 'otsu' or 0 to 255, not {text!r}")
+    return int(text)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
