@@ -1,0 +1,176 @@
+"""A picture milled in simulation: the whole board, from its switches to its coils."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from os import PathLike
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fresa.machines.mill import CLOCK, PIXEL_STEPS, Z_TRAVEL, MillPace, step_period
+from fresa.motion import CoordinateGenerator
+
+from .boards import nexys2_mill
+from .engines import Engine
+from .plant import Plant
+
+__all__ = ["BUTTON", "LED", "Cut", "mill_picture", "press"]
+
+BUTTON = {"reset": 1 << 0, "start": 1 << 1, "stop": 1 << 3}
+LED = {"busy": 1 << 5, "error": 1 << 6, "ready": 1 << 7}
+AUTOMATIC = 1 << 7
+"""Switch SW7."""
+
+DEBOUNCE = 2
+"""Clocks for which a contact must be still in simulation; people take 500 000 times as long."""
+
+SLICE = 0.2
+"""Seconds that the engine runs before progress is reported."""
+
+
+def press(engine: Engine, button: str) -> None:
+    """Press a button of the board and let go of it, each long enough to be seen."""
+    for level in (BUTTON[button], 0):
+        engine.set(buttons=level)
+        engine.run(2 * DEBOUNCE + 4)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What became of a picture.
+
+    Attributes
+    ----------
+    asked : array of bool
+        Pixels to mill.
+    plant : Plant
+        The machine, with all that was done to it.
+    period : int
+        Clocks from step to step in the simulation.
+    clocks : int
+        Clocks simulated, from power-up.
+    seconds : float
+        Time that the simulation took, without making the engine.
+    engine : str
+        Name of the engine.
+    """
+
+    asked: NDArray[np.bool_]
+    plant: Plant
+    period: int
+    clocks: int
+    seconds: float
+    engine: str
+
+    @property
+    def missed(self) -> int:
+        """Pixels asked that were not milled."""
+        return int(np.count_nonzero(self.asked & ~self.plant.cut))
+
+    @property
+    def in_error(self) -> int:
+        """Pixels milled that were not asked, and steps in the plate outside those asked."""
+        return int(np.count_nonzero(self.plant.cut & ~self.asked)) + self.plant.wrong_steps
+
+    @property
+    def right(self) -> bool:
+        """Whether the plate is as asked, the motors could follow, and the tool is back, raised."""
+        plant = self.plant
+        return not (self.missed or self.in_error or plant.faults) and plant.position == (0, 0, 0)
+
+    def job_seconds(self, step_rate=None, clock: int = CLOCK) -> float:
+        """Time that the job takes on the real machine, at its top speed unless told otherwise.
+
+        Every step takes the real period instead of the simulation's; all other clocks are as they are.
+        """
+        period = MillPace.real().period if step_rate is None else step_period(step_rate, clock)
+        plant = self.plant
+        made = plant.air.steps + plant.milled.steps + plant.steps["axis_z"]
+        return (self.clocks + made * (period - self.period)) / clock
+
+    def facts(self) -> dict[str, object]:
+        """List the figures, ready for JSON."""
+        plant = self.plant
+        return {
+            "engine": self.engine,
+            "rows": self.asked.shape[0],
+            "columns": self.asked.shape[1],
+            "pixels_asked": int(np.count_nonzero(self.asked)),
+            "pixels_cut": int(np.count_nonzero(plant.cut)),
+            "pixels_missed": self.missed,
+            "cut_in_error": self.in_error,
+            "coil_faults": len(plant.faults),
+            "strokes": plant.lifts,
+            "steps": {axis[-1]: steps for axis, steps in plant.steps.items()},
+            "milled_mm": round(plant.milled.mm, 3),
+            "air_steps": plant.air.steps,
+            "air_mm": round(plant.air.mm, 3),
+            "job_seconds": round(self.job_seconds(), 3),
+            "step_period": self.period,
+            "least_period": min((n for n in plant.least.values() if n is not None), default=None),
+            "clocks": self.clocks,
+            "simulation_seconds": round(self.seconds, 3),
+            "clocks_per_second": round(self.clocks / max(self.seconds, 1e-9)),
+        }
+
+
+def mill_picture(
+    picture: NDArray[np.bool_], engine: type[Engine], *, period: int = 1,
+    vcd: str | PathLike[str] | None = None, progress: Callable[[int], None] | None = None,
+) -> Cut:
+    """Mill a picture with the mill on a Nexys 2: set SW7, press BTN1, wait until LD5 is dark.
+
+    Parameters
+    ----------
+    picture : array of bool
+        Rows of pixels, true where to mill.
+    engine : type of Engine
+        What to run it on.
+    period : int
+        Clocks from step to step; the real machine takes some 500 000.
+    vcd : path, optional
+        Where to write a waveform of the whole job.
+    progress : callable, optional
+        Called now and then with the number of pixels milled since the last call.
+
+    Raises
+    ------
+    RuntimeError
+        If the machine shows an error, or stands still without being done.
+    """
+    picture = np.asarray(picture, bool)
+    plant = Plant(picture, pitch=PIXEL_STEPS, travel=Z_TRAVEL)
+    source = CoordinateGenerator(picture.tolist(), pixel_steps=PIXEL_STEPS)
+    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=8), debounce=DEBOUNCE)
+    # To copy the picture and then to search all of it takes no more clocks without a step.
+    patience = (1 << 15) + 32 * max(picture.shape) ** 2 + 8 * period
+    watch = ("axis_x", "axis_y", "axis_z", "leds")
+
+    with engine(design, vcd=vcd) as run:
+        begun = time.perf_counter()
+        plant.feed(run.run(0, watch))
+        run.set(switches=AUTOMATIC)
+        run.run(2 * DEBOUNCE + 4)
+        press(run, "start")
+        slice_, done, moved_at = 1000, 0, run.clock
+        while (leds := run.get("leds")) & LED["busy"]:
+            if leds & LED["error"]:
+                raise RuntimeError(f"the machine shows an error at clock {run.clock}")
+            if run.clock - moved_at > patience:
+                raise RuntimeError(f"the machine stands still since clock {moved_at}")
+            start = time.perf_counter()
+            changes = run.run(slice_, watch, until={"leds": LED["ready"]})
+            if len(changes):
+                moved_at = int(changes.clock[-1])
+            plant.feed(changes)
+            milled = int(np.count_nonzero(plant.cut))
+            if progress is not None:
+                progress(milled - done)
+            done = milled
+            if time.perf_counter() - start < SLICE / 2:
+                slice_ = min(2 * slice_, 1 << 20)
+        plant.feed(run.run(2, watch))  # what is still on its way to the pins
+        seconds = time.perf_counter() - begun
+        return Cut(picture, plant, period, run.clock, seconds, engine.name)
+
