@@ -1,0 +1,164 @@
+"""Digilent Nexys 2, the board: its pins, its connectors, what its FPGA holds.
+
+Two boards bear the name. They differ in the FPGA and in the pins of LD4 to LD7.
+
+The cathodes and anodes of the display are active low and are declared inverted, as are the strobes
+of the parallel port: their ports have `port.invert` set, and a buffer from `amaranth.lib.io` then
+lights what it drives with 1. Wire a signal that is active low already to `~port`.
+
+JD7 to JD10 are the pins of LD3 to LD0: of each pair only one can be requested.
+"""
+
+import os
+import subprocess
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+
+from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
+from amaranth_boards.resources import (
+    ButtonResources,
+    Display7SegResource,
+    LEDResources,
+    PS2Resource,
+    SwitchResources,
+    UARTResource,
+    VGAResource,
+)
+
+from .ise import ISEPlatform
+
+__all__ = ["Capacity", "Nexys2Platform", "Nexys2_1200Platform", "request_ports"]
+
+
+@dataclass(frozen=True)
+class Capacity:
+    """What an FPGA holds.
+
+    Attributes
+    ----------
+    luts : int
+        4-input look-up tables.
+    flip_flops : int
+        Flip-flops beside them; those in the I/O blocks come on top.
+    block_rams : int
+        Block RAMs of 18 Kibit.
+    multipliers : int
+        Multipliers of 18 x 18 bits.
+    """
+
+    luts: int
+    flip_flops: int
+    block_rams: int
+    multipliers: int
+
+
+_LVCMOS33 = Attrs(IOSTANDARD="LVCMOS33")
+
+
+class _Nexys2(ISEPlatform):
+    """What both boards have in common."""
+
+    package = "fg320"
+    speed = "4"
+    prom = "xcf04s"
+    default_clk = "clk50"
+
+    _resources = [
+        Resource("clk50", 0, Pins("B8", dir="i"), Clock(50e6), _LVCMOS33),
+        Resource("clk_socket", 0, Pins("U9", dir="i"), _LVCMOS33),  # empty as shipped
+
+        *SwitchResources(pins="G18 H18 K18 K17 L14 L13 N17 R17", attrs=_LVCMOS33),
+        *ButtonResources(pins="B18 D18 E18 H13", attrs=_LVCMOS33),
+
+        Display7SegResource(0,
+            a="L18", b="F18", c="D17", d="D16", e="G14", f="J17", g="H14", dp="C17",
+            invert=True, attrs=_LVCMOS33),
+        Resource("display_7seg_an", 0,                      # digit 0 is the rightmost
+            PinsN("F17 H17 C18 F15", dir="o"), _LVCMOS33),
+
+        UARTResource(0, rx="U6", tx="P9", attrs=_LVCMOS33),
+        PS2Resource(0, clk="R12", dat="P11", attrs=Attrs(IOSTANDARD="LVCMOS33", PULLUP="TRUE")),
+        VGAResource(0,
+            r="R9 T8 R8", g="N8 P8 P6", b="U5 U4", hs="T4", vs="U3", attrs=_LVCMOS33),
+
+        Resource("epp", 0,                                  # Digilent's parallel port over USB
+            Subsignal("astb",  PinsN("V14", dir="i")),
+            Subsignal("dstb",  PinsN("U14", dir="i")),
+            Subsignal("write", PinsN("V16", dir="i")),
+            Subsignal("wait",  Pins("N9", dir="o")),
+            Subsignal("db",    Pins("R14 R13 P13 T12 N11 R11 P10 R10", dir="io")),
+            _LVCMOS33),
+    ]
+    connectors = [
+        Connector("pmod", 0, "L15 K12 L17 M15 - - K13 L16 M14 M16 - -"),  # JA
+        Connector("pmod", 1, "M13 R18 R15 T17 - - P17 R16 T18 U18 - -"),  # JB
+        Connector("pmod", 2, "G15 J16 G13 H16 - - H15 F14 G16 J12 - -"),  # JC
+        Connector("pmod", 3, "J13 M18 N18 P18 - - K14 K15 J15 J14 - -"),  # JD; 7 to 10 are LEDs
+    ]
+
+    def toolchain_program(self, products, name: str) -> None:
+        """Load the bitstream for USB, which lasts until the power goes."""
+        djtgcfg = os.environ.get("DJTGCFG", "djtgcfg")
+        with products.extract(f"{name}_usb.bit") as bitstream:
+            command = [djtgcfg, "prog", "-d", "Nexys2", "-i", "0", "-f", bitstream]
+            subprocess.run(command, check=True)
+
+
+class Nexys2Platform(_Nexys2):
+    """Digilent Nexys 2 with the 500 000-gate Spartan-3E."""
+
+    device = "xc3s500e"
+    capacity = Capacity(luts=9_312, flip_flops=9_312, block_rams=20, multipliers=20)
+    resources = [
+        *_Nexys2._resources,
+        *LEDResources(pins="J14 J15 K15 K14 E17 P15 F4 R4", attrs=_LVCMOS33),
+    ]
+
+
+class Nexys2_1200Platform(_Nexys2):
+    """Digilent Nexys 2 with the 1 200 000-gate Spartan-3E."""
+
+    device = "xc3s1200e"
+    capacity = Capacity(luts=17_344, flip_flops=17_344, block_rams=28, multipliers=28)
+    resources = [
+        *_Nexys2._resources,
+        *LEDResources(pins="J14 J15 K15 K14 E16 P16 E4 P4", attrs=_LVCMOS33),
+    ]
+
+
+_Name = str | tuple[str, int]
+
+
+def request_ports(platform, names: Mapping[str, _Name | Iterable[_Name]]) -> dict:
+    """Ports for a machine, under the machine's own names.
+
+    Parameters
+    ----------
+    platform : Platform
+        The board.
+    names : mapping
+        For each name, a resource (`"clk50"`, or `("switch", 7)`), or a list of resources whose
+        ports are joined into one, least significant first.
+
+    Returns
+    -------
+    dict
+        For each name its port, or the group of ports of a resource that has parts. None has a
+        buffer yet.
+    """
+    def request(name: _Name):
+        return platform.request(*((name,) if isinstance(name, str) else name), dir="-")
+
+    return {
+        key: request(name) if isinstance(name, str | tuple)
+        else reduce(add, [request(part) for part in name])
+        for key, name in names.items()
+    }
+
+
+if __name__ == "__main__":
+    from amaranth_boards.test.blinky import Blinky
+
+    Nexys2Platform().build(Blinky(), do_program=True)
