@@ -1,1 +1,1 @@
-"""Running the gateware: engines, models, the plant and the benches. `python -m tb` lists the benches."""
+"""Running the gateware: engines, models, the plant, benches. `python -m tb` lists the benches."""

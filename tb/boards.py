@@ -1,6 +1,6 @@
 """The designs that engines run: machines by their own pins, and boards by theirs."""
 
-from amaranth import ClockDomain, Module, Signal
+from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
@@ -18,10 +18,10 @@ def component(name: str, dut: wiring.Component) -> Design:
     Members that are interfaces, such as streams, are joined to their path by underscores.
     """
     m = Module()
-    m.domains.sync = domain = ClockDomain()
+    m.domains.sync = ClockDomain()
     m.submodules.dut = dut
     clk, rst = Signal(name="clk"), Signal(name="rst")
-    m.d.comb += [domain.clk.eq(clk), domain.rst.eq(rst)]
+    m.d.comb += [ClockSignal().eq(clk), ResetSignal().eq(rst)]
     inputs, outputs = {"rst": rst}, {}
     for path, member, value in dut.signature.flatten(dut):
         ports = inputs if member.flow is wiring.In else outputs

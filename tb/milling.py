@@ -3,12 +3,20 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines.mill import CLOCK, PIXEL_STEPS, Z_TRAVEL, MillPace, step_period
+from fresa.machines.mill import (
+    CLOCK,
+    PIXEL_STEPS,
+    TOP_SPEED,
+    Z_TRAVEL,
+    MillPace,
+    step_period,
+)
 from fresa.motion import CoordinateGenerator
 
 from .boards import nexys2_mill
@@ -79,15 +87,15 @@ class Cut:
         plant = self.plant
         return not (self.missed or self.in_error or plant.faults) and plant.position == (0, 0, 0)
 
-    def job_seconds(self, step_rate=None, clock: int = CLOCK) -> float:
+    def job_seconds(self, step_rate: Fraction = TOP_SPEED, clock: int = CLOCK) -> float:
         """Time that the job takes on the real machine, at its top speed unless told otherwise.
 
-        Every step takes the real period instead of the simulation's; all other clocks are as they are.
+        Every step takes the real period instead of the simulation's; all other clocks are as they
+        are.
         """
-        period = MillPace.real().period if step_rate is None else step_period(step_rate, clock)
         plant = self.plant
         made = plant.air.steps + plant.milled.steps + plant.steps["axis_z"]
-        return (self.clocks + made * (period - self.period)) / clock
+        return (self.clocks + made * (step_period(step_rate, clock) - self.period)) / clock
 
     def facts(self) -> dict[str, object]:
         """List the figures, ready for JSON."""

@@ -8,7 +8,7 @@ import secrets
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
@@ -19,6 +19,7 @@ __all__ = [
     "Parser",
     "Progress",
     "UserError",
+    "check_outputs",
     "colour",
     "command",
     "say",
@@ -185,6 +186,43 @@ def write_folder_atomically(folder: str | os.PathLike, files: Mapping[str, bytes
     folder = Path(folder)
     with _folders({folder, *((folder / name).parent for name in files)}):
         write_files_atomically({folder / name: data for name, data in files.items()})
+
+
+def check_outputs(
+    source: Path, *, pictures: Sequence[Path | None], others: Sequence[Path | None]
+) -> None:
+    """Refuse to write a picture under another kind's name, or two things to one place.
+
+    Parameters
+    ----------
+    source : path
+        What the command reads, and must not write over.
+    pictures, others : sequences of path or None
+        Where it will write PNG files and other files, if anywhere.
+
+    Raises
+    ------
+    UserError
+        If one of these is not a place to write to.
+    """
+    for path in pictures:
+        if path is not None and path.suffix.lower() != ".png" and not _is_special(path):
+            raise UserError(f"{path} would be a PNG file: give it a name that ends in .png")
+    taken = [source]
+    for path in (*pictures, *others):
+        if path is None or _is_special(path):
+            continue
+        for other in taken:
+            if os.path.realpath(path) == os.path.realpath(other) or (
+                path.exists() and other.exists() and path.samefile(other)
+            ):
+                what = "the picture itself" if other is source else "used twice"
+                raise UserError(f"{path} is {what}: write to another file")
+        taken.append(path)
+
+
+def _is_special(path: Path) -> bool:
+    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 class Progress:

@@ -2,14 +2,13 @@
 
 import argparse
 import json
-import os
 from pathlib import Path
 
 from PIL import Image
 
 from fresa.machines.mill import PICTURE_MAX
 
-from .console import Parser, UserError, command, say, write_files_atomically
+from .console import Parser, check_outputs, command, say, write_files_atomically
 from .picture import LARGEST, Prepared, encode, load, prepare, preview
 
 __all__ = ["add_picture_arguments", "main", "picture_from_arguments"]
@@ -154,7 +153,7 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
 
     output = args.output or args.image.parent / f"{args.image.stem}-mill.png"
-    _check_outputs(args.image, output, args.preview, args.json)
+    check_outputs(args.image, pictures=[output, args.preview], others=[args.json])
     prepared = picture_from_arguments(args)
 
     # Pillow reads 1 as white; what is cut is black.
@@ -169,28 +168,6 @@ def main(argv: list[str] | None = None) -> int:
     for path in files:
         say(f"wrote {path}")
     return 0
-
-
-def _check_outputs(image: Path, output: Path, look: Path | None, facts: Path | None) -> None:
-    """Refuse to write a picture under another kind's name, or two things to one place."""
-    for path in (output, look):
-        if path is not None and path.suffix.lower() != ".png" and not _is_special(path):
-            raise UserError(f"{path} would be a PNG file: give it a name that ends in .png")
-    taken = [image]
-    for path in (output, look, facts):
-        if path is None or _is_special(path):
-            continue
-        for other in taken:
-            if os.path.realpath(path) == os.path.realpath(other) or (
-                path.exists() and other.exists() and path.samefile(other)
-            ):
-                what = "the picture itself" if other is image else "used twice"
-                raise UserError(f"{path} is {what}: write to another file")
-        taken.append(path)
-
-
-def _is_special(path: Path) -> bool:
-    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 def _size(text: str) -> tuple[int, int]:

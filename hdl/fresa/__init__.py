@@ -1,1 +1,1 @@
-"""A numerical controller in gateware: motion-control components and the machines built from them."""
+"""A numerical controller in gateware: motion-control components, and machines built from them."""

@@ -6,7 +6,16 @@ from functools import reduce
 from math import ceil
 from operator import add
 
-from amaranth import Cat, ClockDomain, ClockSignal, Elaboratable, Module, ResetInserter, ResetSignal, Signal
+from amaranth import (
+    Cat,
+    ClockDomain,
+    ClockSignal,
+    Elaboratable,
+    Module,
+    ResetInserter,
+    ResetSignal,
+    Signal,
+)
 from amaranth.build import Attrs, Pins, Resource
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
@@ -37,7 +46,8 @@ def mill_ports(platform) -> dict:
     Y on JA7 to JA10, Z on JB1 to JB4.
     """
     platform.add_resources([
-        Resource("coils", index, Pins(pins, dir="o", conn=("pmod", pmod)), Attrs(IOSTANDARD="LVCMOS33"))
+        Resource("coils", index, Pins(pins, dir="o", conn=("pmod", pmod)),
+                 Attrs(IOSTANDARD="LVCMOS33"))
         for index, (pmod, pins) in enumerate([(0, "1 2 3 4"), (0, "7 8 9 10"), (1, "1 2 3 4")])
     ])
     ports = request_ports(platform, {
@@ -59,7 +69,7 @@ class Nexys2Mill(Elaboratable):
 
     It requests no pin: it is given ports, of a board or of a simulation.
 
-    ===============  ==================================================================================
+    ===============  ==============================================================
     SW7              0 manual, 1 automatic
     SW0 to SW5       manual: jog x up, x down, y up, y down, z up, z down
     SW0, SW1         automatic: the count to show, 0 main, 1 X, 2 Y, 3 Z
@@ -70,19 +80,19 @@ class Nexys2Mill(Elaboratable):
     LD5              the order source is at work
     LD6, LD7         error, ready
     display          automatic: the count chosen
-    ===============  ==================================================================================
+    ===============  ==============================================================
 
-    Every input goes through two flip-flops and a debouncer. Every coil comes from a flip-flop in its
-    I/O block, a clock after the machine's own. (``io.FFBuffer`` would do that too, but powers up at 0,
-    which is no word of the coil table.) In manual mode the order source is held in reset, as the
-    automatic part of the machine is.
+    Every input goes through two flip-flops and a debouncer. Every coil comes from a flip-flop in
+    its I/O block, a clock after the machine's own. (``io.FFBuffer`` would do that too, but powers
+    up at 0, which is no word of the coil table.) In manual mode the order source is held in reset,
+    as the automatic part of the machine is.
 
     Parameters
     ----------
     ports : mapping of str to PortLike
-        ``clk``; inputs ``switches`` (8) and ``buttons`` (4), active high; outputs ``leds`` (8), active
-        high; ``segments`` (8: a to g, point) and ``digits`` (4), which light with 1 or are declared
-        inverted; ``axis_x``, ``axis_y``, ``axis_z`` (4 each).
+        ``clk``; inputs ``switches`` (8) and ``buttons`` (4), active high; outputs ``leds`` (8),
+        active high; ``segments`` (8: a to g, point) and ``digits`` (4), which light with 1 or are
+        declared inverted; ``axis_x``, ``axis_y``, ``axis_z`` (4 each).
     source : CoordinateGenerator or SquareGenerator
         What to do when BTN1 is pressed.
     pace : MillPace

@@ -1,1 +1,1 @@
-"""Bit-exact models in plain Python, written from what the machines promise and not from the gateware."""
+"""Bit-exact models in plain Python, written from what the machines promise."""

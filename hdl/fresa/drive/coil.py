@@ -9,19 +9,20 @@ from .divider import valid_period
 __all__ = ["FULL_STEP", "CoilDriver"]
 
 FULL_STEP = (0b0110, 0b0011, 0b1001, 0b1100)
-"""Coil words BLACK, ORANGE, BROWN, YELLOW of states 1 to 4 (thesis, table 1); ascending goes right."""
+"""Coil words BLACK, ORANGE, BROWN, YELLOW of states 1 to 4, ascending (thesis, table 1)."""
 
 
 class CoilDriver(wiring.Component):
     """Phase sequence of one motor: full step, two phases on.
 
     *Driver de motor* (thesis, 4.1.5). In every row of table 1, BROWN is the opposite of BLACK and
-    YELLOW the opposite of ORANGE. So two flip-flops hold the phase, every coil comes straight from one
-    of them, all four codes are states, and a word that is not in the table cannot be expressed.
+    YELLOW the opposite of ORANGE. So two flip-flops hold the phase, every coil comes straight from
+    one of them, all four codes are states, and a word that is not in the table cannot be expressed.
 
-    A step is made, and the coils change with the next clock edge, when it is asked for and the last one
-    was at least ``period`` clocks ago. A step asked for sooner is ignored and reported. Reset makes no
-    step and changes neither the phase nor the time since the last step: only power-up sets state 1.
+    A step is made, and the coils change with the next clock edge, when it is asked for and the last
+    one was at least ``period`` clocks ago. A step asked for sooner is ignored and reported. Reset
+    makes no step and changes neither the phase nor the time since the last step: only power-up sets
+    state 1.
 
     Parameters
     ----------

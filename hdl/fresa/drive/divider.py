@@ -20,8 +20,8 @@ def valid_period(value: object, *, name: str = "period") -> int:
 class FrequencyDivider(wiring.Component):
     """Counts clocks while it is enabled and gives a tick at every ``period``-th.
 
-    *Divisor de Frecuencia* (thesis, 4.1.3 and 4.1.5). ``tick`` follows ``enable`` in the same clock;
-    with ``period`` 1 it is ``enable``. While ``enable`` is low the count waits where it is.
+    *Divisor de Frecuencia* (thesis, 4.1.3 and 4.1.5). ``tick`` follows ``enable`` in the same
+    clock; with ``period`` 1 it is ``enable``. While ``enable`` is low the count waits where it is.
 
     Parameters
     ----------

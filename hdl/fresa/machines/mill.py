@@ -28,7 +28,7 @@ Z_TRAVEL = 1152
 """Steps between the raised and the lowered tool: 5.0 mm."""
 
 PIXEL_STEPS = 128
-"""Steps of a pixel: its 9-bit number goes to the most significant bits of a position (thesis, 5.4)."""
+"""Steps of a pixel: its 9-bit number is the high part of a 16-bit position (thesis, 5.4)."""
 
 PICTURE_MAX = 400
 """Most rows and columns of a picture (thesis, 5.4)."""
@@ -47,15 +47,17 @@ def step_period(step_rate: Fraction | float | str, clock: int = CLOCK) -> int:
     Raises
     ------
     ValueError
-        If there is no such number of clocks: the rate is over `clock`, or takes over ``MAX_PERIOD``.
+        If there is no such number of clocks: the rate is over `clock`, or takes over
+        ``MAX_PERIOD``.
     """
     try:
-        rate = Fraction(str(step_rate))
-    except (ValueError, ZeroDivisionError):
+        # As a float first: it is quick to see that 1e999999 is too much.
+        rate = Fraction(str(step_rate)) if 0 < float(step_rate) < 1e12 else Fraction(0)
+    except ValueError:
         rate = Fraction(0)
     if not Fraction(clock, MAX_PERIOD) <= rate <= clock:
-        raise ValueError(f"step rate must be from {float(Fraction(clock, MAX_PERIOD)):.3f} to {clock} "
-                         f"steps/s, not {step_rate!r}")
+        raise ValueError(f"step rate must be from {clock / MAX_PERIOD:.3f} to {clock} steps/s, "
+                         f"not {step_rate!r}")
     return ceil(clock / rate)
 
 
@@ -63,8 +65,8 @@ def step_period(step_rate: Fraction | float | str, clock: int = CLOCK) -> int:
 class MillPace:
     """How fast the machine is, in clocks.
 
-    A board sets it from physical units with :meth:`real`. A simulation may shorten every time without
-    another change to the gateware.
+    A board sets it from physical units with :meth:`real`. A simulation may shorten every time
+    without another change to the gateware.
 
     Attributes
     ----------
@@ -83,7 +85,7 @@ class MillPace:
     @classmethod
     def real(cls, *, step_rate: Fraction | float | str = TOP_SPEED, clock: int = CLOCK,
              refresh: int = 60) -> "MillPace":
-        """Return the pace for `step_rate` steps/s and a display refreshed at `refresh` Hz or more."""
+        """Return the pace for so many steps/s, and a display refreshed at so many Hz or more."""
         return cls(period=step_period(step_rate, clock),
                    scan_bits=(clock // (4 * refresh)).bit_length() - 1)
 

@@ -15,11 +15,11 @@ __all__ = ["AutomaticControl"]
 class AutomaticControl(wiring.Component):
     """Order control, the main counter, one counter an axis, and the choice of the count to show.
 
-    *Control Automático* (thesis, 4.1.2). The thesis has the motor drivers in here, a second set in the
-    manual control, and a multiplexer of coil words behind both. Here one set stands behind a multiplexer
-    of step requests (:class:`NumericalController`): a change of mode cannot make a coil jump. So the
-    requests leave by ``step``, and ``moved`` says which of them were granted; only those are counted,
-    with the clock edge that moves the coils.
+    *Control Automático* (thesis, 4.1.2). The thesis has the motor drivers in here, a second set in
+    the manual control, and a multiplexer of coil words behind both. Here one set stands behind a
+    multiplexer of step requests (:class:`NumericalController`): a change of mode cannot make a coil
+    jump. So the requests leave by ``step``, and ``moved`` says which of them were granted; only
+    those are counted, with the clock edge that moves the coils.
 
     The axis counters are where the machine is. Nothing else remembers it.
 

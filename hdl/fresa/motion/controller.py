@@ -16,10 +16,10 @@ __all__ = ["NumericalController"]
 class NumericalController(wiring.Component):
     """Manual and automatic mode, and the multiplexer between them and the motors.
 
-    *Módulo Principal* (thesis, 4.1.1). The multiplexer chooses whose step requests reach the one set of
-    coil drivers, so that no change of mode, reset or stop can change a coil word by itself. In manual
-    mode the automatic part is held in reset: its counters stay at 0, and where the tool is left is the
-    origin.
+    *Módulo Principal* (thesis, 4.1.1). The multiplexer chooses whose step requests reach the one
+    set of coil drivers, so that no change of mode, reset or stop can change a coil word by itself.
+    In manual mode the automatic part is held in reset: its counters stay at 0, and where the tool
+    is left is the origin.
 
     From ``stop`` on, in the same clock, no step reaches a driver, until reset.
 
@@ -28,7 +28,8 @@ class NumericalController(wiring.Component):
     period : int
         Least number of clocks between two steps of an axis, and exactly that within a movement.
     jog_period : int
-        Clocks from one request of a step by hand to the next; with 1 the drivers' ``period`` is the pace.
+        Clocks from one request of a step by hand to the next; with 1 the drivers' ``period`` is the
+        pace.
     z_travel : int
         Steps between the raised and the lowered tool.
 
@@ -108,10 +109,10 @@ class NumericalController(wiring.Component):
 
             manual.enable.eq(~self.mode),
             manual.jog.eq(self.jog),
-            self.jogging.eq(manual.active & ~hold.replicate(3)),
+            self.jogging.eq(manual.active & (~hold).replicate(3)),
 
             drivers.step.eq(
-                Mux(self.mode, automatic.step, manual.step) & ~hold.replicate(3)),
+                Mux(self.mode, automatic.step, manual.step) & (~hold).replicate(3)),
             drivers.direction.eq(Mux(self.mode, automatic.direction, manual.direction)),
             automatic.moved.eq(drivers.moved),
             self.axis_x.eq(drivers.axis_x),

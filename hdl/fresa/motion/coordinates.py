@@ -22,31 +22,30 @@ class CoordinateGenerator(wiring.Component):
 
     *Módulo de Generación de Coordenadas* (thesis, 5.4).
 
-    From where the tool is, a search goes round in a spiral (:class:`SpiralWalk`) until it meets a pixel
-    that is set and not yet milled. If it is one of the 8 neighbours and the tool is down, the tool walks
-    there; otherwise it is raised, goes there in the air and is lowered. When no pixel is left, the tool
-    is raised and goes back to the origin.
+    From where the tool is, a search goes round in a spiral (:class:`SpiralWalk`) until it meets a
+    pixel that is set and not yet milled. If it is one of the 8 neighbours and the tool is down, the
+    tool walks there; otherwise it is raised, goes there in the air and is lowered. When no pixel is
+    left, the tool is raised and goes back to the origin.
 
-    The picture is never written to. A job begins with a copy of it, in which the pixels are cleared as
-    they are milled, so that a new start mills the whole of it again whatever became of the job before.
-    Both memories hold pixel ``n = row * columns + column`` in word ``n % depth``, bit ``n // depth``,
-    where a word has as many bits as there are block RAMs: nothing chooses between outputs of block RAMs
-    but a multiplexer of one bit.
+    The picture is never written to. A job begins with a copy of it, in which the pixels are cleared
+    as they are milled, so that a new start mills the whole of it again whatever became of the job
+    before. Both memories hold pixel number n in word ``n % depth``, bit ``n // depth``, with a
+    block RAM for each bit of a word: to choose a pixel takes a multiplexer of one bit.
 
-    =======  ==================================================================  ====================
-    state    does                                                                next
-    =======  ==================================================================  ====================
-    IDLE     waits for ``start``                                                 COPY
-    COPY     copies the picture, a word a clock                                  READ
-    READ     reads a pixel of the copy                                           SEARCH
-    SEARCH   goes on to the next pixel, or has found one, or all are milled      READ, WALK or RAISE
-    WALK     orders the tool, which is down, to the pixel found                  MARK
-    RAISE    orders the tool up                                                  TRAVEL
-    TRAVEL   orders the tool to the pixel found, or back to the origin           LOWER or IDLE
-    LOWER    orders the tool down                                                MARK
-    MARK     clears the pixel in the copy, begins a new spiral                   READ
-    FAULT    orders nothing, shows ``fault``                                     stays until reset
-    =======  ==================================================================  ====================
+    =======  ================================================================  ====================
+    state    does                                                              next
+    =======  ================================================================  ====================
+    IDLE     waits for ``start``                                               COPY
+    COPY     copies the picture, a word a clock                                READ
+    READ     reads a pixel of the copy                                         SEARCH
+    SEARCH   goes on to the next pixel, or has found one, or all are milled    READ, WALK or RAISE
+    WALK     orders the tool, which is down, to the pixel found                MARK
+    RAISE    orders the tool up                                                TRAVEL
+    TRAVEL   orders the tool to the pixel found, or back to the origin         LOWER or IDLE
+    LOWER    orders the tool down                                              MARK
+    MARK     clears the pixel in the copy, begins a new spiral                 READ
+    FAULT    orders nothing, shows ``fault``                                   stays until reset
+    =======  ================================================================  ====================
 
     Parameters
     ----------

@@ -10,9 +10,9 @@ __all__ = ["StepCounter"]
 class StepCounter(wiring.Component):
     """Cyclic 16-bit counter: FFFF + 1 = 0000, and back.
 
-    *Contador de Pasos* (thesis, 4.1.6). There each counter has a divider of its own so that it can never
-    run ahead of its motor; here it counts what the coil driver says it has done, which cannot differ.
-    The count changes with the clock edge that moves the coils.
+    *Contador de Pasos* (thesis, 4.1.6). There each counter has a divider of its own so that it can
+    never run ahead of its motor; here it counts what the coil driver says it has done, which cannot
+    differ. The count changes with the clock edge that moves the coils.
 
     Members
     -------

@@ -12,8 +12,8 @@ __all__ = ["ManualControl"]
 class ManualControl(wiring.Component):
     """Two switches an axis make it step for as long as they are on.
 
-    *Control Manual* (thesis, 4.2.2). Both switches of an axis on means up. A switch that is already on
-    when manual mode is entered, or at reset, does nothing until it has been off once.
+    *Control Manual* (thesis, 4.2.2). Both switches of an axis on means up. A switch that is already
+    on when manual mode is entered, or at reset, does nothing until it has been off once.
 
     With ``period`` 1 a step is asked for in every clock and the coil drivers, which let one through
     every so often, set the pace: the motor's top speed.
@@ -54,13 +54,14 @@ class ManualControl(wiring.Component):
         with m.Else():
             m.d.sync += seen_off.eq(0)
 
-        pressed = Signal(6)
-        m.d.comb += pressed.eq(self.jog & seen_off & self.enable.replicate(6))
+        up, down = Signal(3), Signal(3)
+        pressed = self.jog & seen_off & self.enable.replicate(6)
+        m.d.comb += [up.eq(Cat(pressed[0::2])), down.eq(Cat(pressed[1::2]))]
 
         m.submodules.divider = divider = FrequencyDivider(period=self.period)
         m.d.comb += [
-            self.direction.eq(Cat(pressed[0::2])),
-            self.active.eq(Cat(pressed[0::2]) | Cat(pressed[1::2])),
+            self.direction.eq(up),
+            self.active.eq(up | down),
             divider.enable.eq(self.active.any()),
             divider.clear.eq(~self.active.any()),
             self.step.eq(self.active & divider.tick.replicate(3)),

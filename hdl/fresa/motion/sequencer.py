@@ -11,7 +11,7 @@ from .orders import Move, Order
 __all__ = ["MAX_Z_TRAVEL", "MotionSequencer", "valid_z_travel"]
 
 MAX_Z_TRAVEL = 2**15
-"""Most steps between the raised and the lowered tool: more would look like none to the Z counter."""
+"""Most steps between the raised and the lowered tool, which is where the Z counter is below 0."""
 
 
 def valid_z_travel(value: object) -> int:
@@ -24,31 +24,33 @@ class MotionSequencer(wiring.Component):
 
     The state machine of the *Módulo Principal* (thesis, 4.1.1).
 
-    =========  ======  ======================================================  ======================
-    state      thesis  does                                                    next
-    =========  ======  ======================================================  ======================
-    REST       S0      waits, ``ready`` high                                   DECIDE; TOOL for up or
-                                                                               down; TOOL-WAIT for both
-    DECIDE     S1      refuses, or finds nothing to do, or chooses             REST; TOGETHER if both
-                                                                               axes have the same
-                                                                               steps, else DIAGONAL
-    TOGETHER   S2      orders both axes together                               WAIT
-    DIAGONAL   S3      orders both axes, the smaller count; if 0, nothing      DIAG-WAIT
-    DIAG-WAIT  S4      waits for its end                                       STRAIGHT
-    STRAIGHT   S5      orders the rest: the axis with more, the difference     WAIT
-    WAIT       S6      waits for its end                                       REST
-    TOOL       S7      orders Z up or down, unless the tool is there           TOOL-WAIT
-    TOOL-WAIT  S8      waits for its end                                       REST
-    FAULT      (ours)  shows ``error``, never ready                            stays until reset
-    =========  ======  ======================================================  ======================
+    =========  ======  ================================================  =========================
+    state      thesis  does                                              next
+    =========  ======  ================================================  =========================
+    REST       S0      waits, ``ready`` high                             DECIDE; TOOL for up or
+                                                                         down; TOOL-WAIT for both
+    DECIDE     S1      refuses, or finds nothing to do, or chooses       REST; TOGETHER if both
+                                                                         have the same, else
+                                                                         DIAGONAL
+    TOGETHER   S2      orders both axes together                         WAIT
+    DIAGONAL   S3      orders both axes, the smaller count, unless 0     DIAG-WAIT
+    DIAG-WAIT  S4      waits for its end                                 STRAIGHT
+    STRAIGHT   S5      orders the rest: the axis with more               WAIT
+    WAIT       S6      waits for its end                                 REST
+    TOOL       S7      orders Z up or down, unless the tool is there     TOOL-WAIT
+    TOOL-WAIT  S8      waits for its end                                 REST
+    FAULT      (ours)  shows ``error``, never ready                      stays until reset
+    =========  ======  ================================================  =========================
 
-    The steps to go, \\|target - position\\|, follow the axis counters in every clock. So they are settled
-    in DECIDE (the thesis waits 20 clocks there), and in STRAIGHT what is left to go is the rest.
+    The steps to go, \\|target - position\\|, follow the axis counters in every clock. So they are
+    settled in DECIDE (the thesis waits 20 clocks there), and in STRAIGHT what is left to go is the
+    rest.
 
-    An order that moves nothing, or is refused, leaves REST as well, so that ``ready`` falls for a clock
-    at least whatever is ordered. Refused are: up and down together; a lowered tool told to go where none
-    of the 8 directions leads; and an order with up or down that begins while another is under way. Then
-    nothing moves for it and ``error`` is raised until reset or the next order that is not refused.
+    An order that moves nothing, or is refused, leaves REST as well, so that ``ready`` falls for a
+    clock at least whatever is ordered. Refused are: up and down together; a lowered tool told to go
+    where none of the 8 directions leads; and an order with up or down that begins while another is
+    under way. Then nothing moves for it and ``error`` is raised until reset or the next order that
+    is not refused.
 
     An order taken in clock t is offered to ``moves`` in clock t + 4 at the latest.
 

@@ -18,9 +18,9 @@ HEADINGS = ((0, -1), (1, 0), (0, 1), (-1, 0))
 class SpiralWalk(wiring.Component):
     """Visits the pixels around one in a square spiral: runs of 1, 1, 2, 2, 3, 3 ... pixels.
 
-    So it meets them in the order of the time that the machine takes to get there, for which a diagonal
-    is as long as a straight. The walk runs past the borders of the picture by as much as the picture is
-    long; further, its coordinates mean nothing.
+    So it meets them in the order of the time that the machine takes to get there, for which a
+    diagonal is as long as a straight. The walk runs past the borders of the picture by as much as
+    the picture is long; further, its coordinates mean nothing.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class SpiralWalk(wiring.Component):
                 m.d.sync += visited.eq(visited + 1)
             with m.If(run >= 0):
                 m.d.sync += [heading.eq(heading + 1), run.eq(run_start)]
-                with m.If(~heading[0]):  # every second run is longer
+                with m.If(heading[0] == 0):  # every second run is longer
                     m.d.sync += run_start.eq(run_start - 1)
         with m.If(self.centre):
             m.d.sync += [heading.eq(0), run.eq(0), run_start.eq(0), visited.eq(0)]

@@ -1,6 +1,6 @@
 """The thesis's first automatic test."""
 
-from amaranth import Module, Signal
+from amaranth import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -52,8 +52,8 @@ class SquareGenerator(wiring.Component):
 
         far_x, far_y = Signal(), Signal()
         m.d.comb += [
-            self.orders.p.x.eq(far_x.replicate(16) & self.side),
-            self.orders.p.y.eq(far_y.replicate(16) & self.side),
+            self.orders.p.x.eq(Mux(far_x, self.side, 0)),
+            self.orders.p.y.eq(Mux(far_y, self.side, 0)),
         ]
         with m.FSM(name="square_state") as fsm:
             with m.State("IDLE"):

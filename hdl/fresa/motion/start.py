@@ -13,9 +13,10 @@ __all__ = ["StartHandshake"]
 class StartHandshake(wiring.Component):
     """Hands the orders of a stream to a controller by ``start`` and ``ready``, one at a time.
 
-    An order is taken from the stream when the controller has carried it out: when ``ready`` has been
-    seen to fall and to rise again (thesis, 5.4: the hardest bug was not to wait for both). An order that
-    ends in ``error`` is never taken: its source waits, and moves nothing on, until reset.
+    An order is taken from the stream when the controller has carried it out: when ``ready`` has
+    been seen to fall and to rise again (thesis, 5.4: the hardest bug was not to wait for both). An
+    order that ends in ``error`` is never taken: its source waits, and moves nothing on, until
+    reset.
 
     ==========  ===================================================  ==============================
     state       does                                                 next

