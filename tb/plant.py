@@ -15,6 +15,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fresa.machines.mill import RESOLUTION
+
 from .engines.base import Changes
 
 __all__ = ["STEP", "WORDS", "Fault", "Plant", "Polyline", "Travel", "Wrong"]
@@ -22,8 +24,8 @@ __all__ = ["STEP", "WORDS", "Fault", "Plant", "Polyline", "Travel", "Wrong"]
 #: Coil words in ascending order: black, orange, brown, yellow.
 WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
 
-#: Millimetres a step: an M8 screw of 1.25 mm, a reduction of 6, 48 steps a turn.
-STEP = 1.25 / 6 / 48
+#: Millimetres a step.
+STEP = float(RESOLUTION)
 
 #: Clock of no step at all.
 NEVER = -(1 << 62)

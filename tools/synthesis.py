@@ -72,19 +72,21 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
               "tee -q -o stat.json stat -json")
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "design.il").write_text(rtlil, encoding="utf-8")
-        # The log goes to a file of its own: a pipe that is read slowly would slow Yosys down.
-        process = subprocess.Popen(
-            [*YOSYS, "-p", script], cwd=folder,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
-        assert process.stdout is not None and process.stderr is not None
+        command = [*YOSYS, "-p", script]
         done = 0
-        for line in process.stdout:
-            if progress is not None and (match := _PASS.match(line)) and int(match[1]) > done:
-                progress(int(match[1]) - done)
-                done = int(match[1])
-        errors = process.stderr.read()
-        if process.wait():
-            raise RuntimeError(f"Yosys refused the design: {errors.strip()}")
+        with (
+            Path(folder, "errors").open("w+", encoding="utf-8") as errors,
+            subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=errors,
+                             text=True, encoding="utf-8") as process,
+        ):
+            for line in process.stdout or ():
+                match = _PASS.match(line)
+                if progress is not None and match and int(match[1]) > done:
+                    progress(int(match[1]) - done)
+                    done = int(match[1])
+            if process.wait():
+                errors.seek(0)
+                raise RuntimeError(f"Yosys refused the design: {errors.read().strip()}")
         cells = json.loads(Path(folder, "stat.json").read_text(encoding="utf-8"))["design"][
             "num_cells_by_type"]
 

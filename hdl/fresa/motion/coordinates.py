@@ -107,7 +107,8 @@ class CoordinateGenerator(wiring.Component):
         m.submodules.walk = walk = SpiralWalk(rows=self.rows, columns=self.columns)
         m.submodules.to_mill = to_mill = memory.Memory(shape=self._banks, depth=depth, init=[])
         copy, sink = to_mill.read_port(), to_mill.write_port()
-        pixel, bank = walk.number[:self._depth_bits], walk.number[self._depth_bits:]
+        pixel = walk.number[:self._depth_bits]
+        bank = walk.number[self._depth_bits:][:(self._banks - 1).bit_length()]
         here = Signal(self._banks)  # the pixel's bit of its word
         found = Signal()
         m.d.comb += [

@@ -1,0 +1,204 @@
+"""The command that writes what a machine is made from."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from amaranth.back import rtlil
+from PIL import Image
+
+from fresa.machines.mill import Mill, MillPace, step_period
+from tools import build
+from tools.synthesis import Resources, synthesise
+
+REPOSITORY = Path(__file__).parents[2]
+
+PORTS = {  # the pins of the thesis: direction and bits
+    "clk": ("input", 1), "rst": ("input", 1), "mode": ("input", 1),
+    "position_x": ("input", 16), "position_y": ("input", 16),
+    "up": ("input", 1), "down": ("input", 1), "start": ("input", 1),
+    "counter_select": ("input", 2), "jog": ("input", 6), "stop": ("input", 1),
+    "ready": ("output", 1), "error": ("output", 1),
+    "axis_x": ("output", 4), "axis_y": ("output", 4), "axis_z": ("output", 4),
+    "leds": ("output", 4), "count": ("output", 16),
+    "segments": ("output", 8), "digits": ("output", 4),
+}
+SOURCES = {"mill.v", "mill.ucf", "mill.prj", "mill.xst", "build.sh", "build.bat"}
+
+
+@pytest.fixture
+def small(tmp_path) -> Path:
+    """Give a picture of 5 x 4 pixels."""
+    pixels = np.ones((4, 5), bool)
+    pixels[1:3, 1:4] = False
+    path = tmp_path / "small.png"
+    Image.fromarray(~pixels).save(path)
+    return path
+
+
+def run(*arguments: object) -> int:
+    return build.main([str(argument) for argument in arguments])
+
+
+def module_ports(verilog: str, name: str) -> dict[str, tuple[str, int]]:
+    header = re.search(rf"^module {name}\((.*?)\);(.*?)^endmodule", verilog, re.S | re.M)
+    assert header
+    found = re.findall(r"^  (input|output|inout) (?:\[(\d+):0\] )?(\w+);", header[2], re.M)
+    ports = {port: (direction, int(high or 0) + 1) for direction, high, port in found}
+    assert set(ports) == set(re.split(r",\s*", header[1]))
+    return ports
+
+
+class TestPins:
+    def test_ports_are_exactly_the_thesis(self, tmp_path):
+        assert run("--board", "pins", "--no-report", "-o", tmp_path / "out") == 0
+        assert {path.name for path in (tmp_path / "out").iterdir()} == {"mill.v", "report.json"}
+        assert module_ports((tmp_path / "out" / "mill.v").read_text(), "mill") == PORTS
+
+    def test_picture_is_refused(self, tmp_path, small, capsys):
+        assert run("--board", "pins", "--image", small, "-o", tmp_path / "out") == 2
+        assert "order source" in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
+class TestNexys2:
+    @pytest.mark.parametrize("board", ["nexys2-500", "nexys2-1200"])
+    def test_files(self, tmp_path, small, board):
+        out = tmp_path / "out"
+        assert run("mill", "--board", board, "--image", small, "--no-report", "-o", out) == 0
+        assert {p.name for p in out.iterdir()} == SOURCES | {"picture.png", "report.json"}
+        picture, asked = (np.array(Image.open(p)) for p in (out / "picture.png", small))
+        assert (picture == asked).all()
+        part = {"nexys2-500": "xc3s500e", "nexys2-1200": "xc3s1200e"}[board]
+        assert f"-p {part}-4-fg320" in (out / "mill.xst").read_text()
+
+    def test_square_has_no_picture_and_no_memory(self, tmp_path, small):
+        out = tmp_path / "out"
+        assert run("--image", small, "--no-report", "-o", out) == 0
+        (out / "cut.png").write_bytes(b"of an earlier build")
+        (out / "notes.txt").write_bytes(b"mine")
+        assert run("--orders", "square", "--no-report", "-o", out) == 0
+        assert {p.name for p in out.iterdir()} == SOURCES | {"report.json", "notes.txt"}
+        assert "picture_0" not in (out / "mill.v").read_text()
+
+    def test_report(self, tmp_path, small, capsys):
+        out = tmp_path / "out"
+        assert run("--image", small, "-o", out, "--step-rate", "50", "--engine", "amaranth") == 0
+        facts = json.loads((out / "report.json").read_text())
+        assert facts["step_period_clocks"] == 1_000_000
+        assert facts["mm_per_minute"] == pytest.approx(50 * 60 * 1.25 / 6 / 48, abs=1e-4)
+        assert facts["capacity"]["luts"] == 9312
+        assert 300 < facts["resources"]["luts"] < 930
+        assert facts["resources"]["block_rams"] == 0  # so small a picture is in LUTs
+        cut = facts["cut"]
+        assert (cut["pixels_asked"], cut["pixels_cut"]) == (14, 14)
+        assert (cut["pixels_missed"], cut["cut_in_error"]) == (0, 0)
+        assert Image.open(out / "cut.png").width > 200
+        text = capsys.readouterr().out
+        assert "14 asked, 14 cut, 0 missed, 0 cut in error" in text
+        assert f"{facts['resources']['luts']} of   9312" in text
+
+    def test_wrong_cut_is_an_error(self, tmp_path, small, monkeypatch):
+        source = build.simulate.__globals__["mill_picture"].__globals__
+        right = source["CoordinateGenerator"]
+        monkeypatch.setattr(build, "synthesise", lambda *_: Resources(1, 0, 1, 0, 0, "nothing"))
+        monkeypatch.setitem(source, "CoordinateGenerator", lambda picture, **how: right(
+            [*picture[:3], [True] * 4 + [False]], **how))
+        assert run("--image", small, "-o", tmp_path / "out", "--engine", "amaranth") == 1
+        facts = json.loads((tmp_path / "out" / "report.json").read_text())
+        assert facts["cut"]["pixels_missed"] == 1
+
+
+class TestSameBytes:
+    def test_on_every_run(self, tmp_path, small):
+        """Neither hash seed, folder, nor a Yosys on PATH or asked for, makes a difference."""
+        fake = tmp_path / "bin" / "yosys"
+        fake.parent.mkdir()
+        fake.write_text("#!/bin/sh\necho 'not this one' >&2; exit 1\n")
+        fake.chmod(0o755)
+        written = []
+        for seed, where in (("1", tmp_path), ("2", REPOSITORY)):
+            out = tmp_path / f"out{seed}"
+            environment = {
+                **os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(REPOSITORY),
+                "PATH": f"{fake.parent}{os.pathsep}{os.environ['PATH']}",
+                "AMARANTH_USE_YOSYS": "system" if seed == "2" else "builtin",
+            }
+            subprocess.run(
+                [sys.executable, "-m", "tools.build", "--image", small, "--no-report", "-o", out],
+                check=True, cwd=where, env=environment, capture_output=True)
+            written.append({p.name: p.read_bytes() for p in out.iterdir()})
+        assert written[0] == written[1]
+
+
+class TestSize:
+    """What the issue of the machine's size allows, at the thesis's step rate."""
+
+    def test_raw_mill(self):
+        resources = synthesise(rtlil.convert(Mill(), name="mill", emit_src=False), "mill")
+        assert 300 < resources.luts <= 560
+
+    def test_whole_board_with_the_largest_picture(self):
+        random = np.random.default_rng(1)
+        picture = build.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))
+        built = build.build_mill("nexys2-500", pace=MillPace.real(), picture=picture)
+        resources = synthesise(built.rtlil, built.top)
+        assert 500 < resources.luts <= 930
+        assert 2 * 400 * 400 / 18432 < resources.block_rams <= 20
+
+
+class TestStepRate:
+    def test_thesis(self):
+        assert step_period(Fraction("101.376")) == 493_214
+        assert step_period(101.376) == 493_214
+
+    @pytest.mark.parametrize(("rate", "period"), [
+        (50_000_000, 1), (25_000_000, 2), ("16666667", 3), ("1", 50_000_000), (0.75, 66_666_667),
+    ])
+    def test_never_faster_than_asked(self, rate, period):
+        assert step_period(rate) == period
+
+    @pytest.mark.parametrize("rate", [
+        0, -1, 50_000_001, 0.7, float("nan"), float("inf"), "fast", "1e999999999", "",
+    ])
+    def test_out_of_range(self, rate):
+        with pytest.raises(ValueError, match=re.escape(f"not {rate!r}")):
+            step_period(rate)
+
+
+class TestBadInput:
+    @pytest.mark.parametrize(("arguments", "says"), [
+        (["--image", "{tmp}/none.png"], "no file"),
+        (["--image", "{tmp}/text.png"], "not a picture"),
+        (["--image", "{tmp}"], "folder"),
+        (["--image", "{tmp}/white.png"], "nothing to mill"),
+        (["--image", "{small}", "--size", "513x1"], "513x1"),
+        (["--image", "{small}", "--size", "512x512", "--enlarge"], "block RAMs"),
+        (["--step-rate", "0"], "step rate"),
+        (["--step-rate", "60000000"], "step rate"),
+        (["--board", "nexys3"], "nexys3"),
+        (["lathe"], "lathe"),
+        (["--nonsense"], "--nonsense"),
+        (["--orders", "square", "--image", "{small}"], "leave out --image"),
+        (["--image", "{small}", "-o", "{tmp}/text.png"], "cannot write"),
+        (["--image", "{small}", "-o", "{tmp}/text.png/out"], "cannot make folder"),
+    ])
+    def test_one_line_and_nothing_written(self, tmp_path, small, capsys, arguments, says):
+        (tmp_path / "text.png").write_text("this is no picture")
+        Image.new("L", (9, 9), 255).save(tmp_path / "white.png")
+        before = sorted(tmp_path.rglob("*"))
+        filled = [a.format(tmp=tmp_path, small=small) for a in arguments]
+        if "-o" not in filled:
+            filled += ["-o", str(tmp_path / "out")]
+        assert run(*filled, "--no-report") == 2
+        captured = capsys.readouterr()
+        assert captured.out == ""
+        assert captured.err.startswith("error: ") and captured.err.count("\n") == 1
+        assert says.lower() in captured.err.lower()
+        assert sorted(tmp_path.rglob("*")) == before

@@ -1,0 +1,121 @@
+"""The command that mills a picture in simulation."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tb.engines import ENGINES
+from tools import simulate
+from tools.cut_picture import AIR, IN_ERROR, MISSED, duration
+
+RING = ["#####", "#...#", "#.#.#", "#...#", "#####"]
+
+
+@pytest.fixture
+def ring(tmp_path) -> Path:
+    """Give a ring of 16 pixels around one."""
+    path = tmp_path / "ring.png"
+    Image.fromarray(np.array([[c != "#" for c in row] for row in RING])).save(path)
+    return path
+
+
+def run(*arguments: object) -> int:
+    return simulate.main([str(argument) for argument in arguments])
+
+
+def colours(path: Path) -> set:
+    image = Image.open(path).convert("RGB")
+    return {colour for _, colour in image.getcolors(1 << 20) or []}
+
+
+@pytest.mark.parametrize("engine", [
+    "amaranth", pytest.param("cxxrtl", marks=pytest.mark.compiler)])
+class TestEngines:
+    def test_ring(self, tmp_path, ring, engine, capsys):
+        if reason := ENGINES[engine].missing():
+            pytest.skip(reason)
+        png, figures = tmp_path / "cut.png", tmp_path / "cut.json"
+        assert run("--image", ring, "--png", png, "--json", figures, "--engine", engine) == 0
+        assert "17 asked, 17 cut, 0 missed, 0 cut in error" in capsys.readouterr().out
+        assert AIR in colours(png)
+        assert not {MISSED, IN_ERROR} & colours(png)
+        facts = json.loads(figures.read_text())
+        # Down and up for the ring and for the dot; the way between them and home is in the air.
+        assert facts["strokes"] == 2
+        assert facts["steps"]["z"] == 4 * 1152
+        assert facts["engine"] == engine
+        assert facts["air_steps"] > 0
+        assert facts["job_seconds"] == pytest.approx(
+            steps_made(facts) / 101.376, rel=0.01)
+
+    def test_period_changes_the_clocks_and_not_the_cut(self, tmp_path, ring, engine):
+        if reason := ENGINES[engine].missing():
+            pytest.skip(reason)
+        facts = []
+        for period in (1, 3):
+            run("--image", ring, "--png", tmp_path / "cut.png", "--json", tmp_path / "cut.json",
+                "--engine", engine, "--period", period)
+            facts.append(json.loads((tmp_path / "cut.json").read_text()))
+        one, three = facts
+        assert three["least_period"] == 3
+        assert three["clocks"] > 2 * one["clocks"]
+        same = ("pixels_cut", "steps", "air_steps", "milled_mm", "strokes")
+        assert [one[key] for key in same] == [three[key] for key in same]
+        assert three["job_seconds"] == pytest.approx(one["job_seconds"], abs=1e-3)
+
+
+def steps_made(facts: dict) -> float:
+    """Count steps in time: a diagonal is one, and 16 pixels of ring have no diagonal."""
+    return facts["air_steps"] + 15 * 128 + facts["steps"]["z"]
+
+
+class TestWaveform:
+    def test_names_of_states(self, tmp_path, ring):
+        vcd = tmp_path / "ring.vcd"
+        assert run("--image", ring, "--png", tmp_path / "cut.png", "--vcd", vcd,
+                   "--engine", "amaranth", "--size", "2x2") == 0
+        text = vcd.read_text()
+        assert "coordinates_state" in text
+        assert "SEARCH" in text
+
+    def test_folder_must_exist(self, tmp_path, ring, capsys):
+        assert run("--image", ring, "--vcd", tmp_path / "none" / "a.vcd") == 2
+        assert "its folder does not exist" in capsys.readouterr().err
+
+
+class TestWrong:
+    def test_other_picture_milled(self, tmp_path, ring, monkeypatch, capsys):
+        """A plate that is not as asked is drawn as it is, and is an error."""
+        names = simulate.mill_picture.__globals__
+        right = names["CoordinateGenerator"]
+
+        def mills_something_else(picture, **how):
+            picture[0][0], picture[1][1] = False, True
+            return right(picture, **how)
+
+        monkeypatch.setitem(names, "CoordinateGenerator", mills_something_else)
+        png = tmp_path / "cut.png"
+        assert run("--image", ring, "--png", png, "--engine", "amaranth") == 1
+        assert "1 missed" in capsys.readouterr().out
+        assert {MISSED, IN_ERROR} <= colours(png)
+
+    @pytest.mark.parametrize("arguments", [
+        ["--period", "0"], ["--period", "x"], ["--engine", "vhdl"], ["--png", "cut.txt"],
+        ["--step-rate", "-3"],
+    ])
+    def test_bad_arguments(self, tmp_path, ring, capsys, arguments, monkeypatch):
+        monkeypatch.chdir(tmp_path)
+        before = sorted(tmp_path.iterdir())
+        assert run("--image", ring, *arguments) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+        assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(("seconds", "text"), [
+    (0.25, "0.25 s"), (48, "48 s"), (720, "12 min"), (99 * 60, "99 min"), (11100, "3 h 05 min"),
+])
+def test_duration(seconds, text):
+    assert duration(seconds) == text
