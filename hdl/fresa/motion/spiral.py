@@ -72,8 +72,8 @@ class SpiralWalk(wiring.Component):
         column = Signal.like(row)
         number = Signal.like(self.number)
         m.d.comb += [
-            self.row.eq(row),
-            self.column.eq(column),
+            self.row.eq(row.as_unsigned()),
+            self.column.eq(column.as_unsigned()),
             self.number.eq(number),
             # Below 0 is far above, without the sign.
             self.inside.eq((row.as_unsigned() < self.rows)
