@@ -45,8 +45,9 @@ def main(argv: list[str] | None = None) -> int:
                         else f"there is no command {rest[0]!r}; python -m tools lists them")
     width = max(map(len, known))
     for name, about in known.items():
-        say(f"python -m tools.{name:{width}}  {about}")
-    say("\nEach explains itself with --help. python -m tb lists the benches.")
+        say(f"  {name:{width}}  {about}")
+    say("\npython -m tools.NAME runs one, and explains itself with --help. "
+        "python -m tb lists the benches.")
     return 0
 
 

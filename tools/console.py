@@ -22,6 +22,7 @@ __all__ = [
     "check_outputs",
     "colour",
     "command",
+    "is_special",
     "say",
     "write_atomically",
     "write_files_atomically",
@@ -206,11 +207,11 @@ def check_outputs(
         If one of these is not a place to write to.
     """
     for path in pictures:
-        if path is not None and path.suffix.lower() != ".png" and not _is_special(path):
+        if path is not None and path.suffix.lower() != ".png" and not is_special(path):
             raise UserError(f"{path} would be a PNG file: give it a name that ends in .png")
     taken = [source]
     for path in (*pictures, *others):
-        if path is None or _is_special(path):
+        if path is None or is_special(path):
             continue
         for other in taken:
             if os.path.realpath(path) == os.path.realpath(other) or (
@@ -221,7 +222,8 @@ def check_outputs(
         taken.append(path)
 
 
-def _is_special(path: Path) -> bool:
+def is_special(path: Path) -> bool:
+    """Say whether something is there that is neither a file nor a folder, such as a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 

@@ -8,7 +8,7 @@ from PIL import Image
 
 from fresa.machines.mill import PICTURE_MAX
 
-from .console import Parser, check_outputs, command, say, write_files_atomically
+from .console import Parser, check_outputs, command, is_special, say, write_files_atomically
 from .picture import LARGEST, Prepared, encode, load, prepare, preview
 
 __all__ = ["add_picture_arguments", "main", "picture_from_arguments"]
@@ -24,10 +24,8 @@ A pixel is 128 steps, 0.56 mm; the table takes 400 x 400 of them.
 EXAMPLES = """\
 examples:
   python -m tools.image photo.jpg
-      Write photo-mill.png, at most 400 x 400 pixels, cut at a threshold found by itself.
-
-  python -m tools.image photo.jpg --preview look.png
-      Draw also what it will look like, with a bar of millimetres.
+      Write photo-mill.png, at most 400 x 400 pixels, cut at a threshold found by itself, and
+      photo-preview.png, what it will look like, with a bar of millimetres.
 
   python -m tools.image drawing.png --size 96x96 --keep-lines --thin
       Shrink a drawing without losing its fine lines, then mill each line once.
@@ -144,7 +142,8 @@ def main(argv: list[str] | None = None) -> int:
         "--preview",
         metavar="FILE.png",
         type=Path,
-        help="draw what is milled, enlarged and measured",
+        help="draw there what is milled, enlarged and measured (default: beside the pixels, as "
+        "NAME-preview.png)",
     )
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write what was done: size, threshold, pixels ..."
@@ -153,13 +152,16 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
 
     output = args.output or args.image.parent / f"{args.image.stem}-mill.png"
-    check_outputs(args.image, pictures=[output, args.preview], others=[args.json])
+    look = args.preview
+    if look is None and not is_special(output):
+        look = output.with_name(f"{output.stem.removesuffix('-mill')}-preview.png")
+    check_outputs(args.image, pictures=[output, look], others=[args.json])
     prepared = picture_from_arguments(args)
 
     # Pillow reads 1 as white; what is cut is black.
     files = {output: encode(Image.fromarray(~prepared.pixels))}
-    if args.preview is not None:
-        files[args.preview] = encode(preview(prepared.pixels))
+    if look is not None:
+        files[look] = encode(preview(prepared.pixels))
     if args.json is not None:
         files[args.json] = (json.dumps(prepared.facts(), indent=2) + "\n").encode()
     write_files_atomically(files)

@@ -41,12 +41,13 @@ def gradient(tmp_path):
 class TestFiles:
     def test_beside_the_picture(self, gradient, tmp_path, capsys):
         assert image.main([str(gradient)]) == 0
-        assert names(tmp_path) == {"gradient.png", "gradient-mill.png"}
+        assert names(tmp_path) == {"gradient.png", "gradient-mill.png", "gradient-preview.png"}
         assert read(tmp_path / "gradient-mill.png").tolist() == [[True] * 8 + [False] * 8] * 2
         out, err = capsys.readouterr()
         assert out.splitlines() == [
             "16 x 2 pixels, 8.9 x 1.1 mm, 16 to mill (50.0%), threshold 119 (found), scale 1",
             f"wrote {tmp_path / 'gradient-mill.png'}",
+            f"wrote {tmp_path / 'gradient-preview.png'}",
         ]
         assert err == ""
 

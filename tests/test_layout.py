@@ -1,0 +1,66 @@
+"""The house: which folder may know which, and what must never be there."""
+
+import ast
+import platform
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+ROOMS = {  # what each may import beside the standard library and itself
+    "hdl/fresa": {"amaranth"},
+    "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
+    "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
+    "tools": {"amaranth", "numpy", "PIL", "tqdm", "fresa", "fresa_boards", "tb"},
+}
+
+
+def imports(path: Path) -> set[str]:
+    """Top-level packages that a file imports, anywhere in it."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            found.add(node.module.split(".")[0])
+    return found
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_arrows_point_downwards(room):
+    own = Path(room).name
+    for path in (ROOT / room).rglob("*.py"):
+        foreign = imports(path) - set(sys.stdlib_module_names) - {own}
+        assert foreign <= ROOMS[room], path
+
+
+def test_platform_is_still_the_standard_library():
+    assert platform.python_implementation()
+    assert not (ROOT / "platform" / "__init__.py").exists()
+    assert not (ROOT / "hdl" / "__init__.py").exists()
+
+
+def test_nothing_below_the_boards_asks_for_a_pin():
+    for path in (ROOT / "hdl").rglob("*.py"):
+        assert "platform." not in path.read_text(encoding="utf-8"), path
+
+
+class TestReadme:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+
+    def test_two_commands_do_everything(self):
+        commands = re.findall(r"^python3 -m venv .*", self.text, re.M)
+        assert len(commands) == 2
+        assert commands[0].endswith("-m tools.build")
+        assert commands[1].endswith("-m pytest -q")
+
+    def test_links_lead_somewhere(self):
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)", self.text):
+            assert (ROOT / target).exists(), target
+
+    def test_commands_exist(self):
+        for module in re.findall(r"python -m (tools(?:\.\w+)?|tb)\b", self.text):
+            path = ROOT / module.replace(".", "/")
+            assert path.with_suffix(".py").exists() or (path / "__main__.py").exists(), module
