@@ -117,7 +117,8 @@ class CoordinateGenerator(wiring.Component):
         ]
 
         # Word n of the picture is read while word n - 1 is written.
-        reading, writing = Signal(self._depth_bits + 1), Signal(self._depth_bits)
+        reading = Signal(self._depth_bits + 1)
+        writing = Signal(self._depth_bits)
         m.d.sync += writing.eq(reading)
         picture = []
         for low in range(0, self._banks, 8):  # a wider one is split in ways that cost much logic

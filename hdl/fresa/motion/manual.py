@@ -54,7 +54,8 @@ class ManualControl(wiring.Component):
         with m.Else():
             m.d.sync += seen_off.eq(0)
 
-        up, down = Signal(3), Signal(3)
+        up = Signal(3)
+        down = Signal(3)
         pressed = self.jog & seen_off & self.enable.replicate(6)
         m.d.comb += [up.eq(Cat(pressed[0::2])), down.eq(Cat(pressed[1::2]))]
 

@@ -106,16 +106,17 @@ class MotionSequencer(wiring.Component):
         lowered = self.at_z[-1]  # at rest Z is at 0 or at -z_travel
 
         resting = Signal()
-        steps_x, steps_y = Signal(16), Signal(16)
+        steps_x = Signal(16)
+        steps_y = Signal(16)
         directions = []
-        for at, target, steps in [
-            (self.at_x, self.order.x, steps_x), (self.at_y, self.order.y, steps_y),
+        for name, at, target, steps in [
+            ("x", self.at_x, self.order.x, steps_x), ("y", self.at_y, self.order.y, steps_y),
         ]:
-            goal = Signal(16)
+            goal = Signal(16, name=f"goal_{name}")
             with m.If(resting):
                 m.d.sync += goal.eq(target)
             past = at - Mux(resting, target, goal)  # 17 bits: the sign says on which side it is
-            ascending = Signal()
+            ascending = Signal(name=f"ascending_{name}")
             m.d.sync += [
                 ascending.eq(past[-1]),
                 steps.eq((past[:16] ^ past[-1].replicate(16)) + past[-1]),

@@ -50,7 +50,8 @@ class SquareGenerator(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        far_x, far_y = Signal(), Signal()
+        far_x = Signal()
+        far_y = Signal()
         m.d.comb += [
             self.orders.p.x.eq(Mux(far_x, self.side, 0)),
             self.orders.p.y.eq(Mux(far_y, self.side, 0)),

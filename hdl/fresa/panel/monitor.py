@@ -54,7 +54,8 @@ class Monitor(wiring.Component):
 
         m.submodules.display = display = SevenSegment(scan_bits=self.scan_bits)
         x, y, z = self.jogging
-        show_y, show_z = Signal(), Signal()
+        show_y = Signal()
+        show_z = Signal()
         m.d.comb += [show_y.eq(~x & y), show_z.eq(~x & ~y & z)]
         word = Mux(show_z, self.axis_z, Mux(show_y, self.axis_y, self.axis_x))
         m.d.comb += [

@@ -1,0 +1,135 @@
+"""Run a bench, or list them."""
+
+import argparse
+import difflib
+import os
+import sys
+import textwrap
+import time
+from pathlib import Path
+from typing import NoReturn
+
+from .bench import Bench, CheckFailed
+from .benches import BENCHES, GROUPS
+
+__all__ = ["main"]
+
+ABOUT = """\
+Benches: each runs a part of the gateware on Amaranth's simulator, checks what it shows, and says
+so in a line or two. Without a name they are listed.
+"""
+
+EPILOG = """\
+examples:
+  python -m tb
+      List the benches.
+
+  python -m tb coil-driver
+      Run one.
+
+  python -m tb motion-sequencer --vcd motion.vcd
+      Write also its waveform, and motion.gtkw beside it, which tells GTKWave what to show:
+          gtkwave motion.gtkw
+
+  python -m tb all
+      Run them all.
+
+Clocks are counted from 1; one takes 20 ns in the waveform. When a check fails the marker of
+GTKWave stands at its clock.
+
+exit status: 0 if all went as expected, 1 if a check failed, 2 if the command cannot be carried out.
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that says in one line what is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"error: {message} (see python -m tb --help)\n")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tb", description=ABOUT, epilog=EPILOG, allow_abbrev=False,
+                    formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("name", metavar="NAME", nargs="?", help="the bench to run, or all")
+    parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform there")
+    args = parser.parse_args(argv)
+    try:
+        if args.vcd is not None and args.name in (None, "all"):
+            parser.error("--vcd goes with one bench")
+        if args.name is None:
+            print(listing())
+            print("\npython -m tb NAME runs one, python -m tb all runs all; see also --help.")
+            return 0
+        if args.name == "all":
+            return run_all()
+        if args.name not in BENCHES:
+            return error(f"no bench is named {args.name!r}; {nearest(args.name)}")
+        return run_one(BENCHES[args.name], args.vcd)
+    except BrokenPipeError:
+        # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 1
+    except KeyboardInterrupt:
+        return error("interrupted", status=130)
+
+
+def error(message: str, *, status: int = 2) -> int:
+    """Say what is wrong; give the exit status."""
+    print(f"error: {message}", file=sys.stderr)
+    return status
+
+
+def listing() -> str:
+    """Return the names of all benches, a line each, by group."""
+    width = max(map(len, BENCHES))
+    lines = []
+    for group, benches in GROUPS.items():
+        lines += [group, *(f"  {bench.name:{width}}  {bench.shows}" for bench in benches)]
+    return "\n".join(lines)
+
+
+def nearest(name: str) -> str:
+    """Name the benches that may be meant."""
+    near = [known for known in BENCHES if name and name in known]
+    near += [known for known in difflib.get_close_matches(name, BENCHES) if known not in near]
+    return f"did you mean {' or '.join(near[:3])}?" if near else "python -m tb lists them"
+
+
+def run_one(bench: Bench, vcd: Path | None) -> int:
+    """Run a bench and say what came of it."""
+    status = 0
+    try:
+        says = bench.run(vcd)
+    except CheckFailed as failure:
+        says, status = f"FAILED at {failure}", 1
+    except OSError as reason:
+        return error(f"cannot write {reason.filename or vcd}: {reason.strerror or reason}")
+    print(textwrap.fill(f"{bench.name}: {says}", 100, subsequent_indent="  "))
+    if vcd is not None:
+        print(f"wrote {vcd} and {vcd.with_suffix('.gtkw')}")
+    return status
+
+
+def run_all() -> int:
+    """Run every bench, with a line for each as it ends."""
+    failed = []
+    width = max(map(len, BENCHES))
+    for number, bench in enumerate(BENCHES.values(), start=1):
+        print(f"{number:2}/{len(BENCHES)} {bench.name:{width}}  ", end="", flush=True)
+        begun = time.perf_counter()
+        try:
+            bench.run()
+        except CheckFailed as failure:
+            failed.append(bench.name)
+            print(f"FAILED at {failure}")
+        else:
+            print(f"passed in {time.perf_counter() - begun:.2f} s")
+    print(f"{len(BENCHES) - len(failed)} of {len(BENCHES)} benches passed"
+          + (f"; failed: {', '.join(failed)}" if failed else ""))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,226 @@
+"""What every bench needs: a clock, a deadline, checks that say what they saw, and a waveform."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+
+from amaranth import ClockDomain, Module, Signal, Value
+from amaranth.lib import wiring
+from amaranth.sim import Simulator
+
+from .design import Design
+from .engines import AmaranthEngine, Engine
+from .waves import BITS, PERIOD, Layout, save_file, staged
+
+__all__ = ["Bench", "CheckFailed", "Run", "bench", "put"]
+
+
+class CheckFailed(Exception):
+    """Something was not as expected; the message says what, and `clock` when."""
+
+    def __init__(self, clock: int, message: str) -> None:
+        super().__init__(f"clock {clock} ({clock_ns(clock)} ns): {message}")
+        self.clock = clock
+
+
+def clock_ns(clock: int) -> int:
+    """Return the time of a rising edge, the first of which is clock 1; 0 for clock 0."""
+    return max(0, clock * PERIOD - PERIOD // 2)
+
+
+class Run:
+    """One run of one bench, which gets it as its argument.
+
+    A bench of a component calls :meth:`simulate`, a bench of a board :meth:`engine`.
+
+    Parameters
+    ----------
+    vcd : Path, optional
+        Where to write the waveform.
+
+    Attributes
+    ----------
+    clock : int
+        Rising edges so far.
+    rst : Signal
+        Reset of the component simulated.
+    layout : Layout
+        What to show of the waveform.
+    """
+
+    def __init__(self, vcd: Path | None = None) -> None:
+        self._vcd = vcd
+        self._clock: Callable[[], int] = lambda: 0
+        self.rst = Signal(name="rst")
+        self.layout: Layout | None = None
+
+    @property
+    def clock(self) -> int:
+        return self._clock()
+
+    def simulate(
+        self, dut: wiring.Component, test: Callable, *players: Callable, inside: Sequence[str] = (),
+        deadline: int = 10_000,
+    ) -> None:
+        """Run a component until `test` returns.
+
+        Parameters
+        ----------
+        dut : Component
+            What to run.
+        test : async function of one argument
+            Testbench.
+        players : async functions of one argument
+            What is around the component meanwhile.
+        inside : sequence of str
+            Signals of its submodules to show in the waveform.
+        deadline : int
+            Clocks after which `test` must have returned.
+
+        Raises
+        ------
+        CheckFailed
+            If `test` says so, or is still waiting at the deadline.
+        """
+        m = Module()
+        m.domains.sync = sync = ClockDomain()
+        sync.rst = self.rst
+        m.submodules.dut = dut
+        ports = {wiring.In: [], wiring.Out: []}
+        for path, member, port in dut.signature.flatten(dut):
+            # Inside, a port may have to share its name with one of a submodule.
+            name = "_".join(map(str, path))
+            m.d.comb += Signal(member.shape, name=name).eq(port)
+            ports[member.flow].append(name)
+        self.layout = Layout("dut", ports[wiring.In], ports[wiring.Out], inside)
+
+        clocks = 0
+        self._clock = lambda: clocks
+
+        async def count(ctx):
+            nonlocal clocks
+            while True:
+                await ctx.tick()
+                clocks += 1
+
+        sim = Simulator(m)
+        sim.add_clock(PERIOD * 1e-9)
+        sim.add_testbench(count, background=True)
+        sim.add_testbench(test)
+        for player in players:
+            sim.add_testbench(player, background=True)
+        with sim.write_vcd(str(self._vcd)) if self._vcd else nullcontext():
+            while sim.advance():
+                if clocks > deadline:
+                    self.expect("the bench", "still waiting", "over")
+
+    @contextmanager
+    def engine(self, design: Design, *, inside: Sequence[str] = ()) -> Iterator[Engine]:
+        """Run a design by its pins, on Amaranth's own simulator: it shows states by name."""
+        self.layout = Layout(design.name, list(design.inputs), list(design.outputs), inside)
+        with AmaranthEngine(design, vcd=self._vcd) as engine:
+            self._clock = lambda: engine.clock
+            yield engine
+
+    def see(self, ctx, dut, **expected: int) -> None:
+        """Check members of `dut` in this clock."""
+        for name, value in expected.items():
+            self.expect(name, ctx.get(_bits(dut, name)), value, bits=_width(dut, name))
+
+    async def until(self, ctx, dut, *, within: int = 1000, **expected: int) -> None:
+        """Wait until members of `dut` have these values, `within` so many clocks."""
+        for _ in range(within):
+            if all(ctx.get(_bits(dut, name)) == value for name, value in expected.items()):
+                return
+            await ctx.tick()
+        self.see(ctx, dut, **expected)
+
+    def expect(self, what: str, seen: object, expected: object, *, bits: int | None = None) -> None:
+        """Check that what is seen is what is expected.
+
+        With `bits` both are told in binary; of two lists, the first items that differ.
+        """
+        if seen == expected:
+            return
+        if bits is not None:
+            seen, expected = f"{seen:0{bits}b}", f"{expected:0{bits}b}"
+        elif isinstance(seen, list) and isinstance(expected, list):
+            pairs = enumerate(zip_longest(seen, expected, fillvalue="nothing"), start=1)
+            number, (seen, expected) = next(pair for pair in pairs if pair[1][0] != pair[1][1])
+            what = f"{what}, number {number}"
+        raise CheckFailed(self.clock, f"{what}: {expected} expected, {seen} seen")
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bench.
+
+    Attributes
+    ----------
+    name : str
+        What people call it.
+    shows : str
+        What it shows, in a line.
+    function : callable
+        Does it with a `Run`, and says in a line or two what was seen.
+    """
+
+    name: str
+    shows: str
+    function: Callable[[Run], str]
+
+    def run(self, vcd: Path | None = None) -> str:
+        """Run it, and return what it says.
+
+        Parameters
+        ----------
+        vcd : Path, optional
+            Where to write the waveform; a save file for GTKWave is put beside it.
+
+        Raises
+        ------
+        CheckFailed
+            If a check fails. The waveform is there all the same, with the marker at that clock.
+        OSError
+            If the waveform cannot be written.
+        """
+        if vcd is None:
+            return self.function(Run())
+        failure = None
+        says = ""
+        with staged(vcd) as (wave, save):
+            run = Run(wave)
+            try:
+                says = self.function(run)
+            except CheckFailed as error:
+                failure = error
+            assert run.layout is not None
+            save_file(save, wave, run.layout, home=vcd.absolute(), clocks=run.clock,
+                      mark=failure.clock if failure else None)
+        if failure:
+            raise failure
+        return says
+
+
+def bench(function: Callable[[Run], str]) -> Bench:
+    """Make a bench of a function, named as it is, that shows what its docstring says first."""
+    shows = (function.__doc__ or "").partition("\n")[0]
+    return Bench(function.__name__.replace("_", "-"), shows, function)
+
+
+async def put(ctx, stream, payload) -> None:
+    """Offer `payload` until it is taken."""
+    ctx.set(stream.payload, payload)
+    ctx.set(stream.valid, 1)
+    await ctx.tick().until(stream.ready)
+    ctx.set(stream.valid, 0)
+
+
+def _bits(dut, name: str) -> Value:
+    return Value.cast(getattr(dut, name))
+
+
+def _width(dut, name: str) -> int | None:
+    return len(_bits(dut, name)) if name in BITS else None

@@ -1,0 +1,21 @@
+"""The benches, a module a room."""
+
+from ..bench import Bench
+from . import board, control, drive, mill, motion, orders, panel
+
+__all__ = ["BENCHES", "GROUPS"]
+
+ROOMS = {
+    "components": (drive, motion, control, orders, panel),
+    "machine": (mill,),
+    "board": (board,),
+}
+
+GROUPS = {
+    group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)]
+    for group, rooms in ROOMS.items()
+}
+"""Benches, in the order in which they are best read."""
+
+BENCHES = {bench.name: bench for group in GROUPS.values() for bench in group}
+"""Benches by name."""

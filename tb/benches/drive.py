@@ -1,0 +1,102 @@
+"""Steps to pins."""
+
+from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
+
+from ..bench import Run, bench
+from ..plant import WORDS
+
+
+@bench
+def frequency_divider(run: Run) -> str:
+    """A tick every 5 clocks; how it pauses, and how it begins anew."""
+    dut = FrequencyDivider(period=5)
+
+    async def test(ctx):
+        ctx.set(dut.enable, 1)
+        for clock in range(1, 16):
+            run.see(ctx, dut, tick=clock % 5 == 0)
+            await ctx.tick()
+
+        await ctx.tick().repeat(3)
+        ctx.set(dut.enable, 0)
+        for _ in range(4):
+            run.see(ctx, dut, tick=0)
+            await ctx.tick()
+        ctx.set(dut.enable, 1)
+        for tick in (0, 1):
+            run.see(ctx, dut, tick=tick)
+            await ctx.tick()
+
+        await ctx.tick().repeat(3)
+        ctx.set(dut.clear, 1)
+        await ctx.tick()
+        ctx.set(dut.clear, 0)
+        for tick in (0, 0, 0, 0, 1):
+            run.see(ctx, dut, tick=tick)
+            await ctx.tick()
+
+    run.simulate(dut, test)
+    return ("3 ticks, 5 clocks apart; not enabled, it kept its count; "
+            "cleared at 4, it counted 5 again")
+
+
+@bench
+def coil_driver(run: Run) -> str:
+    """Coil words down the table and back; steps asked for too soon."""
+    dut = CoilDriver(period=4)
+
+    async def test(ctx):
+        run.see(ctx, dut, coils=WORDS[0])
+        state = 0
+        for direction, way in [(1, 1), (0, -1)]:
+            ctx.set(dut.direction, direction)
+            for _ in range(8):
+                ctx.set(dut.step, 1)
+                run.see(ctx, dut, moved=1, refused=0)
+                await ctx.tick()
+                state = (state + way) % 4
+                run.see(ctx, dut, coils=WORDS[state])
+                ctx.set(dut.step, 0)
+                await ctx.tick().repeat(3)
+
+        ctx.set(dut.step, 1)
+        await ctx.tick()
+        for _ in range(3):
+            run.see(ctx, dut, coils=WORDS[-1], moved=0, refused=1)
+            await ctx.tick()
+        run.see(ctx, dut, moved=1)
+        await ctx.tick()
+
+        ctx.set(run.rst, 1)
+        for _ in range(5):
+            await ctx.tick()
+            run.see(ctx, dut, coils=WORDS[-2])
+
+    run.simulate(dut, test)
+    return ("8 steps down the table and 8 back; 3 asked for sooner than 4 clocks were refused; "
+            "a reset left the coils as they were")
+
+
+@bench
+def axis_drivers(run: Run) -> str:
+    """Every combination of the three motors, each with a direction of its own."""
+    dut = AxisDrivers(period=2)
+
+    async def test(ctx):
+        states = [0, 0, 0]
+        for step in range(8):
+            for direction in range(8):
+                ctx.set(dut.step, step)
+                ctx.set(dut.direction, direction)
+                run.see(ctx, dut, moved=step, refused=0)
+                await ctx.tick()
+                ctx.set(dut.step, 0)
+                for axis in range(3):
+                    if step >> axis & 1:
+                        states[axis] += 1 if direction >> axis & 1 else -1
+                x, y, z = (WORDS[state % 4] for state in states)
+                run.see(ctx, dut, axis_x=x, axis_y=y, axis_z=z)
+                await ctx.tick()
+
+    run.simulate(dut, test)
+    return "64 requests: all axes and directions, each motor followed its own and no other"

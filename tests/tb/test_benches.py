@@ -1,0 +1,279 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false
+
+"""The benches: they pass, they can fail, and their waveforms can be read."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from amaranth import Module, Value
+
+from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
+from fresa.machines import Mill
+from fresa.motion import (
+    AutomaticControl,
+    CoordinateGenerator,
+    ManualControl,
+    MotionSequencer,
+    NumericalController,
+    OrderControl,
+    SpiralWalk,
+    SquareGenerator,
+    StartHandshake,
+    StepCounter,
+)
+from fresa.panel import Debouncer, Monitor, SevenSegment
+from tb.__main__ import main
+from tb.bench import Bench, CheckFailed, Run
+from tb.benches import BENCHES, GROUPS
+
+STATES = {
+    "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
+    "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
+    "jog-combinations", "square", "image",
+}
+
+BUGS = {
+    "frequency-divider": (FrequencyDivider, "tick", 0),
+    "coil-driver": (CoilDriver, "refused", 0),
+    "axis-drivers": (AxisDrivers, "axis_y", 0b0110),
+    "order-control": (OrderControl, "clear", 0),
+    "motion-sequencer": (MotionSequencer, "error", 0),
+    "automatic-control": (AutomaticControl, "shown", 0),
+    "manual-control": (ManualControl, "direction", 0b111),
+    "numerical-controller": (NumericalController, "ready", 1),
+    "start-handshake": (StartHandshake, "start", 1),
+    "spiral-walk": (SpiralWalk, "near", 1),
+    "square-generator": (SquareGenerator, "busy", 0),
+    "coordinate-generator": (CoordinateGenerator, "busy", 1),
+    "debouncer": (Debouncer, "o", 0),
+    "seven-segment": (SevenSegment, "digits", 0b1110),
+    "monitor": (Monitor, "leds", 0),
+    "mill": (Mill, "error", 0),
+    "jog-axes": (NumericalController, "axis_z", 0b0110),
+    "jog-combinations": (ManualControl, "direction", 0b111),
+    "square": (SevenSegment, "segments", 0xC0),
+    "image": (SpiralWalk, "near", 1),
+}
+"""For each bench a component, one of its outputs, and where that is stuck."""
+
+
+def stick(monkeypatch, component, output: str, value: int) -> None:
+    elaborate = component.elaborate
+
+    def stuck(self, platform):
+        m = elaborate(self, platform)
+        m.d.comb += Value.cast(getattr(self, output)).eq(value)
+        return m
+
+    monkeypatch.setattr(component, "elaborate", stuck)
+
+
+def declared(vcd: Path) -> dict[str, str]:
+    """Types of the variables of a VCD by the names that GTKWave gives them."""
+    scope, found = [], {}
+    for line in vcd.read_text().partition("$enddefinitions")[0].splitlines():
+        if new := re.fullmatch(r"\$scope \w+ (\S+) \$end", line):
+            scope.append(new[1])
+        elif line == "$upscope $end":
+            scope.pop()
+        elif var := re.fullmatch(r"\$var (\w+) (\d+) \S+ (\S+) \$end", line):
+            span = f"[{int(var[2]) - 1}:0]" if var[2] != "1" else ""
+            found[".".join((*scope, var[3])) + span] = var[1]
+    return found
+
+
+def saved(gtkw: Path) -> dict[str, list[str]]:
+    """Traces of a save file by their groups."""
+    groups, group = {}, []
+    for line in gtkw.read_text().splitlines():
+        if line.startswith("-") and len(line) > 1:
+            group = groups.setdefault(line[1:], [])
+        elif line[0] not in "@[*-":
+            group.append(re.sub(r"^\[color\].*|^\+\{.*?\} ", "", line))
+    return groups
+
+
+def run(*args: str) -> int:
+    try:
+        return main(list(args))
+    except SystemExit as stop:
+        assert isinstance(stop.code, int)
+        return stop.code
+
+
+@pytest.mark.parametrize("name", BENCHES)
+def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
+    vcd = tmp_path / "wave.vcd"
+    says = BENCHES[name].run(vcd)
+    assert 20 < len(says) < 200 and "\n" not in says
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["wave.gtkw", "wave.vcd"]
+
+    types, groups = declared(vcd), saved(vcd.with_suffix(".gtkw"))
+    shown = [trace for traces in groups.values() for trace in traces]
+    assert set(shown) <= set(types)
+    assert len(shown) == len(set(shown))
+    assert len(groups["clock and reset"]) == 2 and groups["inputs"] and groups["outputs"]
+
+    strings = [path for path, kind in types.items() if kind == "string"]
+    assert groups.get("states", []) == strings
+    assert bool(strings) == (name in STATES)
+    if strings:
+        assert re.search(r"^s[A-Z][A-Z-]+(-\d)?/\d+ ", vcd.read_text(), re.MULTILINE)
+
+
+def test_there_is_a_bench_for_every_component_and_machine():
+    parts = {cls.__name__ for cls, _, _ in BUGS.values()} | {"StepCounter"}
+    names = {re.sub(r"(?<!^)(?=[A-Z])", "-", part).lower() for part in parts}
+    assert names <= set(BENCHES)
+    assert list(GROUPS) == ["components", "machine", "board"]
+    assert {*BUGS, "step-counter"} == set(BENCHES)
+
+
+@pytest.mark.parametrize("name", BUGS)
+def test_a_bug_is_found(name, monkeypatch, tmp_path, capsys):
+    stick(monkeypatch, *BUGS[name])
+    vcd = tmp_path / "wave.vcd"
+    assert run(name, "--vcd", str(vcd)) == 1
+    out, err = capsys.readouterr()
+    message = " ".join(out.partition("wrote")[0].split())
+    assert not err and len(message) < 300
+    failed = re.fullmatch(rf"{name}: FAILED at clock (\d+) \((\d+) ns\): .+: .+ expected, .+ seen",
+                          message)
+    assert failed
+    # The waveform is there, and the marker stands where it went wrong.
+    assert "$enddefinitions" in vcd.read_text()
+    marker = int(re.findall(r"^\*\S+ (-?\d+) ", vcd.with_suffix(".gtkw").read_text(),
+                            re.MULTILINE)[0])
+    assert marker == int(failed[2]) * 1_000_000 == max(0, int(failed[1]) * 20 - 10) * 1_000_000
+
+
+def test_leds_that_show_nothing_are_found(monkeypatch):
+    stick(monkeypatch, Monitor, "leds", 0)
+    for name in ("jog-axes", "jog-combinations"):
+        with pytest.raises(CheckFailed, match="LD3 to LD0: .... expected, 0000 seen"):
+            BENCHES[name].run()
+
+
+def test_a_counter_that_only_counts_up_is_found(monkeypatch):
+    def elaborate(self, platform):
+        m = Module()
+        with m.If(self.step):
+            m.d.sync += self.count.eq(self.count + 1)
+        return m
+
+    monkeypatch.setattr(StepCounter, "elaborate", elaborate)
+    for name in ("step-counter", "automatic-control", "mill"):
+        with pytest.raises(CheckFailed):
+            BENCHES[name].run()
+
+
+@pytest.mark.parametrize(("where", "value", "names"), [
+    ("fresa.drive.coil.valid_period", lambda value: 1, ["coil-driver"]),  # refuses nothing
+    ("fresa.drive.coil.FULL_STEP", (0b1100,) * 4, ["coil-driver", "axis-drivers"]),
+    ("fresa.motion.sequencer.valid_z_travel", lambda value: value + 1, ["motion-sequencer"]),
+    ("fresa.motion.square.in_range", lambda *given: given[1] + 1, ["square-generator", "square"]),
+    ("fresa.panel.debounce.in_range", lambda *given: 2, ["debouncer"]),
+    ("fresa.panel.display.HEX_SEGMENTS", (0x3F,) * 16, ["seven-segment", "monitor", "square"]),
+])
+def test_a_wrong_constant_is_found(monkeypatch, where, value, names):
+    monkeypatch.setattr(where, value)
+    for name in names:
+        with pytest.raises(CheckFailed):
+            BENCHES[name].run()
+
+
+def test_a_bench_that_never_ends_is_stopped():
+    async def test(ctx):
+        while True:
+            await ctx.tick()
+
+    with pytest.raises(CheckFailed, match=r"^clock 51 \(1010 ns\): .* still waiting seen"):
+        Run().simulate(FrequencyDivider(period=1), test, deadline=50)
+
+
+def test_a_failed_check_tells_both_values():
+    run_ = Run()
+    with pytest.raises(CheckFailed, match=r"clock 0 \(0 ns\): coils: 0011 expected, 1001 seen"):
+        run_.expect("coils", 9, 3, bits=4)
+    with pytest.raises(CheckFailed, match="steps, number 2: 5 expected, 4 seen"):
+        run_.expect("steps", [1, 4, 9], [1, 5, 7])
+    with pytest.raises(CheckFailed, match="steps, number 2: nothing expected, 4 seen"):
+        run_.expect("steps", [1, 4], [1])
+    run_.expect("steps", [1], [1])
+
+
+def test_a_mistake_in_a_bench_leaves_what_was_there(tmp_path):
+    def broken(run: Run) -> str:
+        raise RuntimeError("mine")
+
+    vcd = tmp_path / "wave.vcd"
+    vcd.write_text("old")
+    with pytest.raises(RuntimeError, match="mine"):
+        Bench("broken", "", broken).run(vcd)
+    assert vcd.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [vcd]
+
+
+def test_the_command_lists(capsys):
+    assert run() == 0
+    out = capsys.readouterr().out.splitlines()
+    assert max(map(len, out)) <= 100
+    assert [line.split()[0] for line in out if line.startswith("  ")] == list(BENCHES)
+
+
+def test_the_command_runs_one(tmp_path, capsys):
+    assert run("coil-driver") == 0
+    assert capsys.readouterr().out.startswith("coil-driver: 8 steps down the table")
+    vcd = tmp_path / "odd name.vcd"
+    for _ in range(2):
+        assert run("coil-driver", "--vcd", str(vcd)) == 0
+    assert f"wrote {vcd} and {vcd.with_suffix('.gtkw')}" in capsys.readouterr().out
+    assert f'[dumpfile] "{vcd}"' in vcd.with_suffix(".gtkw").read_text()
+
+
+def test_the_command_runs_all(monkeypatch, capsys):
+    some = {name: BENCHES[name] for name in ("coil-driver", "monitor")}
+    monkeypatch.setattr("tb.__main__.BENCHES", some)
+    assert run("all") == 0
+    assert capsys.readouterr().out.endswith("\n2 of 2 benches passed\n")
+    stick(monkeypatch, Monitor, "leds", 0)
+    assert run("all") == 1
+    assert capsys.readouterr().out.endswith("\n1 of 2 benches passed; failed: monitor\n")
+
+
+@pytest.mark.parametrize(("args", "message"), [
+    (["coil"], "no bench is named 'coil'; did you mean coil-driver?"),
+    (["jog"], "no bench is named 'jog'; did you mean jog-axes or jog-combinations?"),
+    (["squaer"], "no bench is named 'squaer'; did you mean square"),
+    (["zzz"], "no bench is named 'zzz'; python -m tb lists them"),
+    ([""], "no bench is named ''; python -m tb lists them"),
+    (["all", "--vcd", "x.vcd"], "--vcd goes with one bench"),
+    (["--vcd", "x.vcd"], "--vcd goes with one bench"),
+    (["coil-driver", "--vcd"], "argument --vcd: expected one argument"),
+    (["coil-driver", "monitor"], "unrecognized arguments: monitor"),
+    (["coil-driver", "--vcd", "file/x.vcd"], "cannot write file/x.vcd: Not a directory"),
+    (["coil-driver", "--vcd", "none/x.vcd"], "cannot write none/x.vcd: No such file or directory"),
+    (["coil-driver", "--vcd", "folder"], "cannot write folder: it is not a file"),
+    (["coil-driver", "--vcd", os.devnull], f"cannot write {os.devnull}: it is not a file"),
+    (["coil-driver", "--vcd", "x.gtkw"], "cannot write x.gtkw: the save file takes this name"),
+])
+def test_what_cannot_be_done_is_said_in_a_line(args, message, monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("mine")
+    Path("folder").mkdir()
+    assert run(*args) == 2
+    out, err = capsys.readouterr()
+    assert not out and err.startswith(f"error: {message}") and err.count("\n") == 1
+    assert sorted(os.listdir()) == ["file", "folder"] and Path("file").read_text() == "mine"
+
+
+def test_help_teaches():
+    root = Path(__file__).parents[2]
+    shown = subprocess.run([sys.executable, "-m", "tb", "--help"], cwd=root, text=True,
+                           capture_output=True, check=True).stdout
+    assert "python -m tb motion-sequencer --vcd motion.vcd" in shown and "exit status" in shown
