@@ -99,7 +99,8 @@ class TestNexys2:
         cut = facts["cut"]
         assert (cut["pixels_asked"], cut["pixels_cut"]) == (14, 14)
         assert (cut["pixels_missed"], cut["cut_in_error"]) == (0, 0)
-        assert Image.open(out / "cut.png").width > 200
+        with Image.open(out / "cut.png") as drawing:
+            assert drawing.width > 200
         text = capsys.readouterr().out
         assert "14 asked, 14 cut, 0 missed, 0 cut in error" in text
         assert f"{facts['resources']['luts']} of   9312" in text
