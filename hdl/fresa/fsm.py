@@ -1,11 +1,11 @@
 """What every state machine here does about the codes that none of its states uses."""
 
-from amaranth import Module
+from amaranth import Const, Module, Value
 
 __all__ = ["leave_unused_codes"]
 
 
-def leave_unused_codes(m: Module, fsm, *, fault: str) -> None:
+def leave_unused_codes(m: Module, fsm, *, fault: str) -> Value:
     """Send `fsm` to its state `fault` from every code that no state has, within a clock.
 
     Amaranth's state machines hold in an unused code for ever, and synthesis tools drop states that
@@ -22,9 +22,15 @@ def leave_unused_codes(m: Module, fsm, *, fault: str) -> None:
         What ``with m.FSM() as fsm`` gave.
     fault : str
         Name of the state to go to. It shows an error and stays until reset.
+
+    Returns
+    -------
+    Value
+        1 from the clock in which the register holds an unused code, until reset.
     """
     fsm.state.attrs.update(fsm_encoding="none", fsm_extract="no")
     last = max(fsm.encoding.values())
-    if last + 1 < 1 << len(fsm.state):
-        with m.If(fsm.state > last):
-            m.d.sync += fsm.state.eq(fsm.encoding[fault])
+    upset = fsm.state > last if last + 1 < 1 << len(fsm.state) else Const(0)
+    with m.If(upset):
+        m.d.sync += fsm.state.eq(fsm.encoding[fault])
+    return upset | fsm.ongoing(fault)

@@ -75,7 +75,7 @@ class Nexys2Mill(Elaboratable):
     SW0, SW1         automatic: the count to show, 0 main, 1 X, 2 Y, 3 Z
     BTN0             reset
     BTN1             automatic: starts the order source
-    BTN3             stop: no step until reset
+    BTN3             stop: no step until reset; an upset state register of the source does so too
     LD0 to LD3       manual: coil word
     LD5              the order source is at work
     LD6, LD7         error, ready
@@ -138,6 +138,7 @@ class Nexys2Mill(Elaboratable):
         m.submodules.source = ResetInserter(~automatic)(self._source)
         m.submodules.handshake = ResetInserter(~automatic)(handshake := StartHandshake())
         source = self._source
+        fault = source.fault | handshake.fault
         connect(m, source.orders, handshake.orders)
         m.d.comb += [
             source.start.eq(begin & ~began),
@@ -151,7 +152,7 @@ class Nexys2Mill(Elaboratable):
             mill.mode.eq(automatic),
             mill.jog.eq(switch[:6]),
             mill.counter_select.eq(switch[:2]),
-            mill.stop.eq(stop),
+            mill.stop.eq(stop | fault),
         ]
 
         # What people see
@@ -160,7 +161,7 @@ class Nexys2Mill(Elaboratable):
         m.submodules.digits = digits = io.Buffer("o", ~ports["digits"])
         m.d.comb += [
             leds.o.eq(Cat(mill.leds, 0, source.busy,
-                          mill.error | handshake.fault | source.fault, mill.ready)),
+                          mill.error | fault, mill.ready)),
             segments.o.eq(mill.segments),
             digits.o.eq(mill.digits),
         ]

@@ -69,7 +69,7 @@ def seven_segment(run: Run) -> str:
                     lit[place] += 1
                 last = places[0] if places else None
                 await ctx.tick()
-            run.expect("turns as long as each other, but for the dark", lit, [14] * 4)
+            run.expect("turns as long as each other, but for the dark", lit, [12] * 4)
         ctx.set(dut.enable, 0)
         for _ in range(64):
             run.see(ctx, dut, digits=0b1111)

@@ -120,7 +120,7 @@ class MillModel:
 
         time = self.clock - self.display_since
         digit, when = time // self.turn % 4, time % self.turn
-        lit = pins.mode and when >= self.turn // 8
+        lit = pins.mode and self.turn // 8 <= when < self.turn - self.turn // 8
         shape = sum(1 << "abcdefg".index(s) for s in LIT[count >> 4 * digit & 15])
         return MillOutputs(
             ready=int(bool(pins.mode) and not a.busy and not held),

@@ -27,6 +27,8 @@ class FrequencyDivider(wiring.Component):
     ----------
     period : int
         Clocks from one tick to the next, from 1 to ``MAX_PERIOD``.
+    reset_less : bool
+        Go on counting through reset.
 
     Members
     -------
@@ -47,8 +49,9 @@ class FrequencyDivider(wiring.Component):
     clear: In(1)
     tick: Out(1)
 
-    def __init__(self, *, period: int) -> None:
+    def __init__(self, *, period: int, reset_less: bool = False) -> None:
         self.period = valid_period(period)
+        self.reset_less = reset_less
         super().__init__()
 
     def elaborate(self, platform) -> Module:
@@ -59,7 +62,7 @@ class FrequencyDivider(wiring.Component):
             return m
 
         # Counts 1 - period ... -1, 0: the sign says when it is time, and no comparator is needed.
-        count = Signal(range(1 - self.period, 1), init=1 - self.period)
+        count = Signal(range(1 - self.period, 1), init=1 - self.period, reset_less=self.reset_less)
         m.d.comb += self.tick.eq(self.enable & (count >= 0))
         with m.If(self.enable):
             m.d.sync += count.eq(count + 1)

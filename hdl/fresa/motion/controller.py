@@ -21,7 +21,8 @@ class NumericalController(wiring.Component):
     In manual mode the automatic part is held in reset: its counters stay at 0, and where the tool
     is left is the origin.
 
-    From ``stop`` on, in the same clock, no step reaches a driver, until reset.
+    From ``stop`` on, in the same clock, no step reaches a driver, until reset. So it is too when a
+    state register of the automatic part is upset, but there manual mode is a reset.
 
     Parameters
     ----------
@@ -94,7 +95,8 @@ class NumericalController(wiring.Component):
         hold = Signal()
         with m.If(self.stop):
             m.d.sync += stopped.eq(1)
-        m.d.comb += hold.eq(self.stop | stopped)
+        fault = sequencer.fault | automatic.fault
+        m.d.comb += hold.eq(self.stop | stopped | fault)
 
         connect(m, sequencer.moves, automatic.moves)
         m.d.comb += [
@@ -105,7 +107,7 @@ class NumericalController(wiring.Component):
             sequencer.at_y.eq(automatic.at_y),
             sequencer.at_z.eq(automatic.at_z),
             self.ready.eq(sequencer.ready),
-            self.error.eq(sequencer.error | automatic.fault),
+            self.error.eq(sequencer.error | fault),
 
             manual.enable.eq(~self.mode),
             manual.jog.eq(self.jog),

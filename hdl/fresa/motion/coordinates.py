@@ -201,7 +201,7 @@ class CoordinateGenerator(wiring.Component):
                 m.next = "READ"
 
             with m.State("FAULT"):
-                m.d.comb += [self.busy.eq(0), self.fault.eq(1)]
+                m.d.comb += self.busy.eq(0)
 
-        leave_unused_codes(m, fsm, fault="FAULT")
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

@@ -94,7 +94,7 @@ class OrderControl(wiring.Component):
                 m.next = "REST"
 
             with m.State("FAULT"):
-                m.d.comb += self.fault.eq(1)
+                pass
 
-        leave_unused_codes(m, fsm, fault="FAULT")
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

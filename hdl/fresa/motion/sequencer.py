@@ -39,7 +39,7 @@ class MotionSequencer(wiring.Component):
     WAIT       S6      waits for its end                                 REST
     TOOL       S7      orders Z up or down, unless the tool is there     TOOL-WAIT
     TOOL-WAIT  S8      waits for its end                                 REST
-    FAULT      (ours)  shows ``error``, never ready                      stays until reset
+    FAULT      (ours)  shows ``fault``, never ready                      stays until reset
     =========  ======  ================================================  =========================
 
     The steps to go, \\|target - position\\|, follow the axis counters in every clock. So they are
@@ -70,7 +70,9 @@ class MotionSequencer(wiring.Component):
     ready : Out(1)
         At rest, an order may come.
     error : Out(1)
-        An order was refused, or the state register was upset.
+        An order was refused, or ``fault``.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
     at_x, at_y, at_z : In(16)
         Position: the axis counters. The tool counts as lowered while ``at_z`` is below 0.
     moves : Out(stream.Signature(Move))
@@ -87,6 +89,7 @@ class MotionSequencer(wiring.Component):
     hold: In(1)
     ready: Out(1)
     error: Out(1)
+    fault: Out(1)
     at_x: In(16)
     at_y: In(16)
     at_z: In(16)
@@ -209,13 +212,13 @@ class MotionSequencer(wiring.Component):
                     m.next = "REST"
 
             with m.State("FAULT"):
-                m.d.sync += refused.eq(1)
+                pass
 
-        leave_unused_codes(m, fsm, fault="FAULT")
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
         # A tool order that begins while another order is under way.
         with m.If(~resting & self.start & ~started & (self.order.up | self.order.down)):
             m.d.sync += refused.eq(1)
 
-        m.d.comb += self.error.eq(refused | fsm.ongoing("FAULT"))
+        m.d.comb += self.error.eq(refused | self.fault)
         return m

@@ -77,7 +77,7 @@ class SquareGenerator(wiring.Component):
                         m.next = after
 
             with m.State("FAULT"):
-                m.d.comb += self.fault.eq(1)
+                pass
 
-        leave_unused_codes(m, fsm, fault="FAULT")
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

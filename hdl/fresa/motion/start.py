@@ -68,7 +68,7 @@ class StartHandshake(wiring.Component):
                     m.next = "WAIT-READY"
 
             with m.State("FAULT"):
-                m.d.comb += self.fault.eq(1)
+                pass
 
-        leave_unused_codes(m, fsm, fault="FAULT")
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

@@ -17,7 +17,7 @@ class Debouncer(wiring.Component):
     every clock since the tick before. So a disturbance shorter than ``period`` never passes, and a
     level that is held for two periods always does.
 
-    It lives through reset, since reset itself comes from a button.
+    All of it lives through reset, since reset itself comes from a button: it must see that let go.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Debouncer(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        m.submodules.divider = divider = FrequencyDivider(period=self.period)
+        m.submodules.divider = divider = FrequencyDivider(period=self.period, reset_less=True)
         m.d.comb += divider.enable.eq(1)
 
         level = Signal(self.width, reset_less=True)

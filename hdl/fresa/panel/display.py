@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["HEX_SEGMENTS", "SevenSegment"]
+__all__ = ["HEX_SEGMENTS", "SevenSegment", "valid_scan_bits"]
 
 HEX_SEGMENTS = (
     0x3F, 0x06, 0x5B, 0x4F, 0x66, 0x6D, 0x7D, 0x07, 0x7F, 0x6F, 0x77, 0x7C, 0x39, 0x5E, 0x79, 0x71,
@@ -14,11 +14,17 @@ HEX_SEGMENTS = (
 """Segments lit for 0 to F: a in bit 0 to g in bit 6."""
 
 
+def valid_scan_bits(value: object) -> int:
+    """Return `value` if a digit can have its turn for so long, else raise ValueError."""
+    return in_range("scan_bits", value, 3, 24)
+
+
 class SevenSegment(wiring.Component):
     """Shows a 16-bit number as four hexadecimal digits, one digit at a time.
 
-    A digit has its turn for ``2 ** scan_bits`` clocks. In the first eighth of a turn no digit is
-    on: the drivers of the anodes have time to let go of the digit before, and nothing of it ghosts.
+    A digit has its turn for ``2 ** scan_bits`` clocks. In the first and the last eighth of a turn
+    no digit is on, and the segments change between them: slow drivers of the anodes have let go of
+    the digit before, and nothing of it ghosts.
 
     Parameters
     ----------
@@ -48,7 +54,7 @@ class SevenSegment(wiring.Component):
     digits: Out(4, init=0xF)
 
     def __init__(self, *, scan_bits: int) -> None:
-        self.scan_bits = in_range("scan_bits", scan_bits, 3, 24)
+        self.scan_bits = valid_scan_bits(scan_bits)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
@@ -57,8 +63,9 @@ class SevenSegment(wiring.Component):
         time = Signal(self.scan_bits + 2)
         m.d.sync += time.eq(time + 1)
         digit = time[self.scan_bits:]
+        eighth = time[self.scan_bits - 3:self.scan_bits]
         lit = Signal()
-        m.d.comb += lit.eq(self.enable & time[self.scan_bits - 3:self.scan_bits].any())
+        m.d.comb += lit.eq(self.enable & eighth.any() & ~eighth.all())
 
         nibble = Signal(4)
         shape = Signal(8)

@@ -4,7 +4,7 @@ from amaranth import Module, Mux, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from .display import SevenSegment
+from .display import SevenSegment, valid_scan_bits
 
 __all__ = ["Monitor"]
 
@@ -46,7 +46,7 @@ class Monitor(wiring.Component):
     digits: Out(4)
 
     def __init__(self, *, scan_bits: int) -> None:
-        self.scan_bits = scan_bits
+        self.scan_bits = valid_scan_bits(scan_bits)
         super().__init__()
 
     def elaborate(self, platform) -> Module:

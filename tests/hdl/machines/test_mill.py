@@ -1,0 +1,692 @@
+# amaranth: UnusedElaboratable=no
+
+"""The mill: every output at every clock as the model says, and promises that need no model."""
+
+import gc
+import re
+from fractions import Fraction
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fresa.machines import Mill
+from fresa.machines.mill import MillPace, step_period
+from tb.boards import mill
+from tb.compare import AXES, Lockstep, Trace
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.models.mill import MillModel
+from tb.script import Hold, Jog, Mode, Order, Reset, Select, Stop, Together
+
+NO_COMPILER = CXXRTLEngine.missing()
+RAISE, LOWER = Order(up=1), Order(down=1)
+RANDOM = settings(deadline=None, database=None, derandomize=True)
+
+
+class Pace(NamedTuple):
+    period: int
+    z_travel: int
+    jog_period: int = 1
+    scan_bits: int = 3
+
+
+PACES = [Pace(1, 1), Pace(2, 3), Pace(3, 5, 4), Pace(7, 2, 3, 4), Pace(11, 2), Pace(16, 4, 17, 5)]
+
+
+def lockstep(kind, pace: Pace) -> Lockstep:
+    design = mill(
+        pace=MillPace(pace.period, pace.scan_bits, pace.jog_period), z_travel=pace.z_travel
+    )
+    return Lockstep(
+        kind(design),
+        lambda: MillModel(
+            period=pace.period,
+            scan_bits=pace.scan_bits,
+            z_travel=pace.z_travel,
+            jog_period=pace.jog_period,
+        ),
+    )
+
+
+@pytest.fixture(scope="module", params=PACES, ids=str)
+def pace(request) -> Pace:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def machine(pace):
+    steps = lockstep(AmaranthEngine, pace)
+    yield steps
+    steps.engine.close()
+
+
+@pytest.fixture(scope="module")
+def fast(pace):
+    if NO_COMPILER:
+        pytest.skip(NO_COMPILER)
+    steps = lockstep(CXXRTLEngine, pace)
+    yield steps
+    steps.engine.close()
+
+
+def keeps_promises(trace: Trace, pace: Pace) -> None:
+    """Check what holds at every clock, from the pins alone."""
+    rst, mode, stop = (trace[name].astype(bool) for name in ("rst", "mode", "stop"))
+    clocks = np.arange(len(trace))
+
+    # Stopped from the clock of `stop` until the clock after reset.
+    held = np.zeros(len(trace), bool)
+    stopped = False
+    for clock in clocks:
+        held[clock] = stopped or stop[clock]
+        stopped = held[clock] and not rst[clock]
+
+    # Counters are cleared by reset and in manual mode, with the edge that ends the clock.
+    cleared = np.maximum.accumulate(
+        np.where(np.concatenate([[True], (rst | ~mode)[:-1]]), clocks, 0)
+    )
+    for number, axis in enumerate(AXES):
+        position, steps = trace.position(axis), trace.steps(axis)
+        assert (np.diff(steps) >= pace.period).all(), f"{axis} steps too soon"
+        assert not rst[steps].any(), f"{axis} steps at reset"
+        assert not held[steps].any(), f"{axis} steps while stopped"
+        shown = trace["counter_select"] == number + 1
+        counted = (position - position[cleared]) % 65536
+        assert (trace["count"][shown] == counted[shown]).all(), f"{axis} and its counter disagree"
+        by_hand = steps[~mode[steps]]
+        jog = trace["jog"][by_hand] >> 2 * number & 3
+        up = position[by_hand + 1] > position[by_hand]
+        assert (jog & np.where(up, 1, 2)).all(), f"{axis} steps in manual mode without its switch"
+
+    ready = trace["ready"].astype(bool)
+    assert not ready[~mode | held].any()
+    start = trace["start"].astype(bool)
+    begins = start & ~np.concatenate([[False], (start & ~rst & mode)[:-1]])
+    taken = np.flatnonzero((ready & begins & ~rst)[:-1])
+    assert not ready[taken + 1].any(), "ready does not fall after an order is taken"
+    falls = np.flatnonzero(ready[:-1] & ~ready[1:])
+    assert (begins[falls] | rst[falls] | ~mode[falls + 1] | held[falls + 1]).all(), "ready falls"
+
+    digits = 0xF ^ trace["digits"]
+    assert (digits & digits - 1 == 0).all(), "two digits on"
+    assert not digits[~mode].any(), "display on in manual mode"
+    assert not trace["leds"][mode].any(), "LEDs on in automatic mode"
+
+
+# Scripts
+
+small = st.integers(0, 6)
+near_the_end = st.integers(65530, 65535)
+orders = st.builds(
+    Order,
+    x=st.one_of(small, small, near_the_end),
+    y=small,
+    up=st.just(0),
+    down=st.just(0),
+    start=st.integers(1, 3),
+    wait=st.one_of(st.integers(0, 40), st.integers(0, 300)),
+)
+tool_orders = st.builds(
+    Order,
+    up=st.integers(0, 1),
+    down=st.integers(0, 1),
+    start=st.integers(1, 3),
+    wait=st.one_of(st.none(), st.integers(0, 40)),
+)
+near_orders = st.builds(Order, x=small, y=small, start=st.integers(1, 60))
+odd = st.tuples(st.sampled_from(["start", "up", "down", "stop", "rst", "mode"]), st.integers(0, 1))
+actions = st.one_of(
+    near_orders,
+    tool_orders,
+    orders,
+    st.builds(Jog, mask=st.integers(0, 63), clocks=st.integers(1, 40), release=st.booleans()),
+    st.builds(Mode, st.integers(0, 1)),
+    st.builds(Mode, st.just(1)),
+    st.builds(Select, st.integers(0, 3)),
+    st.builds(Reset, st.integers(1, 3)),
+    st.builds(Stop, st.integers(1, 3)),
+    st.builds(Hold, st.integers(1, 50)),
+    st.builds(Together, st.lists(odd, min_size=1, max_size=3).map(tuple), clocks=st.integers(0, 5)),
+)
+scripts = st.lists(actions, min_size=1, max_size=10).map(lambda tail: [Mode(1), *tail])
+
+SCRIPTS = {
+    "square": [Mode(1), *(Order(x, y) for x, y in [(9, 0), (9, 9), (0, 9), (0, 0)])],
+    "diagonal then straight": [
+        Mode(1),
+        Select(1),
+        Order(9, 4),
+        Select(2),
+        Order(2, 8),
+        Select(0),
+        Order(0, 8),
+        Order(3, 0),
+    ],
+    "lower, mill in 8 directions, raise": [
+        Mode(1),
+        Order(4, 4),
+        LOWER,
+        *(
+            Order(4 + x, 4 + y)
+            for x, y in [
+                (1, 0),
+                (0, 0),
+                (0, 1),
+                (0, 0),
+                (-1, 0),
+                (0, 0),
+                (0, -1),
+                (0, 0),
+                (1, 1),
+                (0, 0),
+                (1, -1),
+                (0, 0),
+                (-1, 1),
+                (0, 0),
+                (-1, -1),
+                (0, 0),
+                (3, 3),
+                (3, 0),
+                (-4, 0),
+            ]
+        ),
+        RAISE,
+    ],
+    "refused when lowered": [
+        Mode(1),
+        LOWER,
+        Order(2, 1),
+        Hold(9),
+        Order(1, 2),
+        Order(2, 2),
+        Order(4, 3),
+        RAISE,
+        Order(4, 3),
+    ],
+    "up and down together": [Mode(1), Order(up=1, down=1), Hold(5), Order(1, 1)],
+    "nowhere to go": [
+        Mode(1),
+        Order(0, 0),
+        RAISE,
+        Hold(3),
+        LOWER,
+        LOWER,
+        Order(0, 0),
+        RAISE,
+        RAISE,
+    ],
+    "held start": [Mode(1), Order(3, 0, start=200), Order(0, 3, start=1)],
+    "a second start while busy": [
+        Mode(1),
+        Order(9, 0, wait=3),
+        Order(1, 1, wait=3),
+        Order(2, 2),
+        Hold(20),
+        Order(1, 1),
+    ],
+    "a tool order while busy": [Mode(1), Order(9, 0, wait=3), Order(up=1, wait=300), Order(1, 1)],
+    "a start that comes too early": [
+        Mode(1),
+        Order(5, 0, wait=3),
+        Order(7, 7, start=200),
+        Hold(9),
+        Order(7, 7),
+    ],
+    "wrap of X down": [
+        Mode(1),
+        Select(1),
+        Together((("position_x", 0),)),
+        Order(3, 0),
+        Order(65535, 3, wait=900),
+        Mode(0),
+        Hold(2),
+        Mode(1),
+        Order(2, 0),
+    ],
+    "jog each axis": [Hold(2), *(Jog(1 << bit, 40) for bit in range(6))],
+    "jog all together": [Hold(2), *(Jog(mask, 9) for mask in range(64))],
+    "a switch on at entry": [
+        Together((("jog", 0b010101),)),
+        Mode(1),
+        Hold(5),
+        Mode(0),
+        Jog(0b010101, 20),
+        Jog(0b000101, 20),
+        Jog(0b010101, 20),
+        Hold(2),
+        Jog(0b010101, 20),
+    ],
+    "reset with switches on": [
+        Hold(2),
+        Jog(0b111111, 20, False),
+        Reset(1),
+        Hold(20),
+        Jog(0, 1),
+        Jog(1, 9),
+    ],
+    "mode change under way": [
+        Mode(1),
+        Order(9, 4, wait=25),
+        Mode(0),
+        Hold(1),
+        Mode(1),
+        Order(9, 4, wait=31),
+        Mode(0),
+        Hold(1),
+        Jog(9, 20),
+        Mode(1),
+        Order(2, 2),
+    ],
+    "jog switches in automatic": [
+        Together((("mode", 1), ("jog", 63)), 5),
+        Order(3, 3),
+        Mode(0),
+        Hold(20),
+    ],
+    "orders in manual": [Order(3, 3), Order(up=1, down=1), Hold(4), Mode(1), Hold(9)],
+    "start held through a mode change": [
+        Together((("start", 1), ("position_x", 3)), 5),
+        Mode(1),
+        Hold(40),
+        Reset(2),
+        Hold(40),
+    ],
+    "reset under way": [
+        Mode(1),
+        Order(9, 4, wait=25),
+        Reset(1),
+        Order(9, 4, wait=29),
+        Reset(3),
+        LOWER,
+        Order(2, 2),
+        Reset(1),
+        Order(4, 2),
+    ],
+    "stop under way": [
+        Mode(1),
+        Order(9, 4, wait=25),
+        Stop(1),
+        Hold(50),
+        Order(1, 1, wait=20),
+        Mode(0),
+        Jog(63, 20),
+        Hold(2),
+        Jog(63, 20),
+        Mode(1),
+        Hold(50),
+        Reset(1),
+        Order(2, 1),
+    ],
+    "reset between two steps": [
+        *(
+            action
+            for gap in range(1, 6)
+            for action in (Hold(20), Jog(1, 2 * gap), Reset(1), Hold(gap), Jog(1, 30))
+        )
+    ],
+    "stop while a count shows": [
+        action
+        for count, order in [(1, Order(90, 0, wait=25)), (2, Order(90, 90, wait=25))]
+        for action in (Mode(1), Select(count), order, Stop(1), Hold(50), Reset(1))
+    ],
+    "stop while jogging": [
+        Hold(2),
+        Jog(0b001001, 20, False),
+        Stop(1),
+        Hold(20),
+        Reset(),
+        Hold(9),
+        Jog(0, 2),
+        Jog(9, 9),
+    ],
+    "stop with an order": [
+        Mode(1),
+        Together((("start", 1), ("stop", 1), ("position_x", 2))),
+        Together((("start", 0), ("stop", 0)), 40),
+        Reset(),
+        Order(2, 0),
+    ],
+    "reset with an order": [
+        Mode(1),
+        Together((("start", 1), ("rst", 1), ("position_x", 2))),
+        Together((("rst", 0),), 40),
+        Together((("start", 0),), 4),
+        Order(3, 0),
+    ],
+    "every count": [
+        Mode(1),
+        Order(3, 5),
+        LOWER,
+        *(a for n in range(4) for a in (Select(n), Hold(200))),
+    ],
+}
+
+
+class TestModel:
+    @pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
+    def test_scenario(self, machine, pace, script):
+        keeps_promises(machine.play(script), pace)
+
+    @settings(RANDOM, max_examples=50)
+    @given(script=scripts)
+    def test_random(self, machine, pace, script):
+        keeps_promises(machine.play(script), pace)
+
+    @pytest.mark.compiler
+    @settings(RANDOM, max_examples=500)
+    @given(script=scripts)
+    def test_random_fast(self, fast, pace, script):
+        keeps_promises(fast.play(script), pace)
+
+    @pytest.mark.compiler
+    def test_noise(self, fast, pace):
+        """Every input at random: each holds for a while, and a reset ends every stop."""
+        rng = np.random.default_rng(pace.period)
+        script = []
+        for _ in range(12_000):
+            pins = {
+                "position_x": rng.integers(0, 5),
+                "position_y": rng.integers(0, 5),
+                "start": rng.random() < 0.6,
+                "up": rng.random() < 0.15,
+                "down": rng.random() < 0.15,
+                "rst": rng.random() < 0.02,
+                "stop": rng.random() < 0.01,
+                "counter_select": rng.integers(0, 4),
+                "mode": rng.random() < 0.95,
+                "jog": rng.integers(0, 64),
+            }
+            chosen = tuple((name, int(level)) for name, level in pins.items() if rng.random() < 0.7)
+            script.append(Together(chosen, int(rng.choice([1, 1, 2, 5, 30]))))
+        keeps_promises(fast.play(script), pace)
+
+    @pytest.mark.compiler
+    def test_wrap_of_the_counters(self):
+        """16 bits and no more: FFFF + 1 = 0000, which only jogging could reach, but clears."""
+        if NO_COMPILER:
+            pytest.skip(NO_COMPILER)
+        steps = lockstep(CXXRTLEngine, Pace(1, 1))
+        with steps.engine:
+            trace = steps.play(
+                [
+                    Mode(1),
+                    Select(1),
+                    Order(65535, 65535, wait=65600),
+                    Order(0, 65534, wait=65600),
+                    LOWER,
+                    Select(3),
+                    Hold(5),
+                ]
+            )
+        assert trace["count"].max() == 65535
+        keeps_promises(trace, Pace(1, 1))
+
+
+class TestSteps:
+    def test_exactly_a_period_apart_within_a_movement(self, machine, pace):
+        trace = machine.play([Mode(1), Order(9, 9), Order(2, 9), LOWER])
+        for axis in AXES:
+            apart = np.diff(trace.steps(axis))
+            assert np.count_nonzero(apart != pace.period) <= 1  # between the movements of X
+            assert (apart >= pace.period).all()
+
+    @pytest.mark.parametrize(
+        "order",
+        [Order(3, 3), Order(5, 2), Order(2, 5), Order(4, 0), Order(0, 4), Order(down=1)],
+        ids=str,
+    )
+    def test_first_step_within_four_clocks_beside_the_divider(self, machine, pace, order):
+        trace = machine.play([Mode(1), Hold(pace.period), order])
+        taken = int(np.argmax(trace["start"]))
+        first = min(int(trace.steps(axis)[0]) for axis in AXES if len(trace.steps(axis)))
+        assert first - taken <= 4 + pace.period
+
+    @pytest.mark.parametrize(("x", "y"), [(9, 4), (4, 9), (6, 6), (7, 0), (0, 7), (1, 2)])
+    def test_a_diagonal_and_then_a_straight(self, machine, x, y):
+        trace = machine.play([Mode(1), Order(x, y), Order(0, 0)])
+        at = list(
+            zip(trace.position("axis_x").tolist(), trace.position("axis_y").tolist(), strict=True)
+        )
+        path = [place for n, place in enumerate(at) if n == 0 or place != at[n - 1]]
+        both = min(x, y)
+        there = [(n, n) for n in range(both + 1)]
+        there += [
+            (both + n if x > y else both, both + n if y > x else both)
+            for n in range(1, max(x, y) - both + 1)
+        ]
+        back = [(x - n, y - n) for n in range(1, both + 1)]
+        back += [(max(0, x - n), max(0, y - n)) for n in range(both + 1, max(x, y) + 1)]
+        assert path == there + back
+
+    def test_z_travels_as_far_down_as_up(self, machine, pace):
+        trace = machine.play([Mode(1), LOWER, Hold(3), RAISE, Hold(3)])
+        z = trace.position("axis_z")
+        assert (z.min(), z[-1], z.max()) == (-pace.z_travel, 0, 0)
+        assert len(trace.steps("axis_z")) == 2 * pace.z_travel
+
+    def test_jogging_goes_at_its_rate(self, machine, pace):
+        trace = machine.play([Hold(pace.period), Jog(0b100101, 200)])
+        expected = -(-pace.period // pace.jog_period) * pace.jog_period
+        for axis, sign in zip(AXES, (1, 1, -1), strict=True):
+            assert set(np.diff(trace.steps(axis))) == {expected}
+            assert np.sign(trace.position(axis)[-1]) == sign
+
+    def test_mode_changes_keep_motors_apart(self, machine, pace):
+        """Jog, and order at once after it: the first step waits for the last one's period."""
+        for gap in range(pace.period + 2):
+            trace = machine.play(
+                [
+                    Hold(2),
+                    Jog(0b000101, 2 * pace.jog_period + gap),
+                    Mode(1),
+                    Order(3, 3),
+                    Mode(0),
+                    Hold(1),
+                    Jog(0b000101, 30),
+                ]
+            )
+            keeps_promises(trace, pace)
+
+    def test_a_refused_step_is_counted_by_nobody(self, machine, pace):
+        """An order right behind jogging asks too soon if its divider is shorter than the rest."""
+        for gap in range(1, 12):
+            trace = machine.play(
+                [
+                    Hold(2),
+                    Jog(0b01, 3 * pace.jog_period + gap, False),
+                    Mode(1),
+                    Select(1),
+                    Order(4, 0),
+                    Hold(9),
+                ]
+            )
+            keeps_promises(trace, pace)
+            assert trace["count"][-1] == 4
+
+
+class TestHandshake:
+    @pytest.mark.parametrize(
+        "order",
+        [
+            Order(3, 1, wait=300),
+            Order(0, 0, wait=20),
+            Order(up=1, wait=20),
+            Order(down=1, wait=300),
+            Order(up=1, down=1, wait=20),
+        ],
+        ids=str,
+    )
+    def test_ready_falls_on_the_next_clock_and_comes_back(self, machine, order):
+        trace = machine.play([Mode(1), Hold(4), order])
+        ready = trace["ready"].tolist()
+        assert ready[:6] == [1, 1, 1, 1, 1, 0]
+        assert ready[-1] == 1
+
+    @pytest.mark.parametrize(
+        "order", [Order(3, 0), Order(0, 0), Order(up=1), Order(up=1, down=1)], ids=str
+    )
+    def test_start_held_takes_one_order(self, machine, order):
+        held = Order(order.x, order.y, order.up, order.down, start=300)
+        ready = machine.play([Mode(1), held])["ready"]
+        assert np.count_nonzero(np.diff(ready) == -1) == 1
+        assert ready[-1] == 1
+
+    def test_second_start_is_not_queued(self, machine):
+        trace = machine.play([Mode(1), Order(6, 0, wait=2), Order(0, 5, wait=400)])
+        assert [int(trace.position(axis)[-1]) for axis in AXES] == [6, 0, 0]
+        assert not trace["error"].any()
+
+    @pytest.mark.parametrize(
+        "refused",
+        [
+            [Order(up=1, down=1)],
+            [LOWER, Order(2, 1)],
+            [LOWER, Order(1, 2)],
+            [Order(4, 0, wait=2), Order(up=1, wait=300)],
+            [Order(4, 0, wait=2), Order(down=1, wait=300)],
+        ],
+        ids=str,
+    )
+    def test_error_until_reset_or_next_order(self, machine, refused):
+        for clear in (Reset(1), Order(0, 0), RAISE):
+            trace = machine.play([Mode(1), *refused, Hold(30), clear, Hold(3)])
+            begun = trace.recording.actions[-3][0]
+            assert trace["error"][begun : begun + 30].all()
+            assert not trace["error"][-1]
+
+    def test_refused_orders_move_nothing(self, machine, pace):
+        trace = machine.play(
+            [Mode(1), LOWER, Hold(3), Order(2, 1), Hold(9), Order(up=1, down=1), Hold(9)]
+        )
+        assert [int(trace.position(axis)[-1]) for axis in AXES] == [0, 0, -pace.z_travel]
+        assert trace["error"][-1] and trace["ready"][-1]
+
+    def test_stop_lasts_until_reset(self, machine):
+        trace = machine.play(
+            [
+                Mode(1),
+                Order(9, 9, wait=12),
+                Stop(1),
+                Hold(40),
+                Order(1, 1, wait=40),
+                Mode(0),
+                Hold(2),
+                Jog(63, 40),
+                Mode(1),
+                Hold(40),
+            ]
+        )
+        begun = int(np.argmax(trace["stop"]))
+        assert not trace["ready"][begun:].any()
+        for axis in AXES:
+            assert len(set(trace[axis][begun:])) == 1
+
+
+class TestPowerUp:
+    def test_state_1_and_nothing_under_way(self):
+        with AmaranthEngine(mill(pace=MillPace(1, 3))) as engine:
+            assert engine.get("axis_x", "axis_y", "axis_z") == (0b0110,) * 3
+            assert engine.get("ready", "error", "count", "leds", "digits") == (0, 0, 0, 0b0110, 0xF)
+            engine.set(mode=1)
+            assert engine.get("ready", "error") == (1, 0)
+
+    def test_reset_and_mode_keep_every_phase(self, machine):
+        for phase in range(4):
+            trace = machine.play(
+                [Mode(1), Order(phase + 1, phase + 2), Reset(2), Mode(0), Hold(2), Mode(1), Hold(2)]
+            )
+            begun = trace.recording.actions[2][0]
+            for axis in AXES:
+                assert len(set(trace[axis][begun:])) == 1
+
+
+class TestPace:
+    def test_defaults_are_the_machine_of_the_thesis(self):
+        pace = MillPace.real()
+        assert pace.period == ceil(50_000_000 / Fraction("101.376")) == 493_214
+        assert pace.jog_period == 1
+
+    @pytest.mark.parametrize("refresh", [60, 61, 100, 1000])
+    @pytest.mark.parametrize("clock", [50_000_000, 100_000_000, 12_000_000])
+    def test_display_is_refreshed_often_enough(self, refresh, clock):
+        pace = MillPace.real(clock=clock, refresh=refresh)
+        assert clock / (4 * 2**pace.scan_bits) >= refresh
+        assert clock / (4 * 2 ** (pace.scan_bits + 1)) < refresh
+
+    @pytest.mark.parametrize(
+        ("rate", "period"),
+        [
+            ("101.376", 493_214),
+            (101.376, 493_214),
+            (Fraction("101.376"), 493_214),
+            (50e6, 1),
+            (100, 500_000),
+            (3, 16_666_667),
+            ("1/2", None),
+            (50_000_001, None),
+            (0, None),
+            (-5, None),
+            ("fast", None),
+            ("1/0", None),
+            (0.7, None),
+            (0.8, 62_500_000),
+        ],
+    )
+    def test_step_period(self, rate, period):
+        if period is None:
+            with pytest.raises(
+                ValueError,
+                match=(
+                    r"^step rate must be from 0\.745 to 50000000 steps/s, not "
+                    + re.escape(repr(rate))
+                ),
+            ):
+                step_period(rate)
+        else:
+            assert step_period(rate) == period
+            assert Fraction(50_000_000, period) <= Fraction(str(rate))
+
+    @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
+    @pytest.mark.parametrize(
+        ("pace", "z_travel", "message"),
+        [
+            (MillPace(0, 3), 5, "period must be a whole number from 1 to 67108864, not 0"),
+            (
+                MillPace(2**26 + 1, 3),
+                5,
+                "period must be a whole number from 1 to 67108864, not 67108865",
+            ),
+            (MillPace(1, 2), 5, "scan_bits must be a whole number from 3 to 24, not 2"),
+            (MillPace(1, 25), 5, "scan_bits must be a whole number from 3 to 24, not 25"),
+            (MillPace(1, 3, 0), 5, "jog_period must be a whole number from 1 to 67108864, not 0"),
+            (MillPace(1, 3), 0, "z_travel must be a whole number from 1 to 32768, not 0"),
+            (MillPace(1, 3), 32769, "z_travel must be a whole number from 1 to 32768, not 32769"),
+            (MillPace(True, 3), 5, "period must be a whole number from 1 to 67108864, not True"),
+        ],
+    )
+    def test_impossible_values(self, pace, z_travel, message):
+        said = None
+        try:  # what was made before the refusal is let go of here, not later
+            Mill(pace=pace, z_travel=z_travel)
+        except ValueError as error:
+            said = str(error)
+        gc.collect()
+        assert said == message
+
+    @pytest.mark.compiler
+    def test_the_real_pace(self):
+        """The thesis's N: three steps of a jog and three of an order, 493 214 clocks apart."""
+        if NO_COMPILER:
+            pytest.skip(NO_COMPILER)
+        with CXXRTLEngine(mill(pace=MillPace.real())) as engine:
+            engine.run(600_000, AXES)
+            engine.set(jog=0b000101)
+            changes = engine.run(3 * 493_214, AXES)
+            assert np.diff(changes.clock).tolist() == [493_214] * 2
+            engine.set(jog=0, mode=1, position_x=3, start=1)
+            changes = engine.run(4 * 493_214, AXES)
+            assert np.diff(changes.clock).tolist() == [493_214] * 2
+            assert engine.get("ready")

@@ -1,0 +1,35 @@
+# amaranth: UnusedElaboratable=no
+
+"""The counter, against whole numbers."""
+
+import random
+
+from fresa.motion import StepCounter
+from tb.boards import component
+from tb.engines import AmaranthEngine
+
+
+def play(**played):
+    with AmaranthEngine(component("counter", StepCounter())) as engine:
+        return engine.play(played, ["count"])["count"].tolist()
+
+
+class TestStepCounter:
+    def test_counts(self):
+        rng = random.Random(1)
+        played = {
+            name: [int(rng.random() < share) for _ in range(1000)]
+            for name, share in [("step", 0.7), ("direction", 0.5), ("clear", 0.02), ("rst", 0.01)]
+        }
+        count, expected = 0, []
+        for step, direction, clear, rst in zip(*played.values(), strict=True):
+            expected.append(count % 65536)
+            count = 0 if clear or rst else count + (step and (1 if direction else -1))
+        assert play(**played) == expected
+
+    def test_is_cyclic(self):
+        assert play(step=[1] * 4, direction=[0, 0, 1, 1]) == [0, 0xFFFF, 0xFFFE, 0xFFFF]
+        assert play(step=[1] * 4, direction=[0, 1, 1, 1]) == [0, 0xFFFF, 0, 1]
+
+    def test_holds(self):
+        assert play(step=[1, 0, 0, 0], direction=[1, 0, 1, 0]) == [0, 1, 1, 1]

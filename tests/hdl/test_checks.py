@@ -1,0 +1,19 @@
+"""Impossible values are named."""
+
+import re
+
+import pytest
+
+from fresa.checks import in_range
+
+
+class TestInRange:
+    @pytest.mark.parametrize("value", [1, 2, 7])
+    def test_gives_the_value_back(self, value):
+        assert in_range("size", value, 1, 7) is value
+
+    @pytest.mark.parametrize("value", [0, 8, -1, 1.0, 2.5, "3", None, True, float("nan")])
+    def test_names_parameter_and_value(self, value):
+        message = f"size must be a whole number from 1 to 7, not {value!r}"
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+            in_range("size", value, 1, 7)

@@ -1,0 +1,264 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false
+
+"""State machines: every one that a machine holds leaves every code that it should never be in."""
+
+from collections.abc import Callable
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+from amaranth import Elaboratable, Fragment, Module, Signal
+from amaranth.sim import Simulator
+
+from fresa.fsm import leave_unused_codes
+from fresa.machines.mill import MillPace
+from fresa.motion import CoordinateGenerator, SquareGenerator
+from tb.boards import mill, nexys2_mill
+from tb.design import Design
+
+PACE = MillPace(period=3, scan_bits=3)
+PICTURE = [[True] * 9] * 9
+DEBOUNCE = 2
+SETTLE = 2 * DEBOUNCE + 4
+AUTOMATIC = 1 << 7
+RESET, START = 1, 2
+
+MACHINES = {
+    "mill": lambda: mill(pace=PACE, z_travel=5),
+    "square": lambda: nexys2_mill(
+        SquareGenerator(side=500), pace=PACE, debounce=DEBOUNCE, z_travel=5
+    ),
+    "picture": lambda: nexys2_mill(
+        CoordinateGenerator(PICTURE, pixel_steps=4), pace=PACE, debounce=DEBOUNCE, z_travel=5
+    ),
+}
+STATE_MACHINES = {
+    "mill": {"order_state", "motion_state"},
+    "square": {"order_state", "motion_state", "handshake_state", "square_state"},
+    "picture": {"order_state", "motion_state", "handshake_state", "coordinates_state"},
+}
+
+
+class Elaborated(Elaboratable):
+    """A fragment, as gateware that gives it whenever it is elaborated."""
+
+    def __init__(self, fragment: Fragment) -> None:
+        self.fragment = fragment
+
+    def elaborate(self, platform) -> Fragment:
+        return self.fragment
+
+
+def elaborated(make) -> tuple[Design, dict]:
+    """The design, elaborated once, and every state machine that was made for it, by its register.
+
+    They are caught where Amaranth makes them, so that none can hide.
+    """
+    found = {}
+    machine: Callable = Module.FSM
+
+    @contextmanager
+    def caught(self, *args, **kwargs):
+        with machine(self, *args, **kwargs) as fsm:
+            yield fsm
+        name = fsm.state.name.removesuffix("_state")
+        assert name not in found
+        found[name] = fsm
+
+    design = make()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Module, "FSM", caught)
+        fragment = Fragment.get(design.top, None)
+    return replace(design, top=Elaborated(fragment)), found
+
+
+def upsets():
+    """Every machine, every state machine in it, every code that none of its states has."""
+    for machine, make in MACHINES.items():
+        for name, fsm in elaborated(make)[1].items():
+            for code in range(1 << len(fsm.state)):
+                if code not in fsm.encoding.values():
+                    yield pytest.param(machine, name, code, id=f"{machine}-{name}-{code}")
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+class TestEveryStateMachine:
+    def test_all_are_found(self, machine):
+        assert elaborated(MACHINES[machine])[1].keys() == STATE_MACHINES[machine]
+
+    def test_tools_leave_its_codes_alone(self, machine):
+        for fsm in elaborated(MACHINES[machine])[1].values():
+            assert fsm.state.attrs["fsm_encoding"] == "none"
+            assert fsm.state.attrs["fsm_extract"] == "no"
+
+    def test_has_a_state_to_flee_to(self, machine):
+        for fsm in elaborated(MACHINES[machine])[1].values():
+            assert "FAULT" in fsm.encoding
+            assert fsm.state.init != fsm.encoding["FAULT"]
+
+
+class Bench:
+    """A machine that is at work, in Amaranth's simulator, where a register can be upset."""
+
+    def __init__(self, ctx, design: Design) -> None:
+        self.ctx, self.design = ctx, design
+        self.board = "switches" in design.inputs
+
+    async def clock(self, clocks: int = 1) -> None:
+        for _ in range(clocks):
+            self.ctx.set(self.design.clk, 1)
+            await self.ctx.delay(10e-9)
+            self.ctx.set(self.design.clk, 0)
+            await self.ctx.delay(10e-9)
+
+    def set(self, **levels: int) -> None:
+        for name, level in levels.items():
+            self.ctx.set(self.design.inputs[name], level)
+
+    def get(self, name: str) -> int:
+        return self.ctx.get(self.design.outputs[name])
+
+    async def begin(self, under_way: bool) -> None:
+        """Go to automatic mode; `under_way`, have a movement make its first step."""
+        if self.board:
+            self.set(switches=AUTOMATIC)
+            await self.clock(SETTLE)
+        else:
+            self.set(mode=1)
+            await self.clock()
+        if not under_way:
+            return
+        if self.board:
+            self.set(buttons=START)
+            await self.clock(SETTLE)
+            self.set(buttons=0)
+        else:
+            self.set(position_x=900, position_y=400, start=1)
+            await self.clock()
+            self.set(start=0)
+        before = self.coils
+        for _ in range(1000):
+            await self.clock()
+            if self.coils != before:
+                return
+        raise AssertionError("nothing moves")
+
+    async def reset(self) -> None:
+        if self.board:
+            self.set(buttons=RESET)
+            await self.clock(SETTLE)
+            self.set(buttons=0)
+            await self.clock(SETTLE)
+        else:
+            self.set(rst=1)
+            await self.clock()
+            self.set(rst=0)
+            await self.clock()
+
+    @property
+    def error(self) -> int:
+        return self.get("leds") >> 6 & 1 if self.board else self.get("error")
+
+    @property
+    def coils(self) -> tuple[int, ...]:
+        return self.get("axis_x"), self.get("axis_y"), self.get("axis_z")
+
+
+def run(design: Design, testbench) -> None:
+    sim = Simulator(design.top)
+
+    async def bench(ctx):
+        await testbench(ctx, Bench(ctx, design))
+
+    sim.add_testbench(bench)
+    sim.run()
+
+
+every_upset = pytest.mark.parametrize(("machine", "name", "code"), list(upsets()))
+whenever = pytest.mark.parametrize("under_way", [False, True], ids=["at rest", "under way"])
+
+
+@every_upset
+class TestUnusedCode:
+    @whenever
+    def test_shows_an_error_until_reset(self, machine, name, code, under_way):
+        design, found = elaborated(MACHINES[machine])
+        fsm = found[name]
+
+        async def testbench(ctx, bench):
+            await bench.begin(under_way)
+            ctx.set(fsm.state, code)
+            for _ in range(100):
+                await bench.clock()
+                assert ctx.get(fsm.state) == fsm.encoding["FAULT"]
+                assert bench.error
+            await bench.reset()
+            assert ctx.get(fsm.state) == fsm.state.init
+            assert not bench.error
+            await bench.begin(True)
+            assert not bench.error
+
+        run(design, testbench)
+
+    @whenever
+    def test_no_coil_moves(self, machine, name, code, under_way):
+        design, found = elaborated(MACHINES[machine])
+        fsm = found[name]
+
+        async def testbench(ctx, bench):
+            await bench.begin(under_way)
+            ctx.set(fsm.state, code)
+            if bench.board:
+                await bench.clock()  # what was on its way to the pins
+            before = bench.coils
+            for _ in range(100):
+                await bench.clock()
+                assert bench.coils == before
+
+        run(design, testbench)
+
+
+def test_fault_is_for_unused_codes_only():
+    """The first unused code goes to the fault, the last used one does not."""
+    m = Module()
+    go, bad = Signal(), Signal()
+    with m.FSM(name="state") as fsm:
+        with m.State("A"):
+            with m.If(go):
+                m.next = "B"
+        with m.State("B"):
+            m.next = "A"
+        with m.State("FAULT"):
+            m.d.comb += bad.eq(1)
+    leave_unused_codes(m, fsm, fault="FAULT")
+
+    async def testbench(ctx):
+        for code, after in [(0, 0), (1, 0), (2, 2), (3, 2)]:
+            ctx.set(fsm.state, code)
+            await ctx.tick()
+            assert (ctx.get(fsm.state), ctx.get(bad)) == (after, after == 2)
+
+    sim = Simulator(m)
+    sim.add_clock(1e-6)
+    sim.add_testbench(testbench)
+    sim.run()
+
+
+def test_machine_without_unused_codes():
+    m = Module()
+    with m.FSM(name="state") as fsm:
+        for name, after in [("A", "B"), ("B", "C"), ("C", "A"), ("FAULT", "FAULT")]:
+            with m.State(name):
+                m.next = after
+    leave_unused_codes(m, fsm, fault="FAULT")
+    assert fsm.state.attrs == {"fsm_encoding": "none", "fsm_extract": "no"}
+
+    async def testbench(ctx):
+        seen = [await ctx.tick().sample(fsm.state) for _ in range(4)]
+        assert [state for _, _, state in seen] == [0, 1, 2, 0]
+
+    sim = Simulator(m)
+    sim.add_clock(1e-6)
+    sim.add_testbench(testbench)
+    sim.run()

@@ -1,0 +1,399 @@
+# amaranth: UnusedElaboratable=no
+
+"""The mill on its board: each switch, button, LED and pin, in simulation and in the netlist."""
+
+import gc
+import re
+
+import numpy as np
+import pytest
+from amaranth import Fragment
+from amaranth.hdl import _nir as nir
+from amaranth.hdl._ir import build_netlist
+
+from fresa.machines.mill import CLOCK, MillPace
+from fresa.motion import CoordinateGenerator, SquareGenerator
+from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
+from fresa_boards.nexys2_mill import DEBOUNCE, Nexys2Mill, debounce_period, mill_ports
+from tb.boards import nexys2_mill
+from tb.engines import AmaranthEngine
+from tb.plant import Plant
+
+PERIOD, TRAVEL, STILL, SIDE, PITCH = 3, 4, 3, 6, 4
+SETTLE = 2 * STILL + 4
+AUTOMATIC = 1 << 7
+RESET, START, UNUSED, STOP = 1, 2, 4, 8
+BUSY, READY = 1 << 5, 1 << 7
+AXES = ["axis_x", "axis_y", "axis_z"]
+WORDS = [0b0110, 0b0011, 0b1001, 0b1100]
+PICTURE = np.array([[0, 1, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], bool)
+
+
+class Board:
+    """A board on the bench, with someone at its switches."""
+
+    def __init__(self, source) -> None:
+        self.engine = AmaranthEngine(
+            nexys2_mill(source, pace=MillPace(PERIOD, 3), debounce=STILL, z_travel=TRAVEL)
+        )
+        self.plant = Plant(pitch=PITCH, travel=TRAVEL)
+        self.wait(0)
+
+    def wait(self, clocks: int = 1, **until: int):
+        changes = self.engine.run(clocks, [*AXES, "leds"], until=until)
+        self.plant.feed(changes)
+        return changes
+
+    def turn(self, switches: int) -> None:
+        self.engine.set(switches=switches)
+        self.wait(SETTLE)
+
+    def press(self, button: int, clocks: int = SETTLE) -> None:
+        self.engine.set(buttons=button)
+        self.wait(clocks)
+        self.engine.set(buttons=0)
+        self.wait(SETTLE)
+
+    @property
+    def leds(self) -> int:
+        return self.engine.get("leds")
+
+    def finish(self) -> None:
+        """Wait for the end of the job."""
+        for _ in range(3000):
+            self.wait(20)
+            if not self.leds & BUSY:
+                self.wait(2)
+                return
+        raise AssertionError("the job never ends")
+
+
+@pytest.fixture
+def square():
+    return Board(SquareGenerator(side=SIDE))
+
+
+def milling(picture=PICTURE) -> Board:
+    return Board(CoordinateGenerator(picture.tolist(), pixel_steps=PITCH))
+
+
+def places(plant: Plant) -> list[tuple[int, int]]:
+    return [(int(x), int(y)) for x, y, _ in plant.corners]
+
+
+class TestSwitches:
+    @pytest.mark.parametrize(
+        ("switch", "axis", "sign"),
+        [(0, 0, 1), (1, 0, -1), (2, 1, 1), (3, 1, -1), (4, 2, 1), (5, 2, -1)],
+    )
+    def test_jog(self, square, switch, axis, sign):
+        square.turn(0)
+        square.turn(1 << switch)
+        square.wait(10 * PERIOD)
+        square.turn(0)
+        position = square.plant.position
+        assert position[axis] * sign > 8
+        assert [n for n in range(3) if position[n]] == [axis]
+        assert square.plant.least[AXES[axis]] == PERIOD
+
+    def test_mode(self, square):
+        assert not square.leds & READY
+        square.turn(AUTOMATIC)
+        assert square.leds == READY
+        square.turn(0)
+        assert square.leds == WORDS[0]
+
+    def test_switch_6_does_nothing(self, square):
+        before = square.engine.get("leds", "digits", *AXES)
+        square.turn(1 << 6)
+        assert square.engine.get("leds", "digits", *AXES) == before
+
+    @pytest.mark.parametrize(("select", "count"), [(0, 0), (1, SIDE), (2, SIDE), (3, 0)])
+    def test_counts(self, square, select, count):
+        """Stop on the second corner: main count, X, Y and Z."""
+        square.turn(AUTOMATIC | select)
+        square.press(START)
+        for _ in range(2000):
+            square.wait()
+            if square.plant.position == (SIDE, SIDE, 0):
+                break
+        square.engine.set(buttons=STOP)
+        square.wait(SETTLE)
+        shown = {}
+        for _ in range(4 * 8):
+            square.wait()
+            segments, digits = square.engine.get("segments", "digits")
+            lit = [n for n in range(4) if not digits >> n & 1]
+            assert len(lit) <= 1
+            for place in lit:
+                shown[place] = 0xFF ^ segments
+        digit = {0: 0b0111111, SIDE: 0b1111101}
+        if select:
+            assert [shown[n] for n in range(4)] == [digit[count], *[digit[0]] * 3]
+        assert set(shown) == {0, 1, 2, 3}
+
+    def test_a_bounce_does_nothing(self, square):
+        square.turn(0)
+        for bit in range(8):
+            for clocks in range(1, STILL):
+                square.engine.set(switches=1 << bit)
+                square.wait(clocks)
+                square.engine.set(switches=0)
+                square.wait(SETTLE)
+        assert square.plant.position == (0, 0, 0)
+
+
+class TestButtons:
+    def test_start_walks_the_square(self, square):
+        square.turn(AUTOMATIC)
+        square.press(START)
+        assert square.leds & BUSY
+        square.finish()
+        assert places(square.plant) == [(0, 0), (SIDE, 0), (SIDE, SIDE), (0, SIDE), (0, 0)]
+        assert square.leds == READY
+
+    def test_start_counts_once_however_long(self, square):
+        square.turn(AUTOMATIC)
+        square.engine.set(buttons=START)
+        square.wait(4 * SIDE * PERIOD * 5)
+        square.finish()
+        assert sum(square.plant.steps.values()) == 4 * SIDE
+        square.press(0)
+        square.press(START)
+        square.finish()
+        assert sum(square.plant.steps.values()) == 8 * SIDE
+
+    def test_start_held_into_automatic_mode_does_not_start(self, square):
+        square.engine.set(buttons=START)
+        square.wait(SETTLE)
+        square.turn(AUTOMATIC)
+        square.wait(200)
+        assert square.leds == READY
+        assert square.plant.position == (0, 0, 0)
+
+    def test_start_in_manual_mode_does_nothing(self, square):
+        square.press(START)
+        square.turn(AUTOMATIC)
+        square.wait(200)
+        assert not sum(square.plant.steps.values())
+
+    def test_start_while_busy_does_nothing(self, square):
+        square.turn(AUTOMATIC)
+        square.press(START)
+        square.press(START)
+        square.finish()
+        assert sum(square.plant.steps.values()) == 4 * SIDE
+
+    def test_stop_holds_until_reset(self, square):
+        square.turn(AUTOMATIC)
+        square.press(START)
+        square.wait(4 * PERIOD)
+        square.press(STOP)
+        before = square.engine.get(*AXES)
+        square.wait(300)
+        square.press(START)
+        assert square.engine.get(*AXES) == before
+        assert not square.leds & READY
+        square.turn(0)
+        square.turn(0b010101)
+        assert square.engine.get(*AXES) == before
+        square.turn(AUTOMATIC)
+        square.press(RESET)
+        assert square.leds == READY
+        assert square.engine.get(*AXES) == before
+
+    def test_reset_ends_the_job_and_lets_go(self, square):
+        square.turn(AUTOMATIC)
+        square.press(START)
+        square.wait(4 * PERIOD)
+        square.press(RESET)
+        before, here = square.engine.get(*AXES), square.plant.position
+        square.wait(300)
+        assert square.leds == READY
+        assert square.engine.get(*AXES) == before
+        square.press(START)
+        square.finish()
+        assert square.plant.position == here
+        assert not square.plant.faults
+        assert square.plant.least["axis_x"] >= PERIOD
+
+    def test_unused_button(self, square):
+        square.turn(AUTOMATIC)
+        square.press(UNUSED)
+        square.wait(100)
+        assert square.leds == READY
+
+
+class TestPins:
+    def test_power_up(self, square):
+        assert square.engine.get(*AXES) == (WORDS[0],) * 3
+        assert square.engine.get("digits") == 0xF
+        assert square.leds == WORDS[0]
+
+    def test_leds_are_of_the_axis_that_moves(self, square):
+        square.turn(0b000100)
+        for _ in range(20):
+            before = square.leds
+            square.wait()
+            assert square.engine.get("axis_y") == before  # the pins come a clock after the machine
+        square.turn(0)
+
+    def test_display_is_dark_in_manual_mode(self, square):
+        for _ in range(64):
+            square.wait()
+            assert square.engine.get("digits") == 0xF
+
+
+class TestPicture:
+    @pytest.mark.parametrize("clocks", [0, 40, 111, 222, 345])
+    def test_a_mode_change_begins_anew_from_a_new_origin(self, clocks):
+        board = milling()
+        board.turn(AUTOMATIC)
+        board.press(START)
+        board.wait(clocks)
+        board.turn(0)
+        x, y, z = board.plant.position
+        # The tool is lifted by hand; where it is then is where the new plate begins.
+        if z:
+            board.engine.set(switches=1 << 4)
+            while board.plant.position[2] < 0:
+                board.wait()
+            board.turn(0)
+            board.engine.set(switches=1 << 5)
+            while board.plant.position[2] > 0:
+                board.wait()
+            board.turn(0)
+        board.turn(AUTOMATIC)
+        fresh = Plant(PICTURE, pitch=PITCH, travel=TRAVEL)
+        board.plant = fresh
+        board.engine.run(0, ["leds"])
+        board.wait(0)
+        board.press(START)
+        board.finish()
+        assert (fresh.cut == PICTURE).all()
+        assert (fresh.wrong_steps, fresh.position, fresh.faults) == (0, (0, 0, 0), [])
+
+    def test_twice(self):
+        board = milling()
+        board.turn(AUTOMATIC)
+        for _ in range(2):
+            board.plant = Plant(PICTURE, pitch=PITCH, travel=TRAVEL)
+            board.engine.run(0, ["leds"])
+            board.wait(0)
+            board.press(START)
+            board.finish()
+            assert (board.plant.cut == PICTURE).all()
+            assert board.plant.wrong_steps == 0
+
+
+@pytest.fixture(scope="module")
+def netlist() -> nir.Netlist:
+    platform = Nexys2Platform()
+    top = Nexys2Mill(mill_ports(platform), source=SquareGenerator(side=SIDE))
+    return build_netlist(Fragment.get(top, platform), ports=[])
+
+
+def buffers(netlist: nir.Netlist, name: str) -> list[tuple[int, nir.IOBuffer]]:
+    """The I/O buffers of a resource, with the numbers of their cells."""
+    return [
+        (n, cell)
+        for n, cell in enumerate(netlist.cells)
+        if isinstance(cell, nir.IOBuffer)
+        and all(netlist.io_ports[net.port].name.startswith(name) for net in cell.port)
+    ]
+
+
+def users(netlist: nir.Netlist, numbers: set[int]) -> set[int]:
+    """The cells that look at what some cells give."""
+    return {
+        n
+        for n, cell in enumerate(netlist.cells)
+        if any(net.is_cell and net.cell in numbers for net in cell.input_nets())
+    }
+
+
+class TestNetlist:
+    @pytest.mark.parametrize("axis", range(3))
+    def test_every_coil_comes_straight_from_a_flip_flop_in_its_block(self, netlist, axis):
+        [(_, buffer)] = buffers(netlist, f"coils_{axis}")
+        assert buffer.o is not None and len(buffer.o) == 4
+        for bit, net in enumerate(buffer.o):
+            cell = netlist.cells[net.cell]
+            assert isinstance(cell, nir.FlipFlop)
+            assert cell.attributes["IOB"] == "TRUE"
+            assert cell.init >> net.bit & 1 == WORDS[0] >> bit & 1
+            assert cell.arst == nir.Net.from_const(0)
+            # A flip-flop in an I/O block serves its pin alone.
+            assert users(netlist, {net.cell}) == {n for n, _ in buffers(netlist, f"coils_{axis}")}
+
+    @pytest.mark.parametrize("name", ["switch_", "button_"])
+    def test_every_input_passes_two_flip_flops_and_the_debouncer(self, netlist, name):
+        pins = {n for n, _ in buffers(netlist, name)}
+        assert sum(len(netlist.cells[n].port) for n in pins) == {"switch_": 8, "button_": 4}[name]
+        for _ in range(2):
+            pins = users(netlist, pins)
+            for n in pins:
+                cell = netlist.cells[n]
+                assert isinstance(cell, nir.FlipFlop)
+                assert cell.attributes["ASYNC_REG"] == "TRUE"
+        modules = {netlist.cells[n].module_idx for n in users(netlist, pins)}
+        behind = {netlist.modules[index].name[-1] for index in modules}
+        assert behind == {"debouncer"}
+
+    def test_one_clock(self, netlist):
+        flip_flops = [cell for cell in netlist.cells if isinstance(cell, nir.FlipFlop)]
+        [(pin, _)] = buffers(netlist, "clk50")
+        assert {cell.clk for cell in flip_flops} == {nir.Net.from_cell(pin, 0)}
+        assert {cell.clk_edge for cell in flip_flops} == {"pos"}
+
+    @pytest.mark.parametrize("board", [Nexys2Platform, Nexys2_1200Platform])
+    def test_verilog_says_so(self, board):
+        platform = board()
+        top = Nexys2Mill(mill_ports(platform), source=SquareGenerator(side=SIDE))
+        files = platform.prepare(top, "mill").files
+        verilog = files["mill.v"]
+        verilog = verilog if isinstance(verilog, str) else verilog.decode()
+        marked = re.findall(r'\(\* IOB = "TRUE" \*\)\s+reg \[3:0\] \S+ += 4\'h(\d);', verilog)
+        assert marked == ["6"] * 3
+        registers = re.findall(r"^  reg (?!.*=).*;$", verilog, re.M)
+        assert not registers, "registers without a value at power-up"
+
+    def test_coil_pins(self):
+        platform = Nexys2Platform()
+        ports = mill_ports(platform)
+        pins = {axis: [bit.name for bit in ports[axis].io.metadata] for axis in AXES}
+        assert pins == {
+            "axis_x": ["L15", "K12", "L17", "M15"],
+            "axis_y": ["K13", "L16", "M14", "M16"],
+            "axis_z": ["M13", "R18", "R15", "T17"],
+        }
+
+    def test_display_is_active_low_once(self):
+        """The ports are declared inverted, and so is what goes in: the pads are as the machine."""
+        platform = Nexys2Platform()
+        ports = mill_ports(platform)
+        assert set(ports["segments"].invert) == set(ports["digits"].invert) == {True}
+
+
+class TestDebouncePeriod:
+    def test_default(self):
+        assert debounce_period() == CLOCK * DEBOUNCE == 500_000
+
+    @pytest.mark.parametrize(
+        ("seconds", "clock", "clocks"),
+        [(0, 100, 1), (0.001, 100, 1), (0.015, 100, 2), (1, 100, 100), (0.5, 3, 2)],
+    )
+    def test_one_more_rather_than_one_less(self, seconds, clock, clocks):
+        assert debounce_period(seconds, clock) == clocks
+
+    @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
+    @pytest.mark.parametrize("debounce", [0, -1, 2**26 + 1])
+    def test_impossible(self, debounce):
+        message = None
+        try:  # what was made before the refusal is let go of here, not later
+            nexys2_mill(SquareGenerator(side=1), pace=MillPace(1, 3), debounce=debounce)
+        except ValueError as error:
+            message = str(error)
+        gc.collect()
+        limit = "a whole number from 1 to 67108864"
+        assert message == f"debounce period must be {limit}, not {debounce}"
