@@ -110,8 +110,9 @@ class Lockstep:
     def play(self, script: Iterable[Action]) -> Trace:
         """Reset both, then play a script to both.
 
-        Reset keeps the coils and the time since the last step. So it is held until that time no
-        longer matters, and the model is told how the motors stand.
+        Reset keeps the coils, the time since the last step, and that a start has been seen. So it
+        is held, with the inputs at 0, until these times no longer matter, and the model is told
+        how the motors stand.
 
         Raises
         ------
@@ -119,7 +120,7 @@ class Lockstep:
             If an output differs; the message names the clock, the action and the outputs.
         """
         model = self.model()
-        self.engine.set(rst=1)
+        self.engine.set(**dict.fromkeys(self.engine.design.inputs, 0) | {"rst": 1})
         self.engine.run(model.period)
         model.phase = [COILS.index(self.engine.get(axis)) for axis in AXES]
         recording = record(model, script, MillInputs())

@@ -23,7 +23,7 @@ from .boards import nexys2_mill
 from .engines import Engine
 from .plant import Plant
 
-__all__ = ["BUTTON", "LED", "Cut", "mill_picture", "press"]
+__all__ = ["BUTTON", "LED", "Cut", "mill_picture", "press", "ready_to_mill", "run_job"]
 
 BUTTON = {"reset": 1 << 0, "start": 1 << 1, "stop": 1 << 3}
 LED = {"busy": 1 << 5, "error": 1 << 6, "ready": 1 << 7}
@@ -123,22 +123,47 @@ class Cut:
         }
 
 
-def mill_picture(
+def ready_to_mill(
     picture: NDArray[np.bool_], engine: type[Engine], *, period: int = 1,
-    vcd: str | PathLike[str] | None = None, progress: Callable[[int], None] | None = None,
-) -> Cut:
-    """Mill a picture with the mill on a Nexys 2: set SW7, press BTN1, wait until LD5 is dark.
+    vcd: str | PathLike[str] | None = None,
+) -> Engine:
+    """Put the mill on a Nexys 2, with a picture built in, on an engine.
 
     Parameters
     ----------
     picture : array of bool
         Rows of pixels, true where to mill.
     engine : type of Engine
-        What to run it on.
+        What to run it on. It may compile the design first.
     period : int
         Clocks from step to step; the real machine takes some 500 000.
     vcd : path, optional
         Where to write a waveform of the whole job.
+
+    Raises
+    ------
+    EngineError
+        If the engine cannot run here.
+    """
+    source = CoordinateGenerator(np.asarray(picture, bool).tolist(), pixel_steps=PIXEL_STEPS)
+    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=8), debounce=DEBOUNCE)
+    return engine(design, vcd=vcd)
+
+
+def run_job(
+    run: Engine, picture: NDArray[np.bool_], *, period: int = 1,
+    progress: Callable[[int], None] | None = None,
+) -> Cut:
+    """Set SW7, press BTN1, and wait until LD5 is dark.
+
+    Parameters
+    ----------
+    run : Engine
+        From :func:`ready_to_mill`, with this picture and period.
+    picture : array of bool
+        What the plate shall be like.
+    period : int
+        Clocks from step to step.
     progress : callable, optional
         Called now and then with the number of pixels milled since the last call.
 
@@ -149,36 +174,41 @@ def mill_picture(
     """
     picture = np.asarray(picture, bool)
     plant = Plant(picture, pitch=PIXEL_STEPS, travel=Z_TRAVEL)
-    source = CoordinateGenerator(picture.tolist(), pixel_steps=PIXEL_STEPS)
-    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=8), debounce=DEBOUNCE)
     # To copy the picture and then to search all of it takes no more clocks without a step.
     patience = (1 << 15) + 32 * max(picture.shape) ** 2 + 8 * period
     watch = ("axis_x", "axis_y", "axis_z", "leds")
 
-    with engine(design, vcd=vcd) as run:
-        begun = time.perf_counter()
-        plant.feed(run.run(0, watch))
-        run.set(switches=AUTOMATIC)
-        run.run(2 * DEBOUNCE + 4)
-        press(run, "start")
-        slice_, done, moved_at = 1000, 0, run.clock
-        while (leds := run.get("leds")) & LED["busy"]:
-            if leds & LED["error"]:
-                raise RuntimeError(f"the machine shows an error at clock {run.clock}")
-            if run.clock - moved_at > patience:
-                raise RuntimeError(f"the machine stands still since clock {moved_at}")
-            start = time.perf_counter()
-            changes = run.run(slice_, watch, until={"leds": LED["ready"]})
-            if len(changes):
-                moved_at = int(changes.clock[-1])
-            plant.feed(changes)
-            milled = int(np.count_nonzero(plant.cut))
-            if progress is not None:
-                progress(milled - done)
-            done = milled
-            if time.perf_counter() - start < SLICE / 2:
-                slice_ = min(2 * slice_, 1 << 20)
-        plant.feed(run.run(2, watch))  # what is still on its way to the pins
-        seconds = time.perf_counter() - begun
-        return Cut(picture, plant, period, run.clock, seconds, engine.name)
+    begun = time.perf_counter()
+    plant.feed(run.run(0, watch))
+    run.set(switches=AUTOMATIC)
+    run.run(2 * DEBOUNCE + 4)
+    press(run, "start")
+    slice_, done, moved_at = 1000, 0, run.clock
+    while (leds := run.get("leds")) & LED["busy"]:
+        if leds & LED["error"]:
+            raise RuntimeError(f"the machine shows an error at clock {run.clock}")
+        if run.clock - moved_at > patience:
+            raise RuntimeError(f"the machine stands still since clock {moved_at}")
+        start = time.perf_counter()
+        changes = run.run(slice_, watch, until={"leds": LED["ready"]})
+        if len(changes):
+            moved_at = int(changes.clock[-1])
+        plant.feed(changes)
+        milled = int(np.count_nonzero(plant.cut))
+        if progress is not None:
+            progress(milled - done)
+        done = milled
+        if time.perf_counter() - start < SLICE / 2:
+            slice_ = min(2 * slice_, 1 << 20)
+    plant.feed(run.run(2, watch))  # what is still on its way to the pins
+    seconds = time.perf_counter() - begun
+    return Cut(picture, plant, period, run.clock, seconds, run.name)
 
+
+def mill_picture(
+    picture: NDArray[np.bool_], engine: type[Engine], *, period: int = 1,
+    vcd: str | PathLike[str] | None = None, progress: Callable[[int], None] | None = None,
+) -> Cut:
+    """Mill a picture: :func:`ready_to_mill` and :func:`run_job`."""
+    with ready_to_mill(picture, engine, period=period, vcd=vcd) as run:
+        return run_job(run, picture, period=period, progress=progress)

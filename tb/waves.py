@@ -10,10 +10,9 @@ from pathlib import Path
 
 from vcd.gtkw import GTKWColor, GTKWFlag, GTKWSave
 
-__all__ = ["HEX", "PERIOD", "Layout", "Variable", "save_file", "staged", "variables"]
+from .engines import PERIOD
 
-PERIOD = 20
-"""Nanoseconds from one rising edge to the next; the first is half of it after the start."""
+__all__ = ["HEX", "Layout", "Variable", "save_file", "staged", "variables"]
 
 FEMTO = 1_000_000
 """Units of time of Amaranth's VCD in a nanosecond."""

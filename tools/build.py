@@ -2,7 +2,7 @@
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -18,7 +18,15 @@ from fresa_boards.verilog import from_rtlil
 from tb.boards import nexys2_mill
 from tb.engines import ENGINES
 
-from .console import Parser, Progress, UserError, command, say, write_folder_atomically
+from .console import (
+    FIRST_TIME,
+    Parser,
+    Progress,
+    UserError,
+    command,
+    say,
+    write_folder_atomically,
+)
 from .cut_picture import draw_cut
 from .image import add_picture_arguments, picture_from_arguments
 from .picture import Prepared, encode
@@ -43,8 +51,8 @@ mills your picture, and a picture of what it will cut, made by running that same
   picture.png  cut.png                   what was asked; what the gateware mills in simulation
   report.json                            the figures that are printed
 
-With --board pins it is mill.v alone, the raw machine with the pins of the thesis, for other
-boards, and for simulators.
+With --board pins it is mill.v and report.json alone: the raw machine with the pins of the thesis,
+for other boards and for simulators.
 """
 
 EPILOG = """\
@@ -137,6 +145,32 @@ def check_memory(picture: Prepared, capacity: Capacity, board: str) -> None:
             f"{capacity.block_rams}: make the picture smaller, for instance --size 400x400")
 
 
+def left_over(folder: Path, files: Mapping[str, bytes]) -> list[Path]:
+    """List what an earlier build wrote into a folder and this one does not write.
+
+    Only what that build's own report names counts: other files are somebody's.
+    """
+    try:
+        earlier = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        names = {*map(str, earlier["files"]), *(["cut.png"] if "cut" in earlier else [])}
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return [folder / name for name in sorted(names - set(files)) if Path(name).name == name]
+
+
+def keep_picture(image: Path, places: Iterable[Path]) -> None:
+    """Refuse to write over the picture, or to remove it.
+
+    Raises
+    ------
+    UserError
+        If it is in one of the places.
+    """
+    for place in places:
+        if place.exists() and image.exists() and place.samefile(image):
+            raise UserError(f"{image} would be written over: build into another folder with -o")
+
+
 def figures(board: str, pace: MillPace, asked: Fraction, files: Mapping[str, bytes]) -> dict:
     """List what is known without synthesis, ready for JSON."""
     real = Fraction(CLOCK, pace.period)
@@ -185,15 +219,18 @@ def main(argv: list[str] | None = None) -> int:
         text = (json.dumps(facts, indent=2) + "\n").encode()
         write_folder_atomically(folder, {**extra, "report.json": text})
 
+    old = left_over(folder, built.files)
+    written = (folder / name for name in (*built.files, "report.json", "cut.png"))
+    keep_picture(args.image, [*old, *written])
     write(built.files)
-    for name in {"picture.png", "cut.png"} - set(built.files):  # of an earlier build
-        (folder / name).unlink(missing_ok=True)
+    for path in old:
+        path.unlink(missing_ok=True)
     say(f"wrote {folder}: {', '.join(facts['files'])}")
     say(f"clock {CLOCK / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {pace.period} clocks; "
         f"{facts['mm_per_minute']:g} mm/min")
     status = 0
     if args.report:
-        with Progress(PASSES, "passes", "counting resources") as progress:
+        with Progress(PASSES, "passes", f"counting resources{FIRST_TIME}") as progress:
             resources = synthesise(built.rtlil, built.top, progress.advance)
         facts |= {"resources": resources.facts(), "capacity": vars(capacity)}
         write({})
@@ -203,7 +240,7 @@ def main(argv: list[str] | None = None) -> int:
         if picture is not None:
             cut = simulate(picture, engine=args.engine)
             facts["cut"] = {**cut.facts(), "job_seconds": round(cut.job_seconds(args.step_rate), 3)}
-            write({"cut.png": encode(draw_cut(cut))})
+            write({"cut.png": encode(draw_cut(cut, args.step_rate))})
             say(report(cut, args.step_rate))
             say(f"wrote {folder / 'cut.png'}")
             status = 0 if cut.right else 1

@@ -7,6 +7,8 @@ import os
 import secrets
 import shutil
 import sys
+import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -16,6 +18,7 @@ from typing import NoReturn, TextIO
 from tqdm import tqdm
 
 __all__ = [
+    "FIRST_TIME",
     "Parser",
     "Progress",
     "UserError",
@@ -24,6 +27,8 @@ __all__ = [
     "command",
     "is_special",
     "say",
+    "staged",
+    "warn",
     "write_atomically",
     "write_files_atomically",
     "write_folder_atomically",
@@ -58,8 +63,15 @@ def colour(text: str, code: int, stream: TextIO) -> str:
 
 def say(text: str) -> None:
     """Print to stdout. What its encoding lacks, such as odd bytes of a file name, is escaped."""
+    if sys.stdout is None:  # closed by whoever called
+        return
     encoding = sys.stdout.encoding or "utf-8"
     print(text.encode(encoding, "backslashreplace").decode(encoding))
+
+
+def warn(text: str) -> None:
+    """Print to stderr what is worth knowing and stops nothing."""
+    print(colour("note:", 33, sys.stderr), " ".join(text.split()), file=sys.stderr)
 
 
 def command(main: Callable[..., int]) -> Callable[..., int]:
@@ -72,7 +84,8 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
     @functools.wraps(main)
     def guarded(*args, **kwargs) -> int:
         try:
-            return main(*args, **kwargs)
+            with _cache():
+                return main(*args, **kwargs)
         except UserError as error:
             message, status = str(error), 2
         except BrokenPipeError:
@@ -87,6 +100,30 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
         return status
 
     return guarded
+
+
+@contextmanager
+def _cache() -> Iterator[None]:
+    """Where no cache can be kept, keep one for this run: Yosys and compilers need a place."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=home):
+            pass
+    except OSError:
+        with tempfile.TemporaryDirectory() as folder:
+            warn(f"nothing can be kept in {home}, so every run prepares everything anew; "
+                 "set XDG_CACHE_HOME to a folder that can be written to")
+            before = os.environ.get("XDG_CACHE_HOME")
+            os.environ["XDG_CACHE_HOME"] = folder
+            try:
+                yield
+            finally:
+                os.environ.pop("XDG_CACHE_HOME")
+                if before is not None:
+                    os.environ["XDG_CACHE_HOME"] = before
+        return
+    yield
 
 
 def describe(error: OSError) -> str:
@@ -163,6 +200,27 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
         _discard(backup)
 
 
+@contextmanager
+def staged(path: Path) -> Iterator[Path]:
+    """Give a place beside `path` to write a large file to; it gets its name when all went well.
+
+    Raises
+    ------
+    UserError
+        If it cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    new = _beside(target)
+    try:
+        new.touch()
+        yield new
+        os.replace(new, target)
+    except OSError as error:
+        raise UserError(f"cannot write {path}: {_advice(error)}") from error
+    finally:
+        _discard(new)
+
+
 def write_folder_atomically(folder: str | os.PathLike, files: Mapping[str, bytes]) -> None:
     """Write files into a folder, or on any failure leave it as it was.
 
@@ -213,6 +271,12 @@ def check_outputs(
     for path in (*pictures, *others):
         if path is None or is_special(path):
             continue
+        if path.is_dir():
+            raise UserError(f"cannot write {path}: it is a folder")
+        if not path.parent.is_dir():
+            exists = "a file is where its folder should be" if path.parent.exists() else (
+                "its folder does not exist")
+            raise UserError(f"cannot write {path}: {exists}")
         for other in taken:
             if os.path.realpath(path) == os.path.realpath(other) or (
                 path.exists() and other.exists() and path.samefile(other)
@@ -227,11 +291,15 @@ def is_special(path: Path) -> bool:
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
+FIRST_TIME = ", the first time on a machine takes a minute or two"
+
+
 class Progress:
     """A bar on stderr for work that takes long, as a context manager.
 
     On a terminal the bar shows after half a second and is wiped out at the end. Elsewhere, in a log
-    for instance, there is no bar but a line after 2 s and another every 10 s.
+    for instance, there is no bar but a line after 2 s and another every 10 s. Work of which nothing
+    is counted as done for 2 s is named all the same.
 
     Parameters
     ----------
@@ -261,6 +329,8 @@ class Progress:
         self._clock = clock
         self._done = 0
         self._next = clock() + 2
+        self._patience = threading.Timer(2, self._begun)
+        self._patience.daemon = True
         self._bar = tqdm(
             total=total,
             unit=f" {unit}",
@@ -273,13 +343,23 @@ class Progress:
         )
 
     def __enter__(self) -> "Progress":
+        self._patience.start()
         return self
 
     def __exit__(self, *exception) -> None:
+        self._patience.cancel()
         self._bar.close()
+
+    def _begun(self) -> None:
+        if self._bar.disable:
+            print(f"{self._label} ...", file=self._stream, flush=True)
+        else:
+            self._bar.delay = 0
+            self._bar.refresh()
 
     def advance(self, amount: int = 1) -> None:
         """Count `amount` more as done."""
+        self._patience.cancel()
         self._done += amount
         self._bar.update(amount)
         if self._bar.disable and self._clock() >= self._next:

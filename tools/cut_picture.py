@@ -1,14 +1,16 @@
 """The picture of a cut: what was asked, what was milled, and the way through the air."""
 
+from fractions import Fraction
+
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from fresa.machines.mill import PIXEL_STEPS
+from fresa.machines.mill import PIXEL_STEPS, TOP_SPEED
 from tb.milling import Cut
 
 from .picture import BLANK, CUT, FRAME, PAPER
 
-__all__ = ["draw_cut", "duration"]
+__all__ = ["draw_cut", "duration", "strokes"]
 
 AIR = (31, 119, 180)
 MISSED = (214, 39, 40)
@@ -25,7 +27,12 @@ def duration(seconds: float) -> str:
     return f"{minutes} min" if minutes < 100 else f"{minutes // 60} h {minutes % 60:02} min"
 
 
-def draw_cut(cut: Cut) -> Image.Image:
+def strokes(number: object) -> str:
+    """Count strokes in words."""
+    return f"{number} stroke" if number == 1 else f"{number} strokes"
+
+
+def draw_cut(cut: Cut, step_rate: Fraction = TOP_SPEED) -> Image.Image:
     """Draw what was asked on the left, what was milled on the right.
 
     Pixels that were milled are dark, missed ones red, ones milled in error magenta; the tool's way
@@ -35,6 +42,8 @@ def draw_cut(cut: Cut) -> Image.Image:
     ----------
     cut : Cut
         The job, done.
+    step_rate : number
+        Steps a second of the real machine, for the time that is written below.
 
     Returns
     -------
@@ -51,8 +60,8 @@ def draw_cut(cut: Cut) -> Image.Image:
         f"milled: {facts['pixels_cut']}, missed {facts['pixels_missed']}, "
         f"in error {facts['cut_in_error']}",
     )
-    legend = (f"blue: {facts['air_mm']:.0f} mm through the air, {facts['strokes']} strokes; "
-              f"{duration(cut.job_seconds())} on the machine")
+    legend = (f"blue: {facts['air_mm']:.0f} mm through the air, {strokes(facts['strokes'])}; "
+              f"{duration(cut.job_seconds(step_rate))} on the machine")
 
     pane = max(width, *(round(font.getlength(caption)) for caption in captions))
     wide = max(2 * pane + MARGIN, round(font.getlength(legend)))

@@ -18,7 +18,7 @@ Turns any picture into the pixels that the machine mills: dark is cut, light sta
 
 The result is a PNG of one bit a pixel, black where the tool cuts. python -m tools.build and
 python -m tools.simulate take it as it is: whatever has two values and fits is never altered.
-A pixel is 128 steps, 0.56 mm; the table takes 400 x 400 of them.
+A pixel is 128 steps, 0.56 mm; the machine takes 400 x 400 of them.
 """
 
 EXAMPLES = """\

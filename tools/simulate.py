@@ -2,23 +2,27 @@
 
 import argparse
 import json
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
 
 from fresa.machines.mill import RESOLUTION, TOP_SPEED, step_period
-from tb.engines import ENGINES, EngineError, choose
-from tb.milling import Cut, mill_picture
+from tb.engines import ENGINES, AmaranthEngine, EngineError, choose
+from tb.milling import Cut, ready_to_mill, run_job
 
 from .console import (
+    FIRST_TIME,
     Parser,
     Progress,
     UserError,
     check_outputs,
     command,
     say,
+    staged,
+    warn,
     write_files_atomically,
 )
-from .cut_picture import draw_cut, duration
+from .cut_picture import draw_cut, duration, strokes
 from .image import add_picture_arguments, picture_from_arguments
 from .picture import Prepared, encode
 
@@ -70,19 +74,25 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
     period : int
         Clocks from step to step in simulation.
     vcd : path, optional
-        Where to write a waveform.
+        Where to write a waveform: whole, or not at all.
 
     Raises
     ------
     UserError
         If the engine does not exist or cannot run here.
     """
-    try:
-        with Progress(prepared.count, "pixels", "milling") as progress:
-            return mill_picture(prepared.pixels, choose(engine), period=period, vcd=vcd,
-                                progress=progress.advance)
-    except EngineError as error:
-        raise UserError(str(error)) from error
+    with ExitStack() as stack:
+        place = stack.enter_context(staged(vcd)) if vcd else None
+        with Progress(1, "engine", f"preparing the simulation{FIRST_TIME}"):
+            try:
+                run = ready_to_mill(prepared.pixels, choose(engine), period=period, vcd=place)
+            except EngineError as error:
+                if engine is not None or choose() is AmaranthEngine:
+                    raise UserError(str(error)) from error
+                warn(f"{error}; going on with the slow engine, amaranth")
+                run = ready_to_mill(prepared.pixels, AmaranthEngine, period=period, vcd=place)
+        with run, Progress(prepared.count, "pixels", "milling") as progress:
+            return run_job(run, prepared.pixels, period=period, progress=progress.advance)
 
 
 def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
@@ -93,7 +103,7 @@ def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
         f"pixels     {facts['pixels_asked']} asked, {facts['pixels_cut']} cut, "
         f"{facts['pixels_missed']} missed, {facts['cut_in_error']} cut in error",
         f"steps      x {steps['axis_x']}, y {steps['axis_y']}, z {steps['axis_z']}; "
-        f"{facts['strokes']} strokes",
+        f"{strokes(facts['strokes'])}",
         f"travel     {plant.milled.mm:.0f} mm milling, {plant.air.mm:.0f} mm "
         f"({plant.air.steps} steps) through the air",
         f"time       {duration(cut.job_seconds(rate))} on the machine, at "
@@ -129,12 +139,10 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
 
     check_outputs(args.image, pictures=[args.png], others=[args.json, args.vcd])
-    if args.vcd is not None and not args.vcd.parent.is_dir():
-        raise UserError(f"cannot write {args.vcd}: its folder does not exist")
     prepared = picture_from_arguments(args)
     cut = simulate(prepared, engine=args.engine, period=args.period, vcd=args.vcd)
 
-    files = {args.png: encode(draw_cut(cut))}
+    files = {args.png: encode(draw_cut(cut, args.step_rate))}
     if args.json is not None:
         facts = {"image": str(args.image), **cut.facts(),
                  "job_seconds": round(cut.job_seconds(args.step_rate), 3),

@@ -21,7 +21,7 @@ from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import connect
 
-from fresa.drive import FULL_STEP
+from fresa.drive import FULL_STEP, MAX_PERIOD
 from fresa.machines.mill import CLOCK, Z_TRAVEL, Mill, MillPace
 from fresa.motion import CoordinateGenerator, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
@@ -35,8 +35,17 @@ DEBOUNCE = Fraction(1, 100)
 
 
 def debounce_period(seconds: Fraction | float = DEBOUNCE, clock: int = CLOCK) -> int:
-    """Clocks in `seconds`, one more rather than one less."""
-    return max(1, ceil(Fraction(seconds) * clock))
+    """Clocks in `seconds`, one more rather than one less.
+
+    Raises
+    ------
+    ValueError
+        If it takes no clock, or more than a debouncer counts.
+    """
+    if not 0 < seconds * clock <= MAX_PERIOD:
+        raise ValueError(f"debounce time must be over 0 and at most {MAX_PERIOD / clock:g} s, "
+                         f"not {seconds!r}")
+    return ceil(Fraction(seconds) * clock)
 
 
 def mill_ports(platform) -> dict:

@@ -61,7 +61,6 @@ class _Automatic:
     at: list[int] = field(default_factory=lambda: [0, 0, 0])
     made: int = 0  # steps of the last simple movement
     error: bool = False
-    was_started: bool = False
     busy: bool = False
     plan: deque = field(default_factory=deque)  # (clock from which it may run, what)
     movement: _Movement | None = None
@@ -94,6 +93,7 @@ class MillModel:
         self.clock = 0
         self.phase = [0, 0, 0]
         self.last_step: list[float] = [float("-inf")] * 3
+        self.start_seen = False
         self._reset()
 
     def _reset(self) -> None:
@@ -145,6 +145,13 @@ class MillModel:
     def edge(self, pins: MillInputs) -> None:
         """Go to the next clock."""
         held = bool(pins.stop or self.stopped)
+        # A start counts, or comes too early, once; then it must fall.
+        counts = self.auto.busy or not (held or pins.rst or not pins.mode)
+        start_seen = bool(pins.start) and (self.start_seen or counts)
+        self._edge(pins, held)
+        self.start_seen = start_seen
+
+    def _edge(self, pins: MillInputs, held: bool) -> None:
         if pins.rst:
             self.clock += 1
             self._reset()
@@ -179,8 +186,7 @@ class MillModel:
 
     def _automatic(self, pins: MillInputs, held: bool) -> None:
         a = self.auto
-        begins = bool(pins.start and not a.was_started)
-        a.was_started = bool(pins.start)
+        begins = bool(pins.start and not self.start_seen)
         tool = bool(pins.up or pins.down)
 
         if a.busy:

@@ -171,6 +171,17 @@ class TestButtons:
         assert square.leds == READY
         assert square.plant.position == (0, 0, 0)
 
+    def test_start_held_through_reset_does_not_start(self, square):
+        square.turn(AUTOMATIC)
+        for buttons in (START, START | RESET, START):
+            square.engine.set(buttons=buttons)
+            square.wait(3 * SETTLE)
+        assert square.leds & (BUSY | READY) == READY
+        square.engine.set(buttons=0)
+        square.wait(SETTLE)
+        square.press(START)
+        assert square.leds & BUSY
+
     def test_start_in_manual_mode_does_nothing(self, square):
         square.press(START)
         square.turn(AUTOMATIC)
@@ -381,10 +392,15 @@ class TestDebouncePeriod:
 
     @pytest.mark.parametrize(
         ("seconds", "clock", "clocks"),
-        [(0, 100, 1), (0.001, 100, 1), (0.015, 100, 2), (1, 100, 100), (0.5, 3, 2)],
+        [(0.001, 100, 1), (0.015, 100, 2), (1, 100, 100), (0.5, 3, 2)],
     )
     def test_one_more_rather_than_one_less(self, seconds, clock, clocks):
         assert debounce_period(seconds, clock) == clocks
+
+    @pytest.mark.parametrize("seconds", [0, -1, 100])
+    def test_impossible_time(self, seconds):
+        with pytest.raises(ValueError, match=rf"^debounce time must be .*, not {seconds}$"):
+            debounce_period(seconds)
 
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
     @pytest.mark.parametrize("debounce", [0, -1, 2**26 + 1])

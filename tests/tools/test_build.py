@@ -15,6 +15,7 @@ from PIL import Image
 
 from fresa.machines.mill import Mill, MillPace, step_period
 from tools import build
+from tools.cut_picture import duration
 from tools.synthesis import Resources, synthesise
 
 REPOSITORY = Path(__file__).parents[2]
@@ -83,6 +84,8 @@ class TestNexys2:
         assert run("--image", small, "--no-report", "-o", out) == 0
         (out / "cut.png").write_bytes(b"of an earlier build")
         (out / "notes.txt").write_bytes(b"mine")
+        report = json.loads((out / "report.json").read_text())
+        (out / "report.json").write_text(json.dumps({**report, "cut": {}}))
         assert run("--orders", "square", "--no-report", "-o", out) == 0
         assert {p.name for p in out.iterdir()} == SOURCES | {"report.json", "notes.txt"}
         assert "picture_0" not in (out / "mill.v").read_text()
@@ -97,16 +100,65 @@ class TestNexys2:
         assert 300 < facts["resources"]["luts"] < 930
         assert facts["resources"]["block_rams"] == 0  # so small a picture is in LUTs
         cut = facts["cut"]
+        steps = cut["air_steps"] + 13 * 128 + cut["steps"]["z"]
+        assert cut["job_seconds"] == pytest.approx(steps / 50, rel=0.05)
         assert (cut["pixels_asked"], cut["pixels_cut"]) == (14, 14)
         assert (cut["pixels_missed"], cut["cut_in_error"]) == (0, 0)
         with Image.open(out / "cut.png") as drawing:
             assert drawing.width > 200
         text = capsys.readouterr().out
+        assert duration(cut["job_seconds"]) in text
         assert "14 asked, 14 cut, 0 missed, 0 cut in error" in text
         assert f"{facts['resources']['luts']} of   9312" in text
 
+    def test_raw_machine_over_a_board(self, tmp_path, small):
+        """Two boards never mix in one folder."""
+        out = tmp_path / "out"
+        assert run("--image", small, "--no-report", "-o", out) == 0
+        assert run("--board", "pins", "--no-report", "-o", out) == 0
+        assert {p.name for p in out.iterdir()} == {"mill.v", "report.json"}
+
+    @pytest.mark.parametrize("name", ["picture.png", "cut.png"])
+    def test_own_picture_is_kept(self, tmp_path, small, capsys, name):
+        out = tmp_path / "out"
+        assert run("--image", small, "--no-report", "-o", out) == 0
+        mine = out / name
+        mine.write_bytes(small.read_bytes())
+        before = {p.name: p.read_bytes() for p in out.iterdir()}
+        assert run("--image", mine, "--no-report", "-o", out) == 2
+        assert "another folder" in capsys.readouterr().err
+        assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+
+    def test_unreadable_report_is_no_report(self, tmp_path, small):
+        out = tmp_path / "out"
+        out.mkdir()
+        for text in ("no json", "[]", '{"files": 3}', '{"files": ["../small.png"]}'):
+            (out / "report.json").write_text(text)
+            assert run("--image", small, "--no-report", "-o", out) == 0
+        assert small.exists()
+
+    @pytest.mark.parametrize(("rate", "period"), [("50", 1_000_000), ("101.376", 493_214)])
+    def test_rate_is_in_the_gateware(self, tmp_path, small, rate, period):
+        """Each driver and the divider count up from 1 - period."""
+        for board in ("pins", "nexys2-500"):
+            out = tmp_path / board
+            picture = ["--image", small] if board != "pins" else []
+            assert run("--board", board, "--step-rate", rate, *picture, "--no-report",
+                       "-o", out) == 0
+            bits = (period - 1).bit_length() + 1
+            start = f"{bits}'h{(1 << bits) - (period - 1):x}"
+            assert (out / "mill.v").read_text().count(start) >= 4
+
+    def test_what_is_counted_is_what_is_written(self, monkeypatch):
+        paces = []
+        real = build.nexys2_mill
+        monkeypatch.setattr(build, "nexys2_mill", lambda *a, **k: paces.append(k) or real(*a, **k))
+        pace = MillPace.real(step_rate=50)
+        build.build_mill("nexys2-500", pace=pace)
+        assert paces == [{"pace": pace, "debounce": 500_000}]
+
     def test_wrong_cut_is_an_error(self, tmp_path, small, monkeypatch):
-        source = build.simulate.__globals__["mill_picture"].__globals__
+        source = build.simulate.__globals__["ready_to_mill"].__globals__
         right = source["CoordinateGenerator"]
         monkeypatch.setattr(build, "synthesise", lambda *_: Resources(1, 0, 1, 0, 0, "nothing"))
         monkeypatch.setitem(source, "CoordinateGenerator", lambda picture, **how: right(

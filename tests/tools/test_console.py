@@ -4,6 +4,7 @@ import io
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,7 @@ from tools.console import (
     UserError,
     colour,
     command,
+    staged,
     write_atomically,
     write_files_atomically,
     write_folder_atomically,
@@ -269,3 +271,72 @@ class TestProgress:
 
     def test_no_lines_on_a_terminal(self):
         assert self.rows(Terminal(), 1) == []
+
+
+class TestCache:
+    def test_another_where_none_can_be_kept(self, tmp_path, monkeypatch, capsys):
+        (tmp_path / "file").write_text("")
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file" / "cache"))
+        seen = []
+
+        @command
+        def main() -> int:
+            place = Path(os.environ["XDG_CACHE_HOME"])
+            (place / "kept").write_text("something")
+            seen.append(place)
+            return 0
+
+        assert main() == 0
+        assert "set XDG_CACHE_HOME" in capsys.readouterr().err
+        assert not seen[0].exists()
+        assert os.environ["XDG_CACHE_HOME"] == str(tmp_path / "file" / "cache")
+
+    def test_the_usual_one_where_it_can(self, tmp_path, monkeypatch, capsys):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+        assert command(lambda: int(os.environ["XDG_CACHE_HOME"] != str(tmp_path / "cache")))() == 0
+        assert capsys.readouterr().err == ""
+
+
+class TestStaged:
+    def test_whole(self, tmp_path):
+        with staged(tmp_path / "a") as place:
+            place.write_text("all")
+            assert not (tmp_path / "a").exists()
+        assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {"a": "all"}
+
+    def test_or_not_at_all(self, tmp_path):
+        (tmp_path / "a").write_text("before")
+        with pytest.raises(KeyboardInterrupt), staged(tmp_path / "a") as place:
+            place.write_text("half")
+            raise KeyboardInterrupt
+        assert {p.name: p.read_text() for p in tmp_path.iterdir()} == {"a": "before"}
+
+    def test_nowhere(self, tmp_path):
+        with pytest.raises(UserError, match="its folder does not exist"), staged(tmp_path / "b/a"):
+            pass
+
+
+def test_work_that_counts_nothing_is_named(monkeypatch):
+    stream = io.StringIO()
+    timers = []
+
+    class Timer:
+        def __init__(self, seconds, act) -> None:
+            timers.append((seconds, act))
+
+        def start(self) -> None:
+            pass
+
+        def cancel(self) -> None:
+            pass
+
+    monkeypatch.setattr(console.threading, "Timer", Timer)
+    with console.Progress(3, "things", "making", stream=stream):
+        (seconds, act), = timers
+        act()
+    assert (seconds, stream.getvalue()) == (2, "making ...\n")
+
+
+def test_closed_stdout(monkeypatch):
+    monkeypatch.setattr(console.sys, "stdout", None)
+    console.say("nobody hears this")

@@ -193,7 +193,7 @@ class TestRefusals:
         ("place", "message"),
         [("gradient.png/x.png", "a file is where its folder should be"),
          ("none/x.png", "its folder does not exist"),
-         ("folder.png", "Is a directory")],
+         ("folder.png", "it is a folder")],
     )  # fmt: skip
     def test_cannot_write(self, option, place, message, gradient, tmp_path, capsys):
         """Not one of the three files is there when one of them cannot be written."""

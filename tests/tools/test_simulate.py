@@ -72,6 +72,21 @@ def steps_made(facts: dict) -> float:
     return facts["air_steps"] + 15 * 128 + facts["steps"]["z"]
 
 
+def test_step_rate_sets_the_time(tmp_path, ring, capsys, monkeypatch):
+    rates = []
+    real = simulate.draw_cut
+    monkeypatch.setattr(
+        simulate, "draw_cut", lambda cut, rate: rates.append(rate) or real(cut, rate))
+    times = []
+    for rate in (101.376, 50.688):
+        assert run("--image", ring, "--png", tmp_path / "cut.png", "--json", tmp_path / "cut.json",
+                   "--engine", "amaranth", "--step-rate", rate) == 0
+        times.append(json.loads((tmp_path / "cut.json").read_text())["job_seconds"])
+        assert f"time       {duration(times[-1])} on the machine" in capsys.readouterr().out
+    assert times[1] == pytest.approx(2 * times[0], rel=0.001)
+    assert [float(rate) for rate in rates] == [101.376, 50.688]
+
+
 class TestWaveform:
     def test_names_of_states(self, tmp_path, ring):
         vcd = tmp_path / "ring.vcd"
@@ -81,15 +96,45 @@ class TestWaveform:
         assert "coordinates_state" in text
         assert "SEARCH" in text
 
+    def test_whole_or_not_at_all(self, tmp_path, ring, monkeypatch):
+        def fail(*_, **__):
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(simulate, "run_job", fail)
+        before = sorted(tmp_path.iterdir())
+        assert run("--image", ring, "--vcd", tmp_path / "a.vcd", "--engine", "amaranth") == 130
+        assert sorted(tmp_path.iterdir()) == before
+
+    @pytest.mark.parametrize("option", ["--png", "--json", "--vcd"])
+    def test_places_are_looked_at_first(self, tmp_path, ring, capsys, monkeypatch, option):
+        monkeypatch.setattr(simulate, "simulate", None)  # never called
+        assert run("--image", ring, option, tmp_path / "none" / "a.png") == 2
+        assert "its folder does not exist" in capsys.readouterr().err
+
     def test_folder_must_exist(self, tmp_path, ring, capsys):
         assert run("--image", ring, "--vcd", tmp_path / "none" / "a.vcd") == 2
         assert "its folder does not exist" in capsys.readouterr().err
 
 
+class TestNoCompiler:
+    @pytest.mark.parametrize("compiler", ["false", "/nowhere/g++"])
+    def test_goes_on_with_the_slow_engine(self, tmp_path, ring, monkeypatch, capsys, compiler):
+        monkeypatch.setenv("CXX", compiler)
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # nothing compiled before
+        monkeypatch.setenv("YOWASP_CACHE_DIR", str(Path.home() / ".cache" / "YoWASP"))
+        assert run("--image", ring, "--png", tmp_path / "cut.png") == 0
+        assert "(amaranth)" in capsys.readouterr().out
+
+    def test_says_so_when_asked_for(self, tmp_path, ring, monkeypatch, capsys):
+        monkeypatch.setenv("CXX", "/nowhere/g++")
+        assert run("--image", ring, "--png", tmp_path / "cut.png", "--engine", "cxxrtl") == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
 class TestWrong:
     def test_other_picture_milled(self, tmp_path, ring, monkeypatch, capsys):
         """A plate that is not as asked is drawn as it is, and is an error."""
-        names = simulate.mill_picture.__globals__
+        names = simulate.ready_to_mill.__globals__
         right = names["CoordinateGenerator"]
 
         def mills_something_else(picture, **how):

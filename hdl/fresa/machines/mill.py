@@ -8,6 +8,7 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
 from ..drive import MAX_PERIOD
 from ..motion import NumericalController
 from ..panel import Monitor
@@ -85,7 +86,14 @@ class MillPace:
     @classmethod
     def real(cls, *, step_rate: Fraction | float | str = TOP_SPEED, clock: int = CLOCK,
              refresh: int = 60) -> "MillPace":
-        """Return the pace for so many steps/s, and a display refreshed at so many Hz or more."""
+        """Return the pace for so many steps/s, and a display refreshed at so many Hz or more.
+
+        Raises
+        ------
+        ValueError
+            If the clock is too slow or too fast for them.
+        """
+        in_range("refresh", refresh, 1, clock // 32)
         return cls(period=step_period(step_rate, clock),
                    scan_bits=(clock // (4 * refresh)).bit_length() - 1)
 

@@ -21,7 +21,8 @@ class ManualControl(wiring.Component):
     Parameters
     ----------
     period : int
-        Clocks from one step request to the next.
+        Clocks from one step request to the next. The drivers let the first through that is not too
+        soon for them: give 1, or no less than theirs.
 
     Members
     -------

@@ -1,6 +1,6 @@
 """From a complex movement to simple ones."""
 
-from amaranth import Cat, Const, Module, Mux, Signal
+from amaranth import Cat, Const, Module, Mux, ResetSignal, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -64,7 +64,8 @@ class MotionSequencer(wiring.Component):
     order : In(Order)
         The order, looked at in the clock in which it is taken.
     start : In(1)
-        Take the order if ``ready``. Must fall before it counts again, also when it came too early.
+        Take the order if ``ready``. Must fall before it counts again, whatever comes between, and
+        also when it came too early.
     hold : In(1)
         Take no order: ``ready`` is low.
     ready : Out(1)
@@ -102,13 +103,15 @@ class MotionSequencer(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        started = Signal()  # this start has been seen
-        m.d.sync += started.eq(self.start)
+        resting = Signal()
+        # This start has been taken, or came too early. Neither reset nor manual mode makes it new.
+        started = Signal(reset_less=True)
+        counts = (self.ready & ~ResetSignal()) | ~resting
+        m.d.sync += started.eq(self.start & (started | counts))
         refused = Signal()
         raising = Signal()
         lowered = self.at_z[-1]  # at rest Z is at 0 or at -z_travel
 
-        resting = Signal()
         steps_x = Signal(16)
         steps_y = Signal(16)
         directions = []

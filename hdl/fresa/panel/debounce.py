@@ -36,11 +36,11 @@ class Debouncer(wiring.Component):
     Raises
     ------
     ValueError
-        If ``period`` is out of range.
+        If ``width`` or ``period`` is out of range.
     """
 
     def __init__(self, *, width: int, period: int) -> None:
-        self.width = width
+        self.width = in_range("width", width, 1, 1024)
         self.period = in_range("debounce period", period, 1, MAX_PERIOD)
         super().__init__({"i": In(width), "o": Out(width)})
 

@@ -104,11 +104,11 @@ def keeps_promises(trace: Trace, pace: Pace) -> None:
     ready = trace["ready"].astype(bool)
     assert not ready[~mode | held].any()
     start = trace["start"].astype(bool)
-    begins = start & ~np.concatenate([[False], (start & ~rst & mode)[:-1]])
+    begins = start & ~np.concatenate([[False], start[:-1]])
     taken = np.flatnonzero((ready & begins & ~rst)[:-1])
     assert not ready[taken + 1].any(), "ready does not fall after an order is taken"
     falls = np.flatnonzero(ready[:-1] & ~ready[1:])
-    assert (begins[falls] | rst[falls] | ~mode[falls + 1] | held[falls + 1]).all(), "ready falls"
+    assert (start[falls] | rst[falls] | ~mode[falls + 1] | held[falls + 1]).all(), "ready falls"
 
     digits = 0xF ^ trace["digits"]
     assert (digits & digits - 1 == 0).all(), "two digits on"
@@ -259,6 +259,15 @@ SCRIPTS = {
         Hold(2),
         Jog(0b010101, 20),
     ],
+    "switches put on in automatic mode": [
+        Mode(1),
+        Hold(3),
+        Jog(0b010101, 5, False),
+        Mode(0),
+        Hold(20),
+        Jog(0, 1),
+        Jog(0b010101, 20),
+    ],
     "reset with switches on": [
         Hold(2),
         Jog(0b111111, 20, False),
@@ -293,6 +302,19 @@ SCRIPTS = {
         Hold(40),
         Reset(2),
         Hold(40),
+    ],
+    "start held through a reset and manual mode": [
+        Mode(1),
+        Together((("start", 1), ("position_x", 3)), 8),
+        Reset(2),
+        Hold(40),
+        Mode(0),
+        Hold(5),
+        Mode(1),
+        Hold(40),
+        Together((("start", 0),), 1),
+        Together((("start", 1),), 40),
+        Together((("start", 0),), 1),
     ],
     "reset under way": [
         Mode(1),

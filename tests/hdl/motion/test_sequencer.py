@@ -240,4 +240,4 @@ class TestStart:
         engine.set(hold=0)
         for _ in range(20):
             taker.clock()
-        assert taker.at == [0, 0, 0]  # that start came while it was held
+        assert taker.at == [3, 0, 0]  # that start has not counted yet

@@ -14,7 +14,7 @@ from tb.engines import AmaranthEngine
 class Controller:
     """Takes an order where `start` meets `ready`, once for each start; ready falls, then rises.
 
-    How long it is busy and whether it fails is up to chance.
+    How long it takes to see a start, how long it is busy and whether it fails is up to chance.
     """
 
     def __init__(self, rng: random.Random, fails: float = 0) -> None:
@@ -31,11 +31,12 @@ class Controller:
     def clock(self, start: int, order: int) -> None:
         if self.busy:
             self.busy -= 1
-        elif start and not self.started:
+        elif start and not self.started and self.rng.random() < 0.7:
+            self.started = True
             self.taken.append(order)
             self.error = int(self.rng.random() < self.fails)
             self.busy = self.rng.choice([1, 1, 2, 3, 30])
-        self.started = bool(start)
+        self.started = self.started and bool(start)
 
 
 def play(seed: int, *, fails: float = 0, clocks: int = 1500):
