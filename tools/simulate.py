@@ -58,6 +58,8 @@ examples:
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; millions of clocks a second
   amaranth   Amaranth's own simulator; always there; thousands of clocks a second
+  verilator, icarus   the Verilog that is built, if one of these is installed
+  netlist, netlist-icarus   the cells of the Spartan-3E, for pictures that take no block RAM
 """
 
 

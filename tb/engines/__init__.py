@@ -2,12 +2,17 @@
 
 from .base import PERIOD, Changes, Engine, EngineError
 from .cxxrtl import CXXRTLEngine
+from .icarus import IcarusEngine, UnknownLevelError
+from .netlist import NetlistEngine, NetlistIcarusEngine
 from .pysim import AmaranthEngine
+from .verilator import VerilatorEngine
 
-__all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "choose"]
+__all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError", "choose"]
 
 ENGINES: dict[str, type[Engine]] = {
-    engine.name: engine for engine in (CXXRTLEngine, AmaranthEngine)
+    engine.name: engine
+    for engine in (CXXRTLEngine, AmaranthEngine, VerilatorEngine, IcarusEngine, NetlistEngine,
+                   NetlistIcarusEngine)
 }
 
 

@@ -1,6 +1,6 @@
-// The loops around a design that `write_cxxrtl` has written, for ctypes. What depends on the design is
-// above: DESIGN, its CLK, and INPUTS and OUTPUTS as lists of X(port); for waveforms VCD, the NAME of the
-// design and HALF a period in nanoseconds.
+// A design that `write_cxxrtl` has written, for the loops of `loops.h`, which comes below. What depends
+// on the design is above: DESIGN, its CLK, and INPUTS and OUTPUTS as lists of X(port); for waveforms VCD,
+// the NAME of the design and HALF a period in nanoseconds.
 
 #include <cstdint>
 #include <cstdio>
@@ -131,64 +131,4 @@ API Engine *fresa_new(const char *path) {
 	(void)path;
 #endif
 	return engine;
-}
-
-API void fresa_delete(Engine *engine) { delete engine; }
-
-API void fresa_set(Engine *engine, int32_t port, uint64_t bits) {
-	engine->pins[port].set(bits);
-	engine->settled = false;
-}
-
-API uint64_t fresa_get(Engine *engine, int32_t port) {
-	engine->settle();
-	return engine->pads[port].get();
-}
-
-// Gives back the clocks made, fewer than asked when the rows are full or an `until` is met.
-API int64_t fresa_run(
-	Engine *engine, int64_t clocks, const int32_t *watch, int32_t watched, uint64_t *last,
-	const int32_t *until, const uint64_t *values, int32_t untils,
-	int64_t *clock, uint64_t *rows, int64_t capacity, int64_t *used, int32_t *met
-) {
-	std::vector<Pad> watches, stops;
-	for (int32_t n = 0; n < watched; n++)
-		watches.push_back(engine->pads[watch[n]]);
-	for (int32_t n = 0; n < untils; n++)
-		stops.push_back(engine->pads[until[n]]);
-	int64_t made = 0, row = 0;
-	while (made < clocks && row < capacity && !*met) {
-		engine->edge();
-		made++;
-		uint64_t differs = 0;
-		for (int32_t n = 0; n < watched; n++)
-			differs |= watches[n].get() ^ last[n];
-		if (differs) {
-			for (int32_t n = 0; n < watched; n++)
-				rows[n * capacity + row] = last[n] = watches[n].get();
-			clock[row++] = made;
-		}
-		for (int32_t n = 0; n < untils; n++)
-			*met |= stops[n].get() == values[n];
-	}
-	*used = row;
-	return made;
-}
-
-// Inputs and outputs lie port after port, `rows` numbers each.
-API void fresa_play(
-	Engine *engine, int64_t rows, const int32_t *inputs, int32_t played, const uint64_t *stimulus,
-	const int32_t *outputs, int32_t sampled, uint64_t *samples, int64_t from, int64_t to
-) {
-	for (int64_t row = from; row < to; row++) {
-		for (int32_t n = 0; n < played; n++)
-			engine->pins[inputs[n]].set(stimulus[n * rows + row]);
-		if (played) {
-			engine->settled = false;
-			engine->settle();
-		}
-		for (int32_t n = 0; n < sampled; n++)
-			samples[n * rows + row] = engine->pads[outputs[n]].get();
-		engine->edge();
-	}
 }

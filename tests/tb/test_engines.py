@@ -534,11 +534,13 @@ class TestLibrary:
 
 class TestChoose:
     def test_all(self):
-        assert ENGINES == {"amaranth": AmaranthEngine, "cxxrtl": CXXRTLEngine}
+        assert set(ENGINES) == {
+            "amaranth", "cxxrtl", "icarus", "netlist", "netlist-icarus", "verilator"}
+        assert all(name == engine.name for name, engine in ENGINES.items())
         assert choose("amaranth") is AmaranthEngine
 
     def test_unknown(self):
-        with pytest.raises(EngineError, match=r"'x'; there are amaranth, cxxrtl$"):
+        with pytest.raises(EngineError, match=r"'x'; there are amaranth, cxxrtl, icarus, "):
             choose("x")
 
     def test_fastest_with_a_compiler(self, monkeypatch):

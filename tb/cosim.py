@@ -1,0 +1,204 @@
+"""Cosimulation: the same stimulus for several players, and every output of every clock compared."""
+
+import functools
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .compare import Difference, first_difference
+from .engines import UnknownLevelError
+from .players import Player
+from .stimulus import Stimulus, cut
+
+__all__ = ["Finding", "Outcome", "Tally", "compare", "lockstep"]
+
+
+@dataclass
+class Tally:
+    """Clocks that a player has made, and in which time."""
+
+    clocks: int = 0
+    seconds: float = 0.0
+
+    @property
+    def speed(self) -> float:
+        """Clocks a second."""
+        return self.clocks / self.seconds if self.seconds else 0.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Engines differ.
+
+    Attributes
+    ----------
+    engine : str
+        Which differs from most; of two, the second.
+    reference : str
+        The one that it was compared with.
+    difference : Difference
+        Clock and outputs, with what they are in the reference and in the engine. A level that is
+        not known is -1.
+    also : tuple of str
+        Others that differ in the same clock.
+    """
+
+    engine: str
+    reference: str
+    difference: Difference
+    also: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        parts = [f"{name} is {_level(seen)}, not {_level(expected)}"
+                 for name, (expected, seen) in self.difference.outputs.items()]
+        also = f" ({', '.join(self.also)} too)" if self.also else ""
+        return (f"{self.engine}{also} differs from {self.reference} at clock "
+                f"{self.difference.clock}: {', '.join(parts)}")
+
+
+def _level(value: int) -> str:
+    return "X" if value < 0 else f"{value:#x}"
+
+
+@dataclass
+class Outcome:
+    """What came of a comparison.
+
+    Attributes
+    ----------
+    tallies : dict of str to Tally
+        By player.
+    checksum : int
+        Of every output of every clock, 64 bits. The same for every engine and every computer.
+    finding : Finding or None
+        The first difference.
+    """
+
+    tallies: dict[str, Tally]
+    checksum: int = 0
+    finding: Finding | None = None
+
+
+def compare(players: Mapping[str, Player], stimulus: Stimulus, outputs: Sequence[str]
+            ) -> Finding | None:
+    """Play a stimulus to players at power-up; give their first difference."""
+    return lockstep(players, [stimulus], outputs).finding
+
+
+def lockstep(
+    players: Mapping[str, Player], blocks: Iterable[Stimulus], outputs: Sequence[str], *,
+    most: Mapping[str, int] | None = None, advance: Callable[[int], object] = lambda clocks: None,
+) -> Outcome:
+    """Play a stimulus to all players and compare every output of every clock.
+
+    Parameters
+    ----------
+    players : mapping of str to Player
+        At least two, at power-up.
+    blocks : iterable of mappings of str to array
+        The stimulus.
+    outputs : sequence of str
+        What to compare.
+    most : mapping of str to int, optional
+        Clocks after which a player is left behind.
+    advance : callable
+        Is told how many clocks were done.
+    """
+    most = most or {}
+    outcome = Outcome({name: Tally() for name in players})
+    clock = 0
+    for block in _pieces(blocks, sorted(set(most.values()))):
+        rows = len(next(iter(block.values())))
+        seen = {}
+        for name, player in players.items():
+            if clock >= most.get(name, clock + 1):
+                continue
+            begun = time.perf_counter()
+            try:
+                seen[name] = player.play(block, outputs)
+            except UnknownLevelError as error:
+                seen[name] = _Unknown(error.output, error.clock - clock, error.before)
+            outcome.tallies[name].seconds += time.perf_counter() - begun
+            outcome.tallies[name].clocks += rows
+        if found := _judge(seen):
+            at = Difference(clock + found.difference.clock, found.difference.outputs)
+            outcome.finding = replace(found, difference=at)
+            return outcome
+        outcome.checksum += _sum(clock, next(iter(seen.values())), outputs)
+        outcome.checksum %= 1 << 64
+        clock += rows
+        advance(rows)
+    return outcome
+
+
+def _pieces(blocks: Iterable[Stimulus], ends: Sequence[int]) -> Iterator[Stimulus]:
+    """Cut blocks where a player is left behind."""
+    clock = 0
+    for block in blocks:
+        rows = len(next(iter(block.values())))
+        cuts = [0, *(end - clock for end in ends if 0 < end - clock < rows), rows]
+        for start, stop in zip(cuts, cuts[1:], strict=False):
+            yield cut(block, start, stop)
+        clock += rows
+
+
+@dataclass(frozen=True)
+class _Unknown:
+    """In place of outputs, of which one is X."""
+
+    output: str
+    clock: int
+    before: Mapping[str, NDArray]
+
+
+def _judge(seen: Mapping[str, Mapping[str, NDArray] | _Unknown]) -> Finding | None:
+    """Say who differs from whom, and first."""
+    reference = next((name for name, rows in seen.items() if not isinstance(rows, _Unknown)), None)
+    if reference is None:
+        lost, engine = min(((rows, name) for name, rows in seen.items()
+                            if isinstance(rows, _Unknown)), key=lambda item: item[0].clock)
+        return Finding(engine, engine, Difference(lost.clock, {lost.output: (-1, -1)}))
+    found: dict[str, Difference] = {}
+    expected = seen[reference]
+    assert not isinstance(expected, _Unknown)
+    for name, rows in seen.items():
+        if isinstance(rows, _Unknown):
+            before = {name: expected[name][:rows.clock] for name in rows.before}
+            known = int(expected[rows.output][rows.clock])
+            found[name] = first_difference(before, rows.before) or Difference(
+                rows.clock, {rows.output: (known, -1)})
+        elif name != reference and (difference := first_difference(expected, rows)):
+            found[name] = difference
+    if not found:
+        return None
+    clock = min(difference.clock for difference in found.values())
+    odd = [name for name, difference in found.items() if difference.clock == clock]
+    outputs = found[odd[0]].outputs
+    if len(odd) > 1 and len(odd) == len(seen) - 1 and all(found[n].outputs == outputs for n in odd):
+        turned = {name: (there, here) for name, (here, there) in outputs.items()}
+        return Finding(reference, odd[0], Difference(clock, turned))
+    return Finding(odd[0], reference, found[odd[0]], tuple(odd[1:]))
+
+
+_FACTOR = 0x9E37_79B9_7F4A_7C15
+
+
+@functools.lru_cache(4)
+def _powers(rows: int, outputs: int) -> NDArray[np.uint64]:
+    step = np.full(rows, pow(_FACTOR, outputs, 1 << 64), np.uint64)
+    step[:1] = 1
+    return np.multiply.accumulate(step)
+
+
+def _sum(clock: int, seen: Mapping[str, NDArray] | _Unknown, outputs: Sequence[str]) -> int:
+    """Sum all outputs, each times a power of its own, which no cutting into blocks can change."""
+    assert not isinstance(seen, _Unknown)
+    powers = _powers(len(seen[outputs[0]]), len(outputs))
+    total = 0
+    for place, name in enumerate(outputs):
+        share = int(np.dot(seen[name].astype(np.uint64), powers))
+        total += share * pow(_FACTOR, clock * len(outputs) + place, 1 << 64)
+    return total

@@ -1,0 +1,159 @@
+"""What engines build, kept by content: a thing is made once and then found again.
+
+A file is kept under the hash of all that it was made from, with the hash of its own bytes after
+them: one that was cut short is made again. Files are put in place whole, so that two processes may
+build the same design at once.
+"""
+
+import functools
+import hashlib
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from .base import EngineError
+
+__all__ = ["KEPT", "call", "compiler", "folder", "kept", "no_compiler", "version"]
+
+T = TypeVar("T")
+
+#: Files of a kind that the cache keeps, those used last. One takes some 100 kB.
+KEPT = 100
+
+DIGEST = hashlib.sha256().digest_size
+
+
+def folder(engine: str) -> Path:
+    """Folder of what an engine keeps."""
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "fresa" / engine
+
+
+def kept(
+    where: Path,
+    suffix: str,
+    parts: Iterable[str],
+    make: Callable[[Path], Path],
+    load: Callable[[Path, bytes], T],
+    *,
+    limit: int = KEPT,
+) -> T:
+    """Load what was made of these parts, and make it first if it is not there.
+
+    Parameters
+    ----------
+    where : path
+        Folder of the cache.
+    suffix : str
+        How the names of such files end.
+    parts : iterable of str
+        All that the file depends on.
+    make : callable
+        Is given a folder to work in; gives the file that it made there.
+    load : callable
+        Is given the path of the file, which the hash follows, and the content without it. An
+        `OSError` says that it cannot be used.
+    limit : int
+        Most files of this suffix to keep.
+
+    Raises
+    ------
+    EngineError
+        If it cannot be loaded even though it was just made.
+    """
+    key = hashlib.sha256()
+    for part in parts:
+        key.update(hashlib.sha256(part.encode()).digest())
+    path = where / f"{key.hexdigest()}{suffix}"
+    if found := _read(path, load):
+        return found[0]
+    where.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=where, prefix="build-") as work:
+        built = make(Path(work))
+        content = built.read_bytes()
+        built.write_bytes(content + hashlib.sha256(content).digest())
+        os.replace(built, path)
+    _prune(where, suffix, limit)
+    if found := _read(path, load):
+        return found[0]
+    raise EngineError(f"{path} cannot be loaded")
+
+
+def _read(path: Path, load: Callable[[Path, bytes], T]) -> tuple[T] | None:
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    content, digest = data[:-DIGEST], data[-DIGEST:]
+    if digest != hashlib.sha256(content).digest():
+        return None
+    try:
+        os.utime(path)
+        return (load(path, content),)
+    except OSError:  # pruned meanwhile, or not for this machine
+        return None
+
+
+def _prune(where: Path, suffix: str, limit: int) -> None:
+    """Keep the files used last, and nothing that a killed build left a day ago."""
+    aged = []
+    for path in where.iterdir():
+        try:
+            aged.append((path.stat().st_mtime, path))
+        except OSError:  # another process was faster
+            continue
+    files = sorted((item for item in aged if item[1].suffix == suffix), reverse=True)
+    for _, path in files[limit:]:
+        path.unlink(missing_ok=True)
+    for made, path in aged:
+        if path.name.startswith("build-") and made < time.time() - 86_400:
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def compiler() -> list[str] | None:
+    """Give the C++ compiler as the start of a command: what CXX says, or the first there is."""
+    if named := os.environ.get("CXX"):
+        command = shlex.split(named)
+        return command if shutil.which(command[0]) else None
+    return next(([name] for name in ("g++", "clang++", "c++") if shutil.which(name)), None)
+
+
+def no_compiler(engine: str) -> str | None:
+    """Name in one line what to install before an engine can compile; None if it can."""
+    if compiler() is not None:
+        return None
+    if "CXX" in os.environ:
+        return f"{engine} needs a C++ compiler: CXX is {os.environ['CXX']!r}, which is not found"
+    return f"{engine} needs a C++ compiler: install g++ or clang++, or name one in CXX"
+
+
+def call(
+    command: Sequence[str], where: Path, *, environment: Mapping[str, str] | None = None
+) -> str:
+    """Run a command; give what it says.
+
+    Raises
+    ------
+    EngineError
+        If it fails.
+    """
+    done = subprocess.run(
+        command, cwd=where, text=True, capture_output=True,
+        env=None if environment is None else {**os.environ, **environment})
+    if done.returncode != 0:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        errors = [line for line in said if "error" in line.lower()] or said[-1:]
+        raise EngineError(f"{command[0]} failed: {' / '.join(errors[:3]) or done.returncode}")
+    return done.stdout
+
+
+@functools.cache
+def version(*command: str, **environment: str) -> str:
+    """Give what a command says of itself; it is asked once."""
+    return call(command, Path.cwd(), environment=environment)

