@@ -140,12 +140,11 @@ class CoordinateGenerator(wiring.Component):
             sink.data.eq(copy.data & ~here),
             self.orders.p.x.eq(walk.row * self.pixel_steps),
             self.orders.p.y.eq(walk.column * self.pixel_steps),
-            self.busy.eq(1),
         ]
 
         with m.FSM(name="coordinates_state") as fsm:
             with m.State("IDLE"):
-                m.d.comb += [self.busy.eq(0), walk.centre.eq(1)]
+                m.d.comb += walk.centre.eq(1)
                 m.d.sync += [milled.eq(milled.init), reading.eq(0)]
                 with m.If(self.start):
                     m.next = "COPY"
@@ -201,7 +200,10 @@ class CoordinateGenerator(wiring.Component):
                 m.next = "READ"
 
             with m.State("FAULT"):
-                m.d.comb += self.busy.eq(0)
+                pass
 
-        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        m.d.comb += [
+            self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT")),
+            self.busy.eq(~fsm.ongoing("IDLE") & ~self.fault),
+        ]
         return m

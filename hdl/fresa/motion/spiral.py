@@ -34,7 +34,7 @@ class SpiralWalk(wiring.Component):
     centre : In(1)
         Begin a spiral around the pixel of this clock.
     advance : In(1)
-        Go to the next pixel; ``centre`` and ``home`` come first.
+        Go to the next pixel. Never in the same clock as ``home`` or ``centre``.
     row, column : Out(16)
         Coordinates of the pixel, if ``inside``.
     number : Out(18)

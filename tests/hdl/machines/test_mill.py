@@ -398,7 +398,7 @@ class TestModel:
         keeps_promises(machine.play(script), pace)
 
     @pytest.mark.compiler
-    @settings(RANDOM, max_examples=500)
+    @settings(RANDOM, max_examples=200)
     @given(script=scripts)
     def test_random_fast(self, fast, pace, script):
         keeps_promises(fast.play(script), pace)

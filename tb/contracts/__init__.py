@@ -1,0 +1,43 @@
+"""Contracts of every component, to be proved by ``python -m tools.prove``."""
+
+from .automatic import AUTOMATIC
+from .axes import AXES
+from .coil import COIL
+from .contract import Component
+from .controller import CONTROLLER
+from .coordinates import COORDINATES
+from .counter import COUNTER
+from .debounce import DEBOUNCE
+from .display import DISPLAY
+from .divider import DIVIDER
+from .manual import MANUAL
+from .mill import MILL
+from .monitor import MONITOR
+from .order_control import ORDER_CONTROL
+from .sequencer import SEQUENCER
+from .spiral import SPIRAL
+from .square import SQUARE
+from .start import START
+
+__all__ = ["COMPONENTS", "Component"]
+
+COMPONENTS = {
+    "divider": DIVIDER,
+    "coil": COIL,
+    "counter": COUNTER,
+    "axes": AXES,
+    "order_control": ORDER_CONTROL,
+    "automatic": AUTOMATIC,
+    "sequencer": SEQUENCER,
+    "manual": MANUAL,
+    "controller": CONTROLLER,
+    "start": START,
+    "spiral": SPIRAL,
+    "coordinates": COORDINATES,
+    "square": SQUARE,
+    "debounce": DEBOUNCE,
+    "display": DISPLAY,
+    "monitor": MONITOR,
+    "mill": MILL,
+}
+"""Components by name, in the order in which they are best read."""

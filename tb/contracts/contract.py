@@ -1,0 +1,378 @@
+# amaranth: UnusedElaboratable=no
+
+"""What a component promises, as gateware that can be proved.
+
+A contract puts a component on a bench that leaves every input free in every clock, also reset, and
+watches it. Each promise has a name, a sentence, a premise (when it says anything) and a
+consequence. It becomes an assertion, and a cover that shows that its premise can come about.
+
+A promise about registers inside is as good as one about pins: induction starts from any state that
+keeps all of them, and what makes it succeed is an invariant more, not a clock more.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from inspect import getsource
+from types import CodeType, ModuleType
+from typing import Any, TypeAlias
+
+from amaranth import ClockDomain, Fragment, Module, Signal, Value
+from amaranth.back import rtlil
+from amaranth.hdl import Assert, Assume, Cover
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In
+
+from fresa import fsm
+
+__all__ = ["Bits", "Bug", "Case", "Component", "Contract", "Promise", "State"]
+
+Bits: TypeAlias = Any
+"""What Amaranth takes for a value; its arithmetic is more than annotations can follow."""
+
+@dataclass(frozen=True)
+class Bug:
+    """A mistake to plant: in the source of a module of the gateware, `old` reads `new`.
+
+    `old` must be there once. Only the code of functions can be changed.
+    """
+
+    module: ModuleType
+    old: str
+    new: str
+
+    @contextmanager
+    def planted(self) -> Iterator[None]:
+        """Elaborate with the mistake in place."""
+        source = getsource(self.module)
+        if source.count(self.old) != 1:
+            count = source.count(self.old)
+            raise ValueError(f"{self.module.__name__} has {count} places that read "
+                             f"{self.old!r}: a planted bug needs one")
+        path = str(self.module.__file__)
+        right = _functions(compile(source, path, "exec"))
+        wrong = _functions(compile(source.replace(self.old, self.new), path, "exec"))
+        changed = [name for name in right if _differ(right[name], wrong[name])]
+        if not changed:
+            raise ValueError(f"{self.new!r} is no mistake in {self.module.__name__}")
+        originals = {}
+        for name in changed:
+            function = self.module
+            for part in name.split("."):
+                function = getattr(function, part)
+            originals[function] = function.__code__
+        try:
+            for function, name in zip(originals, changed, strict=True):
+                function.__code__ = wrong[name]
+            yield
+        finally:
+            for function, code in originals.items():
+                function.__code__ = code
+
+
+def _functions(code: CodeType, prefix: str = "") -> dict[str, CodeType]:
+    """Return the code of every function of a module, and of its classes, by name."""
+    found = {}
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType) and constant.co_name.isidentifier():
+            name = f"{prefix}{constant.co_name}"
+            if constant.co_flags & 1:  # a function has fast locals, a class body has not
+                found[name] = constant
+            else:
+                found.update(_functions(constant, f"{name}."))
+    return found
+
+
+def _differ(a: CodeType, b: CodeType) -> bool:
+    return (a.co_code, a.co_names, a.co_consts, a.co_varnames) != (
+        b.co_code, b.co_names, b.co_consts, b.co_varnames)
+
+
+@dataclass(frozen=True)
+class Promise:
+    """What is promised, in words, and the mistakes that must break it."""
+
+    name: str
+    says: str
+    bugs: tuple[Bug, ...]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Parameters with which a component is proved.
+
+    Attributes
+    ----------
+    parameters : mapping
+        As the component takes them.
+    real : bool
+        They are those of the board, whose long times no cover can wait for: the other cases have
+        the covers.
+    upset : bool
+        The registers of state machines begin with any code; only the promises about that are
+        looked at.
+    """
+
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    real: bool = False
+    upset: bool = False
+
+    def __str__(self) -> str:
+        def brief(value: object) -> str:
+            return "x".join([str(len(value)), str(len(value[0]))]) if isinstance(
+                value, list | tuple) else str(value)
+
+        words = [f"{name}={brief(value)}" for name, value in self.parameters.items()]
+        return " ".join([*words, *(["upset"] if self.upset else [])]) or "-"
+
+
+class State:
+    """The register of a state machine, and the codes of its states by name."""
+
+    def __init__(self, register: Bits) -> None:
+        self.register = register
+        self.codes = {}
+        for code in range(1 << len(register)):
+            try:
+                self.codes[register.decoder(code).partition("/")[0]] = code
+            except KeyError:
+                break
+
+    def __call__(self, *names: str) -> Bits:
+        """Be in one of these states."""
+        return _any(self.register == self.codes[name] for name in names)
+
+    def is_unused(self) -> Bits:
+        """Be in a code that no state has."""
+        return self.register > max(self.codes.values())
+
+
+class Contract:
+    """A component, its free inputs, and what is promised of it.
+
+    Parameters
+    ----------
+    dut : wiring.Component
+        The component, not elaborated yet.
+    describe : callable
+        Makes the promises: is given this and `dut`.
+    upset : bool
+        See :class:`Case`.
+    only : collection of str, optional
+        Promises to assert; all, unless told otherwise.
+    """
+
+    def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
+                 only: Collection[str] | None = None) -> None:
+        self.m: Any = Module()
+        self.promises: dict[str, Promise] = {}
+        self._clock = ClockDomain("sync")
+        self.rst: Any = self._clock.rst
+        self._dut, self._upset, self._only = dut, upset, only
+        self._fragment = Fragment.get(dut, None)
+        self.m.domains.sync = self._clock
+        self.m.submodules.dut = self._fragment
+        describe(self, dut)
+
+    def rtlil(self) -> str:
+        """Write it for Yosys. An assertion has the name of its promise, its cover a ``?`` more."""
+        inputs = [Value.cast(value) for _, member, value in self._dut.signature.flatten(self._dut)
+                  if member.flow == In]
+        return rtlil.convert(self.m, name="top", ports=[self._clock.clk, self.rst, *inputs])
+
+    # What a promise is made of
+
+    def holds(self, name: str, says: str, *, when: Bits, then: Bits,
+              bug: Bug | tuple[Bug, ...], upset: bool = False) -> None:
+        """Promise that in every clock with `when` there is `then`.
+
+        Parameters
+        ----------
+        name : str
+            A few words, with hyphens.
+        says : str
+            One sentence.
+        when, then : Value
+            Premise and consequence.
+        bug : Bug or tuple of Bug
+            Mistakes, each of which breaks it.
+        upset : bool
+            It is about codes that no state machine gets into by itself.
+        """
+        when = Value.cast(when).any()
+        self._promise(name, says, bug, ~when | Value.cast(then).any(), when, upset)
+
+    def always(self, name: str, says: str, condition: Bits, *, seen: Bits,
+               bug: Bug | tuple[Bug, ...], upset: bool = False) -> None:
+        """Promise `condition` in every clock; `seen` is when that is worth something.
+
+        The rest is as in :meth:`holds`.
+        """
+        self._promise(name, says, bug, Value.cast(condition).any(), Value.cast(seen).any(), upset)
+
+    def _promise(self, name: str, says: str, bug: Bug | tuple[Bug, ...], kept: Bits,
+                 cover: Bits, upset: bool) -> None:
+        if upset != self._upset:
+            return
+        if name in self.promises:
+            raise ValueError(f"{name!r} is promised twice")
+        self.promises[name] = Promise(name, says, bug if isinstance(bug, tuple) else (bug,))
+        if self._only is None or name in self._only:
+            self.m.d.comb += [Assert(kept, name), Cover(cover, f"{name}?")]
+
+    def assume(self, condition: Bits) -> None:
+        """Leave out what the component is never given."""
+        self.m.d.comb += Assume(condition)
+
+    def usual(self, condition: Bits) -> None:
+        """Let covers, and nothing else, look only where this holds: they are found sooner."""
+        self.m.d.comb += Assume(condition, "usual")
+
+    def past(self, value: Bits, *, init: int = 0) -> Any:
+        """Return `value` one clock ago; `init` in the first clock. Reset does not touch it."""
+        value = Value.cast(value)
+        before = Signal(value.shape(), init=init, reset_less=True)
+        self.m.d.sync += before.eq(value)
+        return before
+
+    def keep(self, shape, *, init: int = 0, name: str | None = None) -> Any:
+        """Return a register of the contract's own, that reset does not touch."""
+        return Signal(shape, init=init, reset_less=True, name=name or "watched")
+
+    def part(self, path: str) -> Any:
+        """Find a component inside, such as ``orders.divider``; an empty path is the outermost."""
+        return next(origin for origin in self._inside(path).origins or ()
+                    if isinstance(origin, wiring.Component))
+
+    def _inside(self, path: str) -> Fragment:
+        fragment = self._fragment
+        for name in filter(None, path.split(".")):
+            fragment = fragment.find_subfragment(name)
+        return fragment
+
+    def signal(self, path: str) -> Any:
+        """Find a signal that is driven inside, such as ``orders.divider.count``."""
+        where, _, name = path.rpartition(".")
+        fragment = self._inside(where)
+        # A register comes before a port that has its name.
+        for domain in sorted(fragment.statements, key="comb".__eq__):
+            for signal in fragment.statements[domain]._lhs_signals():
+                if signal.name == name:
+                    return signal
+        raise LookupError(f"no signal {path!r} is driven in the component")
+
+    def state(self, path: str) -> State:
+        """Find a state machine inside the component by the path and name that it was given."""
+        return State(self.signal(f"{path}_state"))
+
+    def any_code(self, path: str) -> State:
+        """Find a state machine and, in a case with `upset`, let it begin with any code."""
+        state = self.state(path)
+        if self._upset:
+            state.register.attrs["any_at_start"] = 1
+        return state
+
+    def leaves_unused_codes(self, path: str, *, shows: Bits, reached: Bug) -> None:
+        """Promise what every state machine does about an upset register.
+
+        Parameters
+        ----------
+        path : str
+            As in :meth:`state`.
+        shows : Value
+            What there is to see of an upset: that it is shown, and that nothing is done.
+        reached : Bug
+            One that gets to ``FAULT`` without an upset.
+        """
+        state = self.any_code(path)
+        name = path.rpartition(".")[2].replace("_", "-")
+        known, was_reset = self.past(1), self.past(self.rst)
+        if max(state.codes.values()) + 1 < 1 << len(state.register):
+            self.holds(f"{name}-leaves-unused-codes",
+                       "From a code that no state has, FAULT comes with the next clock.",
+                       when=known & self.past(state.is_unused()) & ~was_reset,
+                       then=state("FAULT"), bug=_HOLDS_A_CODE, upset=True)
+            self.holds(f"{name}-shows-unused-codes",
+                       "A code that no state has shows at once, and nothing is done in it.",
+                       when=state.is_unused(), then=shows, bug=_SHOWN_LATE, upset=True)
+        self.holds(f"{name}-reset-leaves-any-code", "Reset ends any code, FAULT among them.",
+                   when=known & was_reset, then=state.register == state.register.init,
+                   bug=_IGNORES_RESET, upset=True)
+        self.holds(f"{name}-fault-stays", "FAULT stays until reset.",
+                   when=known & self.past(state("FAULT")) & ~was_reset, then=state("FAULT"),
+                   bug=_FAULT_PASSES, upset=True)
+        self.holds(f"{name}-fault-shows", "FAULT is shown, and nothing is done in it.",
+                   when=state("FAULT"), then=shows, bug=_FAULT_HIDDEN, upset=True)
+        self.always(f"{name}-codes-in-use", "No input leads to FAULT or to an unused code.",
+                    ~state("FAULT") & ~state.is_unused(),
+                    seen=state.register != state.register.init, bug=reached)
+
+
+_HOLDS_A_CODE = Bug(fsm, "fsm.state > last", "fsm.state > last + 1")
+_IGNORES_RESET = Bug(fsm, 'fsm_extract="no")', 'fsm_extract="no"); fsm.state._reset_less = True')
+
+
+_SHOWN = "return upset | fsm.ongoing(fault)"
+_SHOWN_LATE = Bug(fsm, _SHOWN, "return fsm.ongoing(fault)")
+_FAULT_HIDDEN = Bug(fsm, _SHOWN, "return upset")
+_FAULT_PASSES = Bug(fsm, _SHOWN, "with m.If(fsm.ongoing(fault)):\n"
+                    f"        m.d.sync += fsm.state.eq(0)\n    {_SHOWN}")
+
+
+def _any(values) -> Bits:
+    result = Value.cast(0)
+    for value in values:
+        result = result | value
+    return result.any()
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component, its promises, and the cases in which they are proved.
+
+    Attributes
+    ----------
+    make : callable
+        Makes the component of the parameters of a case.
+    describe : callable
+        Makes its promises; see :class:`Contract`.
+    cases : tuple of Case
+        The first in which a promise occurs has its planted bugs.
+    depth : int
+        Clocks in which every premise can come about and every planted bug can show.
+    """
+
+    make: Callable[..., wiring.Component]
+    describe: Callable[..., None]
+    cases: tuple[Case, ...] = (Case(),)
+    depth: int = 12
+
+    def contract(self, case: Case, *, only: Collection[str] | None = None,
+                 bug: Bug | None = None) -> Contract:
+        """Set up a case, with a mistake in the gateware if there is a `bug`."""
+        def build() -> Contract:
+            return Contract(self.make(**case.parameters), self.describe, upset=case.upset,
+                            only=only)
+
+        if bug is None:
+            return build()
+        with bug.planted():
+            return build()
+
+    def controls(self) -> list[tuple[Bug, list[str], list[Case]]]:
+        """List the planted bugs: which, the promises that it must break, and where to look."""
+        found: dict[Bug, tuple[Bug, list[str], list[Case]]] = {}
+        for case in self.cases:
+            if case.real:
+                continue
+            for promise in self.contract(case).promises.values():
+                for bug in promise.bugs:
+                    _, names, cases = found.setdefault(bug, (bug, [], []))
+                    names.extend({promise.name} - set(names))
+                    cases.extend([case] if case not in cases else [])
+        return list(found.values())
+
+    def promises(self) -> dict[str, Promise]:
+        """List what is promised in any case, by name."""
+        return {name: promise for case in self.cases
+                for name, promise in self.contract(case).promises.items()}

@@ -1,0 +1,154 @@
+"""Contract of the orders that mill a picture.
+
+It leaves the memories free to read anything: what is promised holds whatever the picture is.
+"""
+
+from amaranth import Mux
+
+from fresa.motion import CoordinateGenerator, coordinates, spiral
+
+from .contract import Bug, Case, Component, Contract
+
+__all__ = ["COORDINATES"]
+
+FIRST_VISITS = [  # row and column from the centre; heading, run and run_start there
+    (0, 0, 0, 0, 0), (0, -1, 1, 0, -1), (1, -1, 2, -1, -1), (1, 0, 2, 0, -1), (1, 1, 3, -1, -2),
+    (0, 1, 3, 0, -2), (-1, 1, 0, -2, -2), (-1, 0, 0, -1, -2), (-1, -1, 0, 0, -2),
+]
+RAISES = "m.d.sync += lowered.eq(0)"
+
+
+def describe(c: Contract, dut: CoordinateGenerator) -> None:
+    """Orders wait to be taken; the tool is down only for one pixel at a time; it ends at home."""
+    state = c.state("coordinates_state")
+    orders, payload = dut.orders, dut.orders.payload.as_value()
+    taken = orders.valid & orders.ready
+    tool = orders.p.up | orders.p.down
+    walk = c.part("walk")
+    row, column = c.signal("walk.row"), c.signal("walk.column")
+    lowered, milled = c.signal("lowered"), c.signal("milled")
+
+    clock = c.keep(4, name="clock")
+    early = clock < 8
+    c.m.d.sync += clock.eq(clock + early)
+    c.usual(early | (~c.rst & orders.ready & dut.start))
+    c.holds("stream-keeps", "An order that is offered stays, as it is, until it is taken.",
+            when=c.past(orders.valid & ~orders.ready & ~c.rst),
+            then=orders.valid & (payload == c.past(payload)),
+            bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "TRAVEL"\n'
+                    '                with m.Else():\n                    m.next = "READ"'))
+    c.holds("up-or-down", "No order is up and down.",
+            when=orders.valid & tool, then=~orders.p.up | ~orders.p.down,
+            bug=Bug(coordinates, "self.orders.p.up.eq(1)",
+                    "self.orders.p.up.eq(1), self.orders.p.down.eq(lowered)"))
+    c.holds("whole-pixels", "A place ordered is that of a pixel of the picture.",
+            when=orders.valid & ~tool,
+            then=walk.inside & (orders.p.x == row * dut.pixel_steps)
+            & (orders.p.y == column * dut.pixel_steps),
+            bug=Bug(coordinates, "self.orders.p.x.eq(walk.row", "self.orders.p.x.eq(walk.column"))
+
+    # Where the tool is, by the orders that were taken
+    down = c.keep(1, name="tool_down")
+    at_row, at_column = c.keep(row.shape(), name="at_row"), c.keep(row.shape(), name="at_column")
+    with c.m.If(c.rst):
+        c.m.d.sync += [down.eq(0), at_row.eq(0), at_column.eq(0)]
+    with c.m.Elif(taken & tool):
+        c.m.d.sync += down.eq(orders.p.down)
+    with c.m.Elif(taken):
+        c.m.d.sync += [at_row.eq(row), at_column.eq(column)]
+    c.always("knows-the-tool", "It knows whether the tool is down.", lowered == down, seen=down,
+             bug=Bug(coordinates, "m.d.sync += lowered.eq(1)", "pass"))
+    c.holds("mills-a-pixel", "With the tool down it goes to one of the 8 neighbours.",
+            when=orders.valid & ~tool & down,
+            then=_near(row - at_row) & _near(column - at_column),
+            bug=Bug(spiral, "column.eq(column + along)", "column.eq(column + 2 * along)"))
+    c.holds("lowers-at-its-place", "The tool is lowered where the last order went.",
+            when=orders.valid & orders.p.down,
+            then=~down & (row == at_row) & (column == at_column) & walk.inside,
+            bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "LOWER"'))
+    c.holds("travels-in-the-air", "To a pixel that is no neighbour it goes with the tool up.",
+            when=state("TRAVEL"), then=~down, bug=Bug(coordinates, RAISES, "pass"))
+    c.holds("ends-raised-at-home", "A job ends with the tool raised, at the origin.",
+            when=c.past(dut.busy & ~c.rst) & ~dut.busy,
+            then=~down & (at_row == 0) & (at_column == 0),
+            bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
+    c.holds("ends-when-all-are-milled", "A job ends only when as many are milled as are set.",
+            when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=c.past(milled) == 0,
+            bug=Bug(coordinates, 'with m.If(milled >= 0):\n                        m.next = "IDLE"',
+                    'with m.If(walk.near):\n                        m.next = "IDLE"'))
+    c.holds("busy", "Orders come only while it is busy.", when=orders.valid, then=dut.busy,
+            bug=Bug(coordinates, RAISES, f"{RAISES}; m.d.comb += self.busy.eq(0)"))
+    c.holds("starts", "A start begins a job.", when=c.past(dut.start & ~dut.busy & ~c.rst),
+            then=dut.busy & (milled == -dut.pixels_set),
+            bug=Bug(coordinates, "with m.If(self.start):", "with m.If(self.start & lowered):"))
+    c.holds("no-start-no-job", "Without a start nothing is ordered.",
+            when=c.past(~dut.start & ~dut.busy), then=~dut.busy & ~orders.valid,
+            bug=Bug(coordinates, "with m.If(self.start):", "with m.If(1):"))
+    c.holds("reset-is-idle", "Reset ends a job.", when=c.past(c.rst), then=~dut.busy
+            & ~orders.valid,
+            bug=Bug(coordinates, 'name="coordinates_state"',
+                    'name="coordinates_state", init="COPY"'))
+
+    # What makes it so
+    c.holds("in-the-picture", "What is found is in the picture.",
+            when=state("WALK", "LOWER", "MARK") | (state("RAISE", "TRAVEL") & (milled < 0)),
+            then=walk.inside & (milled < 0),
+            bug=Bug(coordinates, "walk.inside & (copy.data & here).any()",
+                    "(copy.data & here).any()"))
+    c.always("counts-up-to-0", "The count of what is left to mill goes up to 0.",
+             (milled <= 0) & (milled >= -dut.pixels_set), seen=milled == -1,
+             bug=Bug(coordinates, "milled.eq(milled + 1)", "milled.eq(milled + 2)"))
+    c.holds("home-at-the-end", "When all are milled the way leads home.",
+            when=state("TRAVEL") & (milled == 0), then=(row == 0) & (column == 0),
+            bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
+    c.holds("idle-at-home", "Idle, the walk is at home.", when=~dut.busy,
+            then=(row == 0) & (column == 0) & (at_row == 0) & (at_column == 0) & ~down,
+            bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
+    c.holds("raised-first", "In the states that need it the tool is up, or down.",
+            when=state("TRAVEL", "LOWER", "WALK", "COPY", "MARK"),
+            then=down == state("WALK", "MARK"),
+            bug=Bug(coordinates, "found & walk.near & lowered", "found & walk.near"))
+    c.holds("stays-there", "Before the tool is lowered and marked, the walk is where the tool is.",
+            when=state("LOWER", "MARK"), then=(row == at_row) & (column == at_column),
+            bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "LOWER"'))
+    c.holds("one-thing-at-a-time", "The walk is never told two things in a clock.",
+            when=walk.advance, then=~walk.centre & ~walk.home,
+            bug=Bug(coordinates, "walk.advance.eq(1)", "[walk.advance.eq(1), walk.centre.eq(1)]"))
+    centre_row, centre_column = (c.keep(row.shape(), name=f"centre_{name}")
+                                 for name in ("row", "column"))
+    with c.m.If(c.rst):
+        c.m.d.sync += [centre_row.eq(0), centre_column.eq(0)]
+    with c.m.Elif(walk.centre):
+        c.m.d.sync += [centre_row.eq(row), centre_column.eq(column)]
+    searching = state("COPY", "READ", "SEARCH", "WALK")
+    c.holds("centre-is-the-tool", "The spiral goes round the place of the tool.",
+            when=searching, then=(centre_row == at_row) & (centre_column == at_column),
+            bug=Bug(coordinates, "sink.en.eq(1), walk.centre.eq(1)", "sink.en.eq(1)"))
+    c.always("centre-inside", "That place is in the picture.",
+             (at_row >= 0) & (at_row < dut.rows) & (at_column >= 0) & (at_column < dut.columns),
+             seen=at_column > 0, bug=Bug(coordinates, "walk.inside & (copy.data & here).any()",
+                                         "(copy.data & here).any()"))
+    for count, (d_row, d_column, heading, run, run_start) in enumerate(FIRST_VISITS):
+        c.holds(f"visit-{count}", f"Pixel {count} of the walk lies at ({d_row}, {d_column}).",
+                when=searching & (c.signal("walk.visited") == count),
+                then=(row == centre_row + d_row) & (column == centre_column + d_column)
+                & (c.signal("walk.heading") == heading) & (c.signal("walk.run") == run)
+                & (c.signal("walk.run_start") == run_start),
+                bug=Bug(spiral, "run_start.eq(0), visited.eq(0)", "run_start.eq(1), visited.eq(0)")
+                if count else Bug(coordinates, "sink.en.eq(1), walk.centre.eq(1)", "sink.en.eq(1)"))
+    c.leaves_unused_codes(
+        "coordinates_state", shows=dut.fault & ~orders.valid & ~dut.busy,
+        reached=Bug(coordinates, 'm.next = "COPY"', 'm.next = "FAULT"'))
+
+
+def _near(distance):
+    return Mux(distance < 0, distance == -1, distance <= 1)
+
+
+COORDINATES = Component(
+    make=CoordinateGenerator, describe=describe, depth=30,
+    cases=(Case({"picture": [[True, True]], "pixel_steps": 128}),
+           Case({"picture": [[True, False, True]], "pixel_steps": 128}),
+           Case({"picture": [[True, False, True], [False, True, True]], "pixel_steps": 128},
+                real=True),
+           Case({"picture": [[True, True]], "pixel_steps": 128}, upset=True)))

@@ -1,0 +1,62 @@
+"""Contract of the debouncer."""
+
+from amaranth import Const, Mux
+
+from fresa.drive import divider
+from fresa.panel import Debouncer, debounce
+
+from .contract import Bug, Case, Component, Contract
+
+__all__ = ["DEBOUNCE"]
+
+
+def describe(c: Contract, dut: Debouncer) -> None:
+    """A level passes when it has been there for a whole period, and not sooner."""
+    run = c.keep(range(2 * dut.period + 2), name="run")  # clocks before this for which input 0
+    differs = dut.i[0] ^ dut.o[0]  # has differed
+    changed = dut.o[0] != c.past(dut.o[0])
+    so_far = Mux(changed, 0, run)
+    c.m.d.sync += run.eq(Mux(differs, so_far + 1, 0))
+    c.holds("starts-low", "All levels are low at power-up.", when=~c.past(1), then=dut.o == 0,
+            bug=Bug(debounce, "level = Signal(self.width, reset_less=True)",
+                    "level = Signal(self.width, reset_less=True, init=1)"))
+    c.always("long-always-passes", "No input differs from its level for more than two periods.",
+             so_far + differs <= 2 * dut.period, seen=so_far + differs == 2 * dut.period,
+             bug=Bug(debounce, "differs.eq(~0)", "differs.eq(0)"))
+    c.holds("change-is-the-input", "A level changes to that of its input.",
+            when=changed, then=dut.o[0] == c.past(dut.i[0]),
+            bug=Bug(debounce, "level ^ (still & differs)", "level ^ differs"))
+    c.holds("reset-keeps", "Reset changes no level.",
+            when=c.past(c.rst & (dut.i == dut.o)), then=dut.o == c.past(dut.o),
+            bug=Bug(debounce, "level = Signal(self.width, reset_less=True)",
+                    "level = Signal(self.width)"))
+    c.holds("each-its-own", "A level whose input does not differ stays, whatever the others do.",
+            when=c.past(~(dut.i[1] ^ dut.o[1]) & differs), then=dut.o[1] == c.past(dut.o[1]),
+            bug=Bug(debounce, "level ^ (still & differs)",
+                    "level ^ (still & differs).any().replicate(self.width)"))
+    marked = c.signal("differs")[0]
+    since = Const(0)  # clocks since the last tick
+    if dut.period > 1:
+        count = c.signal("divider.count")
+        since = count + dut.period - 1
+        c.holds("short-never-passes", "A level changes only to one that lasted `period` clocks.",
+                when=changed, then=c.past(so_far) >= dut.period - 1,
+                bug=Bug(debounce, "level ^ (still & differs)", "level ^ still"))
+        c.always("count-in-range", "The divider counts from 1 - period up to 0.",
+                 (count <= 0) & (count >= 1 - dut.period), seen=count == 0,
+                 bug=Bug(divider, "with m.If(self.tick | self.clear):", "with m.If(self.clear):"))
+    c.holds("mark-is-a-period", "An input that is marked has differed since the last tick.",
+            when=marked, then=so_far >= since,
+            bug=Bug(debounce, "differs.eq(differs & still)", "differs.eq(differs | still)"))
+    c.holds("no-mark-no-period", "One that is not marked has not differed since before that tick.",
+            when=~marked, then=so_far <= since,
+            bug=Bug(debounce, "differs.eq(~0)", "differs.eq(0)"))
+    c.always("longest-so-far", "None has differed longer than a period and the time since a tick.",
+             so_far <= since + dut.period, seen=so_far == dut.period,
+             bug=Bug(debounce, "level ^ (still & differs)", "level"))
+
+
+DEBOUNCE = Component(
+    make=Debouncer, describe=describe, depth=12,
+    cases=(*(Case({"width": 2, "period": period}) for period in (3, 2, 1)),
+           Case({"width": 10, "period": 500_000}, real=True)))

