@@ -52,8 +52,8 @@ examples:
       Keep the figures; work out the time at 50 steps a second.
 
   python -m tools.simulate --image tiny.png --vcd tiny.vcd --engine amaranth
-      Keep the waveform of the whole job, with names of states. It is large: some 50 MB for
-      100 000 clocks. A picture of 8 x 8 pixels is plenty.
+      Keep the waveform of the whole job, with names of states. It is large: some 300 bytes
+      a clock. A picture of 8 x 8 pixels is plenty.
 
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; millions of clocks a second
