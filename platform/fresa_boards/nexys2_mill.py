@@ -110,15 +110,18 @@ class Nexys2Mill(Elaboratable):
         Clocks for which a contact must be still.
     z_travel : int
         See :class:`Mill`.
+    guard : bool
+        See :class:`Mill`. It guards the machine, not the order source.
     """
 
     def __init__(
         self, ports: Mapping[str, io.PortLike], *, source: CoordinateGenerator | SquareGenerator,
         pace: MillPace | None = None, debounce: int | None = None, z_travel: int = Z_TRAVEL,
+        guard: bool = False,
     ) -> None:
         self._ports = ports
         self._source = source
-        self._mill = Mill(pace=pace, z_travel=z_travel)
+        self._mill = Mill(pace=pace, z_travel=z_travel, guard=guard)
         self._debouncer = Debouncer(
             width=12, period=debounce_period() if debounce is None else debounce)
 

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from ..drive import MAX_PERIOD
-from ..motion import NumericalController
+from ..motion import GuardedController, NumericalController
 from ..panel import Monitor
 
 __all__ = ["CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
@@ -109,6 +109,9 @@ class Mill(wiring.Component):
         Times, in clocks.
     z_travel : int
         Steps between the raised and the lowered tool.
+    guard : bool
+        A flip-flop that is upset cannot lead to a wrong position without ``error``: a second
+        controller watches the first, see :class:`GuardedController`. Takes twice the logic.
 
     Members
     -------
@@ -127,7 +130,8 @@ class Mill(wiring.Component):
     stop : In(1)
         From here on no step is made and ``ready`` stays low, until reset.
     ready, error : Out(1)
-        An order may come; an order was refused, or a state register was upset.
+        An order may come; an order was refused, or a state register was upset. With ``guard`` also:
+        a position may be wrong; then no step is made until reset.
     axis_x, axis_y, axis_z : Out(4)
         Coil words.
     leds : Out(4)
@@ -162,9 +166,10 @@ class Mill(wiring.Component):
     segments: Out(8)
     digits: Out(4)
 
-    def __init__(self, *, pace: MillPace | None = None, z_travel: int = Z_TRAVEL) -> None:
+    def __init__(self, *, pace: MillPace | None = None, z_travel: int = Z_TRAVEL,
+                 guard: bool = False) -> None:
         pace = pace or MillPace.real()
-        self._controller = NumericalController(
+        self._controller = (GuardedController if guard else NumericalController)(
             period=pace.period, jog_period=pace.jog_period, z_travel=z_travel)
         self._monitor = Monitor(scan_bits=pace.scan_bits)
         super().__init__()

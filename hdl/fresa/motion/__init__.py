@@ -4,6 +4,7 @@ from .automatic import AutomaticControl
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
 from .counter import StepCounter
+from .guard import GuardedController
 from .manual import ManualControl
 from .order_control import OrderControl
 from .orders import Move, Order
@@ -13,7 +14,7 @@ from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "PICTURE_LIMIT", "AutomaticControl", "CoordinateGenerator", "ManualControl", "MotionSequencer",
-    "Move", "NumericalController", "Order", "OrderControl", "SpiralWalk", "SquareGenerator",
-    "StartHandshake", "StepCounter",
+    "PICTURE_LIMIT", "AutomaticControl", "CoordinateGenerator", "GuardedController",
+    "ManualControl", "MotionSequencer", "Move", "NumericalController", "Order", "OrderControl",
+    "SpiralWalk", "SquareGenerator", "StartHandshake", "StepCounter",
 ]

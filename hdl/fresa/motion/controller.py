@@ -55,6 +55,11 @@ class NumericalController(wiring.Component):
     jogging : Out(3)
         Axes that are being moved by hand.
 
+    Attributes
+    ----------
+    automatic : AutomaticControl
+        The automatic part, which knows the position. There once this is elaborated.
+
     Raises
     ------
     ValueError
@@ -86,7 +91,7 @@ class NumericalController(wiring.Component):
 
         m.submodules.drivers = drivers = AxisDrivers(period=self.period)
         m.submodules.manual = manual = ManualControl(period=self.jog_period)
-        automatic = AutomaticControl(period=self.period)
+        self.automatic = automatic = AutomaticControl(period=self.period)
         sequencer = MotionSequencer(z_travel=self.z_travel)
         m.submodules.automatic = ResetInserter(~self.mode)(automatic)
         m.submodules.sequencer = ResetInserter(~self.mode)(sequencer)
