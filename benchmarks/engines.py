@@ -49,7 +49,8 @@ def main() -> int:
               f"{cut.clocks} clocks, {cut.clocks / cut.seconds:.3g} a second once compiled")
     speeds = {}
     for name, engine in ENGINES.items():
-        if engine.missing() or name.startswith("netlist"):  # Yosys has no model of a block RAM
+        # Yosys has no model of a block RAM, and nobody has described a board in VHDL.
+        if engine.missing() or name.startswith(("netlist", "ghdl")):
             continue
         cut = mill_picture(small, engine)
         assert cut.right

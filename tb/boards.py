@@ -1,4 +1,8 @@
+# amaranth: UnusedElaboratable=no
+
 """The designs that engines run: machines by their own pins, and boards by theirs."""
+
+from dataclasses import replace
 
 from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
@@ -8,8 +12,9 @@ from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa_boards.nexys2_mill import Nexys2Mill
 
 from .design import Design
+from .vhdl import REFERENCES
 
-__all__ = ["component", "mill", "nexys2_mill"]
+__all__ = ["component", "described", "mill", "nexys2_mill"]
 
 
 def component(name: str, dut: wiring.Component) -> Design:
@@ -30,14 +35,25 @@ def component(name: str, dut: wiring.Component) -> Design:
     return Design(name, m, clk, inputs, outputs)
 
 
-def mill(*, pace: MillPace, z_travel: int = Z_TRAVEL) -> Design:
-    """Return the raw machine."""
-    return component("mill", Mill(pace=pace, z_travel=z_travel))
+def described(name: str, **parameters: int | bool) -> Design:
+    """Return a component that `tb.vhdl` describes, of the first case there if none is given."""
+    reference = REFERENCES[name]
+    parameters = parameters or dict(reference.cases[0])
+    design = component(reference.entity, reference.component(**parameters))
+    return replace(design, vhdl=reference.described(parameters))
+
+
+def mill(*, pace: MillPace, z_travel: int = Z_TRAVEL, guard: bool = False) -> Design:
+    """Return the raw machine. Its VHDL has no guard: it has nothing that could be upset."""
+    design = component("mill", Mill(pace=pace, z_travel=z_travel, guard=guard))
+    return replace(design, vhdl=REFERENCES["mill"].described({
+        "period": pace.period, "scan_bits": pace.scan_bits, "jog_period": pace.jog_period,
+        "z_travel": z_travel}))
 
 
 def nexys2_mill(
     source: CoordinateGenerator | SquareGenerator, *, pace: MillPace, debounce: int,
-    z_travel: int = Z_TRAVEL,
+    z_travel: int = Z_TRAVEL, guard: bool = False,
 ) -> Design:
     """Return the mill on a Nexys 2: the wiring that is built, on pins of a simulation.
 
@@ -52,7 +68,8 @@ def nexys2_mill(
             ("axis_x", "o", 4, False), ("axis_y", "o", 4, False), ("axis_z", "o", 4, False),
         ]
     }
-    top = Nexys2Mill(ports, source=source, pace=pace, debounce=debounce, z_travel=z_travel)
+    top = Nexys2Mill(ports, source=source, pace=pace, debounce=debounce, z_travel=z_travel,
+                     guard=guard)
     return Design(
         "nexys2_mill", top, ports["clk"].i,
         inputs={name: ports[name].i for name in ("switches", "buttons")},

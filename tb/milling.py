@@ -125,7 +125,7 @@ class Cut:
 
 def ready_to_mill(
     picture: NDArray[np.bool_], engine: type[Engine], *, period: int = 1,
-    vcd: str | PathLike[str] | None = None,
+    vcd: str | PathLike[str] | None = None, guard: bool = False,
 ) -> Engine:
     """Put the mill on a Nexys 2, with a picture built in, on an engine.
 
@@ -139,6 +139,8 @@ def ready_to_mill(
         Clocks from step to step; the real machine takes some 500 000.
     vcd : path, optional
         Where to write a waveform of the whole job.
+    guard : bool
+        Whether the machine has its guard.
 
     Raises
     ------
@@ -146,7 +148,8 @@ def ready_to_mill(
         If the engine cannot run here.
     """
     source = CoordinateGenerator(np.asarray(picture, bool).tolist(), pixel_steps=PIXEL_STEPS)
-    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=8), debounce=DEBOUNCE)
+    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=8), debounce=DEBOUNCE,
+                         guard=guard)
     return engine(design, vcd=vcd)
 
 

@@ -8,6 +8,7 @@ from os import PathLike
 from typing import Protocol
 
 import numpy as np
+from amaranth import Value
 from numpy.typing import NDArray
 
 from fresa.machines.mill import MillPace
@@ -17,7 +18,8 @@ from .design import Design
 from .engines import ENGINES, Engine, source
 from .engines.pysim import AmaranthEngine
 from .models.mill import MillInputs, MillModel
-from .stimulus import Stimulus, directed, random_blocks
+from .stimulus import Chance, Stimulus, chance, directed, held, moods, random_blocks
+from .vhdl import REFERENCES
 
 __all__ = ["FAST", "MACHINES", "MODEL", "Machine", "ModelPlayer", "Player", "close_all",
            "make_players", "stimuli"]
@@ -53,13 +55,20 @@ class Machine:
         What people call it.
     design : callable
         Makes its design.
-    model : callable
-        Makes its model.
+    directed : callable
+        Gives, of a seed, so many clocks of stimulus that goes through what there is to see; fewer
+        if there is no more.
+    chance : callable
+        Gives stimulus by chance.
+    model : callable, optional
+        Makes its model, if it has one.
     """
 
     name: str
     design: Callable[[], Design]
-    model: Callable[[], MillModel]
+    directed: Callable[[int, int], Stimulus]
+    chance: Chance
+    model: Callable[[], MillModel] | None = None
 
     @functools.cached_property
     def shared(self) -> Design:
@@ -68,17 +77,46 @@ class Machine:
         source.rtlil(design)
         return design
 
+    @property
+    def engines(self) -> list[str]:
+        """Names of all that can play it, the model first."""
+        return [*([MODEL] if self.model else []), *ENGINES]
 
-_PACE = MillPace(period=3, scan_bits=4, jog_period=2)
-_TRAVEL = 5
 
-MACHINES = {"mill": Machine(
-    "mill",
-    design=lambda: boards.mill(pace=_PACE, z_travel=_TRAVEL),
-    model=lambda: MillModel(period=_PACE.period, scan_bits=_PACE.scan_bits, z_travel=_TRAVEL,
-                            jog_period=_PACE.jog_period),
-)}
-"""The machines, with every time shortened so that much happens in few clocks."""
+def _mill(name: str, guard: bool) -> Machine:
+    """Shorten every time, so that much happens in few clocks."""
+    pace, z_travel = MillPace(period=3, scan_bits=4, jog_period=2), 5
+
+    def model() -> MillModel:
+        return MillModel(period=pace.period, scan_bits=pace.scan_bits, z_travel=z_travel,
+                         jog_period=pace.jog_period)
+
+    return Machine(
+        name, functools.partial(boards.mill, pace=pace, z_travel=z_travel, guard=guard),
+        directed=lambda seed, clocks: directed(model(), seed, clocks), chance=chance, model=model)
+
+
+def _described(name: str) -> Machine:
+    """Take a component and its first parameters from the table of the VHDL."""
+    reference = REFERENCES[name]
+
+    def fields() -> dict[str, Sequence[int]]:
+        return {pin: reference.packed.get(pin, [len(Value.cast(signal))])
+                for pin, signal in machine.shared.inputs.items()}
+
+    machine = Machine(
+        name, functools.partial(boards.described, name),
+        directed=lambda seed, clocks: held(machine.shared.inputs, reference.directed, clocks),
+        chance=lambda seed, block, rows: moods(fields(), seed, block, rows))
+    return machine
+
+
+MACHINES = {
+    "mill": _mill("mill", guard=False),
+    "mill-guarded": _mill("mill-guarded", guard=True),
+    **{name: _described(name) for name in REFERENCES if name != "mill"},
+}
+"""The mill, guarded and not, and the components of which there is a description in VHDL."""
 
 
 class ModelPlayer:
@@ -126,7 +164,7 @@ def make_players(
     players: dict[str, Player] = {}
     try:
         for name in names:
-            if name == MODEL:
+            if name == MODEL and machine.model:
                 players[name] = ModelPlayer(machine.model())
             else:
                 # Amaranth's simulator elaborates for itself, and gateware lets that be done once.
@@ -145,18 +183,18 @@ def close_all(players: Mapping[str, Player]) -> None:
         player.close()
 
 
-def stimuli(machine: Machine, seed: int, clocks: int) -> Iterator[dict[str, NDArray]]:
-    """Give a stimulus in blocks: half of it waits for the machine, if it is short, then chance.
+def stimuli(machine: Machine, seed: int, clocks: int) -> Iterator[Stimulus]:
+    """Give a stimulus in blocks: half of it is directed, if it is short, then comes chance.
 
     Parameters
     ----------
     machine : Machine
-        Its model says what to wait for.
+        Says what there is to see.
     seed : int
         The same seed and clocks give the same stimulus everywhere.
     clocks : int
         Rows of all blocks.
     """
-    waiting = min(-(-clocks // 2), DIRECTED)
-    yield directed(machine.model(), seed, waiting)
-    yield from random_blocks(seed, clocks - waiting)
+    first = machine.directed(seed, min(-(-clocks // 2), DIRECTED))
+    yield first
+    yield from random_blocks(seed, clocks - len(first["rst"]), chance=machine.chance)

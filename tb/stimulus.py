@@ -1,11 +1,14 @@
-"""What the mill is given: orders that wait for it, and then chance, the same for every engine.
+"""What machines are given, the same for every engine: what was thought of, and then chance.
+
+For the mill that is orders that wait for it, and pins each at a rate of its own; for any component,
+levels to hold one after the other, and fields in changing moods.
 
 Chance comes in blocks that stand alone: a seed and the number of a block give its rows, whatever
 ran before.
 """
 
 import random
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import TypeAlias
 
@@ -15,14 +18,20 @@ from numpy.typing import NDArray
 from .models.mill import MillInputs, MillModel
 from .script import Action, Hold, Jog, Mode, Order, Reset, Select, Stop, Together, record
 
-__all__ = ["BLOCK", "Stimulus", "chance", "cut", "directed", "last_rows", "orders",
-           "random_blocks"]
+__all__ = ["BLOCK", "Chance", "Stimulus", "chance", "cut", "directed", "held", "last_rows", "moods",
+           "orders", "random_blocks"]
 
 Stimulus: TypeAlias = Mapping[str, NDArray]
 """Levels of every input, a row a clock."""
 
+Chance: TypeAlias = Callable[[int, int, int], dict[str, NDArray]]
+"""Gives, of a seed and the number of a block, so many of its first rows."""
+
 #: Rows of a block of chance.
 BLOCK = 1 << 16
+
+#: Inputs that, were they 1 often, would leave nothing else to see.
+RARE = ("rst", "stop")
 
 
 def orders(seed: int) -> Iterator[Action]:
@@ -126,7 +135,61 @@ def chance(seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
     return {field.name: made[field.name][:rows] for field in fields(MillInputs)}
 
 
-def random_blocks(seed: int, clocks: int, *, first: int = 0) -> Iterator[dict[str, NDArray]]:
+def held(pins: Iterable[str], holds: Iterable[tuple[Mapping[str, int], int]], clocks: int
+         ) -> dict[str, NDArray]:
+    """Give so many clocks of holds, or as many as there are; all pins are 0 before."""
+    levels: Mapping[str, int] = dict.fromkeys(pins, 0)
+    made: list[Mapping[str, int]] = []
+    for changes, rows in holds:
+        levels = {**levels, **changes}
+        made += [levels] * rows
+    return {name: np.array([row[name] for row in made[:clocks]], np.uint64) for name in levels}
+
+
+def moods(fields: Mapping[str, Sequence[int]], seed: int, block: int, rows: int = BLOCK
+          ) -> dict[str, NDArray]:
+    """Give the first rows of a block of chance, for any inputs.
+
+    Each field of an input has moods of its own, some dozens of clocks each: never, now and then,
+    half the time, mostly or always 1, if it is a bit; staying or changing as often, if it is a
+    number, and then mostly near 0, where numbers are equal, or at an end of their range.
+
+    Parameters
+    ----------
+    fields : mapping of str to sequence of int
+        Widths of the fields of each input, from bit 0.
+    seed, block, rows : int
+        As in :func:`chance`.
+    """
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, block])))
+
+    def often(choices: Sequence[float]) -> NDArray[np.bool_]:
+        spell = np.cumsum(rng.random(BLOCK) < 1 / 48)
+        return rng.random(BLOCK) < rng.choice(choices, BLOCK)[spell]
+
+    def number(width: int) -> NDArray[np.uint64]:
+        top = np.uint64((1 << width) - 1)
+        near = rng.integers(0, 6, BLOCK, np.uint64) & top
+        kinds = [near, near, near, top - near, top // np.uint64(2) + near & top,
+                 rng.integers(0, top, BLOCK, np.uint64, endpoint=True)]
+        return np.choose(rng.integers(0, len(kinds), BLOCK), kinds)
+
+    made = {}
+    for name, widths in fields.items():
+        levels, place = np.zeros(BLOCK, np.uint64), 0
+        for width in widths:
+            if width > 1:
+                value = number(width)[np.cumsum(often([0, 0.02, 0.2, 0.5, 1])) - 1]
+            else:
+                value = often([0, 0.01] if name in RARE else [0, 0.05, 0.5, 0.95, 1])
+            levels |= value.astype(np.uint64) << np.uint64(place)
+            place += width
+        made[name] = levels[:rows]
+    return made
+
+
+def random_blocks(seed: int, clocks: int, *, first: int = 0, chance: Chance = chance
+                  ) -> Iterator[dict[str, NDArray]]:
     """Give so many clocks of chance, block by block."""
     for block in range(-(-clocks // BLOCK)):
         yield chance(seed, first + block, min(BLOCK, clocks - block * BLOCK))

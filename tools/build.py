@@ -72,6 +72,10 @@ examples:
 
   python -m tools.build --board pins -o build/pins --no-report
       mill.v alone, at once.
+
+  python -m tools.build --guard
+      A machine that watches itself: where a position may be wrong it stops and shows an error. See
+      python -m tools.faults flips --help for what that is worth.
 """
 
 
@@ -94,7 +98,8 @@ class Built:
     top: str
 
 
-def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None) -> Built:
+def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
+               guard: bool = False) -> Built:
     """Make the sources of the mill.
 
     Parameters
@@ -105,10 +110,12 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None) -
         Times, in clocks.
     picture : Prepared, optional
         What to mill. Without one a board walks a square; the raw machine has no order source.
+    guard : bool
+        Make position errors visible, see :class:`Mill`.
     """
     platform_class = BOARDS[board]
     if platform_class is None:
-        text = rtlil.convert(Mill(pace=pace), name="mill", emit_src=False)
+        text = rtlil.convert(Mill(pace=pace, guard=guard), name="mill", emit_src=False)
         return Built({"mill.v": from_rtlil(text).encode()}, text, "mill")
 
     def source() -> CoordinateGenerator | SquareGenerator:
@@ -117,14 +124,14 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None) -
         return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
 
     platform = platform_class()
-    top = Nexys2Mill(mill_ports(platform), source=source(), pace=pace)
+    top = Nexys2Mill(mill_ports(platform), source=source(), pace=pace, guard=guard)
     plan = platform.prepare(top, "mill")
     files = {name: text.encode() if isinstance(text, str) else text
              for name, text in plan.files.items()}
     if picture is not None:
         files["picture.png"] = encode(Image.fromarray(~picture.pixels))
     # The same wiring on plain ports, for Yosys: from Verilog it reads a picture in a minute.
-    design = nexys2_mill(source(), pace=pace, debounce=debounce_period())
+    design = nexys2_mill(source(), pace=pace, debounce=debounce_period(), guard=guard)
     ports = [design.clk, *design.inputs.values(), *design.outputs.values()]
     text = rtlil.convert(design.top, name="mill", ports=ports, emit_src=False)
     return Built(files, text, "mill")
@@ -212,8 +219,8 @@ def main(argv: list[str] | None = None) -> int:
     folder = args.output or Path("build", f"{args.machine}-{args.board}")
     pace = MillPace.real(step_rate=args.step_rate)
 
-    built = build_mill(args.board, pace=pace, picture=picture)
-    facts = figures(args.board, pace, args.step_rate, built.files)
+    built = build_mill(args.board, pace=pace, picture=picture, guard=args.guard)
+    facts = figures(args.board, pace, args.step_rate, built.files) | {"guard": args.guard}
 
     def write(extra: Mapping[str, bytes]) -> None:
         text = (json.dumps(facts, indent=2) + "\n").encode()
@@ -238,7 +245,7 @@ def main(argv: list[str] | None = None) -> int:
             say(line)
         say(f"counted by {resources.tool}")
         if picture is not None:
-            cut = simulate(picture, engine=args.engine)
+            cut = simulate(picture, engine=args.engine, guard=args.guard)
             facts["cut"] = {**cut.facts(), "job_seconds": round(cut.job_seconds(args.step_rate), 3)}
             write({"cut.png": encode(draw_cut(cut, args.step_rate))})
             say(report(cut, args.step_rate))
@@ -261,6 +268,9 @@ def _parser() -> argparse.ArgumentParser:
                         help="what BTN1 starts: image (default) or square")
     parser.add_argument("--step-rate", metavar="HZ", type=step_rate, default=TOP_SPEED,
                         help="most steps a second that the motors follow (default: 101.376)")
+    parser.add_argument("--guard", action="store_true",
+                        help="a second controller watches the first: a flip-flop that is upset "
+                             "leads to an error, never to a wrong position; twice the logic")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,
                         help="folder to write to (default: build/MACHINE-BOARD)")
     parser.add_argument("--no-report", dest="report", action="store_false",

@@ -131,7 +131,8 @@ def load(path: Path, plan: Plan) -> Campaign:
 
 def chunk_blocks(plan: Plan, chunk: int) -> Iterator[Stimulus]:
     """Give the stimulus of a chunk."""
-    return random_blocks(plan.seed, plan.size(chunk), first=chunk * (CHUNK // BLOCK))
+    return random_blocks(plan.seed, plan.size(chunk), first=chunk * (CHUNK // BLOCK),
+                         chance=MACHINES[plan.machine].chance)
 
 
 def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], object]) -> None:

@@ -24,6 +24,9 @@ Runs the same stimulus on every engine that runs here and on the model in Python
 output of every clock. The stimulus is of two kinds: orders, jogs, changes of mode, stops, resets
 and orders that must be refused, which wait for the machine as people do; then pins at random.
 
+The machine is the mill, unless --machine names one of its components; those have no model in
+Python, but like the mill a description in VHDL, written from the thesis.
+
 At the first difference it names engine, clock and outputs, makes the stimulus as short as it can,
 prints it as a script, and writes the waveforms of both engines from power-up to the difference.
 """
@@ -34,10 +37,13 @@ examples:
       20 000 clocks on whatever runs here; names what does not.
 
   python -m tools.cosim --engines all --cycles 100000
-      Six engines and the model. Fails if one of them cannot run.
+      Every engine and the model. Fails if one of them cannot run.
 
   python -m tools.cosim --engines cxxrtl,verilator --cycles 10000000 --seed 7
       Ten million clocks of the gateware against the Verilog that users get.
+
+  python -m tools.cosim --machine sequencer --engines cxxrtl,ghdl --cycles 100000
+      One component, beside its description in VHDL.
 
   python -m tools.cosim --campaign 1000000000
       A billion, on all cores. Ctrl-C, and the same command again, goes on where it was.
@@ -50,6 +56,7 @@ engines:
   icarus          the Verilog that users get, interpreted; an output that is X is a difference
   netlist         what Yosys makes of it for the Spartan-3E, cell by cell, as C++
   netlist-icarus  the same, interpreted; an output that is X is a difference
+  ghdl            the description in VHDL (tb/vhdl); an output that is X is a difference
 
 With two of cxxrtl, verilator and netlist, the slower engines are left behind after --slow-cycles,
 and the table says so. A seed gives the same stimulus on every computer, and the same checksum: it
@@ -105,7 +112,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _compare(args: argparse.Namespace) -> int:
     machine = MACHINES[args.machine]
-    names, left_out = _engines(args.engines)
+    names, left_out = _engines(machine, args.engines)
     for reason in left_out:
         say(f"left out   {reason}")
     fast = [name for name in names if name in FAST]
@@ -140,7 +147,7 @@ def _compare(args: argparse.Namespace) -> int:
 
 
 def _campaign(args: argparse.Namespace) -> int:
-    names, _ = _engines(args.engines or "cxxrtl,verilator")
+    names, _ = _engines(MACHINES[args.machine], args.engines or "cxxrtl,verilator")
     if MODEL in names:
         raise UserError("a campaign is for engines; leave the model out")
     plan = campaign.Plan.of(args.machine, names, args.seed, args.campaign)
@@ -225,9 +232,9 @@ def _facts(finding: Finding) -> dict:
             "outputs": {name: list(both) for name, both in finding.difference.outputs.items()}}
 
 
-def _engines(named: str | None) -> tuple[list[str], list[str]]:
+def _engines(machine: Machine, named: str | None) -> tuple[list[str], list[str]]:
     """Give the engines to run, and why others do not."""
-    every = [MODEL, *ENGINES]
+    every = machine.engines
     missing: Mapping[str, str] = {
         name: reason for name, engine in ENGINES.items() if (reason := engine.missing())}
     if named is None:

@@ -64,7 +64,7 @@ engines:
 
 
 def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
-             vcd: Path | None = None) -> Cut:
+             vcd: Path | None = None, guard: bool = False) -> Cut:
     """Mill a picture with a progress bar.
 
     Parameters
@@ -77,6 +77,8 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
         Clocks from step to step in simulation.
     vcd : path, optional
         Where to write a waveform: whole, or not at all.
+    guard : bool
+        Whether the machine has its guard, see :class:`fresa.machines.Mill`.
 
     Raises
     ------
@@ -87,12 +89,14 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
         place = stack.enter_context(staged(vcd)) if vcd else None
         with Progress(1, "engine", f"preparing the simulation{FIRST_TIME}"):
             try:
-                run = ready_to_mill(prepared.pixels, choose(engine), period=period, vcd=place)
+                run = ready_to_mill(prepared.pixels, choose(engine), period=period, vcd=place,
+                                    guard=guard)
             except EngineError as error:
                 if engine is not None or choose() is AmaranthEngine:
                     raise UserError(str(error)) from error
                 warn(f"{error}; going on with the slow engine, amaranth")
-                run = ready_to_mill(prepared.pixels, AmaranthEngine, period=period, vcd=place)
+                run = ready_to_mill(prepared.pixels, AmaranthEngine, period=period, vcd=place,
+                                    guard=guard)
         with run, Progress(prepared.count, "pixels", "milling") as progress:
             return run_job(run, prepared.pixels, period=period, progress=progress.advance)
 

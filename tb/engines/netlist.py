@@ -17,7 +17,7 @@ from .cache import call, folder, kept
 from .icarus import IcarusEngine
 from .verilator import VerilatorEngine
 
-__all__ = ["NetlistEngine", "NetlistIcarusEngine", "netlist"]
+__all__ = ["NetlistEngine", "NetlistIcarusEngine", "netlist", "synthesise"]
 
 SCRIPT = ("read_verilog design.v; synth_xilinx -family xc3se -flatten -top {}; "
           "write_verilog -noattr netlist.v")
@@ -25,8 +25,11 @@ SCRIPT = ("read_verilog design.v; synth_xilinx -family xc3se -flatten -top {}; "
 
 def netlist(design: Design) -> str:
     """Synthesize a design for the Spartan-3E; takes some seconds the first time."""
-    text, top = source.verilog(design), source.top_module(design)
+    return synthesise(source.verilog(design), source.top_module(design))
 
+
+def synthesise(text: str, top: str) -> str:
+    """Make the netlist of Verilog text, whose top module is `top`; see `netlist`."""
     def make(work: Path) -> Path:
         (work / "design.v").write_text(text)
         call([*YOSYS, "-q", "-p", SCRIPT.format(top)], work)

@@ -535,12 +535,12 @@ class TestLibrary:
 class TestChoose:
     def test_all(self):
         assert set(ENGINES) == {
-            "amaranth", "cxxrtl", "icarus", "netlist", "netlist-icarus", "verilator"}
+            "amaranth", "cxxrtl", "ghdl", "icarus", "netlist", "netlist-icarus", "verilator"}
         assert all(name == engine.name for name, engine in ENGINES.items())
         assert choose("amaranth") is AmaranthEngine
 
     def test_unknown(self):
-        with pytest.raises(EngineError, match=r"'x'; there are amaranth, cxxrtl, icarus, "):
+        with pytest.raises(EngineError, match=r"'x'; there are amaranth, cxxrtl, ghdl, "):
             choose("x")
 
     def test_fastest_with_a_compiler(self, monkeypatch):

@@ -155,7 +155,7 @@ class TestNexys2:
         monkeypatch.setattr(build, "nexys2_mill", lambda *a, **k: paces.append(k) or real(*a, **k))
         pace = MillPace.real(step_rate=50)
         build.build_mill("nexys2-500", pace=pace)
-        assert paces == [{"pace": pace, "debounce": 500_000}]
+        assert paces == [{"pace": pace, "debounce": 500_000, "guard": False}]
 
     def test_wrong_cut_is_an_error(self, tmp_path, small, monkeypatch):
         source = build.simulate.__globals__["ready_to_mill"].__globals__

