@@ -1,0 +1,1 @@
+"""Faults from outside: resets at any time, and flip-flops that change by themselves."""

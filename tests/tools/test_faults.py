@@ -1,0 +1,139 @@
+# amaranth: UnusedElaboratable=no
+
+"""The command that strikes the machine, and what is built to withstand it."""
+
+import json
+import re
+
+import pytest
+
+from fresa.motion import guard
+from tb.contracts.contract import Bug
+from tb.engines import source
+from tb.engines.build import missing
+from tools import build, faults
+from tools.synthesis import Resources
+
+compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
+
+
+def run(*arguments: object) -> int:
+    return faults.main([str(argument) for argument in arguments])
+
+
+def strike(path, *arguments: object) -> tuple[int, list[dict]]:
+    """Run the command; give its status, and what it says of each machine."""
+    status = run(*arguments, "--json", path)
+    machines = json.loads(path.read_text())["machines"]
+    for machine in machines:
+        for name in ("seconds", "flips_per_second"):
+            machine.pop(name, None)
+    return status, machines
+
+
+@compiled
+@pytest.mark.compiler
+class TestFlips:
+    def test_silent_without_guard_and_never_with_it(self, tmp_path, capsys):
+        status, (plain, guarded) = strike(tmp_path / "it.json", "flips", "--flips", 60_000)
+        assert status == 0
+        assert (plain["guard"], guarded["guard"]) == (False, True)
+        for machine in (plain, guarded):
+            assert machine["flips"] == 60_000
+            assert machine["flips"] == sum(
+                machine[verdict] for verdict in ("harmless", "visible", "stuck", "silent"))
+            assert machine["flip_flops"] == sum(r["bits"] for r in machine["registers"].values())
+        assert 0.2 < plain["silent_rate"] < 0.4
+        assert len(plain["silent_ones"]) == faults.SHOWN
+        assert guarded["silent"] == 0 and guarded["silent_ones"] == []
+        said = capsys.readouterr().out
+        assert re.search(r"^0 of 60000 silent \(0.0000%\); ", said, re.M)
+        assert f"{plain['silent']} of 60000 silent" in said
+        assert "  silent: controller." in said
+
+    def test_same_seed_same_result_on_any_number_of_cores(self, tmp_path):
+        arguments = "flips", "--flips", 50_000, "--no-guard", "--seed", 5
+        one, three = (strike(tmp_path / "it.json", *arguments, "--jobs", jobs) for jobs in (1, 3))
+        assert one == three
+        other = strike(tmp_path / "it.json", *arguments[:-1], 6)
+        assert one[1][0]["silent"] != other[1][0]["silent"]
+
+    def test_guard_with_a_gap_is_found(self, tmp_path, monkeypatch, capsys):
+        """A guard that compares no positions lets some through; the status says so."""
+        make = faults.machine
+
+        def with_gap(*, guard: bool):
+            with GAP.planted():
+                design = make(guard=guard)
+                source.rtlil(design)
+            return design
+
+        monkeypatch.setattr(faults, "machine", with_gap)
+        status, (machine,) = strike(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
+        assert status == 1
+        assert machine["silent"] > 10
+        assert all(".main.automatic." in upset["register"] for upset in machine["silent_ones"])
+
+
+GAP = Bug(guard, "differ += [apart != before, here != there]", "differ += [apart != before]")
+
+
+@compiled
+@pytest.mark.compiler
+class TestResets:
+    def test_both_machines(self, tmp_path, capsys):
+        status, (plain, guarded) = strike(tmp_path / "it.json", "resets", "--resets", 1100)
+        assert status == 0
+        assert plain == {**guarded, "guard": False}
+        assert plain["resets"] == 1100 and plain["wrong"] == []
+        assert plain["steps"] > 5000 and plain["clocks"] > 1100 * 50
+        assert capsys.readouterr().out.count("every coil word legal, none moved") == 2
+
+    def test_mistake_ends_in_status_1(self, monkeypatch, capsys):
+        monkeypatch.setattr(faults, "KEPT", ("black", "orange", "rest"))
+        assert run("resets", "--resets", 1500, "--no-guard") == 1
+        assert "started is not as from power-up after a reset" in capsys.readouterr().out
+
+
+class TestCommand:
+    def test_cost(self, monkeypatch, tmp_path, capsys):
+        def count(text: str, top: str, progress) -> Resources:
+            return Resources(len(re.findall("^module", text, re.M)), 0, 7, 0, 0, "wc")
+
+        monkeypatch.setattr(faults, "synthesise", count)
+        status, (plain, guarded) = strike(tmp_path / "it.json", "cost")
+        assert status == 0
+        assert guarded["luts"] > 1.5 * plain["luts"]
+        assert f"with guard     {guarded['luts']} LUTs, 7 flip-flops" in capsys.readouterr().out
+
+    @pytest.mark.parametrize(("arguments", "message"), [
+        ([], "the following arguments are required: FAULT"),
+        (["bursts"], "invalid choice: 'bursts'"),
+        (["flips", "--flips", "0"], "must be a whole number from 1, not '0'"),
+        (["resets", "--seed", "-1"], "must be a whole number from 0 to 2^32 - 1, not '-1'"),
+        (["resets", "--json", "nowhere/it.json"], "its folder does not exist"),
+        (["cost", "--guard"], "unrecognized arguments: --guard"),
+    ])
+    def test_misuse(self, arguments, message, capsys):
+        assert run(*arguments) == 2
+        error = capsys.readouterr().err
+        assert message in error and error.count("\n") == 1
+
+    def test_nothing_to_run_it_with(self, monkeypatch, capsys):
+        monkeypatch.setattr(faults, "missing", lambda: "CXXRTL needs a C++ compiler: install g++")
+        assert run("flips") == 2
+        assert capsys.readouterr().err == "error: CXXRTL needs a C++ compiler: install g++\n"
+
+
+class TestBuild:
+    def test_guard_is_built_in(self, tmp_path):
+        for board in ("pins", "nexys2-500"):
+            for option in ([], ["--guard"]):
+                out = tmp_path / board
+                orders = [] if board == "pins" else ["--orders", "square"]
+                assert build.main(["--board", board, *orders, *option, "--no-report", "-o",
+                                   str(out)]) == 0
+                assert json.loads((out / "report.json").read_text())["guard"] == bool(option)
+                modules = re.findall(r"^module (\w*controller__shadow)\(", (
+                    out / "mill.v").read_text(), re.M)
+                assert len(modules) == len(option)
