@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
@@ -13,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tb.contracts import COMPONENTS, Component
-from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove
+from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove, versions
 
 from .console import Parser, Progress, UserError, command, say, write_atomically
 
@@ -45,10 +46,12 @@ examples:
       Say what the controller promises, without proving it.
 
   python -m tools.prove --controls coil
-      Plant every mistake there is for the coil driver; each must be found.
+      Plant every mistake there is for the coil driver; each must be found. All mistakes of all
+      components take some minutes.
 
   python -m tools.prove --json proofs.json
-      Keep what was proved, with which parameters, k and seconds.
+      Keep what was proved, with which parameters, k, depth of the base case, covers and seconds,
+      the totals, and the versions of the provers.
 
 verdicts:
   proved        base case and induction hold
@@ -171,29 +174,40 @@ def main(argv: list[str] | None = None) -> int:
     if lacking := missing():
         raise UserError(lacking)
 
+    began = time.monotonic()
     if args.controls:
         total = sum(len(COMPONENTS[name].controls()) for name in names)
         with _progress(total, "planting") as done:
             controls = run_controls(names, args.jobs, done)
-        return _report(controls, map(control_line, controls), args.json,
-                       [c.clock is not None for c in controls], "planted bugs found")
+        return _report(controls, "controls", map(control_line, controls), args.json,
+                       [c.clock is not None for c in controls], "planted bugs found",
+                       time.monotonic() - began)
 
     total = sum(len(COMPONENTS[name].cases) for name in names)
     with _progress(total, "proving") as done:
         proofs = run_proofs(names, args.traces, args.jobs, done)
     promises = {(proof.component, proof.name) for proof in proofs}
-    return _report(proofs, map(line, proofs), args.json, [p.verdict == "proved" for p in proofs],
-                   f"proofs of {len(promises)} promises hold for ever")
+    return _report(proofs, "proofs", map(line, proofs), args.json,
+                   [p.verdict == "proved" for p in proofs],
+                   f"proofs of {len(promises)} promises hold for ever", time.monotonic() - began)
 
 
-def _report(results: list, lines: Iterable[str], path: Path | None, good: list[bool],
-            what: str) -> int:
+def _report(results: list, kind: str, lines: Iterable[str], path: Path | None, good: list[bool],
+            what: str, seconds: float) -> int:
     for text in lines:
         say(text)
     say(f"{sum(good)} of {len(good)} {what}")
     if path is not None:
-        data = json.dumps([asdict(result) for result in results], indent=2) + "\n"
-        write_atomically(path, data.encode())
+        facts = {
+            "versions": versions(),
+            "seconds": round(seconds, 1),
+            "components": len({result.component for result in results}),
+            "promises": len({(result.component, result.name) for result in results}),
+            "total": len(good),
+            "good": sum(good),
+            kind: [asdict(result) for result in results],
+        }
+        write_atomically(path, (json.dumps(facts, indent=2) + "\n").encode())
         say(f"wrote {path}")
     return 0 if all(good) else 1
 

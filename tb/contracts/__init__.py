@@ -10,6 +10,7 @@ from .counter import COUNTER
 from .debounce import DEBOUNCE
 from .display import DISPLAY
 from .divider import DIVIDER
+from .guard import GUARD
 from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
@@ -31,6 +32,7 @@ COMPONENTS = {
     "sequencer": SEQUENCER,
     "manual": MANUAL,
     "controller": CONTROLLER,
+    "guard": GUARD,
     "start": START,
     "spiral": SPIRAL,
     "coordinates": COORDINATES,

@@ -33,6 +33,9 @@ def describe(c: Contract, dut: AxisDrivers) -> None:
                 when=~step & dut.step.any(), then=~moved & ~refused,
                 bug=Bug(axes, "driver.step.eq(self.step[index])",
                         "driver.step.eq(self.step.any())"))
+        c.holds(f"{name}-not-in-reset", f"In reset no step of {name} is made.",
+                when=c.rst & step, then=~moved,
+                bug=Bug(coil, "self.step & rested & ~ResetSignal()", "self.step & rested"))
         c.holds(f"{name}-direction", f"A step of {name} goes the way that {name} was told.",
                 when=was_moved, then=phase == (before + Mux(up, 1, -1))[:2],
                 bug=Bug(axes, "self.direction[index]", f"self.direction[{other}]"))

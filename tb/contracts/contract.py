@@ -17,7 +17,7 @@ from inspect import getsource
 from types import CodeType, ModuleType
 from typing import Any, TypeAlias
 
-from amaranth import ClockDomain, Fragment, Module, Signal, Value
+from amaranth import ClockDomain, Const, Fragment, Module, Signal, Value
 from amaranth.back import rtlil
 from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import wiring
@@ -109,8 +109,8 @@ class Case:
         They are those of the board, whose long times no cover can wait for: the other cases have
         the covers.
     upset : bool
-        The registers of state machines begin with any code; only the promises about that are
-        looked at.
+        Every register of the component begins with any value, as if it had just been upset in
+        whatever it did; only the promises about that are looked at.
     """
 
     parameters: Mapping[str, object] = field(default_factory=dict)
@@ -160,15 +160,17 @@ class Contract:
         See :class:`Case`.
     only : collection of str, optional
         Promises to assert; all, unless told otherwise.
+    broken : bool
+        Nothing is asserted: each promise is a cover of the clock in which it breaks.
     """
 
     def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
-                 only: Collection[str] | None = None) -> None:
+                 only: Collection[str] | None = None, broken: bool = False) -> None:
         self.m: Any = Module()
         self.promises: dict[str, Promise] = {}
-        self._clock = ClockDomain("sync")
+        self._clock, self._free = ClockDomain("sync"), []
         self.rst: Any = self._clock.rst
-        self._dut, self._upset, self._only = dut, upset, only
+        self._dut, self._upset, self._only, self._broken = dut, upset, only, broken
         self._fragment = Fragment.get(dut, None)
         self.m.domains.sync = self._clock
         self.m.submodules.dut = self._fragment
@@ -178,7 +180,8 @@ class Contract:
         """Write it for Yosys. An assertion has the name of its promise, its cover a ``?`` more."""
         inputs = [Value.cast(value) for _, member, value in self._dut.signature.flatten(self._dut)
                   if member.flow == In]
-        return rtlil.convert(self.m, name="top", ports=[self._clock.clk, self.rst, *inputs])
+        return rtlil.convert(self.m, name="top",
+                             ports=[self._clock.clk, self.rst, *inputs, *self._free])
 
     # What a promise is made of
 
@@ -217,7 +220,11 @@ class Contract:
         if name in self.promises:
             raise ValueError(f"{name!r} is promised twice")
         self.promises[name] = Promise(name, says, bug if isinstance(bug, tuple) else (bug,))
-        if self._only is None or name in self._only:
+        if self._only is not None and name not in self._only:
+            return
+        if self._broken:
+            self.m.d.comb += Cover(~kept, f"{name}?")
+        else:
             self.m.d.comb += [Assert(kept, name), Cover(cover, f"{name}?")]
 
     def assume(self, condition: Bits) -> None:
@@ -265,12 +272,34 @@ class Contract:
         """Find a state machine inside the component by the path and name that it was given."""
         return State(self.signal(f"{path}_state"))
 
+    def free(self, shape, *, name: str) -> Any:
+        """Return an input of the contract's own, that may be anything in any clock."""
+        self._free.append(Signal(shape, name=name))
+        return self._free[-1]
+
+    def words(self, path: str) -> list[Any]:
+        """Look into a memory inside, such as ``to_mill``: return its words."""
+        depth, words = self.part(path).depth, []
+        for address in range(depth):
+            words.append(Signal(self.part(path).shape, name=f"word_{address}"))
+            self._memory(path).read_port(
+                domain="comb", addr=Const(address, range(depth)), data=words[-1], en=Const(1),
+                transparent_for=())
+        return words
+
+    def write(self, path: str, words: Bits, *, when: Bits) -> None:
+        """Write words of a bit to a memory inside, from address 0 on, all in a clock."""
+        for address, word in enumerate(words):
+            self._memory(path).write_port(
+                domain="sync", addr=Const(address, range(self.part(path).depth)), data=word,
+                en=when)
+
+    def _memory(self, path: str) -> Any:
+        return self._inside(path)
+
     def any_code(self, path: str) -> State:
-        """Find a state machine and, in a case with `upset`, let it begin with any code."""
-        state = self.state(path)
-        if self._upset:
-            state.register.attrs["any_at_start"] = 1
-        return state
+        """Find a state machine that begins with any code in a case with `upset`, as all does."""
+        return self.state(path)
 
     def leaves_unused_codes(self, path: str, *, shows: Bits, reached: Bug) -> None:
         """Promise what every state machine does about an upset register.
@@ -352,7 +381,7 @@ class Component:
         """Set up a case, with a mistake in the gateware if there is a `bug`."""
         def build() -> Contract:
             return Contract(self.make(**case.parameters), self.describe, upset=case.upset,
-                            only=only)
+                            only=only, broken=bug is not None)
 
         if bug is None:
             return build()

@@ -1,21 +1,13 @@
-"""Contract of the orders that mill a picture.
-
-It leaves the memories free to read anything: what is promised holds whatever the picture is.
-"""
+"""Contract of the orders that mill a picture."""
 
 from amaranth import Mux
 
 from fresa.motion import CoordinateGenerator, coordinates, spiral
 
 from .contract import Bug, Case, Component, Contract
+from .picture import AnyPicture, watch_search
 
 __all__ = ["COORDINATES"]
-
-FIRST_VISITS = [  # row and column from the centre; heading, run and run_start there
-    (0, 0, 0, 0, 0), (0, -1, 1, 0, -1), (1, -1, 2, -1, -1), (1, 0, 2, 0, -1), (1, 1, 3, -1, -2),
-    (0, 1, 3, 0, -2), (-1, 1, 0, -2, -2), (-1, 0, 0, -1, -2), (-1, -1, 0, 0, -2),
-]
-RAISES = "m.d.sync += lowered.eq(0)"
 
 
 def describe(c: Contract, dut: CoordinateGenerator) -> None:
@@ -28,10 +20,9 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     row, column = c.signal("walk.row"), c.signal("walk.column")
     lowered, milled = c.signal("lowered"), c.signal("milled")
 
-    clock = c.keep(4, name="clock")
-    early = clock < 8
-    c.m.d.sync += clock.eq(clock + early)
-    c.usual(early | (~c.rst & orders.ready & dut.start))
+    early, waited = c.keep(1, name="early", init=1), c.keep(1, name="waited")
+    c.m.d.sync += [early.eq(0), waited.eq(waited | (orders.valid & ~orders.ready))]
+    c.usual(early | (~c.rst & dut.start & (orders.ready | ~waited)))
     c.holds("stream-keeps", "An order that is offered stays, as it is, until it is taken.",
             when=c.past(orders.valid & ~orders.ready & ~c.rst),
             then=orders.valid & (payload == c.past(payload)),
@@ -61,13 +52,15 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     c.holds("mills-a-pixel", "With the tool down it goes to one of the 8 neighbours.",
             when=orders.valid & ~tool & down,
             then=_near(row - at_row) & _near(column - at_column),
-            bug=Bug(spiral, "column.eq(column + along)", "column.eq(column + 2 * along)"))
+            bug=Bug(spiral, "row.eq(row + down),", "row.eq(row + 2 * down),"))
     c.holds("lowers-at-its-place", "The tool is lowered where the last order went.",
             when=orders.valid & orders.p.down,
             then=~down & (row == at_row) & (column == at_column) & walk.inside,
             bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "LOWER"'))
     c.holds("travels-in-the-air", "To a pixel that is no neighbour it goes with the tool up.",
-            when=state("TRAVEL"), then=~down, bug=Bug(coordinates, RAISES, "pass"))
+            when=state("TRAVEL"), then=~down,
+            bug=Bug(coordinates, 'with m.If(milled >= 0):\n                    m.next = "RAISE"',
+                    'with m.If(milled >= 0):\n                    m.next = "TRAVEL"'))
     c.holds("ends-raised-at-home", "A job ends with the tool raised, at the origin.",
             when=c.past(dut.busy & ~c.rst) & ~dut.busy,
             then=~down & (at_row == 0) & (at_column == 0),
@@ -77,7 +70,8 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
             bug=Bug(coordinates, 'with m.If(milled >= 0):\n                        m.next = "IDLE"',
                     'with m.If(walk.near):\n                        m.next = "IDLE"'))
     c.holds("busy", "Orders come only while it is busy.", when=orders.valid, then=dut.busy,
-            bug=Bug(coordinates, RAISES, f"{RAISES}; m.d.comb += self.busy.eq(0)"))
+            bug=Bug(coordinates, '~fsm.ongoing("IDLE")',
+                    '~fsm.ongoing("IDLE") & ~fsm.ongoing("LOWER")'))
     c.holds("starts", "A start begins a job.", when=c.past(dut.start & ~dut.busy & ~c.rst),
             then=dut.busy & (milled == -dut.pixels_set),
             bug=Bug(coordinates, "with m.If(self.start):", "with m.If(self.start & lowered):"))
@@ -97,7 +91,7 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
                     "(copy.data & here).any()"))
     c.always("counts-up-to-0", "The count of what is left to mill goes up to 0.",
              (milled <= 0) & (milled >= -dut.pixels_set), seen=milled == -1,
-             bug=Bug(coordinates, "milled.eq(milled + 1)", "milled.eq(milled + 2)"))
+             bug=Bug(coordinates, "milled.eq(milled + 1)", "milled.eq(milled - 1)"))
     c.holds("home-at-the-end", "When all are milled the way leads home.",
             when=state("TRAVEL") & (milled == 0), then=(row == 0) & (column == 0),
             bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
@@ -126,16 +120,9 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
             bug=Bug(coordinates, "sink.en.eq(1), walk.centre.eq(1)", "sink.en.eq(1)"))
     c.always("centre-inside", "That place is in the picture.",
              (at_row >= 0) & (at_row < dut.rows) & (at_column >= 0) & (at_column < dut.columns),
-             seen=at_column > 0, bug=Bug(coordinates, "walk.inside & (copy.data & here).any()",
+             seen=at_row > 0, bug=Bug(coordinates, "walk.inside & (copy.data & here).any()",
                                          "(copy.data & here).any()"))
-    for count, (d_row, d_column, heading, run, run_start) in enumerate(FIRST_VISITS):
-        c.holds(f"visit-{count}", f"Pixel {count} of the walk lies at ({d_row}, {d_column}).",
-                when=searching & (c.signal("walk.visited") == count),
-                then=(row == centre_row + d_row) & (column == centre_column + d_column)
-                & (c.signal("walk.heading") == heading) & (c.signal("walk.run") == run)
-                & (c.signal("walk.run_start") == run_start),
-                bug=Bug(spiral, "run_start.eq(0), visited.eq(0)", "run_start.eq(1), visited.eq(0)")
-                if count else Bug(coordinates, "sink.en.eq(1), walk.centre.eq(1)", "sink.en.eq(1)"))
+    watch_search(c, dut, down=down, at=(at_row, at_column), centre=(centre_row, centre_column))
     c.leaves_unused_codes(
         "coordinates_state", shows=dut.fault & ~orders.valid & ~dut.busy,
         reached=Bug(coordinates, 'm.next = "COPY"', 'm.next = "FAULT"'))
@@ -145,10 +132,22 @@ def _near(distance):
     return Mux(distance < 0, distance == -1, distance <= 1)
 
 
+def make(*, rows: int = 0, columns: int = 0, pixels_set: int = 0,
+         **parameters) -> CoordinateGenerator:
+    """Make a generator of a picture that is given, or of any with so many pixels set."""
+    if rows:
+        return AnyPicture([[row * columns + column < pixels_set for column in range(columns)]
+                           for row in range(rows)], **parameters)
+    return CoordinateGenerator(**parameters)
+
+
 COORDINATES = Component(
-    make=CoordinateGenerator, describe=describe, depth=30,
-    cases=(Case({"picture": [[True, True]], "pixel_steps": 128}),
-           Case({"picture": [[True, False, True]], "pixel_steps": 128}),
-           Case({"picture": [[True, False, True], [False, True, True]], "pixel_steps": 128},
-                real=True),
-           Case({"picture": [[True, True]], "pixel_steps": 128}, upset=True)))
+    make=make, describe=describe, depth=24,
+    cases=(Case({"picture": [[False], [True]], "pixel_steps": 128}),
+           Case({"picture": [[True], [True], [True]], "pixel_steps": 128}),
+           Case({"rows": 2, "columns": 1, "pixels_set": 1, "pixel_steps": 128}),
+           *(Case({"rows": rows, "columns": columns, "pixels_set": n, "pixel_steps": 128},
+                  real=True)
+             for rows, columns in ((2, 2), (2, 3), (3, 2), (3, 3))
+             for n in range(1, rows * columns + 1)),
+           Case({"picture": [[False], [True]], "pixel_steps": 128}, upset=True)))

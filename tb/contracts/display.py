@@ -43,7 +43,7 @@ def watch_display(c: Contract, path: str, *, segments: Bits, digits: Bits, value
         c.holds(f"digit-{number}", f"Digit {number} shows its four bits as a hexadecimal digit.",
                 when=lit[number], then=segments == (Array(HEX_SEGMENTS)[nibble] ^ 0xFF),
                 bug=Bug(display, "self.value.word_select(digit, 4)",
-                        f"self.value.word_select(digit ^ (digit == {number}), 4)"))
+                        f"self.value.word_select(digit, 4) ^ (digit == {number})"))
     c.holds("no-point", "The point is never on.", when=lit.any(), then=segments[7],
             bug=Bug(display, "self.segments.eq(~shape)", "self.segments.eq(~shape[:7])"))
 

