@@ -1,6 +1,6 @@
 // A design that Verilator has written, for the loops of `loops.h`, which comes below. What depends on
 // the design is above: INPUTS and OUTPUTS as lists of X(port); for waveforms VCD and HALF a period in
-// nanoseconds. The class of the design is Vfresa.
+// nanoseconds; COVERAGE, if it is counted. The class of the design is Vfresa.
 
 #include <cstdint>
 #include <cstdio>
@@ -9,6 +9,9 @@
 
 #ifdef VCD
 #include <verilated_vcd_c.h>
+#endif
+#ifdef COVERAGE
+#include <verilated_cov.h>
 #endif
 
 namespace {
@@ -125,3 +128,7 @@ API Engine *fresa_new(const char *path) {
 #endif
 	return engine;
 }
+
+#ifdef COVERAGE
+API void fresa_coverage(Engine *engine, const char *path) { engine->context.coveragep()->write(path); }
+#endif

@@ -15,6 +15,7 @@ import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from ..design import Design
 from . import source
@@ -66,6 +67,7 @@ class VerilatorEngine(CompiledEngine):
 
     name = "verilator"
     title = "Verilator"
+    coverage: ClassVar[bool] = False
 
     @classmethod
     def missing(cls) -> str | None:
@@ -99,18 +101,19 @@ class VerilatorEngine(CompiledEngine):
         if tool is None or reason:
             raise EngineError(reason or "Verilator is gone")
         files = {**cls._sources(design), "wrapper.v": wrapper(design)}
-        head = _head(design, debug)
+        head = _head(design, debug=debug, coverage=cls.coverage)
         command = compiler() or []
         tools = [cls.version(), version(*command, "--version"), platform.machine(),
                  *command, *FLAGS, *OPTIONS, Path(__file__).read_text()]
         shims = [path.read_text() for path in SHIMS]
         return kept(
             folder("verilator"), ".so", [*files.values(), head, *shims, *tools],
-            make=lambda work: _build(work, tool, files, "\n".join([head, *shims]), tools, debug),
+            make=lambda work: _build(work, tool, files, "\n".join([head, *shims]), tools,
+                                     debug=debug, coverage=cls.coverage),
             load=lambda path, _: ctypes.CDLL(str(path)))
 
 
-def _head(design: Design, debug: bool) -> str:
+def _head(design: Design, *, debug: bool, coverage: bool) -> str:
     """Write what the shim must know of the design."""
     inputs, outputs = numbered(design)
     lines = ["#include <Vfresa.h>",
@@ -118,20 +121,24 @@ def _head(design: Design, debug: bool) -> str:
              f"#define OUTPUTS {' '.join(f'X({port.plain})' for port in outputs)}"]
     if debug:
         lines += ["#define VCD", f"#define HALF {PERIOD // 2}"]
+    if coverage:
+        lines += ["#define COVERAGE"]
     return "\n".join([*lines, ""])
 
 
 def _build(
-    work: Path, tool: _Tool, files: dict[str, str], shim: str, tools: Sequence[str], debug: bool
+    work: Path, tool: _Tool, files: dict[str, str], shim: str, tools: Sequence[str], *,
+    debug: bool, coverage: bool,
 ) -> Path:
     for name, text in files.items():
         (work / name).write_text(text)
-    trace = ["--trace"] if debug else []
-    call([tool.command, *OPTIONS, *trace, *files], work, environment=tool.environment)
+    wanted = ["--trace"] * debug + ["--coverage-line", "--coverage-toggle"] * coverage
+    call([tool.command, *OPTIONS, *wanted, *files], work, environment=tool.environment)
     root = tool.root or call([tool.command, "--getenv", "VERILATOR_ROOT"], work).strip()
     command = [*(compiler() or []), *FLAGS, f"-I{root}/include", f"-I{root}/include/vltstd",
                f"-I{work / 'made'}"]
-    parts = ["verilated.cpp", "verilated_threads.cpp", *(["verilated_vcd_c.cpp"] if debug else [])]
+    parts = ["verilated.cpp", "verilated_threads.cpp", *["verilated_vcd_c.cpp"] * debug,
+             *["verilated_cov.cpp"] * coverage]
     (work / "runtime.cc").write_text("".join(f'#include "{root}/include/{p}"\n' for p in parts))
     runtime = work / "runtime.o"
     runtime.write_bytes(kept(  # takes longer than most designs, and is the same for all

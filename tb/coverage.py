@@ -1,0 +1,185 @@
+"""Coverage: the states and transitions of state machines by proof, lines and levels by a run.
+
+A state machine is what :func:`fresa.fsm.leave_unused_codes` has marked. Its transitions are those
+that are written in the gateware, found in what it elaborates to; a cover shows that inputs lead
+there from power-up.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
+
+from amaranth import Fragment, Signal
+from amaranth.hdl import Cover
+from amaranth.hdl._ast import Assign, Switch
+
+from .contracts import COMPONENTS, Component
+from .contracts.contract import Case, Contract, State
+from .contracts.proof import reach
+from .engines.coverage import CoverageEngine, Point
+from .players import Machine, stimuli
+
+__all__ = ["Reached", "cover_lines", "cover_states", "with_state_machine"]
+
+#: The transition that no state has: from the codes that are not used.
+UNUSED = "unused codes"
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A state or a transition, and the first clock in which inputs lead to it.
+
+    Attributes
+    ----------
+    component : str
+        Whose state machine.
+    kind : str
+        ``state`` or ``transition``.
+    name : str
+        ``IDLE``, or ``IDLE -> DECIDE``.
+    upset : bool
+        It takes a register that begins with any code.
+    clock : int or None
+        From power-up; None if it was not found.
+    """
+
+    component: str
+    kind: str
+    name: str
+    upset: bool
+    clock: int | None = None
+
+
+def with_state_machine() -> list[str]:
+    """Name the components that have a state machine of their own."""
+    return [name for name, component in COMPONENTS.items() if _machine(component) is not None]
+
+
+def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[Reached]:
+    """Look for a way to every state and through every transition of a component.
+
+    Parameters
+    ----------
+    name : str
+        Of the component, one of `with_state_machine`.
+    folder : Path
+        Empty folder to work in.
+    lock : context manager
+        Held while gateware is elaborated.
+    """
+    component = COMPONENTS[name]
+    wanted: list[Reached] = []
+    for upset in (False, True):
+        cases = [case for case in component.cases if case.upset == upset and not case.real]
+        for case in cases:
+            with lock:
+                contract, covers = _covers(name, component, case)
+            wanted = wanted or list(covers)
+            left = [point for point in wanted if point.upset == upset and point.clock is None]
+            if not left:
+                break
+            clocks = reach(contract, folder, component.depth, upset=upset)
+            wanted = [replace(point, clock=clocks.get(_label(point))) if point in left else point
+                      for point in wanted]
+    return wanted
+
+
+Transition: TypeAlias = tuple[Collection[str] | None, int]
+"""The codes that it comes from, as patterns, or None for any; and the code that it goes to."""
+
+
+def _machine(component: Component) -> tuple[Signal, list[Transition]] | None:
+    """Find the register of the state machine that a component has itself, and its transitions."""
+    fragment = Fragment.get(component.make(**component.cases[0].parameters), None)
+    for statements in fragment.statements.values():
+        for signal in statements._lhs_signals():
+            if "fsm_encoding" in signal.attrs:
+                return signal, list(_transitions(statements, signal, None))
+    return None
+
+
+def _transitions(statements, register: Signal, codes) -> Iterator[Transition]:
+    for statement in statements:
+        if isinstance(statement, Switch):
+            for patterns, body, *_ in statement.cases:
+                yield from _transitions(
+                    body, register, patterns if statement.test is register else codes)
+        elif isinstance(statement, Assign) and statement.lhs is register:
+            yield codes, statement.rhs.value
+
+
+def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list[Reached]]:
+    """Set up a case that promises nothing and covers its state machine; say what is to be found."""
+    machine = _machine(component)
+    assert machine is not None
+    points: list[Reached] = []
+
+    def describe(c: Contract, dut) -> None:
+        component.describe(c, dut)  # for what it assumes
+        register = c.signal(str(machine[0].name))
+        state = State(register)
+        names = {code: word for word, code in state.codes.items()}
+        before, goes_on = c.past(register), c.past(1) & ~c.past(c.rst)
+        transitions = {
+            (names[code], names[to]) for codes, to in machine[1] if codes is not None
+            for code in names if f"{code:0{len(register)}b}" in codes}
+        fault = next(names[to] for codes, to in machine[1] if codes is None)
+
+        def cover(kind: str, what: str, upset: bool, when) -> None:
+            point = Reached(name, kind, what, upset)
+            points.append(point)
+            if upset == case.upset:
+                c.m.d.comb += Cover(when, f"{_label(point)}?")
+
+        for word, code in state.codes.items():
+            cover("state", word, word == fault, register == code)
+        for old, new in sorted(transitions):
+            cover("transition", f"{old} -> {new}", False,
+                  goes_on & (before == state.codes[old]) & (register == state.codes[new]))
+        if max(names) + 1 < 1 << len(register):
+            cover("transition", f"{UNUSED} -> {fault}", True,
+                  goes_on & (before > max(names)) & (register == state.codes[fault]))
+
+    contract = Contract(component.make(**case.parameters), describe, upset=case.upset, only=())
+    return contract, points
+
+
+def _label(point: Reached) -> str:
+    return f"{point.kind}:{point.name}".replace(" ", "_")
+
+
+def cover_lines(machine: Machine, seed: int, clocks: int,
+                advance: Callable[[int], object] = lambda clocks: None) -> list[Point]:
+    """Run what `tools.cosim` runs, and two movements over the whole table; give what was come by.
+
+    Parameters
+    ----------
+    machine : Machine
+        What to run.
+    seed, clocks : int
+        As in :func:`tb.players.stimuli`.
+    advance : callable
+        Told how many clocks were run.
+    """
+    with CoverageEngine(machine.shared) as engine:
+        for block in stimuli(machine, seed, clocks):
+            advance(len(next(iter(engine.play(block, ["ready"]).values()))))
+        _travel_far(engine)
+        return engine.points()
+
+
+def _travel_far(engine: CoverageEngine) -> None:
+    """Order the far corner of the table, and back: chance does not get far from where it is."""
+    engine.set(rst=1, mode=1, up=0, down=0, start=0, stop=0, jog=0)
+    engine.run(4)
+    engine.set(rst=0)
+    for corner in (0xFFFF, 0):
+        engine.run(1 << 20, until={"ready": 1})
+        engine.set(position_x=corner, position_y=corner, start=1)
+        engine.run(4)
+        engine.set(start=0)
+        for axis in range(4):  # each counter is seen in its turn, also over its upper half
+            engine.set(counter_select=axis)
+            engine.run(1 << 16)

@@ -1,0 +1,148 @@
+# pyright: reportInvalidTypeForm=false
+
+"""The command that measures coverage, and what it measures with."""
+
+import json
+import threading
+from typing import Any
+
+import pytest
+from amaranth import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from fresa.fsm import leave_unused_codes
+from tb import coverage
+from tb.boards import component
+from tb.contracts import COMPONENTS, Component
+from tb.contracts.proof import missing
+from tb.engines.coverage import CoverageEngine
+from tools.coverage import main
+
+needs_prover = pytest.mark.skipif(missing() is not None, reason=missing() or "")
+needs_verilator = pytest.mark.skipif(CoverageEngine.missing() is not None,
+                                     reason=CoverageEngine.missing() or "")
+
+
+class Lamp(wiring.Component):
+    """A state machine of three states: the way that leads out of GREEN is never open."""
+
+    go: In(1)
+    lit: Out(1)
+
+    def elaborate(self, platform):
+        m: Any = Module()
+        idle = Signal()
+        with m.FSM(name="lamp") as fsm:
+            with m.State("RED"):
+                with m.If(self.go):
+                    m.next = "GREEN"
+            with m.State("GREEN"):
+                with m.If(self.go & idle):  # nothing sets it
+                    m.next = "RED"
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.lit.eq(leave_unused_codes(m, fsm, fault="FAULT") | fsm.ongoing("GREEN"))
+        return m
+
+
+def describe(c, dut):
+    """Promise nothing."""
+    c.any_code("lamp")
+
+
+LAMP = Component(make=Lamp, describe=describe, depth=6, cases=(
+    coverage.Case(), coverage.Case(upset=True)))
+
+
+class TestStates:
+    def test_finds_the_state_machines_by_their_mark(self):
+        assert coverage.with_state_machine() == [
+            "order_control", "sequencer", "start", "coordinates", "square"]
+
+    @pytest.mark.proof
+    @needs_prover
+    def test_tells_what_is_reached_and_when_from_what_is_not(self, monkeypatch, tmp_path):
+        monkeypatch.setitem(COMPONENTS, "lamp", LAMP)
+        points = coverage.cover_states("lamp", tmp_path, threading.Lock())
+        assert {(point.kind, point.name): (point.clock is not None, point.upset)
+                for point in points} == {
+            ("state", "RED"): (True, False),
+            ("state", "GREEN"): (True, False),
+            ("state", "FAULT"): (True, True),
+            ("transition", "RED -> GREEN"): (True, False),
+            ("transition", "GREEN -> RED"): (False, False),
+            ("transition", "unused codes -> FAULT"): (True, True)}
+
+    @pytest.mark.proof
+    @needs_prover
+    def test_every_state_and_transition_of_the_machine_is_reached(self, tmp_path, capsys):
+        assert main(["states", "--json", str(tmp_path / "states.json")]) == 0
+        points = json.loads((tmp_path / "states.json").read_text())["states"]
+        assert {point["component"] for point in points} == set(coverage.with_state_machine())
+        assert all(point["clock"] is not None for point in points)
+        assert "sequencer       10 of  10 states" in capsys.readouterr().out
+
+    @pytest.mark.proof
+    @needs_prover
+    def test_fails_when_one_is_not_reached(self, monkeypatch, capsys):
+        monkeypatch.setitem(COMPONENTS, "lamp", LAMP)
+        monkeypatch.setattr("tools.coverage.with_state_machine", lambda: ["lamp"])
+        assert main(["states", "--verbose"]) == 1
+        said = capsys.readouterr().out
+        assert "  NOT REACHED: transition GREEN -> RED" in said
+        assert "  clock   1: state GREEN" in said
+
+
+@pytest.mark.verilator
+@pytest.mark.compiler
+@needs_verilator
+class TestLines:
+    def test_counts_lines_branches_and_bits(self):
+        with CoverageEngine(component("lamp", Lamp())) as engine:
+            engine.set(rst=1)
+            engine.run(2)
+            engine.set(rst=0)
+            engine.run(2)
+            before = {(point.kind, point.what): point.count for point in engine.points()}
+            engine.set(go=1)
+            engine.run(2)
+            after = {(point.kind, point.what): point.count for point in engine.points()}
+        assert before["toggle", "lit"] == 0
+        assert after["toggle", "lit"] == 1
+        assert after["toggle", "go"] == 1
+        taken = {what for (kind, what), count in after.items() if kind == "branch" and count}
+        assert {"if of if (go) begin", "else of if (go) begin"} <= taken
+        assert not any("verilog_backend" in what for _, what in after)
+
+    def test_the_cosimulation_comes_by_what_is_asked(self, tmp_path, capsys):
+        facts = tmp_path / "lines.json"
+        assert main(["lines", "--cycles", "200000", "--json", str(facts)]) == 0
+        lines = json.loads(facts.read_text())["lines"]
+        assert lines["lines and branches"]["percent"] >= 98
+        assert lines["bits"]["percent"] >= 98
+        assert len(lines["never"]) == sum(
+            lines[what]["all"] - lines[what]["seen"] for what in ("lines and branches", "bits"))
+
+    def test_fails_below_what_is_asked(self, capsys):
+        assert main(["lines", "--cycles", "10", "--least", "100"]) == 1
+        assert "never: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["sates"], "there is no measure 'sates'"),
+    (["--least", "101"], "must be 0 to 100"),
+    (["--cycles", "0"], "must be a whole number from 1"),
+    (["--json", "/nowhere/facts.json"], "its folder does not exist"),
+])
+def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setattr("tools.coverage.missing", lambda: "z3-solver missing: pip install it")
+    assert main(["states"]) == 2
+    assert "z3-solver missing" in capsys.readouterr().err
