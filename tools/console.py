@@ -22,6 +22,7 @@ __all__ = [
     "Parser",
     "Progress",
     "UserError",
+    "check_output",
     "check_outputs",
     "colour",
     "command",
@@ -29,6 +30,7 @@ __all__ = [
     "say",
     "staged",
     "warn",
+    "whole",
     "write_atomically",
     "write_files_atomically",
     "write_folder_atomically",
@@ -284,6 +286,24 @@ def check_outputs(
                 what = "the picture itself" if other is source else "used twice"
                 raise UserError(f"{path} is {what}: write to another file")
         taken.append(path)
+
+
+def check_output(path: Path | None) -> None:
+    """Refuse, before any work, a file that cannot be written; see `check_outputs`."""
+    check_outputs(Path(), pictures=[], others=[path])
+
+
+def whole(least: int, most: int | None = None) -> Callable[[str], int]:
+    """Make a type for an argument that is a whole number from `least`, and to `most` if given."""
+    limits = f"from {least}" + ("" if most is None else f" to {most}")
+
+    def number(text: str) -> int:
+        if not (text.isascii() and text.isdecimal()
+                and least <= int(text) <= (int(text) if most is None else most)):
+            raise argparse.ArgumentTypeError(f"must be a whole number {limits}, not {text!r}")
+        return int(text)
+
+    return number
 
 
 def is_special(path: Path) -> bool:

@@ -15,7 +15,16 @@ from tb.shrink import Shrunk, script, shrink
 from tb.stimulus import Stimulus, last_rows
 
 from . import campaign
-from .console import Parser, Progress, UserError, command, say, write_files_atomically
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    whole,
+    write_files_atomically,
+)
 
 __all__ = ["main"]
 
@@ -79,29 +88,28 @@ def main(argv: list[str] | None = None) -> int:
                         help="machine to run (default: %(default)s)")
     parser.add_argument("--engines", metavar="NAME,NAME",
                         help="engines to run, or all (default: those that run here)")
-    parser.add_argument("--cycles", metavar="N", type=_positive, default=20_000,
+    parser.add_argument("--cycles", metavar="N", type=whole(1), default=20_000,
                         help="clocks to run (default: %(default)s)")
-    parser.add_argument("--slow-cycles", metavar="N", type=_positive, default=100_000,
+    parser.add_argument("--slow-cycles", metavar="N", type=whole(1), default=100_000,
                         help="most clocks for the slow engines (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", type=_natural, default=1,
+    parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
-    parser.add_argument("--campaign", metavar="N", type=_positive,
+    parser.add_argument("--campaign", metavar="N", type=whole(1),
                         help="run a campaign of N clocks instead, cxxrtl against verilator unless "
                              "--engines says otherwise")
     parser.add_argument("--state", metavar="FILE", type=Path, default=Path("cosim-campaign.json"),
                         help="where the campaign keeps what is done (default: %(default)s)")
-    parser.add_argument("--jobs", metavar="N", type=_positive, default=os.cpu_count() or 1,
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes of the campaign (default: one a core)")
     parser.add_argument("--vcd", metavar="PREFIX", default="cosim",
                         help="begin of the names of the waveforms of a difference "
                              "(default: %(default)s, for cosim-ENGINE.vcd)")
-    parser.add_argument("--shrink-seconds", metavar="S", type=_natural, default=60,
+    parser.add_argument("--shrink-seconds", metavar="S", type=whole(0), default=60,
                         help="time to make the stimulus of a difference shorter "
                              "(default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     args = parser.parse_args(argv)
-    if args.json is not None and not args.json.parent.is_dir():
-        raise UserError(f"cannot write {args.json}: its folder does not exist")
+    check_output(args.json)
     if not Path(args.vcd).parent.is_dir():
         raise UserError(f"cannot write {args.vcd}-ENGINE.vcd: its folder does not exist")
     try:
@@ -264,16 +272,6 @@ def _write(path: Path | None, facts: Mapping) -> None:
         say(f"wrote      {path}")
 
 
-def _positive(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"must be a whole number from 1, not {text!r}")
-    return int(text)
-
-
-def _natural(text: str) -> int:
-    if not (text.isascii() and text.isdecimal()):
-        raise argparse.ArgumentTypeError(f"must be a whole number from 0, not {text!r}")
-    return int(text)
 
 
 if __name__ == "__main__":

@@ -30,9 +30,10 @@ from .console import (
     Parser,
     Progress,
     UserError,
-    check_outputs,
+    check_output,
     command,
     say,
+    whole,
     write_atomically,
 )
 from .synthesis import PASSES, Resources, synthesise
@@ -283,8 +284,7 @@ def count_cost(advance: Callable[[int], None]) -> dict[bool, Resources]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; give its exit status."""
     args = _parser().parse_args(argv)
-    if args.json is not None:
-        check_outputs(Path(__file__), pictures=[], others=[args.json])
+    check_output(args.json)
     if args.what != "cost" and (reason := missing()):
         raise UserError(reason)
     facts: dict[str, object] = {"command": args.what}
@@ -367,14 +367,14 @@ def _parser() -> argparse.ArgumentParser:
                                   help="resets, flips or cost; each has a --help")
     for name, about, count in [("resets", ABOUT_RESETS, 10_000), ("flips", ABOUT_FLIPS, 1_000_000)]:
         kind = kinds.add_parser(name, prog=f"{parser.prog} {name}", description=about)
-        kind.add_argument(f"--{name}", metavar="N", type=_positive, default=count,
+        kind.add_argument(f"--{name}", metavar="N", type=whole(1), default=count,
                           help="how many, for each machine (default: %(default)s)")
-        kind.add_argument("--seed", metavar="S", type=_natural, default=1,
+        kind.add_argument("--seed", metavar="S", type=whole(0, (1 << 32) - 1), default=1,
                           help="of all chance: the same seed, the same result (default: 1)")
         kind.add_argument("--guard", action=argparse.BooleanOptionalAction,
                           help="strike the machine with its guard alone, or without it alone "
                                "(default: both)")
-        kind.add_argument("--jobs", metavar="N", type=_positive, default=os.cpu_count() or 1,
+        kind.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                           help="cores to use (default: all)")
     kinds.add_parser("cost", prog=f"{parser.prog} cost", description=ABOUT_COST)
     for kind in kinds.choices.values():
@@ -382,16 +382,6 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _positive(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"must be a whole number from 1, not {text!r}")
-    return int(text)
-
-
-def _natural(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and int(text) < 1 << 32):
-        raise argparse.ArgumentTypeError(f"must be a whole number from 0 to 2^32 - 1, not {text!r}")
-    return int(text)
 
 
 if __name__ == "__main__":

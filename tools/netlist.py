@@ -1,6 +1,5 @@
 """Check the Spartan-3E netlist: equal to the RTL, every state left, no loose pin, no X."""
 
-import argparse
 import difflib
 import json
 import os
@@ -17,7 +16,16 @@ from textwrap import fill
 from tb.engines import EngineError, IcarusEngine
 from tb.netlist import CHECKS, Options, Outcome, Task
 
-from .console import Parser, Progress, UserError, command, say, write_atomically
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    whole,
+    write_atomically,
+)
 
 __all__ = ["line", "main", "run_checks"]
 
@@ -114,15 +122,15 @@ def main(argv: list[str] | None = None) -> int:
                     epilog=EPILOG)
     parser.add_argument("checks", metavar="CHECK", nargs="*", help="what to check; all")
     parser.add_argument("--list", action="store_true", help="say what each check is, and stop")
-    parser.add_argument("--flips", metavar="N", type=_number(1, 10_000), default=Options.flips,
+    parser.add_argument("--flips", metavar="N", type=whole(1, 10_000), default=Options.flips,
                         help="bits of look-up tables to flip (default: %(default)s)")
-    parser.add_argument("--cycles", metavar="N", type=_number(1, 1_000_000_000),
+    parser.add_argument("--cycles", metavar="N", type=whole(1, 1_000_000_000),
                         default=Options.cycles,
                         help="clocks to look for X, in each of two runs (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", type=_number(0, (1 << 64) - 1),
+    parser.add_argument("--seed", metavar="S", type=whole(0, (1 << 64) - 1),
                         default=Options.seed, help="seed of stimulus and flips "
                                                    "(default: %(default)s)")
-    parser.add_argument("--jobs", metavar="N", type=_number(1, 256),
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     args = parser.parse_args(argv)
@@ -132,8 +140,7 @@ def main(argv: list[str] | None = None) -> int:
         for name in names:
             say(f"{name:9} {CHECKS[name].says}")
         return 0
-    if args.json is not None and not args.json.parent.is_dir():
-        raise UserError(f"cannot write {args.json}: its folder does not exist")
+    check_output(args.json)
     for name in names:
         if lacking := CHECKS[name].missing():
             raise UserError(f"{name} cannot run here: {lacking}")
@@ -182,14 +189,6 @@ def _known(name: str) -> str:
                         + (f"did you mean {near[0]}?" if near else "--list names them"))
     return name
 
-
-def _number(least: int, most: int) -> Callable[[str], int]:
-    def number(text: str) -> int:
-        if not (text.isascii() and text.isdecimal() and least <= int(text) <= most):
-            raise argparse.ArgumentTypeError(f"must be {least} to {most}, not {text!r}")
-        return int(text)
-
-    return number
 
 
 if __name__ == "__main__":

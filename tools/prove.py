@@ -1,6 +1,5 @@
 """Prove what every component promises, for every input and for ever."""
 
-import argparse
 import difflib
 import json
 import os
@@ -16,7 +15,16 @@ from pathlib import Path
 from tb.contracts import COMPONENTS, Component
 from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove, versions
 
-from .console import Parser, Progress, UserError, command, say, write_atomically
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    whole,
+    write_atomically,
+)
 
 __all__ = ["main", "run_controls", "run_proofs"]
 
@@ -162,7 +170,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the results there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
                         help="leave waveforms of failures there (default: build/prove)")
-    parser.add_argument("--jobs", metavar="N", type=_jobs, help="at a time (default: all cores)")
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
+                        help="at a time (default: all cores)")
     args = parser.parse_args(argv)
 
     names = [_known(name) for name in args.components] or list(COMPONENTS)
@@ -173,6 +182,7 @@ def main(argv: list[str] | None = None) -> int:
         return 0
     if lacking := missing():
         raise UserError(lacking)
+    check_output(args.json)
 
     began = time.monotonic()
     if args.controls:
@@ -219,11 +229,6 @@ def _known(name: str) -> str:
                         + (f"did you mean {near[0]}?" if near else "--list names them"))
     return name
 
-
-def _jobs(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and 1 <= int(text) <= 256):
-        raise argparse.ArgumentTypeError(f"must be 1 to 256, not {text!r}")
-    return int(text)
 
 
 if __name__ == "__main__":

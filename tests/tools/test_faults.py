@@ -110,7 +110,7 @@ class TestCommand:
         ([], "the following arguments are required: FAULT"),
         (["bursts"], "invalid choice: 'bursts'"),
         (["flips", "--flips", "0"], "must be a whole number from 1, not '0'"),
-        (["resets", "--seed", "-1"], "must be a whole number from 0 to 2^32 - 1, not '-1'"),
+        (["resets", "--seed", "-1"], "must be a whole number from 0 to 4294967295, not '-1'"),
         (["resets", "--json", "nowhere/it.json"], "its folder does not exist"),
         (["cost", "--guard"], "unrecognized arguments: --guard"),
     ])

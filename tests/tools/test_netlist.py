@@ -108,10 +108,10 @@ class TestCommand:
     @pytest.mark.parametrize(("arguments", "message"), [
         (["equals"], "there is no check 'equals'; did you mean equal?"),
         (["zzz"], "there is no check 'zzz'; --list names them"),
-        (["--flips", "0"], "must be 1 to 10000, not '0'"),
-        (["--cycles", "-1"], "must be 1 to"),
-        (["--seed", "x"], "must be 0 to"),
-        (["--jobs", "0"], "must be 1 to 256, not '0'"),
+        (["--flips", "0"], "must be a whole number from 1 to 10000, not '0'"),
+        (["--cycles", "-1"], "must be a whole number from 1 to"),
+        (["--seed", "x"], "must be a whole number from 0 to"),
+        (["--jobs", "0"], "must be a whole number from 1 to 256, not '0'"),
         (["--json", "nowhere/it.json"], "its folder does not exist"),
     ])
     def test_misuse(self, arguments, message, capsys):

@@ -69,6 +69,7 @@ def mistaken(tmp_path, monkeypatch):
 
 class TestAlike:
     @pytest.mark.ghdl
+    @pytest.mark.prover
     @needs_both
     def test_is_said_with_all_figures(self, tmp_path, capsys):
         path = tmp_path / "it.json"
@@ -92,6 +93,7 @@ class TestAlike:
 
 
 @pytest.mark.ghdl
+@pytest.mark.prover
 @needs_both
 class TestDifferent:
     def test_everywhere(self, mistaken, tmp_path, capsys):
@@ -170,7 +172,7 @@ class TestMisuse:
         (["lathe"], "no component 'lathe' is described in VHDL; --list names them"),
         (["--cycles", "0"], "must be a whole number from 1, not '0'"),
         (["--seed", "-1"], "must be a whole number from 0, not '-1'"),
-        (["--jobs", "999"], "must be a whole number 1 to 256, not '999'"),
+        (["--jobs", "999"], "must be a whole number from 1 to 256, not '999'"),
         (["--json", "nowhere/it.json"], "its folder does not exist"),
     ])
     def test_is_one_line(self, arguments, message, capsys):
