@@ -18,7 +18,7 @@ from ..engines.netlist import synthesise
 from . import codes, equal, pins, unknown
 from .flat import cells
 from .flips import flips
-from .subject import BOARD, ELABORATING, MILL, PICTURE, Built, Subject, elaborate
+from .subject import BOARD, ELABORATING, GUARDED, MILL, PICTURE, Built, Subject, elaborate
 
 __all__ = ["CHECKS", "Check", "Options", "Outcome", "Task"]
 
@@ -162,7 +162,7 @@ def _flipped(subject: Subject, options: Options) -> Task:
 
 
 def _equal_tasks(options: Options) -> list[Task]:
-    return [_equal(MILL), _equal(BOARD), _flipped(MILL, options)]
+    return [_equal(MILL), _equal(GUARDED), _equal(BOARD), _flipped(MILL, options)]
 
 
 # Unused codes
@@ -255,8 +255,9 @@ def _unknown(runnable: unknown.Runnable, as_what: str, options: Options,
 
 
 def _unknown_tasks(options: Options) -> list[Task]:
+    runnables = (unknown.MACHINE, unknown.GUARDED, unknown.PANEL)
     return [_unknown(runnable, as_what, options)
-            for runnable in (unknown.MACHINE, unknown.PANEL) for as_what in unknown.ENGINES] + [
+            for runnable in runnables for as_what in unknown.ENGINES] + [
             _unknown(unknown.MACHINE, as_what, options, "registers without a start value")
             for as_what in unknown.ENGINES]
 

@@ -33,7 +33,7 @@ class Pins:
     wrong: list[str]
 
 
-def check(flat: Flat, *, clock: str, synchronous: Collection[str] = ()) -> Pins:
+def check(flat: Flat, *, clock: str) -> Pins:
     """Follow every input pin into the netlist.
 
     Parameters
@@ -42,13 +42,11 @@ def check(flat: Flat, *, clock: str, synchronous: Collection[str] = ()) -> Pins:
         The netlist, cell by cell.
     clock : str
         The input that is the clock.
-    synchronous : collection of str
-        Inputs that keep to it.
     """
     clocks = set(_nets(flat, flat.inputs[clock][0]))
     synchronised, unused, wrong = 0, 0, []
     for port, bits in flat.inputs.items():
-        if port in (clock, *synchronous):
+        if port == clock:
             continue
         for index, bit in enumerate(bits):
             name = f"{port}[{index}]" if len(bits) > 1 else port

@@ -22,7 +22,7 @@ from ..design import Design
 from ..engines import source
 from ..engines.netlist import netlist
 
-__all__ = ["BOARD", "ELABORATING", "MILL", "PICTURE", "Built", "Subject", "elaborate",
+__all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "Built", "Subject", "elaborate",
            "state_machines"]
 
 ELABORATING = threading.Lock()
@@ -122,6 +122,10 @@ _RUNNING = (("debouncer.level[7]", 1), ("debouncer.level[8]", 0))  # SW7 and BTN
 MILL = Subject("mill", lambda: boards.mill(pace=MillPace.real()),
                (("rst", 0), ("mode", 1)), "error")
 """The raw machine."""
+
+GUARDED = Subject("mill-guarded", lambda: boards.mill(pace=MillPace.real(), guard=True),
+                  MILL.running, MILL.shows)
+"""The raw machine with its guard."""
 
 BOARD = Subject("nexys2-square", lambda: _board(SquareGenerator(side=20 * PIXEL_STEPS)),
                 _RUNNING, "leds[6]")

@@ -20,7 +20,7 @@ from ..engines import Engine, IcarusEngine, NetlistIcarusEngine, UnknownLevelErr
 from ..players import MACHINES, stimuli
 from ..stimulus import Stimulus, random_blocks
 
-__all__ = ["ENGINES", "MACHINE", "PANEL", "Runnable", "Seen", "look", "without_values"]
+__all__ = ["ENGINES", "GUARDED", "MACHINE", "PANEL", "Runnable", "Seen", "look", "without_values"]
 
 ENGINES: dict[str, type[Engine]] = {"RTL": IcarusEngine, "netlist": NetlistIcarusEngine}
 """What runs a design as what it is called here."""
@@ -128,6 +128,7 @@ def _panel(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
 
 
 MACHINE = Runnable("mill", MACHINES["mill"].design, _machine)
+GUARDED = Runnable("mill-guarded", MACHINES["mill-guarded"].design, _machine)
 """The raw machine."""
 
 PANEL = Runnable(

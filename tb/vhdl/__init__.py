@@ -1,6 +1,13 @@
 # amaranth: UnusedElaboratable=no
 
-"""The mill in VHDL, written from the thesis and not from the gateware, and which block is which.
+"""The mill in VHDL, written from the thesis, and which block is which.
+
+What the thesis leaves open was taken from the gateware, since both must agree in every clock: the
+layout of orders and movements as bits, that a start must fall before it counts again, that a
+movement ends at or past its last step, how a refused order passes through S8, and the dark eighths
+of a digit. So the sequencer and the order control have the gateware's registers; a mistake in one
+of these choices would be in both. The rest is the thesis's: its tables, its state numbers, its
+arithmetic.
 
 The files are for reading beside the thesis. `REFERENCES` says which component each entity
 describes, with which parameters the two are compared, and what a mistake in the VHDL looks like.

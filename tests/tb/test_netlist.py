@@ -105,10 +105,6 @@ class TestPins:
         assert pins.check(it, clock="clk").wrong == [
             "a reaches I of INV not before the first flip-flop"]
 
-    def test_an_input_that_keeps_to_the_clock(self):
-        it = flat(*CLOCK, ("logic", "LUT1", {"I0": "a", "O": "o"}), o="o")
-        assert pins.check(it, clock="clk", synchronous=["a"]) == pins.Pins(0, 0, [])
-
     @pytest.mark.parametrize(("cells", "outputs", "why"), [
         ([("gate", "LUT2", {"I0": "p", "I1": "p", "O": "o"})], {"o": "o"},
          "a reaches 2 inputs of cells where the first flip-flop should be"),

@@ -20,7 +20,9 @@ class GuardedController(wiring.Component):
 
     A reset ends it only if the error has been seen before, in a clock without reset: what is upset
     during a reset, or in the clock before, still shows after it. And since a reset moves no motor,
-    the coil words need not agree after it: it is how far apart they are that must not change.
+    the coil words need not agree after it: it is how far apart they are that must not change. Let
+    ``start`` be low at that reset, and let a period have passed since the last step: what the two
+    remember of these outlives a reset, and may still differ; then the error shows once more.
 
     A synthesizer takes two registers that it sees to be equal for one. So those of the second
     controller are marked to stay. And it stops a clock later than the first, since a stop is all
