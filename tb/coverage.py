@@ -2,7 +2,8 @@
 
 A state machine is what :func:`fresa.fsm.leave_unused_codes` has marked. Its transitions are those
 that are written in the gateware, found in what it elaborates to; a cover shows that inputs lead
-there from power-up.
+there from power-up. The state for upset registers is covered where there are codes that no state
+has, which lead to it; where every code is in use only an upset itself does.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -133,12 +134,16 @@ def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list
             if upset == case.upset:
                 c.m.d.comb += Cover(when, f"{_label(point)}?")
 
+        unused = max(names) + 1 < 1 << len(register)
         for word, code in state.codes.items():
-            cover("state", word, word == fault, register == code)
+            if word != fault:
+                cover("state", word, False, register == code)
+            elif unused:  # with every code in use nothing leads there but an upset itself
+                cover("state", word, True, goes_on & (before != code) & (register == code))
         for old, new in sorted(transitions):
             cover("transition", f"{old} -> {new}", False,
                   goes_on & (before == state.codes[old]) & (register == state.codes[new]))
-        if max(names) + 1 < 1 << len(register):
+        if unused:
             cover("transition", f"{UNUSED} -> {fault}", True,
                   goes_on & (before > max(names)) & (register == state.codes[fault]))
 

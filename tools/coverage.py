@@ -16,7 +16,16 @@ from tb.engines import EngineError
 from tb.engines.coverage import CoverageEngine, Point
 from tb.players import MACHINES
 
-from .console import Parser, Progress, UserError, command, say, write_atomically
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    whole,
+    write_atomically,
+)
 
 __all__ = ["main"]
 
@@ -54,9 +63,9 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     parser = Parser(prog="python -m tools.coverage", description=ABOUT, epilog=EPILOG)
     parser.add_argument("measures", metavar="MEASURE", nargs="*", help="states or lines; both")
-    parser.add_argument("--cycles", metavar="N", type=_positive, default=300_000,
+    parser.add_argument("--cycles", metavar="N", type=whole(1), default=300_000,
                         help="clocks to run (default: %(default)s)")
-    parser.add_argument("--seed", metavar="S", type=_positive, default=1,
+    parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--least", metavar="P", type=_percent, default=98.0,
                         help="percent of lines and branches, and of bits, to come by "
@@ -68,8 +77,7 @@ def main(argv: list[str] | None = None) -> int:
     for measure in args.measures:
         if measure not in ("states", "lines"):
             raise UserError(f"there is no measure {measure!r}: choose states or lines")
-    if args.json is not None and not args.json.parent.is_dir():
-        raise UserError(f"cannot write {args.json}: its folder does not exist")
+    check_output(args.json)
     measures = args.measures or ["states", "lines"]
     lacking = [reason for measure, reason in (("states", missing()),
                                               ("lines", CoverageEngine.missing()))
@@ -144,11 +152,6 @@ def _tell_lines(points: Sequence[Point]) -> dict:
             say(f"  never: {point.kind} {point.what}, in {point.module}")
     return {**facts, "never": [asdict(point) for point in points if not point.count]}
 
-
-def _positive(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"must be a whole number from 1, not {text!r}")
-    return int(text)
 
 
 def _percent(text: str) -> float:

@@ -26,6 +26,9 @@ _TRIGGER = "verilog_backend.cc"
 #: How Verilator writes what a name of C++ cannot have.
 _ESCAPED = re.compile("__0([0-9A-F]{2})")
 
+#: What every run comes by: the first value of a register, and where a process begins.
+_ALWAYS = re.compile(r"(reg|always) .*")
+
 _RECORD = re.compile(r"^C '(.*)' (\d+)$", re.M)
 
 
@@ -90,7 +93,7 @@ class CoverageEngine(VerilatorEngine):
 
 
 def _read(records: str, text: list[str]) -> Iterator[Point]:
-    """Read what Verilator counted; leave out the ports of the wrapper, which are the design's."""
+    """Read what Verilator counted; leave out what cannot be missed, and ports seen from outside."""
     for match in _RECORD.finditer(records):
         # \x01 begins the name of a field, \x02 its value.
         fields = dict(field.split("\x02", 1) for field in match[1].split("\x01") if field)
@@ -98,9 +101,11 @@ def _read(records: str, text: list[str]) -> Iterator[Point]:
         if fields["f"] != "design.v":
             continue
         line = text[int(fields["l"]) - 1].strip()
-        if _TRIGGER in line:
+        module = fields["h"].partition(".")[2].partition(".")[2]
+        if _TRIGGER in line or (kind == "line" and _ALWAYS.fullmatch(line)):
+            continue
+        if "." not in module:  # has but the ports of what is in it
             continue
         name = _ESCAPED.sub(lambda code: chr(int(code[1], 16)), fields["o"])
         what = {"line": line, "branch": f"{name} of {line}"}.get(kind, name)
-        module = fields["h"].partition(".")[2].partition(".")[2]
         yield Point(kind, module, what, int(match[2]))
