@@ -1,0 +1,402 @@
+"""The benches of ``python -m tb`` against all mutants of a component at once.
+
+A bench runs once, on the component as it is, and every mutant runs beside it in a lane of its own.
+Where a bench checks something, the mutants that fail there are killed. Where it only looks, to
+decide what to do next, a mutant that shows something else would be treated otherwise from there on:
+it is run again, alone. So each mutant gets exactly what the bench does with it.
+"""
+
+import copy
+import functools
+import gc
+import warnings
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from amaranth import Signal, Value
+from amaranth.hdl import UnusedElaboratable, ValueCastable
+from amaranth.hdl._ast import Slice
+from amaranth.lib import wiring
+
+from ..bench import Bench, Run
+from ..benches import GROUPS
+from ..contracts import Component
+from ..models.mill import MillModel
+from ..players import ModelPlayer
+from ..stimulus import chance, directed
+from .lanes import Lanes
+from .netlist import MutationError, Netlist
+
+__all__ = ["Verdicts", "bench_of", "component_of", "kind_of", "run_bench", "run_model"]
+
+
+class _Found(Exception):
+    """Carries the component that a bench runs out of it."""
+
+
+class _Look(Run):
+    """Stops a bench where it has made its component."""
+
+    def simulate(self, dut: wiring.Component, test: Callable, *players: Callable,
+                 inside: Sequence[str] = (), deadline: int = 0) -> None:
+        raise _Found(dut)
+
+
+def component_of(bench: Bench) -> wiring.Component:
+    """Make the component of a bench as the bench does, not elaborated yet."""
+    try:
+        bench.function(_Look())
+    except _Found as found:
+        return found.args[0]
+    raise MutationError(f"the bench {bench.name} runs no component by itself")
+
+
+def kind_of(component: Component) -> type[wiring.Component]:
+    """Return the class of a component."""
+    with _unused():
+        return type(component.make(**component.cases[0].parameters))
+
+
+@functools.cache
+def bench_of(kind: type[wiring.Component]) -> Bench | None:
+    """Find the bench that runs components of a class, if there is one."""
+    with _unused():
+        return next((bench for bench in GROUPS["components"] + GROUPS["machine"]
+                     if type(component_of(bench)) is kind), None)
+
+
+@contextmanager
+def _unused() -> Iterator[None]:
+    """Make components that are never elaborated."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnusedElaboratable)
+        yield
+        gc.collect()  # they say so when they go, which would be later
+
+
+@dataclass
+class Verdicts:
+    """What a bench does with mutants.
+
+    Attributes
+    ----------
+    killed : dict of int to int
+        The clock in which a mutant was found wrong.
+    stimulus : list of list of int
+        Levels that it gave to the inputs of the component as it is, bit by bit, a row a clock.
+    """
+
+    killed: dict[int, int]
+    stimulus: list[list[int]]
+
+
+def run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdicts:
+    """Run a bench on the component as it is and on some mutants of it.
+
+    Raises
+    ------
+    CheckFailed
+        If the component as it is does not pass.
+    """
+    with _unused():  # each run of the bench makes a component, which the netlist stands for
+        return _run_bench(bench, netlist, mutants)
+
+
+def _run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdicts:
+    run = _LaneRun(netlist, mutants)
+    bench.function(run)
+    patience = 4 * run.clock + 1200
+    killed, left = run.killed, sorted(run.astray)
+    while left:
+        # The first of them leads now. Those that show the same go its way, to whatever end.
+        again = _LaneRun(netlist, left, lead=1, patience=patience)
+        fails = False
+        try:
+            bench.function(again)
+        except MutationError:
+            raise
+        except Exception:  # a bench may also stumble over what it never expected to see
+            fails = True
+        killed |= again.killed
+        if fails:
+            killed |= dict.fromkeys(set(left) - again.astray - set(again.killed), again.clock)
+        left = sorted(again.astray)
+    return Verdicts(killed, run.stimulus)
+
+
+def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: int,
+              clocks: int) -> dict[int, int]:
+    """Compare every output of every clock with the model, as ``tools.cosim`` does.
+
+    Parameters
+    ----------
+    model : MillModel
+        Of the machine with its times, as after power-up.
+    netlist, mutants
+        The machine, and which mutants of it.
+    seed, clocks : int
+        Of the stimulus: half of it are orders, half is chance.
+
+    Returns
+    -------
+    dict of int to int
+        The clock in which each mutant differs that does.
+
+    Raises
+    ------
+    MutationError
+        If the machine as it is differs.
+    """
+    found: dict[int, int] = {}
+    outputs = [net for bits in netlist.outputs.values() for net in bits]
+    orders = directed(copy.deepcopy(model), seed, clocks // 2)
+    for stimulus in (orders, chance(seed, 0, clocks - clocks // 2)):
+        player = ModelPlayer(copy.deepcopy(model))
+        expected = player.play(stimulus, list(netlist.outputs))
+        lanes = Lanes(netlist, [number for number in mutants if number not in found], outputs)
+        levels = _bits(stimulus, netlist.inputs)
+        wanted = _bits(expected, netlist.outputs)
+        for clock, (row, right) in enumerate(zip(levels, wanted, strict=True)):
+            lanes.state, seen = lanes.look([lanes.every if bit else 0 for bit in row])
+            wrong = 0
+            for bit, level in zip(right, seen, strict=True):
+                wrong |= level ^ (lanes.every if bit else 0)
+            if wrong & 1:
+                raise MutationError(f"the machine is not its model in clock {clock}")
+            if wrong:
+                for place, number in enumerate(lanes.mutants, start=1):
+                    if wrong >> place & 1:
+                        found.setdefault(number, clock)
+                lanes = lanes.without({number for number in lanes.mutants if number in found})
+    return found
+
+
+def _bits(rows: Mapping[str, Any], ports: Mapping[str, list[int]]) -> list[tuple[int, ...]]:
+    """Spread rows of numbers over the bits of ports, a row a clock."""
+    return list(zip(*((rows[name].astype(int) >> place & 1).tolist()
+                      for name, bits in ports.items() for place in range(len(bits))),
+                    strict=True))
+
+
+class _LaneRun(Run):
+    """A run of a bench on lanes, of which one is what the bench sees.
+
+    Attributes
+    ----------
+    killed : dict of int to int
+        Mutants that failed a check, and when.
+    astray : set of int
+        Mutants that would have been treated otherwise: nothing is known of them.
+    """
+
+    def __init__(self, netlist: Netlist, mutants: Sequence[int], lead: int = 0,
+                 patience: int | None = None) -> None:
+        super().__init__()
+        self._netlist, self._mutants, self._lead = netlist, list(mutants), lead
+        self._patience = patience
+        self.killed: dict[int, int] = {}
+        self.astray: set[int] = set()
+        self.stimulus: list[list[int]] = []
+
+    def simulate(self, dut: wiring.Component, test: Callable, *players: Callable,
+                 inside: Sequence[str] = (), deadline: int = 10_000) -> None:
+        clocks = 0
+        self._clock = lambda: clocks
+        if self._patience is not None:  # a mutant that hangs need not hang for long
+            deadline = min(deadline, self._patience)
+        context = self._context = _Context(self._netlist, self._mutants, self._lead, dut, self.rst)
+        waiting: list[tuple[Coroutine, Any]] = [(play(context), None)
+                                                for play in (test, *players)]
+        try:
+            while True:
+                triggers = []
+                for place, (coroutine, values) in enumerate(waiting):
+                    try:
+                        triggers.append(coroutine.send(values))
+                    except StopIteration:
+                        if not place:
+                            return
+                        triggers.append(())
+                    self._sort()
+                sampled = [[context.get(value) for value in trigger] for trigger in triggers]
+                self._sort()
+                self.stimulus.append([bit & 1 for bit in context.inputs])
+                context.edge()
+                clocks += 1
+                if clocks > deadline:
+                    self.expect("the bench", "still waiting", "over")
+                waiting = [(coroutine, values) for (coroutine, _), values, trigger
+                           in zip(waiting, sampled, triggers, strict=True)
+                           if trigger != ()]
+        finally:
+            self._sort()
+            for coroutine, _ in waiting:
+                coroutine.close()
+
+    def see(self, ctx: Any, dut: Any, **expected: int) -> None:
+        for name, value in expected.items():
+            bits = ctx.bits(Value.cast(getattr(dut, name)))
+            wrong = 0
+            for place, bit in enumerate(bits):
+                wrong |= bit ^ (ctx.every if value >> place & 1 else 0)
+            self._sort()
+            led = wrong >> self._lead & 1
+            # Where the one that leads is wrong this is the end, and who is not wrong goes on.
+            ctx.astray |= ctx.every & ~wrong if led else 0
+            self._sort()
+            for number in ctx.drop(wrong):
+                self.killed[number] = self.clock
+            if led:
+                super().see(ctx, dut, **{name: value})
+
+    async def until(self, ctx: Any, dut: Any, *, within: int = 1000, **expected: int) -> None:
+        for _ in range(within):
+            there = ctx.every
+            for name, value in expected.items():
+                for place, bit in enumerate(ctx.bits(Value.cast(getattr(dut, name)))):
+                    there &= bit if value >> place & 1 else bit ^ ctx.every
+            led = there >> self._lead & 1
+            ctx.astray |= there ^ (ctx.every if led else 0)
+            if led:
+                return
+            await ctx.tick()
+        self.see(ctx, dut, **expected)
+
+    def _sort(self) -> None:
+        """Take out of the run what was looked at and was not as in the lane that leads."""
+        self.astray |= set(self._context.drop(self._context.astray))
+        self._context.astray = 0
+
+
+class _Context:
+    """What a bench gets as `ctx`.
+
+    Attributes
+    ----------
+    every : int
+        A bit for each lane.
+    inputs : list of int
+        Levels of the inputs.
+    astray : int
+        Lanes of which something was seen that is not so in the lane that leads.
+    """
+
+    def __init__(self, netlist: Netlist, mutants: Sequence[int], lead: int,
+                 dut: wiring.Component, rst: Signal) -> None:
+        self._places: dict[int, tuple[bool, int]] = {}
+        watch: list[int] = []
+        self.inputs: list[int] = []
+        members = {"_".join(map(str, path)): Value.cast(value)
+                   for path, _, value in dut.signature.flatten(dut)} | {"rst": rst}
+        self._signals = list(members.values())  # kept, so that no other gets its identity
+        for name, bits in netlist.inputs.items():
+            self._places[id(members[name])] = (True, len(self.inputs))
+            self.inputs += [0] * len(bits)
+        for name, bits in netlist.outputs.items():
+            self._places[id(members[name])] = (False, len(watch))
+            watch += bits
+        self._lanes = Lanes(netlist, mutants, watch)
+        self._lead, self._runs = lead, self._lanes.every & ~1
+        self.every, self.astray = self._lanes.every, 0
+        # What an input is after power-up is what its signal says.
+        for name in netlist.inputs:
+            self.set(members[name], members[name].init)  # type: ignore[attr-defined]
+        self._looked: tuple[list[int], list[int]] | None = None
+
+    def bits(self, value: Value) -> list[int]:
+        """Return the levels of a value, bit by bit, in all lanes."""
+        if isinstance(value, Slice):
+            return self.bits(value.value)[value.start:value.stop]
+        is_input, place = self._place(value)
+        if is_input:
+            return self.inputs[place:place + len(value)]
+        if self._looked is None:
+            self._looked = self._lanes.look(self.inputs)
+        return self._looked[1][place:place + len(value)]
+
+    def _place(self, value: Value) -> tuple[bool, int]:
+        if id(value) not in self._places:
+            raise MutationError(f"a bench looks at {value!r}, which is no port of its component")
+        return self._places[id(value)]
+
+    def get(self, value: Any) -> Any:
+        """Return the level of a value in the lane that leads."""
+        bits = self.bits(Value.cast(value))
+        raw = 0
+        for place, bit in enumerate(bits):
+            led = bit >> self._lead & 1
+            raw |= led << place
+            self.astray |= bit ^ (self.every if led else 0)
+        shape = value.shape()
+        if isinstance(value, ValueCastable) and hasattr(shape, "from_bits"):
+            return shape.from_bits(raw)
+        if getattr(shape, "signed", False) and raw >> len(bits) - 1 & 1:
+            raw -= 1 << len(bits)
+        return raw
+
+    def set(self, value: Any, level: Any) -> None:
+        """Give an input its level, in all lanes."""
+        if isinstance(value, ValueCastable) and hasattr(value.shape(), "const"):
+            level = value.shape().const(level)
+        if not isinstance(level, int):
+            level = Value.cast(level).value  # type: ignore[attr-defined]
+        value = Value.cast(value)
+        start = 0
+        width = len(value)
+        while isinstance(value, Slice):
+            start, value = start + value.start, value.value
+        is_input, place = self._place(value)
+        if not is_input:
+            raise MutationError(f"a bench sets {value!r}, which is no input of its component")
+        for bit in range(width):
+            self.inputs[place + start + bit] = self.every if level >> bit & 1 else 0
+        self._looked = None
+
+    def tick(self) -> "_Tick":
+        """Return what waits for the next clock."""
+        return _Tick(self)
+
+    def edge(self) -> None:
+        """Make the rising edge of a clock."""
+        if self._looked is None:
+            self._looked = self._lanes.look(self.inputs)
+        self._lanes.state = self._looked[0]
+        self._looked = None
+
+    def drop(self, lanes: int) -> Iterator[int]:
+        """Take lanes out of the run; give the numbers of their mutants."""
+        lanes &= self._runs
+        if lanes:
+            self._runs &= ~lanes
+            for place, number in enumerate(self._lanes.mutants, start=1):
+                if lanes >> place & 1:
+                    yield number
+
+
+class _Tick:
+    """A clock to wait for, and what to look at in it."""
+
+    def __init__(self, context: _Context, values: tuple = ()) -> None:
+        self._context, self._values = context, values
+
+    def sample(self, *values: Any) -> "_Tick":
+        return _Tick(self._context, (*self._values, *values))
+
+    def __await__(self):
+        rst = self._context.get(self._context._signals[-1])
+        values = yield list(self._values)
+        return (True, bool(rst), *values)
+
+    async def until(self, condition: Any) -> tuple:
+        while True:
+            _, _, *values, done = await self.sample(condition)
+            if done:
+                return tuple(values)
+
+    async def repeat(self, count: int) -> tuple:
+        values: tuple = ()
+        for _ in range(count):
+            _, _, *values = await self  # type: ignore[assignment]
+        return tuple(values)

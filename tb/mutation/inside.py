@@ -1,0 +1,85 @@
+"""Contracts of parts, kept also where the part is inside a machine.
+
+A machine promises what people rely on; its parts promise the rest, each by itself. A mutant of a
+part that is inside must break the contract of that part, wherever it is: so the promises of the
+part are made there too. What the part assumes of its inputs the machine has to promise.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from fresa.motion import MotionSequencer
+
+from ..contracts import COMPONENTS
+from ..contracts.contract import Bits, Bug, Contract, State
+
+__all__ = ["keep_inside"]
+
+
+class _Inside:
+    """What the contract of a part sees of the contract of the whole."""
+
+    def __init__(self, whole: Contract, path: str, rst: Bits) -> None:
+        self._whole, self._path = whole, path
+        self.m, self.rst = whole.m, rst
+        self.kept: dict[str, Bits] = {}
+        self.past = whole.past
+        self._assumed = 0
+
+    def _at(self, path: str) -> str:
+        return ".".join(filter(None, [self._path, path]))
+
+    def holds(self, name: str, says: str, **promise: Any) -> None:
+        self._whole.holds(f"{self._path}:{name}", says, **promise)
+
+    def always(self, name: str, says: str, condition: Bits, **promise: Any) -> None:
+        self._whole.always(f"{self._path}:{name}", says, condition, **promise)
+
+    def assume(self, condition: Bits) -> None:
+        self._assumed += 1
+        self.always(f"assumed-{self._assumed}", "It is used as it is meant to be.", condition,
+                    seen=condition, bug=())
+
+    def usual(self, condition: Bits) -> None:
+        pass
+
+    def keep(self, shape: Any, *, init: int = 0, name: str | None = None) -> Any:
+        register = self._whole.keep(shape, init=init, name=name)
+        self.kept[name or ""] = register
+        return register
+
+    def part(self, path: str) -> Any:
+        return self._whole.part(self._at(path))
+
+    def signal(self, path: str) -> Any:
+        return self._whole.signal(self._at(path))
+
+    def state(self, path: str) -> State:
+        return self._whole.state(self._at(path))
+
+    def any_code(self, path: str) -> State:
+        return self._whole.any_code(self._at(path))
+
+    def leaves_unused_codes(self, path: str, *, shows: Bits, reached: Bug) -> None:
+        Contract.leaves_unused_codes(self, path, shows=shows, reached=reached)  # type: ignore
+
+
+def keep_inside(whole: Contract, path: str, mode: Bits) -> None:
+    """Let a sequencer inside a machine keep its contract.
+
+    Parameters
+    ----------
+    whole : Contract
+        Of the machine.
+    path : str
+        Leads to the controller.
+    mode : Value
+        1 in automatic mode; in manual mode the sequencer is held in reset.
+    """
+    prefix = f"{path}." if path else ""
+    inside = _Inside(whole, f"{prefix}sequencer", whole.rst | ~mode)
+    describe: Callable[[Any, MotionSequencer], None] = COMPONENTS["sequencer"].describe
+    describe(inside, inside.part(""))
+    order = whole.state(f"{prefix}automatic.orders.order_state")
+    inside.always("under-way-by-order", "What moves was ordered.",
+                  inside.kept["under_way"] | order("REST", "FAULT"), seen=order("MOVING"), bug=())

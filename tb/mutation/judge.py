@@ -1,0 +1,344 @@
+"""What becomes of a mutant: who kills it, or a proof that it is none."""
+
+import random
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from .formula import NO, YES, Unrolled
+from .lanes import Lanes
+from .netlist import TRUE, MutationError, Netlist
+
+__all__ = ["Judge", "Verdict", "by_chance"]
+
+#: Most clocks of an induction, as ``tools.prove`` has it.
+LONGEST = 4
+#: Clocks in which an upset is looked at.
+UPSET = 6
+
+
+@dataclass
+class Verdict:
+    """What became of a mutant.
+
+    Attributes
+    ----------
+    contract : str
+        ``broken``: inputs from power-up, or an upset, lead to a promise that is not kept.
+        ``unproved``: the contract can no longer be proved. Empty: it holds.
+    promise : str
+        A promise that is not kept, or that is in the way of the proof.
+    bench : int or None
+        Clock in which a bench found it.
+    equivalent : bool
+        It was proved that no pin ever shows it.
+    seconds : float
+        Time that this took.
+    """
+
+    contract: str = ""
+    promise: str = ""
+    bench: int | None = None
+    equivalent: bool = False
+    seconds: float = 0.0
+
+    @property
+    def killed(self) -> bool:
+        """Say whether anything found it."""
+        return bool(self.contract) or self.bench is not None
+
+
+def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
+              stimulus: Sequence[Sequence[int]] = ()) -> dict[int, int]:
+    """Look for promises that mutants break, with a stimulus and then with chance.
+
+    Parameters
+    ----------
+    netlist : Netlist
+        All of it.
+    mutants : iterable of int
+        Which.
+    seed : int
+        Of the chance.
+    clocks : int
+        How many of chance.
+    stimulus : sequence of sequence of int
+        What comes first: levels of the inputs, bit by bit, a row a clock.
+
+    Returns
+    -------
+    dict of int to int
+        The clock of the run in which each of those found broke a promise.
+    """
+    rng = random.Random(seed)
+    found: dict[int, int] = {}
+    left = sorted(mutants)
+    always = [promise.kept for promise in netlist.promises]
+    upset = [promise.kept for promise in netlist.promises if promise.upset]
+    if not always:
+        return found
+    episodes: list = [(always, (), stimulus, len(stimulus))]
+    episodes += [(always, (), None, 250) for _ in range(max(1, clocks // 250))]
+    if upset:
+        episodes += [(upset, (flops, code), None, 12)
+                     for flops in netlist.machines for code in range(1 << len(flops))]
+    for kept, start, rows, length in episodes:
+        if not left:
+            break
+        lanes = Lanes(netlist, left, [*kept, *netlist.assumed])
+        if start:
+            for place, flop in enumerate(start[0]):
+                lanes.state[flop] = lanes.every if start[1] >> place & 1 else 0
+        chance = _Chance(netlist, rng, lanes.every)
+        alive = lanes.every
+        for clock in range(length):
+            if rows is not None:
+                inputs = [lanes.every if bit else 0 for bit in rows[clock]]
+                state, seen = lanes.look(inputs)
+            else:
+                state, seen = chance.look(lanes, len(kept))
+            for used in seen[len(kept):]:
+                alive &= used
+            if not alive & 1:  # not even the component as it is may be treated like this
+                break
+            broken = 0
+            for held in seen[:len(kept)]:
+                broken |= alive & ~held
+            if broken & 1:
+                raise MutationError("the component as it is breaks its contract")
+            if broken:
+                alive &= ~broken
+                for place, number in enumerate(lanes.mutants, start=1):
+                    if broken >> place & 1:
+                        found[number] = clock
+            lanes.state = state
+        left = [number for number in left if number not in found]
+    return found
+
+
+class _Chance:
+    """Inputs by chance, such as the component is meant to get."""
+
+    def __init__(self, netlist: Netlist, rng: random.Random, every: int) -> None:
+        self._rng, self._every = rng, every
+        self._groups: list[list[int]] = []
+        place = 0
+        for bits in netlist.inputs.values():
+            self._groups.append(list(range(place, place + len(bits))))
+            place += len(bits)
+        self._levels = [0] * place
+        # Some inputs change all the time and others seldom; reset is rare.
+        self._rates = [rng.choice([1.0, 0.5, 0.1, 0.02]) for _ in self._groups]
+        self._ones = [rng.choice([0.5, 0.5, 0.1, 0.9]) for _ in self._groups]
+        self._rates[0], self._ones[0] = 1.0, rng.choice([0.0, 0.01, 0.1])
+
+    def look(self, lanes: Lanes, assumed: int) -> tuple[list[int], list[int]]:
+        """Choose inputs; return what :meth:`Lanes.look` does."""
+        levels, result = self._levels, None
+        for attempt in range(6):
+            levels = list(self._levels)
+            for bits, rate, ones in zip(self._groups, self._rates, self._ones, strict=True):
+                # Ever fewer changes: what is assumed of the inputs mostly forbids some.
+                if self._rng.random() < rate / (1 + attempt):
+                    few = len(bits) > 4 and self._rng.random() < 0.5
+                    for place, bit in enumerate(bits):
+                        one = self._rng.random() < ones and not (few and place > 3)
+                        levels[bit] = self._every if one else 0
+            result = lanes.look(levels)
+            if all(used & 1 for used in result[1][assumed:]):
+                break
+        self._levels = levels
+        return result or lanes.look(levels)
+
+
+class Judge:
+    """Decides about mutants by formulas.
+
+    Parameters
+    ----------
+    netlist : Netlist
+        All of it.
+    depth : int
+        Clocks from power-up to look for a promise that breaks.
+    seconds : float
+        Time for one question.
+    enough : mapping of int to int, optional
+        Clocks of induction that prove the promises (0), and those about upsets (1), of the
+        component as it is. :meth:`proves` finds them.
+    """
+
+    def __init__(self, netlist: Netlist, depth: int, seconds: float = 10,
+                 enough: Mapping[int, int] | None = None) -> None:
+        self.netlist, self.depth, self._seconds = netlist, depth, seconds
+        self._always = list(netlist.promises)
+        self._upset = [promise for promise in netlist.promises if promise.upset]
+        self._unrolled: dict[tuple[str, int], Unrolled] = {}
+        self.enough = dict(enough or {})
+
+    def _from(self, begin: str, clocks: int) -> Unrolled:
+        key = (begin, clocks)
+        if key not in self._unrolled:
+            self._unrolled[key] = Unrolled(self.netlist, clocks, begin)
+        unrolled = self._unrolled[key]
+        unrolled.formulas.forget(unrolled.marks)
+        return unrolled
+
+    def proves(self) -> bool:
+        """Prove the contract of the component as it is: equivalence relies on it."""
+        for begin, promises in (("power-up", self._always), ("upset", self._upset)):
+            u = self._from(begin, LONGEST)
+            if self._breaks(u, [{}] * LONGEST, promises, every=True):
+                return False
+        return self.unproved(None) == ""
+
+    def verdict(self, number: int, bench: int | None) -> Verdict:
+        """Say what becomes of a mutant of which it is known when a bench found it, if one did."""
+        began = time.monotonic()
+        verdict = Verdict(bench=bench)
+        if bench is None and self.equivalent(number):
+            verdict.equivalent = True
+        elif promise := self.unproved(number):
+            verdict.contract, verdict.promise = "unproved", promise
+            # Nothing has shown it yet: look for what does.
+            if bench is None and (promise := self.broken(number, self.depth)):
+                verdict.contract, verdict.promise = "broken", promise
+        elif promise := self.broken(number, LONGEST):
+            verdict.contract, verdict.promise = "broken", promise
+        verdict.seconds = round(time.monotonic() - began, 3)
+        return verdict
+
+    def broken(self, number: int, clocks: int) -> str:
+        """Look so many clocks for inputs that break a promise; give its name, or nothing."""
+        worlds = [("power-up", clocks, self._always)]
+        if self._upset:
+            worlds.append(("upset", min(clocks, UPSET), self._upset))
+        for begin, length, promises in worlds:
+            u = self._from(begin, length)
+            if name := self._breaks(u, u.mutant(number, length), promises):
+                return name
+        return ""
+
+    def _breaks(self, u: Unrolled, changed: Sequence[Mapping[int, int]], promises: Sequence, *,
+                every: bool = False) -> str:
+        """Look for a promise that breaks in some clocks; with `every`, unchanged ones too."""
+        f = u.formulas
+        used, goal = YES, NO
+        goals = []
+        for clock in range(len(changed)):
+            for net in self.netlist.assumed:
+                used = f.both(used, u.at(clock, net, changed))
+            for promise in promises:
+                if every or promise.kept in changed[clock] or used != YES:
+                    item = f.both(used, u.at(clock, promise.kept, changed) ^ 1)
+                    if item != NO:
+                        goal = f.either(goal, item)
+                        goals.append((promise.name, item))
+        values = f.solve(goal, [item for _, item in goals], seconds=self._seconds)
+        if values is None and every:
+            return "time is up"
+        return next((name for name, item in goals if values and values[item]), "")
+
+    def unproved(self, number: int | None) -> str | None:
+        """Name a promise that induction no longer proves; empty if all are proved.
+
+        The number None is the component as it is. None comes of it if time was up.
+        """
+        for world, promises in enumerate([self._always, self._upset]):
+            if not promises:
+                continue
+            name: str | None = ""
+            # What fewer clocks prove more prove too. So begin with as many as it takes for the
+            # component as it is, and let only the most say no.
+            likely = self.enough[world] if world in self.enough else None
+            for clocks in sorted({likely, LONGEST}) if likely else range(1, LONGEST + 1):
+                u = self._from("anywhere", clocks + 1)
+                changed = [{}] * (clocks + 1) if number is None else u.mutant(number, clocks + 1)
+                name = self._step(u, changed, promises)
+                if not name:
+                    if number is None and name is not None:
+                        self.enough[world] = clocks
+                    break
+            if name != "":
+                return name
+        return ""
+
+    def _step(self, u: Unrolled, changed: Sequence[Mapping[int, int]], promises: Sequence
+              ) -> str | None:
+        f, last = u.formulas, len(changed) - 1
+        known = f.all_of(u.at(clock, promise.kept, changed)
+                         for clock in range(last) for promise in promises)
+        for clock in range(last + 1):
+            for net in self.netlist.assumed:
+                known = f.both(known, u.at(clock, net, changed))
+        goals = [(promise.name, u.at(last, promise.kept, changed) ^ 1) for promise in promises]
+        goal = f.both(known, f.any_of(item for _, item in goals))
+        values = f.solve(goal, [item for _, item in goals], seconds=3 * self._seconds)
+        if values is None:
+            return None
+        return next((name for name, item in goals if values and values[item]), "")
+
+    def equivalent(self, number: int) -> bool:
+        """Prove that from power-up no pin ever shows a mutant, and no upset lets it show soon."""
+        return self._equal_for_ever(number) and self._equal_after_upsets(number)
+
+    def _offered(self) -> dict[int, int]:
+        """Return by each bit of a payload the net that says that it is offered.
+
+        What a stream shows while it offers nothing is seen by nobody.
+        """
+        outputs = self.netlist.outputs
+        others = {net for name, bits in outputs.items() if not name.endswith("payload")
+                  for net in bits}
+        return {net: outputs[valid][0] for name, bits in outputs.items()
+                if (valid := name.removesuffix("payload") + "valid") in outputs
+                and name.endswith("payload") for net in bits if net not in others}
+
+    def _equal_for_ever(self, number: int) -> bool:
+        """Find flip-flops that are always as in the original, by induction; then see the pins."""
+        u = self._from("anywhere", 2)
+        f, netlist = u.formulas, self.netlist
+        # What is proved of the component as it is may be relied on.
+        known = f.all_of([*(u.at(clock, promise.kept) for clock in range(2)
+                            for promise in self._always),
+                          *(u.at(clock, net) for clock in range(2) for net in netlist.assumed)])
+        outputs = [net for bits in netlist.outputs.values() for net in bits]
+        offered = self._offered()
+        other: dict[int, int] = {}
+        while True:
+            now, = u.mutant(number, 1, other)
+            unequal = [flop for flop in netlist.flops
+                       if flop.q not in other and flop.d in now]
+            pins = [net for net in outputs if net in now]
+            differ = [f.differ(u.at(0, flop.d), now[flop.d]) for flop in unequal]
+            shows = [f.both(f.differ(u.at(0, net), now[net]), u.at(0, offered.get(net, TRUE)))
+                     for net in pins]
+            values = f.solve(f.both(known, f.any_of(differ + shows)), [*differ, *shows],
+                             seconds=self._seconds)
+            if values is False:
+                return True
+            if values is None:
+                return False
+            found = [flop for flop, item in zip(unequal, differ, strict=True) if values[item]]
+            if not found:
+                return False
+            for flop in found:
+                other[flop.q] = f.variable()
+
+    def _equal_after_upsets(self, number: int) -> bool:
+        if not self._upset:
+            return True
+        u = self._from("upset", UPSET)
+        f = u.formulas
+        changed = u.mutant(number, UPSET)
+        offered = self._offered()
+        used, shown = u.at(0, self.netlist.start), NO
+        for clock in range(UPSET):
+            for net in self.netlist.assumed:
+                used = f.both(used, u.at(clock, net))
+            for bits in self.netlist.outputs.values():
+                for net in bits:
+                    if net in changed[clock]:
+                        differ = f.both(f.differ(u.at(clock, net), changed[clock][net]),
+                                        u.at(clock, offered.get(net, TRUE)))
+                        shown = f.either(shown, f.both(used, differ))
+        return f.solve(shown, seconds=self._seconds) is False

