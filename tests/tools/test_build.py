@@ -209,6 +209,12 @@ class TestSize:
         assert 300 < resources.luts <= 560
         assert in_readme(resources)
 
+    def test_guard_takes_twice_of_it(self):
+        resources = synthesise(build.build_mill("pins", pace=MillPace.real(), guard=True).rtlil,
+                               "mill")
+        assert resources.luts <= 1120
+        assert in_readme(resources)
+
     def test_whole_board_with_the_largest_picture(self):
         random = np.random.default_rng(1)
         picture = build.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))

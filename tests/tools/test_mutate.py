@@ -93,6 +93,7 @@ class TestState:
 
 
 class TestReport:
+    @needs_prover  # whose version is written
     def test_equivalent_ones_do_not_count(self, known, capsys, tmp_path):
         path = tmp_path / "figures.json"
         found = known(coil=findings(KILLED, ONLY_BENCH, ONLY_CONTRACT, EQUIVALENT, EQUIVALENT))
@@ -113,6 +114,7 @@ class TestReport:
         assert mutate.main([*found, "--least", "98"]) == 0
         assert mutate.main(known(coil=findings(*[KILLED] * 99, SURVIVOR))) == 0
 
+    @needs_prover  # whose version is written
     def test_survivors_are_listed_with_what_is_known(self, known, capsys, monkeypatch, tmp_path):
         path = tmp_path / "figures.json"
         monkeypatch.setitem(EXPLAINED, ("coil", "mutant 1"), "Nobody can see it.")

@@ -1,0 +1,175 @@
+"""The record of verification: what is run, what is kept, and that the page says what was found."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tools import record
+from tools.record import BEGUN, KEPT, PARTS, Part, fingerprint, main, run
+from tools.record_page import page, summary
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+CHECK = """\
+import json, os, pathlib, sys
+folder, status = pathlib.Path(sys.argv[1]), int(os.path.expandvars(sys.argv[2]))
+with open(folder / "calls", "a") as calls:
+    calls.write("x")
+if status < 2:
+    (folder / "figures.json").write_text(json.dumps({"found": 7, "versions": {"check": "1.0"}}))
+sys.exit(status)
+"""
+
+
+@pytest.fixture
+def check(tmp_path, monkeypatch):
+    """Make a command that counts how often it was called, and ends with the status it is given."""
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "its_check.py").write_text(CHECK)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
+    monkeypatch.setattr(record, "ROOT", tmp_path)
+    (tmp_path / "hdl").mkdir()
+    (tmp_path / "hdl" / "mill.py").write_text("steps = 1")
+    (tmp_path / "tb.py").write_text("")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
+    return lambda status, name="some": Part(name, f"its_check {{folder}} {status}", ("tb.py",))
+
+
+def calls(work: Path, name: str = "some") -> int:
+    return len((work / name / "calls").read_text())
+
+
+class TestRun:
+    def test_keeps_figures_and_does_not_run_again(self, check, tmp_path):
+        work = tmp_path / "build"
+        first = run([check(0)], work) or {}
+        again = run([check(0)], work)
+        assert first == again
+        assert first["parts"]["some"]["facts"] == {"found": 7, "versions": {"check": "1.0"}}
+        assert calls(work) == 1
+
+    @pytest.mark.parametrize("changed", ["hdl/mill.py", "tb.py", "versions", "command"])
+    def test_runs_again_when_something_has_changed(self, check, tmp_path, monkeypatch, changed):
+        work = tmp_path / "build"
+        run([check(0)], work)
+        if changed == "versions":
+            monkeypatch.setattr(record, "versions", lambda: ("Python 4",))
+        elif changed != "command":
+            (tmp_path / changed).write_text("steps = 2")
+        before = (work / "some" / KEPT).read_text()
+        part = check(0) if changed != "command" else replace(
+            check(0), command="its_check {folder} 0 more")
+        assert run([part], work) is not None
+        assert calls(work) == 1  # of a folder that was emptied first
+        assert (work / "some" / KEPT).read_text() != before
+
+    def test_what_is_named_begins_anew(self, check, tmp_path):
+        work = tmp_path / "build"
+        run([check(0)], work)
+        (work / "some" / "state.json").write_text("half done")
+        run([check(0)], work, again=["some"])
+        assert not (work / "some" / "state.json").exists()
+        assert calls(work) == 1
+
+    def test_what_was_interrupted_goes_on_and_its_seconds_too(self, check, tmp_path, monkeypatch):
+        work = tmp_path / "build"
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(record.subprocess, "run", interrupted)
+            run([check(0)], work)
+        (work / "some" / "state.json").write_text("half done")
+        begun = json.loads((work / "some" / BEGUN).read_text())
+        (work / "some" / BEGUN).write_text(json.dumps(begun | {"seconds": 1000}))
+        facts = run([check(0)], work) or {}
+        assert (work / "some" / "state.json").exists()
+        assert facts["parts"]["some"]["seconds"] >= 1000
+
+    def test_does_not_trust_what_is_damaged(self, check, tmp_path):
+        work = tmp_path / "build"
+        run([check(0)], work)
+        (work / "some" / KEPT).write_text("{")
+        assert run([check(0)], work) is not None
+        assert calls(work) == 2
+
+    def test_a_command_that_finds_fault_leaves_no_record_but_runs_the_rest(
+            self, check, tmp_path, capsys):
+        work = tmp_path / "build"
+        parts = [check(1), check(0, "other")]
+        assert run(parts, work) is None
+        assert "NOT in order: some" in capsys.readouterr().out
+        assert calls(work, "other") == 1
+        assert run(parts, work) is None
+        assert (calls(work), calls(work, "other")) == (1, 1)
+
+    def test_what_found_fault_when_it_was_run_again_is_not_good_from_before(
+            self, check, tmp_path, monkeypatch):
+        work = tmp_path / "build"
+        monkeypatch.setenv("STATUS", "0")
+        part = replace(check(0), command="its_check {folder} $STATUS")
+        assert run([part], work) is not None
+        monkeypatch.setenv("STATUS", "1")
+        assert run([part], work, again=["some"]) is None
+        assert run([part], work) is None
+
+    def test_a_command_that_fails_stops_it(self, check, tmp_path):
+        with pytest.raises(record.UserError, match="could not be carried out"):
+            run([check(2)], tmp_path / "build")
+
+    def test_quick_is_another_command(self, check, tmp_path):
+        part = replace(check(1), quick="its_check {folder} 0")
+        assert run([part], tmp_path / "build") is None
+        assert run([part], tmp_path / "build", quick=True) is not None
+
+
+def interrupted(*args, **kwargs):
+    raise KeyboardInterrupt
+
+
+def test_what_parts_depend_on_is_there():
+    for part in PARTS.values():
+        for place in (*record.GATEWARE, *part.on):
+            assert (record.ROOT / place).exists(), place
+
+
+class TestPage:
+    def test_docs_say_what_the_figures_say(self):
+        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        assert set(facts["parts"]) <= set(PARTS)
+        assert facts["gateware"] == fingerprint(record.GATEWARE), "run python -m tools.record"
+        assert page(facts) == (DOCS / "verification.md").read_text(encoding="utf-8")
+
+    def test_every_figure_is_from_the_record(self):
+        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        facts["parts"]["size"]["facts"]["resources"]["luts"] = 12345
+        facts["parts"]["engines"]["facts"]["engines"]["icarus"]["clocks"] = 7654321
+        facts["parts"]["flips"]["facts"]["machines"][1]["silent"] = 9876543
+        text = page(facts)
+        for figure in ("| 12345 |", "| 7 654 321 |", "| 9 876 543 |"):
+            assert figure in text
+
+    def test_a_part_that_was_not_run_is_said_to_be_left_out(self):
+        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        del facts["parts"]["vhdl"]
+        assert "Left out of this record: vhdl." in page(facts)
+
+    def test_long_lists_are_left_out(self):
+        assert summary("mutants", {"all": {}, "mutants": {"coil": ["many"]}}) == {"all": {}}
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["prooofs"], "there is no part 'prooofs'"),
+    (["-o", "/nowhere"], "there is no such folder"),
+])
+def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_lists_what_is_run(capsys):
+    assert main(["--list", "--quick"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == list(PARTS)
+    assert all("python -m tools." in line for line in lines)

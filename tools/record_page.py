@@ -1,0 +1,289 @@
+"""The record of verification as a page, from the figures of the commands and from nothing else."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+__all__ = ["page", "summary"]
+
+Facts: TypeAlias = Mapping[str, Any]
+
+HEAD = """\
+# Verification
+
+What was checked, with what, and what came of it. `python -m tools.record` wrote this page from the
+figures of the commands named below each heading; `verification.json` beside it has the same figures
+for programs. Nothing here was typed by hand.
+"""
+
+
+def summary(name: str, figures: Facts) -> Facts:
+    """Keep of a part's figures what the record has room for.
+
+    Parameters
+    ----------
+    name : str
+        Of the part, see :data:`tools.record.PARTS`.
+    figures : mapping
+        What its command wrote.
+    """
+    return _SHORTER[name](figures) if name in _SHORTER else figures
+
+
+def page(record: Facts) -> str:
+    """Write the record as Markdown; `record` is what ``verification.json`` holds."""
+    parts = record["parts"]
+    text = [HEAD]
+    for section in _SECTIONS:
+        if missing := [name for name in section.parts if name not in parts]:
+            out = ", ".join(missing)
+            text += [f"## {section.title}", "", f"Left out of this record: {out}.", ""]
+            continue
+        text += [f"## {section.title}", *(
+            f"- `{part['command']}`, {_seconds(part['seconds'])}"
+            for part in map(parts.__getitem__, section.parts)), "", section.says, ""]
+        text += section.write(*(parts[name]["facts"] for name in section.parts))
+    text.append(_origin(record))
+    return "\n".join(text)
+
+
+# Sections
+
+
+def _engines(engines: Facts, pair: Facts, campaign: Facts) -> list[str]:
+    rows = [[name, one["version"] or "-", _many(one["clocks"]), _many(one["clocks_per_second"])]
+            for name, one in engines["engines"].items()]
+    clocks = min(one["clocks"] for one in pair["engines"].values())
+    return [
+        _table(["engine", "version", "clocks", "clocks/s"], rows),
+        f"All agree, seed {engines['seed']}, checksum `{engines['checksum']}`.",
+        f"{_and(pair['engines'])} agree over {_many(clocks)} clocks, checksum "
+        f"`{pair['checksum']}`. {_and(campaign['clocks_per_second'])} agree over a campaign of "
+        f"{_many(campaign['clocks'])} clocks, checksum `{campaign['checksum']}`.",
+        ""]
+
+
+def _contracts(proofs: Facts, controls: Facts) -> list[str]:
+    rows = []
+    for name in _in_order(proof["component"] for proof in proofs["proofs"]):
+        own = [proof for proof in proofs["proofs"] if proof["component"] == name]
+        bugs = [control for control in controls["controls"] if control["component"] == name]
+        # The seconds of a case are those of all its promises together.
+        cases = {proof["case"]: proof["base"] + proof["induction"] for proof in own}
+        rows.append([name, len({proof["name"] for proof in own}), len(own), _proved(own),
+                     max(proof["k"] for proof in own), f"{sum(cases.values()):.1f}",
+                     _found(bugs)])
+    promises = {(proof["component"], proof["name"]) for proof in proofs["proofs"]}
+    return [
+        _table(["component", "promises", "proofs", "hold", "largest k", "s", "mistakes found"],
+               rows),
+        f"{len(promises)} promises in all. `python -m tools.prove --list` names them; the JSON has "
+        "k and seconds of each proof.", ""]
+
+
+def _vhdl(vhdl: Facts) -> list[str]:
+    rows = [[one["name"], f"`tb/vhdl/{one['entity']}.vhd`", _many(one["clocks"]),
+             f"`{one['checksum']}`", f"{_proved(one['proofs'])} of {len(one['proofs'])}",
+             max((proof["k"] for proof in one["proofs"]), default="-"), _found(one["controls"])]
+            for one in vhdl["components"]]
+    return [_table(["component", "entity", "clocks in step", "checksum", "proofs", "largest k",
+                    "mistakes found"], rows)]
+
+
+def _netlist(netlist: Facts) -> list[str]:
+    rows = [[part["check"], part["design"], part["control"] or "-", part["says"],
+             "as it must be" if part["good"] else "WRONG", f"{part['seconds']:.1f}"]
+            for part in netlist["parts"]]
+    rows += [[check, design, "-", why, "left out", "-"]
+             for check, designs in netlist["left_out"].items() for design, why in designs.items()]
+    return [_table(["check", "design", "mistake planted", "found", "", "s"], rows)]
+
+
+def _mutants(mutants: Facts) -> list[str]:
+    counts = ("mutants", "equivalent", "contract", "bench", "killed", "survive")
+    rows = [[name, *(one[count] for count in counts), f"{one['score']:.2f}"]
+            for name, one in [*mutants["components"].items(), ("**all**", mutants["all"])]]
+    text = [_table(["component", "mutants", "equivalent", "killed by contracts",
+                    "killed by benches", "killed", "survive", "% killed"], rows)]
+    if mutants["survivors"]:
+        rows = [[one["component"], f"`{one['mutant']}`", one["explained"] or "not explained"]
+                for one in mutants["survivors"]]
+        text += ["What nothing found:", "", _table(["component", "mutant", "why"], rows)]
+    return text
+
+
+def _resets(resets: Facts) -> list[str]:
+    rows = [[_guarded(one), _many(one["resets"]), _many(one["clocks"]), _many(one["steps"]),
+             len(one["wrong"])] for one in resets["machines"]]
+    return [_table(["machine", "resets", "clocks", "steps", "wrong"], rows)]
+
+
+def _upsets(flips: Facts) -> list[str]:
+    verdicts = ("flips", "harmless", "visible", "stuck", "silent")
+    rows = [[_guarded(one), one["flip_flops"], *(_many(one[verdict]) for verdict in verdicts),
+             f"{100 * one['silent_rate']:.3f}"] for one in flips["machines"]]
+    return [_table(["machine", "flip-flops", "upsets", *verdicts[1:], "% silent"], rows)]
+
+
+def _coverage(coverage: Facts) -> list[str]:
+    rows = []
+    for name in _in_order(point["component"] for point in coverage["states"]):
+        own = [point for point in coverage["states"] if point["component"] == name]
+        rows.append([name, *(_found([point for point in own if point["kind"] == kind])
+                             for kind in ("state", "transition")),
+                     max(point["clock"] or 0 for point in own)])
+    lines = coverage["lines"]
+    run = [[what, _many(lines[what]["seen"]), _many(lines[what]["all"]),
+            f"{lines[what]['percent']:.2f}"] for what in ("lines and branches", "bits")]
+    return [
+        _table(["state machine", "states", "transitions", "last one in clock"], rows),
+        f"What the cosimulation comes by in {_many(lines['clocks'])} clocks of the mill, by "
+        f"{lines['engine']}:", "", _table(["", "seen", "of", "%"], run)]
+
+
+def _size(*builds: Facts) -> list[str]:
+    capacity = builds[0]["capacity"]
+    rows = [[facts["board"] + (", with guard" if facts["guard"] else ""),
+             *(facts["resources"][name] for name in capacity)] for facts in builds]
+    rows.append(["*a XC3S500E has*", *capacity.values()])
+    return [_table(["design", *(name.replace("_", " ") for name in capacity)], rows),
+            f"Counted by {builds[0]['resources']['tool']}.", ""]
+
+
+def _origin(record: Facts) -> str:
+    return "\n".join([
+        "## With what", "",
+        f"On {record['cores']} cores, with {', '.join(record['versions'])}. Hash of the gateware, "
+        f"the folder `hdl`: `{record['gateware'][:16]}`.", ""])
+
+
+@dataclass(frozen=True)
+class _Section:
+    title: str
+    says: str
+    parts: Sequence[str]
+    write: Callable[..., list[str]]
+
+
+_SECTIONS = (
+    _Section("Engines in step", """\
+The same stimulus, orders and chance, for every engine and for the model in Python; every output of
+every clock is compared.""", ("engines", "pair", "campaign"), _engines),
+    _Section("Contracts", """\
+What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
+any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise. A
+mistake planted in the gateware must break each promise.""",
+             ("proofs", "controls"), _contracts),
+    _Section("The thesis's blocks in VHDL", """\
+Written from the text of the thesis, and compared with the gateware: in step under GHDL, and by
+induction for every input. The mistakes are planted in the VHDL. What the thesis leaves open the
+VHDL has from the gateware; `tb/vhdl/__init__.py` lists it.""", ("vhdl",), _vhdl),
+    _Section("The netlist", """\
+What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted the check must find
+it.""", ("netlist",), _netlist),
+    _Section("Mutants", """\
+Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
+of the score.""", ("mutants",), _mutants),
+    _Section("Resets", """\
+In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
+and afterwards all as from power-up that shall be so.""", ("resets",), _resets),
+    _Section("Upsets", """\
+One flip-flop upset in the midst of work. *Silent* is a motor in a wrong place, or a counter that
+says a wrong one, without a word.""", ("flips",), _upsets),
+    _Section("Coverage", """\
+States and transitions to which inputs lead from power-up, found by a solver; those for upset
+registers from a code that no state has.""",
+             ("coverage",), _coverage),
+    _Section("Size", "Of the Spartan-3E.", ("size", "size-guard", "size-board"), _size),
+)
+
+# What is too long to keep
+
+
+def _short_proofs(figures: Facts) -> Facts:
+    keys = ("component", "name", "says", "case", "verdict", "k", "base", "induction", "reached")
+    return {**figures, "proofs": [_only(proof, keys) for proof in figures["proofs"]]}
+
+
+def _short_controls(figures: Facts) -> Facts:
+    keys = ("component", "name", "case", "clock")
+    return {**figures, "controls": [_only(one, keys) for one in figures["controls"]]}
+
+
+def _short_vhdl(figures: Facts) -> Facts:
+    proof, control = ("name", "case", "verdict", "k", "base", "induction"), ("name", "clock")
+    return {**figures, "components": [
+        {**one, "proofs": [_only(p, proof) for p in one["proofs"]],
+         "controls": [_only(c, control) for c in one["controls"]]}
+        for one in figures["components"]]}
+
+
+def _short_mutants(figures: Facts) -> Facts:
+    return {name: value for name, value in figures.items() if name != "mutants"}
+
+
+def _short_flips(figures: Facts) -> Facts:
+    return {**figures, "machines": [
+        {**one, "silent_ones": one["silent_ones"][:10]} for one in figures["machines"]]}
+
+
+def _short_resets(figures: Facts) -> Facts:
+    return {**figures, "machines": [{**one, "wrong": one["wrong"][:10]}
+                                    for one in figures["machines"]]}
+
+
+def _short_build(figures: Facts) -> Facts:
+    return _only(figures, ("board", "guard", "resources", "capacity"))
+
+
+_SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
+    "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
+    "mutants": _short_mutants, "flips": _short_flips, "resets": _short_resets,
+    "size": _short_build, "size-guard": _short_build, "size-board": _short_build,
+}
+
+# Words and tables
+
+
+def _only(facts: Facts, keys: Iterable[str]) -> dict:
+    short = {key: facts[key] for key in keys if key in facts}
+    return {key: round(value, 2) if isinstance(value, float) else value
+            for key, value in short.items()}
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(_cell(cell) for cell in line)} |\n" for line in lines)
+
+
+def _cell(value: object) -> str:
+    return str(value).replace("|", "\\|").replace("\n", " ")
+
+
+def _many(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
+
+
+def _seconds(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 600 else f"{seconds / 60:.0f} min"
+
+
+def _guarded(facts: Facts) -> str:
+    return "with guard" if facts["guard"] else "without guard"
+
+
+def _proved(proofs: Sequence[Facts]) -> int:
+    return sum(proof["verdict"] == "proved" for proof in proofs)
+
+
+def _found(sought: Sequence[Facts]) -> str:
+    """Say how many of those were found, which have a clock then."""
+    return f"{sum(one['clock'] is not None for one in sought)} of {len(sought)}" if sought else "-"
+
+
+def _and(words: Iterable[str]) -> str:
+    return " and ".join(words)
+
+
+def _in_order(names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(names))
