@@ -1,6 +1,7 @@
 """What the commands share: errors in one line, files whole or not at all, progress."""
 
 import argparse
+import difflib
 import errno
 import functools
 import os
@@ -10,7 +11,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
@@ -27,6 +28,7 @@ __all__ = [
     "colour",
     "command",
     "is_special",
+    "known",
     "say",
     "staged",
     "warn",
@@ -304,6 +306,22 @@ def whole(least: int, most: int | None = None) -> Callable[[str], int]:
         return int(text)
 
     return number
+
+
+def known(name: str, names: Iterable[str], what: str) -> str:
+    """Give back a name if it is one of `names`.
+
+    Raises
+    ------
+    UserError
+        If it is not. The message names one that is like it, or else all.
+    """
+    names = list(names)
+    if name in names:
+        return name
+    near = difflib.get_close_matches(name, names, 1)
+    raise UserError(f"there is no {what} {name!r}; "
+                    + (f"did you mean {near[0]}?" if near else f"there are {', '.join(names)}"))
 
 
 def is_special(path: Path) -> bool:

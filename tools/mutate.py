@@ -1,7 +1,6 @@
 """Change every component in thousands of small ways; benches and contracts must notice."""
 
 import argparse
-import difflib
 import functools
 import importlib.metadata
 import json
@@ -36,6 +35,7 @@ from .console import (
     UserError,
     check_output,
     command,
+    known,
     say,
     whole,
     write_atomically,
@@ -305,7 +305,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes (default: all cores)")
     args = parser.parse_args(argv)
-    names = [_known(name) for name in dict.fromkeys(args.components)] or with_a_bench()
+    names = [known(name, COMPONENTS, "component")
+             for name in dict.fromkeys(args.components)] or with_a_bench()
     check_output(args.json)
     if lacking := missing():
         raise UserError(lacking)
@@ -367,17 +368,6 @@ def _line(name: str, counts: Counter) -> str:
             f"{c['score']:>6.2f} %")
 
 
-def _known(name: str) -> str:
-    if name not in COMPONENTS:
-        near = difflib.get_close_matches(name, COMPONENTS, 1)
-        raise UserError(f"there is no component {name!r}; "
-                        + (f"did you mean {near[0]}?" if near
-                           else "python -m tools.prove --list names them"))
-    return name
-
-
-
-
 def _percent(text: str) -> float:
     try:
         value = float(text)
@@ -386,7 +376,6 @@ def _percent(text: str) -> float:
     if not 0 <= value <= 100:
         raise argparse.ArgumentTypeError(f"must be from 0 to 100, not {text!r}")
     return value
-
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Check the Spartan-3E netlist: equal to the RTL, every state left, no loose pin, no X."""
 
-import difflib
 import json
 import os
 import tempfile
@@ -22,6 +21,7 @@ from .console import (
     UserError,
     check_output,
     command,
+    known,
     say,
     whole,
     write_atomically,
@@ -135,7 +135,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     args = parser.parse_args(argv)
 
-    names = list(dict.fromkeys(map(_known, args.checks))) or list(CHECKS)
+    names = [known(name, CHECKS, "check") for name in dict.fromkeys(args.checks)] or list(CHECKS)
     if args.list:
         for name in names:
             say(f"{name:9} {CHECKS[name].says}")
@@ -180,15 +180,6 @@ def main(argv: list[str] | None = None) -> int:
 def _progress(total: int) -> Iterator[Callable[[], None]]:
     with Progress(total, "parts", "checking") as progress:
         yield progress.advance
-
-
-def _known(name: str) -> str:
-    if name not in CHECKS:
-        near = difflib.get_close_matches(name, CHECKS, 1)
-        raise UserError(f"there is no check {name!r}; "
-                        + (f"did you mean {near[0]}?" if near else "--list names them"))
-    return name
-
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Prove what every component promises, for every input and for ever."""
 
-import difflib
 import json
 import os
 import tempfile
@@ -21,6 +20,7 @@ from .console import (
     UserError,
     check_output,
     command,
+    known,
     say,
     whole,
     write_atomically,
@@ -174,7 +174,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
 
-    names = [_known(name) for name in args.components] or list(COMPONENTS)
+    names = [known(name, COMPONENTS, "component")
+             for name in dict.fromkeys(args.components)] or list(COMPONENTS)
     if args.list:
         for name in names:
             for promise in COMPONENTS[name].promises().values():
@@ -220,15 +221,6 @@ def _report(results: list, kind: str, lines: Iterable[str], path: Path | None, g
         write_atomically(path, (json.dumps(facts, indent=2) + "\n").encode())
         say(f"wrote {path}")
     return 0 if all(good) else 1
-
-
-def _known(name: str) -> str:
-    if name not in COMPONENTS:
-        near = difflib.get_close_matches(name, COMPONENTS, 1)
-        raise UserError(f"there is no component {name!r}; "
-                        + (f"did you mean {near[0]}?" if near else "--list names them"))
-    return name
-
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Compare the gateware with its description in VHDL, clock by clock and by proof."""
 
-import difflib
 import importlib.metadata
 import json
 import os
@@ -27,6 +26,7 @@ from .console import (
     UserError,
     check_output,
     command,
+    known,
     say,
     whole,
     write_atomically,
@@ -256,7 +256,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
 
-    names = list(dict.fromkeys(map(_known, args.components))) or list(REFERENCES)
+    names = [known(name, REFERENCES, "component described in VHDL")
+             for name in dict.fromkeys(args.components)] or list(REFERENCES)
     if args.list:
         for name in names:
             say(f"{name:13} tb/vhdl/{REFERENCES[name].entity}.vhd")
@@ -288,15 +289,6 @@ def main(argv: list[str] | None = None) -> int:
         write_atomically(args.json, (json.dumps(facts, indent=2) + "\n").encode())
         say(f"wrote {args.json}")
     return 0 if good == len(compared) else 1
-
-
-def _known(name: str) -> str:
-    if name not in REFERENCES:
-        near = difflib.get_close_matches(name, REFERENCES, 1)
-        raise UserError(f"no component {name!r} is described in VHDL; "
-                        + (f"did you mean {near[0]}?" if near else "--list names them"))
-    return name
-
 
 
 if __name__ == "__main__":

@@ -29,15 +29,7 @@ engines = pytest.mark.parametrize(
 )
 
 
-@pytest.fixture(scope="module", autouse=True)
-def libraries(tmp_path_factory):
-    """Keep libraries out of the user's cache, but leave Yosys its own: it takes long to make."""
-    user = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    with pytest.MonkeyPatch.context() as patch:
-        if "YOWASP_CACHE_DIR" not in os.environ:
-            patch.setenv("YOWASP_CACHE_DIR", str(Path(user) / "YoWASP"))
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
+pytestmark = pytest.mark.usefixtures("libraries")
 
 
 def clocked(clk, rst=None, **kwargs) -> Module:

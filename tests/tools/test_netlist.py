@@ -107,7 +107,7 @@ class TestCommand:
 
     @pytest.mark.parametrize(("arguments", "message"), [
         (["equals"], "there is no check 'equals'; did you mean equal?"),
-        (["zzz"], "there is no check 'zzz'; --list names them"),
+        (["zzz"], "there is no check 'zzz'; there are "),
         (["--flips", "0"], "must be a whole number from 1 to 10000, not '0'"),
         (["--cycles", "-1"], "must be a whole number from 1 to"),
         (["--seed", "x"], "must be a whole number from 0 to"),

@@ -1,10 +1,8 @@
 """The command that compares gateware and VHDL: what is alike passes, and nothing else does."""
 
 import json
-import os
 import re
 import shutil
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,21 +22,7 @@ lacking = GHDLEngine.missing() or missing()
 needs_both = pytest.mark.skipif(lacking is not None, reason=str(lacking))
 
 
-@pytest.fixture(scope="module", autouse=True)
-def libraries(tmp_path_factory):
-    """Keep what is built out of the user's cache, but leave both Yosys theirs: they take long."""
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    own = tmp_path_factory.getbasetemp()
-    own = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"  # for all workers
-    (user / "wasmtime").mkdir(parents=True, exist_ok=True)
-    own.mkdir(exist_ok=True)
-    with suppress(FileExistsError):
-        (own / "wasmtime").symlink_to(user / "wasmtime")
-    with pytest.MonkeyPatch.context() as patch:
-        if "YOWASP_CACHE_DIR" not in os.environ:
-            patch.setenv("YOWASP_CACHE_DIR", str(user / "YoWASP"))
-        patch.setenv("XDG_CACHE_HOME", str(own))
-        yield
+pytestmark = pytest.mark.usefixtures("libraries")
 
 
 def run(*arguments: object) -> int:
@@ -168,8 +152,8 @@ class TestComparison:
 
 class TestMisuse:
     @pytest.mark.parametrize(("arguments", "message"), [
-        (["sequenzer"], "is described in VHDL; did you mean sequencer?"),
-        (["lathe"], "no component 'lathe' is described in VHDL; --list names them"),
+        (["sequenzer"], "described in VHDL 'sequenzer'; did you mean sequencer?"),
+        (["lathe"], "'lathe'; there are divider, "),
         (["--cycles", "0"], "must be a whole number from 1, not '0'"),
         (["--seed", "-1"], "must be a whole number from 0, not '-1'"),
         (["--jobs", "999"], "must be a whole number from 1 to 256, not '999'"),
