@@ -19,7 +19,7 @@ from fresa.machines.mill import RESOLUTION
 
 from .engines.base import Changes
 
-__all__ = ["STEP", "WORDS", "Fault", "Plant", "Polyline", "Travel", "Wrong"]
+__all__ = ["STEP", "WORDS", "Fault", "Motor", "Plant", "Polyline", "Travel", "Wrong"]
 
 #: Coil words in ascending order: black, orange, brown, yellow.
 WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
@@ -64,8 +64,16 @@ class Polyline:
     points: NDArray[np.int64]
 
 
-class _Motor:
-    """Decodes the words of one axis."""
+class Motor:
+    """Decodes the words of one axis.
+
+    Attributes
+    ----------
+    steps : int
+        Steps so far, either way.
+    least : int or None
+        Fewest clocks between two of them; None until there are two.
+    """
 
     def __init__(self) -> None:
         self.word = -1
@@ -77,7 +85,19 @@ class _Motor:
     def feed(
         self, clock: NDArray, words: NDArray
     ) -> tuple[NDArray, NDArray[np.int64], NDArray, NDArray]:
-        """Give rows and signs of steps, rows of illegal words, rows of jumps."""
+        """Go on with these words.
+
+        Parameters
+        ----------
+        clock, words : array of int64, shape (n,)
+            When, and which word from then on; at least one. What is no word of the table is
+            illegal, numbers below 0 also.
+
+        Returns
+        -------
+        arrays of int
+            Rows of steps, the sign of each; rows of illegal words; rows of jumps.
+        """
         rows = np.flatnonzero(np.diff(words, prepend=self.word))
         self.word = int(words[-1])
         phases = _PHASES[np.minimum(words[rows].view(np.uint64), 16)]
@@ -100,6 +120,30 @@ class _Motor:
             self.last = int(clocks[-1])
             self.steps += len(steps)
         return steps, 2 - turn[made], illegal, jumps
+
+
+class _Log:
+    """Rows that come in blocks and are asked for from some place on."""
+
+    def __init__(self, width: int) -> None:
+        self._blocks: list[NDArray[np.int64]] = []
+        self._none = np.empty((0, width), np.int64)
+        self.rows = 0
+
+    def add(self, block: NDArray[np.int64]) -> None:
+        if len(block):
+            self._blocks.append(block)
+            self.rows += len(block)
+
+    def since(self, first: int) -> NDArray[np.int64]:
+        """Give the rows from number `first` on, in a time that depends on these alone."""
+        start, taken = self.rows, []
+        for block in reversed(self._blocks):
+            if start <= first:
+                break
+            start -= len(block)
+            taken.append(block)
+        return np.concatenate([*reversed(taken), self._none])[max(0, first - start):]
 
 
 _PHASES = np.full(17, -1, np.int64)
@@ -170,9 +214,10 @@ class Plant:
         self.wrong: list[Wrong] = []
         self.wrong_steps = 0
         self.lifts = 0
-        self._motors = {axis: _Motor() for axis in self.axes}
+        self._motors = {axis: Motor() for axis in self.axes}
         self._faults: list[Fault] = []
-        self._corners: list[NDArray[np.int64]] = []
+        self._corners = _Log(3)
+        self._milled = _Log(2)
         self._heading = np.zeros(3, np.int64)
         # Steps straight and diagonal, in the air and in the plate.
         self._plane = {False: [0, 0], True: [0, 0]}
@@ -205,7 +250,25 @@ class Plant:
     @property
     def corners(self) -> NDArray[np.int64]:
         """The tool's path: its start, wherever it turns, and where it stands; one row (x, y, z)."""
-        return np.concatenate([*self._corners, np.array([self.position], np.int64)])
+        return self.corners_from(0)
+
+    def corners_from(self, first: int) -> NDArray[np.int64]:
+        """Give the corners from number `first` on; the last one is where the tool stands."""
+        return np.concatenate([self._corners.since(first), np.array([self.position], np.int64)])
+
+    def milled_from(self, first: int) -> NDArray[np.int64]:
+        """Give the pixels that were cut, in that order, from number `first` on: (row, column)."""
+        return self._milled.since(first)
+
+    def forget_path(self) -> None:
+        """Let the path begin where the tool stands. All else stays as it is."""
+        self._corners = _Log(3)
+        self._heading = np.zeros(3, np.int64)
+
+    @property
+    def turns(self) -> int:
+        """Corners of the path so far, without the place where the tool stands."""
+        return self._corners.rows
 
     @property
     def path(self) -> list[Polyline]:
@@ -251,7 +314,7 @@ class Plant:
 
         headings = np.concatenate([self._heading[None], deltas])
         turns = (headings[1:] != headings[:-1]).any(axis=1)
-        self._corners.append(starts[turns])
+        self._corners.add(starts[turns])
         self._heading = deltas[-1]
 
         below = after[:, 2] < 0
@@ -272,7 +335,12 @@ class Plant:
         pixels, rest = np.divmod(plane, self.pitch)
         deep = (places[:, 2] == -self.travel) & (rest == 0).all(axis=1)
         deep &= ((pixels >= 0) & (pixels < self.asked.shape)).all(axis=1)
-        self.cut[pixels[deep, 0], pixels[deep, 1]] = True
+        found = pixels[deep]
+        found = found[~self.cut[found[:, 0], found[:, 1]]]
+        if len(found):
+            _, firsts = np.unique(found, axis=0, return_index=True)
+            self._milled.add(found[np.sort(firsts)])
+            self.cut[found[:, 0], found[:, 1]] = True
 
         # Nearest from above and from below: they differ half way between two.
         high = (2 * plane + self.pitch) // (2 * self.pitch)

@@ -19,13 +19,17 @@ examples:
 
 
 def commands(folder: Path = Path(__file__).parent) -> dict[str, str]:
-    """Return the first line of each command by its name: a module that runs when it is called."""
+    """Return the first line of each command by its name.
+
+    A command is a module that runs when it is called, or a package with a `__main__` that does.
+    """
+    modules = {path.stem: path for path in folder.glob("*.py") if not path.stem.startswith("_")}
+    modules |= {path.parent.name: path for path in folder.glob("*/__main__.py")}
     found = {}
-    for path in sorted(folder.glob("*.py")):
+    for name, path in sorted(modules.items()):
         module = ast.parse(path.read_text(encoding="utf-8"))
-        if path.stem.startswith("_") or not any(map(_is_guard, module.body)):
-            continue
-        found[path.stem] = (ast.get_docstring(module) or "").partition("\n")[0]
+        if any(map(_is_guard, module.body)):
+            found[name] = (ast.get_docstring(module) or "").partition("\n")[0]
     return found
 
 

@@ -39,6 +39,7 @@ class Reference:
         self.last: list[int | None] = [None] * 3
         self.least: list[int | None] = [None] * 3
         self.faults, self.places, self.cut, self.wrong = [], [[0, 0, 0]], set(), []
+        self.order = []
 
     def feed(self, clock, words):
         before = list(self.place)
@@ -68,6 +69,8 @@ class Reference:
         if z == -self.travel and x % self.pitch == 0 and y % self.pitch == 0:
             pixel = (x // self.pitch, y // self.pitch)
             if 0 <= pixel[0] < self.asked.shape[0] and 0 <= pixel[1] < self.asked.shape[1]:
+                if pixel not in self.cut:
+                    self.order.append(pixel)
                 self.cut.add(pixel)
         if z < 0:
             # Every centre around, on the picture or not; the nearest may be several.
@@ -125,9 +128,13 @@ class TestPlant:
         reference = Reference(asked, pitch, travel)
         for clock, words in rows:
             reference.feed(clock, words)
+        corners, turns_seen, milled = [], 0, []
         for start, stop in zip([0, *cuts], [*cuts, len(rows)], strict=True):
             part = rows[start:stop]
             plant.feed(changes([clock for clock, _ in part], [words for _, words in part]))
+            corners.append(plant.corners_from(turns_seen)[:-1])
+            turns_seen += len(corners[-1])
+            milled += [tuple(pixel) for pixel in plant.milled_from(len(milled)).tolist()]
         assert plant.position == tuple(reference.place)
         assert plant.steps == dict(zip(AXES, reference.steps, strict=True))
         assert plant.least == dict(zip(AXES, reference.least, strict=True))
@@ -140,6 +147,9 @@ class TestPlant:
         turns = np.diff(places, axis=0)
         kept = [0, *(1 + np.flatnonzero((turns[1:] != turns[:-1]).any(axis=1))), len(places) - 1]
         assert (plant.corners == places[sorted(set(kept))]).all()
+        assert plant.turns == turns_seen
+        assert (np.concatenate(corners) == plant.corners[:-1]).all()
+        assert milled == reference.order
         down = places[:, 2] < 0
         assert plant.lifts == np.count_nonzero(down[:-1] & ~down[1:])
         flat, wet = np.count_nonzero(turns[:, :2], axis=1), down[:-1] | down[1:]
@@ -259,6 +269,20 @@ class TestPlant:
         plant.feed(walk([(0, 0, -1), *line(1, 0, 0, Plant.KEPT), (1, 0, 0)]))
         assert plant.wrong_steps == Plant.KEPT + 2
         assert len(plant.wrong) == Plant.KEPT
+
+    def test_path_can_be_forgotten(self):
+        plant = Plant(np.ones((1, 9), bool), pitch=2, travel=1)
+        moves = [*line(0, 0, -1, 1), *line(0, 1, 0, 6), *line(1, 0, 0, 3)]
+        rows = walk(moves)
+        for start, stop in ((0, 6), (6, len(rows))):
+            plant.feed(changes(rows.clock[start:stop],
+                               np.stack([rows[axis][start:stop] for axis in AXES], axis=1)))
+            if start == 0:
+                plant.forget_path()
+                assert plant.corners.tolist() == [[0, 4, -1]]
+        assert plant.corners.tolist() == [[0, 4, -1], [0, 6, -1], [3, 6, -1]]
+        assert plant.milled_from(1).tolist() == [[0, 1], [0, 2], [0, 3]]
+        assert plant.milled.steps == 9
 
     def test_empty_changes(self):
         plant = Plant()

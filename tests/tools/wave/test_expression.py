@@ -1,0 +1,170 @@
+"""Conditions: what they mean, against a model that goes clock by clock, and what is refused."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tools.console import UserError
+from tools.wave.expression import evaluate
+from tools.wave.parser import LONGEST, parse
+from tools.wave.radix import Radixes
+from tools.wave.reader import Signal
+from tools.wave.trace import Trace, collect
+
+TIMES = 12
+
+
+class Made:
+    """A wave made of lists: a value a tick, None where it is unknown."""
+
+    path = "made"
+    span = (0, TIMES)
+
+    def __init__(self, **values: list) -> None:
+        self.signals, self._traces = [], {}
+        for name, some in values.items():
+            text = isinstance(some[0], str)
+            wide = 0 if text else 8
+            kind = "text" if text else "bits"
+            self.signals.append(Signal(("t", name), wide, kind, name, None))
+            rows = [("x" * 8 if value is None else value) for value in some]
+            self._traces[name] = collect([(range(len(rows)), rows)], len(rows), kind=kind,
+                                         bits=wide)
+
+    def trace(self, signal: Signal) -> Trace:
+        return self._traces[signal.name]
+
+
+def holds(text: str, **values: list) -> list[bool]:
+    """Say at which ticks a condition holds; an event, at which it happens."""
+    wave = Made(**values)
+    condition = evaluate(parse(text), wave, Radixes(wave))  # pyright: ignore[reportArgumentType]
+    begins, ends = condition.stretches(TIMES)
+    if condition.event:
+        return [tick in begins for tick in range(TIMES)]
+    return [any(begin <= tick < end for begin, end in zip(begins, ends, strict=True))
+            for tick in range(TIMES)]
+
+
+# The model: every part is a value, or None for unknown; three-valued as in textbooks.
+def _not(a):
+    return None if a is None else not a
+
+
+def _and(a, b):
+    return False if a is False or b is False else None if a is None or b is None else True
+
+
+def _or(a, b):
+    return _not(_and(_not(a), _not(b)))
+
+
+NUMBER = st.one_of(
+    st.sampled_from([("a", lambda v: v["a"]), ("b", lambda v: v["b"])]),
+    st.integers(0, 9).map(lambda n: (str(n), lambda v: n)),
+)
+
+
+def bitwise(parts):
+    (one, f), sign, (two, g) = parts
+    do = {"&": int.__and__, "|": int.__or__, "^": int.__xor__}[sign]
+    return (f"({one} {sign} {two})",
+            lambda v: None if f(v) is None or g(v) is None else do(f(v), g(v)))
+
+
+def compared(parts):
+    (one, f), sign, (two, g) = parts
+    do = {"==": int.__eq__, "!=": int.__ne__, "<": int.__lt__, "<=": int.__le__,
+          ">": int.__gt__, ">=": int.__ge__}[sign]
+    return (f"{one} {sign} {two}",
+            lambda v: None if f(v) is None or g(v) is None else do(f(v), g(v)))
+
+
+NUMBERS = st.one_of(NUMBER, st.tuples(NUMBER, st.sampled_from("&|^"), NUMBER).map(bitwise))
+COMPARED = st.tuples(
+    NUMBERS, st.sampled_from(["==", "!=", "<", "<=", ">", ">="]), NUMBERS).map(compared)
+CONDITIONS = st.recursive(COMPARED, lambda inner: st.one_of(
+    inner.map(lambda c: (f"not ({c[0]})", lambda v: _not(c[1](v)))),
+    st.tuples(inner, inner).map(lambda p: (
+        f"({p[0][0]} and {p[1][0]})", lambda v: _and(p[0][1](v), p[1][1](v)))),
+    st.tuples(inner, inner).map(lambda p: (
+        f"({p[0][0]} or {p[1][0]})", lambda v: _or(p[0][1](v), p[1][1](v)))),
+), max_leaves=6)
+VALUES = st.lists(st.one_of(st.none(), st.integers(0, 9)), min_size=TIMES, max_size=TIMES)
+
+
+class TestMeaning:
+    @settings(max_examples=150, deadline=None)
+    @given(CONDITIONS, VALUES, VALUES)
+    def test_as_the_model(self, condition, a, b):
+        text, model = condition
+        text = f"({text}) and (a == a or unknown a)"  # names a signal, and changes nothing
+        expected = [model({"a": x, "b": y}) is True for x, y in zip(a, b, strict=True)]
+        assert holds(text, a=a, b=b) == expected
+
+    @settings(max_examples=100, deadline=None)
+    @given(CONDITIONS, VALUES, VALUES)
+    def test_edges_as_the_model(self, condition, a, b):
+        text, model = condition
+        truth = [model({"a": x, "b": y}) for x, y in zip(a, b, strict=True)]
+        pairs = list(zip([None, *truth], truth, strict=False))
+        anchor = " and (a == a or unknown a)"
+        for edge, wanted in (("rise", (False, True)), ("fall", (True, False))):
+            assert holds(f"{edge} ({text}){anchor}", a=a, b=b) == [
+                pair == wanted for pair in pairs]
+
+    @pytest.mark.parametrize(("text", "ticks"), [
+        ("a", [1, 2, 4]), ("not a", [0, 5, 6, 7, 8, 9, 10, 11]), ("unknown a", [3]),
+        ("change a", [1, 2, 3, 4, 5]), ("rise a", [1]), ("fall a", [5]),
+        ("a == 1", [1]), ("a[1]", [2, 4]), ("a[1:0] == 0b10", [2]), ("a > 0x1", [2, 4]),
+        ("a == 25_5", [4]), ("a > 1 and s == 'B'", [2]), ('s == "B/1"', [2, 3]),
+        ('rise a or change s == "B"', None), ("rise a or change s", [1, 2, 4]),
+        ("change a and s == 'A'", [1, 4, 5]), ("a < -1", []),
+        ("a < 300", [*range(3), *range(4, 12)]),
+        ("`a` == 1", [1]), ("t.a == 2", [2]), ("a != 0 and a != 2", [1, 4]),
+    ])
+    def test_by_hand(self, text, ticks):
+        values = {"a": [0, 1, 2, None, 255] + [0] * 7,
+                  "s": ["A/0", "A/0", "B/1", "B/1"] + ["A/0"] * 8}
+        if ticks is None:
+            with pytest.raises(UserError, match="an event"):
+                holds(text, **values)
+        else:
+            assert [tick for tick, true in enumerate(holds(text, **values)) if true] == ticks
+
+    def test_positions_go_below_0(self):
+        values = [0, 255, 254, 3] + [0] * 8
+        assert [n for n, true in enumerate(holds("at_x < 0", at_x=values)) if true] == [1, 2]
+        assert holds("at_x == -2", at_x=values)[2]
+
+
+class TestRefused:
+    @pytest.mark.parametrize(("text", "message"), [
+        ("", "a signal or a value"), ("a ==", "where 'a ==' ends"), ("a b", "an operator"),
+        ("a = 1", "no part of an expression: '= 1'"), ("(a", "a \\) should"),
+        ("a[", "number of a bit"), ("a[0:3]", "\\[high:low\\]"), ("1 < a < 3", "joined by and"),
+        ("a & b | 1 == 2", "parentheses"), ("3", "names no signal"), ("s", "compare it"),
+        ("a == 'x'", "cannot compare a number with a name"), ("s < 'x'", "the same or not"),
+        ("not rise a", "no opposite"), ("rise a or b", "one of each"),
+        ("rise (rise a)", "of a value"), ("rise a == 1", "cannot compare an event"),
+        ("s & 1", "whole numbers"), ("s[0]", "have bits"),
+        ("nobody", "no signal 'nobody'"), ("0x", "no part"), ("a == 1__0", "no number"),
+        ("__import__('os')", "an operator"), ("a.__class__", "no signal"),
+        ("rise", "should be here"),
+        ("-a", "a number should"), ("a == 09", "no number"),
+        ("(" * 60 + "a" + ")" * 60, "nested"), ("a" * (LONGEST + 1), "at most"),
+    ])
+    def test_in_a_line(self, text, message):
+        with pytest.raises(UserError, match=message) as error:
+            holds(text, a=[0] * TIMES, b=[0] * TIMES, s=["A"] * TIMES)
+        assert "\n" not in str(error.value) and len(str(error.value)) < 250
+
+    @settings(max_examples=300, deadline=None)
+    @given(st.lists(st.sampled_from(
+        ["a", "b", "s", "rise", "not", "and", "or", "(", ")", "==", "<", "&", "|", "[", "]", ":",
+         "1", "0xF", "'A'", "-", "unknown", "change", "1.5", "`", '"', "!"]), max_size=12))
+    def test_anything_is_answered_or_refused(self, words):
+        try:
+            holds(" ".join(words), a=[0, None] * 6, b=list(range(TIMES)), s=["A", "B"] * 6)
+        except UserError:
+            pass

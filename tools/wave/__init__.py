@@ -1,0 +1,1 @@
+"""Waveforms read, asked, measured, compared and drawn; `python -m tools.wave` is the command."""

@@ -1,0 +1,56 @@
+"""Look into waveforms: values, changes, times, steps, differences, diagrams."""
+
+from ..console import Parser, UserError, command
+from . import compare, draw, look, measure, steps, view
+from .child import go_on_in_child
+
+__all__ = ["main"]
+
+ABOUT = """\
+Reads a waveform, a VCD, FST or GHW of any simulator, and answers without leaving the terminal.
+
+  signals   the end of a path is enough (ready, x.count) if no other signal ends so, or if one of
+            them is in a scope that holds all the others; * ? [ ] are patterns
+  times     12us, 1.5ms, 300clk: clock 1 is the first rising edge, and values at a clock are those
+            after its edge
+"""
+
+EPILOG = """\
+examples:
+  python -m tb mill --vcd mill.vcd
+      Make a waveform to look into.
+
+  python -m tools.wave list mill.vcd
+      What is in it.
+
+  python -m tools.wave find mill.vcd 'rise ready'
+      When it became ready.
+
+  python -m tools.wave find --help
+      What a subcommand does, its options, and examples.
+
+exit status: 0 if all went well, 1 if find found nothing, diff a difference or steps a fault, 2 if
+the command cannot be carried out.
+"""
+
+SUBCOMMANDS = (look.list_signals, look.at, look.table, measure.find, measure.stats,
+               compare.diff, steps.steps, draw.draw_wave, view.view)
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.wave", description=ABOUT, epilog=EPILOG)
+    subparsers = parser.add_subparsers(title="subcommands", metavar="SUBCOMMAND", required=True)
+    for subcommand in SUBCOMMANDS:
+        subcommand(subparsers)
+    args = parser.parse_args(argv)
+    try:
+        return args.run(args)
+    except MemoryError:
+        raise UserError(f"{args.file} does not fit into memory") from None
+
+
+if __name__ == "__main__":
+    go_on_in_child()
+    raise SystemExit(main())

@@ -1,0 +1,180 @@
+"""Looking into a wave: its signals, their values at a time, their changes."""
+
+import argparse
+import os.path
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..console import UserError, colour, say
+from . import names
+from .options import Asked, add_file, add_format, add_window, plain, say_json, say_rows
+from .reader import Signal, Wave
+from .trace import Trace
+
+__all__ = ["at", "list_signals", "table"]
+
+DEEPEST = 30
+"""Scopes deeper than this are not moved further to the right."""
+
+BLOCK = 4096
+"""Rows of a table that are worked out at a time."""
+
+AT, LIST, TABLE = (
+    "the values of signals at a time", "the signals as a tree, with their widths",
+    "the changes of signals, a row each time")
+
+LIST_EXAMPLES = """\
+examples:
+  python -m tools.wave list mill.vcd
+      All signals.
+
+  python -m tools.wave list mill.vcd '*.x.*'
+      Those whose path, or the end of it, is like this.
+"""
+
+AT_EXAMPLES = """\
+examples:
+  python -m tools.wave at mill.vcd 12.3us ready error
+      A time, and the ends of the names of signals.
+
+  python -m tools.wave at mill.vcd 300clk 'axis_?' x.count --radix x.count=dec
+      After the rising edge of clock 300: three axes and a counter.
+"""
+
+TABLE_EXAMPLES = """\
+examples:
+  python -m tools.wave table mill.vcd axis_x axis_y --from 300clk --to 1.5us
+      What the coils do in that time. The first row is what they are at its start.
+
+  python -m tools.wave table mill.vcd 'sequencer*state' | head
+      The first states.
+"""
+
+
+def list_signals(subparsers) -> None:
+    """Add the subcommand `list`."""
+    parser = subparsers.add_parser("list", help=LIST, description=f"Shows {LIST}.",
+                                   epilog=LIST_EXAMPLES)
+    add_file(parser)
+    parser.add_argument("glob", metavar="GLOB", nargs="?", help="only signals like this")
+    parser.set_defaults(run=_list)
+
+
+def at(subparsers) -> None:
+    """Add the subcommand `at`."""
+    parser = subparsers.add_parser("at", help=AT, description=f"Shows {AT}.", epilog=AT_EXAMPLES)
+    add_file(parser)
+    parser.add_argument("time", metavar="TIME", help="such as 12us, 1.5ms, 300clk")
+    parser.add_argument("signals", metavar="SIGNAL", nargs="+", help="names or patterns")
+    add_format(parser)
+    parser.set_defaults(run=_at)
+
+
+def table(subparsers) -> None:
+    """Add the subcommand `table`."""
+    parser = subparsers.add_parser("table", help=TABLE, description=f"Shows {TABLE}.",
+                                   epilog=TABLE_EXAMPLES)
+    add_file(parser)
+    parser.add_argument("signals", metavar="SIGNAL", nargs="+", help="names or patterns")
+    add_window(parser)
+    add_format(parser)
+    parser.set_defaults(run=_table)
+
+
+def _list(args: argparse.Namespace) -> int:
+    wave = Wave(args.file)
+    signals = wave.signals if args.glob is None else names.matching(wave, args.glob)
+    if args.glob is not None and not signals:
+        raise UserError(f"{wave.path} has no signal like {args.glob!r}")
+    if args.json:
+        say_rows(({"path": signal.path, "bits": signal.bits, "kind": signal.kind}
+                  for signal in signals), None)
+        return 0
+    rows = list(_tree(signals))
+    width = min(max((len(name) for name, _ in rows), default=0), 60)
+    for name, about in rows:
+        say(f"{name:{width}}  {about}" if about else colour(name, 1, sys.stdout))
+    return 0
+
+
+def _tree(signals: list[Signal]) -> Iterator[tuple[str, str]]:
+    """Give a line for each scope and signal: its name, moved to the right, and its width."""
+    last: tuple[str, ...] = ()
+    for signal in signals:
+        same = len(os.path.commonprefix([last, signal.parts[:-1]]))
+        for depth in range(same, len(signal.parts) - 1):
+            yield "  " * min(depth, DEEPEST) + signal.parts[depth], ""
+        about = signal.kind if not signal.bits or signal.kind == "event" else (
+            f"{signal.bits} bit{'s' * (signal.bits > 1)}"
+            + (", named" if signal.kind == "text" else ""))
+        yield "  " * min(len(signal.parts) - 1, DEEPEST) + signal.name, about
+        last = signal.parts
+
+
+def _at(args: argparse.Namespace) -> int:
+    asked = Asked.of(args)
+    signals = names.several(asked.wave, args.signals)
+    time = min(asked.timeline.ticks(args.time).__floor__(), asked.wave.span[1])
+    values = {signal: asked.wave.trace(signal).at(time) for signal in signals}
+    if args.json:
+        say_json({**asked.moment(time),
+                  "values": {signal.path: plain(value) for signal, value in values.items()}})
+        return 0
+    say(asked.timeline.told(time))
+    width = max(len(signal.path) for signal in signals)
+    for signal, value in values.items():
+        say(f"  {signal.path:{width}}  {asked.radixes.text(signal, value)}")
+    return 0
+
+
+def _table(args: argparse.Namespace) -> int:
+    asked = Asked.of(args)
+    signals = names.several(asked.wave, args.signals)
+    traces = [asked.wave.trace(signal) for signal in signals]
+    window = asked.timeline.window(args.start, args.end)
+    if args.json:
+        say_rows(({**asked.moment(time), "values": {
+            signal.path: plain(trace.value(row))
+            for signal, trace, row in zip(signals, traces, rows, strict=True)
+        }} for time, rows, _ in _changes(traces, *window)), None)
+        return 0
+    heads = names.heads(signals)
+    widths = [max(len(head), _widest(asked, signal, trace))
+              for head, signal, trace in zip(heads, signals, traces, strict=True)]
+    say(colour("  ".join([f"{'time':>12}", f"{'clk':>8}", *(
+        f"{head:>{width}}" for head, width in zip(heads, widths, strict=True))]), 1, sys.stdout))
+    for time, rows, changed in _changes(traces, *window):
+        cells = []
+        for place, row in enumerate(rows):
+            text = asked.radixes.text(signals[place], traces[place].value(row))
+            text = f"{text:>{widths[place]}}"
+            cells.append(text if changed[place] else colour(text, 2, sys.stdout))
+        clock = int(asked.timeline.clocks(time)) if len(asked.timeline.rises) else ""
+        say("  ".join([f"{asked.timeline.text(time):>12}", f"{clock:>8}", *cells]))
+    return 0
+
+
+def _changes(
+    traces: list[Trace], start: int, end: int
+) -> Iterator[tuple[int, list[int], list[bool]]]:
+    """Give each time of a change, the row of each trace, and which have changed."""
+    inside = [trace.times[(trace.times > start) & (trace.times <= end)] for trace in traces]
+    times = np.unique(np.concatenate([np.array([start]), *inside]))
+    last = [-2] * len(traces)
+    for block in range(0, len(times), BLOCK):
+        some = times[block:block + BLOCK]
+        rows = np.array([trace.rows(some) for trace in traces]).T
+        for time, row in zip(some.tolist(), rows.tolist(), strict=True):
+            yield time, row, [new != old for new, old in zip(row, last, strict=True)]
+            last = row
+
+
+def _widest(asked: Asked, signal: Signal, trace: Trace) -> int:
+    """Give the width of the widest value; numbers are as wide as their bits allow."""
+    texts = [asked.radixes.text(signal, word) for word in trace.words]
+    if signal.kind in ("bits", "signed"):
+        half = 1 << max(signal.bits - 1, 0)
+        texts += [asked.radixes.text(signal, half), asked.radixes.text(signal, 2 * half - 1)]
+    return max(map(len, texts), default=1)

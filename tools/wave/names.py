@@ -1,0 +1,113 @@
+"""Which signal is meant: a whole path, its end, or a pattern."""
+
+import difflib
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatchcase
+
+from ..console import UserError
+from .reader import Signal, Wave
+
+__all__ = ["heads", "matching", "one", "several"]
+
+DEEPEST = 16
+"""Parts of a path in which ends are looked for; beyond, signals have their whole path."""
+
+SHOWN = 6
+"""Names that an error tells at most."""
+
+
+def one(wave: Wave, name: str) -> Signal:
+    """Find the signal of that name.
+
+    The end of its path is enough, such as ``x.count``, if no other signal ends so. Where several
+    do, the one whose scope holds all the others is meant: the port of a design rather than those of
+    its parts.
+
+    Raises
+    ------
+    UserError
+        If there is none, or none that is meant above others.
+    """
+    wanted = _parts(name)
+    found = [signal for signal in wave.signals if signal.parts[-len(wanted):] == wanted]
+    if not found:
+        raise UserError(f"{wave.path} has no signal {name!r}{_near(wave, name)}")
+    highest = min(found, key=lambda signal: len(signal.parts))
+    scope = highest.parts[:-len(wanted)]
+    others = [signal for signal in found if signal.id != highest.id]
+    if all(len(other.parts) > len(highest.parts) and other.parts[:len(scope)] == scope
+           for other in others):
+        return highest
+    raise UserError(f"{name!r} is one of {_listed(signal.path for signal in found)}: "
+                    "say more of the path")
+
+
+def several(wave: Wave, names: Sequence[str]) -> list[Signal]:
+    """Find the signals of these names and patterns, in their order and each once.
+
+    Raises
+    ------
+    UserError
+        If one of them is not there.
+    """
+    found: dict[str, Signal] = {}
+    for name in names:
+        if _is_pattern(wave, name):
+            hits = matching(wave, name)
+            if not hits:
+                raise UserError(f"{wave.path} has no signal like {name!r}")
+            found |= {signal.path: signal for signal in hits}
+        else:
+            signal = one(wave, name)
+            found[signal.path] = signal
+    return list(found.values())
+
+
+def matching(wave: Wave, pattern: str) -> list[Signal]:
+    """Give the signals whose path, or the end of it, is like a pattern with ``*``, ``?``, ``[``."""
+    pattern = pattern.replace("\\", "")
+    return [signal for signal in wave.signals
+            if fnmatchcase(signal.path, pattern) or fnmatchcase(signal.path, f"*.{pattern}")]
+
+
+def heads(signals: list[Signal]) -> list[str]:
+    """Give each signal the shortest end of its path that no other here has."""
+    lengths = range(1, DEEPEST)
+    ends = Counter(signal.parts[-n:] for signal in signals for n in lengths
+                   if n < len(signal.parts))
+    return [".".join(next((signal.parts[-n:] for n in lengths if ends[signal.parts[-n:]] == 1),
+                          signal.parts)) for signal in signals]
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    return tuple(name.replace("\\", "").split("."))
+
+
+def _is_pattern(wave: Wave, name: str) -> bool:
+    """Say whether a name is a pattern. A bracket may also belong to the name of a signal."""
+    if re.search(r"[*?]", name):
+        return True
+    wanted = _parts(name)
+    return "[" in name and not any(
+        signal.parts[-len(wanted):] == wanted for signal in wave.signals)
+
+
+def _near(wave: Wave, name: str) -> str:
+    """Suggest signals that may be meant."""
+    last = _parts(name)[-1].lower()
+    # Amaranth numbers a second signal of the same name, count$3: who errs, errs in the first.
+    names = {signal.name.lower(): signal.path for signal in reversed(wave.signals)
+             if "$" not in signal.name}
+    near = difflib.get_close_matches(last, list(names), 3)
+    near += [known for known in names if last and last in known and known not in near]
+    if not near:
+        return f"; python -m tools.wave list {wave.path} shows what it has"
+    return f"; is it {_listed(names[known] for known in near)}?"
+
+
+def _listed(names: Iterable[str]) -> str:
+    listed = list(dict.fromkeys(names))
+    more = len(listed) - SHOWN
+    return ", ".join(listed[:SHOWN]) + (f" and {more} more" if more > 0 else "")

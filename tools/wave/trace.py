@@ -1,0 +1,157 @@
+"""What a signal does: one row a change, as arrays."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["UNKNOWN", "Kind", "Trace", "Value", "collect"]
+
+Kind = Literal["bits", "signed", "real", "text", "event"]
+"""How a signal is to be read. ``text`` has names for values, such as the states of a machine."""
+
+Value = int | float | str
+"""A value: a name, or the levels of bits of which one is not 0 or 1, are a `str`."""
+
+UNKNOWN = "x"
+"""What a signal is before its first change."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """The settled values of a signal.
+
+    Of several changes at one time only the last is kept, and only if it changes something.
+
+    Attributes
+    ----------
+    times : array of int64, shape (n,)
+        When it changes, in ticks of its wave; ascending.
+    numbers : array, shape (n,)
+        Values, where they are numbers: the smallest unsigned integers that hold them, Python's own
+        beyond 64 bits, or float64.
+    codes : array of int32, shape (n,)
+        Place of the value in `words`, or -1 where it is a number.
+    words : list of str
+        The values that are no numbers.
+    kind : Kind
+        How to read them.
+    bits : int
+        Width; 0 for what has none.
+    """
+
+    times: NDArray[np.int64]
+    numbers: NDArray
+    codes: NDArray[np.int32]
+    words: list[str]
+    kind: Kind
+    bits: int
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def named(self) -> bool:
+        """Whether its words are names, and not unknown levels of bits."""
+        return self.kind in ("text", "event")
+
+    @property
+    def unknown(self) -> NDArray[np.bool_]:
+        """Rows where a bit is neither 0 nor 1."""
+        return np.zeros(len(self), bool) if self.named else self.codes >= 0
+
+    def rows(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Give the row that holds at each time, -1 before the first."""
+        return np.searchsorted(self.times, times, side="right") - 1
+
+    def value(self, row: int) -> Value:
+        """Give the value of a row; before the first it is unknown."""
+        if row < 0:
+            return UNKNOWN
+        if self.codes[row] >= 0:
+            return self.words[self.codes[row]]
+        value = self.numbers[row]
+        return float(value) if self.kind == "real" else int(value)
+
+    def at(self, time: int) -> Value:
+        """Give the value that holds at a time."""
+        return self.value(int(np.searchsorted(self.times, time, side="right")) - 1)
+
+    def edges(self, *, rising: bool) -> NDArray[np.int64]:
+        """Give the times of changes of one bit from 0 to 1, or back. Unknown is neither."""
+        before, after = (0, 1) if rising else (1, 0)
+        known = self.codes < 0
+        low, high = known & (self.numbers == before), known & (self.numbers == after)
+        return self.times[1:][low[:-1] & high[1:]]
+
+
+def collect(
+    parts: Iterable[tuple[Sequence[int], Sequence[Value]]],
+    length: int,
+    *,
+    kind: Kind,
+    bits: int,
+    names: dict[int, str] | None = None,
+) -> Trace:
+    """Make a trace of all changes of a signal.
+
+    Parameters
+    ----------
+    parts : iterable of pairs of sequences
+        Times and values, in their order, some at a time.
+    length : int
+        How many there are.
+    kind : Kind
+        How to read them.
+    bits : int
+        Width.
+    names : dict of int to str, optional
+        Names of numbers.
+
+    Raises
+    ------
+    OverflowError
+        If a time has more than 63 bits.
+    """
+    table: dict[str, int] = {}
+    times, numbers = np.empty(length, np.int64), np.zeros(length, _shape(kind, bits))
+    codes = np.full(length, -1, np.int32)
+    done = 0
+    for new, values in parts:
+        part = slice(done, done := done + len(new))
+        times[part] = np.fromiter(new, np.int64, len(new))
+        if str in set(map(type, values)):
+            codes[part] = [table.setdefault(value, len(table)) if isinstance(value, str) else -1
+                           for value in values]
+            values = [0 if isinstance(value, str) else value for value in values]
+        numbers[part] = values
+    if names:
+        _name(numbers, codes, names, table)
+    settled = np.append(times[1:] != times[:-1], np.ones(min(length, 1), bool))
+    if not settled.all():
+        times, numbers, codes = times[settled], numbers[settled], codes[settled]
+    new = np.ones(len(times), bool)
+    if kind != "event":
+        new[1:] = (numbers[1:] != numbers[:-1]) | (codes[1:] != codes[:-1])
+    if not new.all():
+        times, numbers, codes = times[new], numbers[new], codes[new]
+    return Trace(times, numbers, codes, list(table), kind, bits)
+
+
+def _shape(kind: Kind, bits: int) -> type:
+    """Give the smallest type of array that holds the values: there may be millions."""
+    if kind == "real":
+        return np.float64
+    return next((shape for shape in (np.uint8, np.uint16, np.uint32, np.uint64)
+                 if bits <= np.iinfo(shape).bits), object)
+
+
+def _name(numbers: NDArray, codes: NDArray, names: dict[int, str], table: dict[str, int]) -> None:
+    """Put names in place of numbers that have one."""
+    for number in np.unique(numbers[codes < 0]).tolist():
+        if number in names:
+            rows = (numbers == number) & (codes < 0)
+            codes[rows] = table.setdefault(names[number], len(table))
+            numbers[rows] = 0
