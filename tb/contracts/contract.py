@@ -301,15 +301,17 @@ class Contract:
         """Find a state machine that begins with any code in a case with `upset`, as all does."""
         return self.state(path)
 
-    def leaves_unused_codes(self, path: str, *, shows: Bits, reached: Bug) -> None:
+    def leaves_unused_codes(self, path: str, *, fault: Bits, shows: Bits, reached: Bug) -> None:
         """Promise what every state machine does about an upset register.
 
         Parameters
         ----------
         path : str
             As in :meth:`state`.
+        fault : Value
+            Shows an upset, and nothing else.
         shows : Value
-            What there is to see of an upset: that it is shown, and that nothing is done.
+            What else there is to see of an upset: that nothing is done.
         reached : Bug
             One that gets to ``FAULT`` without an upset.
         """
@@ -323,7 +325,7 @@ class Contract:
                        then=state("FAULT"), bug=_HOLDS_A_CODE, upset=True)
             self.holds(f"{name}-shows-unused-codes",
                        "A code that no state has shows at once, and nothing is done in it.",
-                       when=state.is_unused(), then=shows, bug=_SHOWN_LATE, upset=True)
+                       when=state.is_unused(), then=fault & shows, bug=_SHOWN_LATE, upset=True)
         self.holds(f"{name}-reset-leaves-any-code", "Reset ends any code, FAULT among them.",
                    when=known & was_reset, then=state.register == state.register.init,
                    bug=_IGNORES_RESET, upset=True)
@@ -331,10 +333,12 @@ class Contract:
                    when=known & self.past(state("FAULT")) & ~was_reset, then=state("FAULT"),
                    bug=_FAULT_PASSES, upset=True)
         self.holds(f"{name}-fault-shows", "FAULT is shown, and nothing is done in it.",
-                   when=state("FAULT"), then=shows, bug=_FAULT_HIDDEN, upset=True)
+                   when=state("FAULT"), then=fault & shows, bug=_FAULT_HIDDEN, upset=True)
         self.always(f"{name}-codes-in-use", "No input leads to FAULT or to an unused code.",
                     ~state("FAULT") & ~state.is_unused(),
                     seen=state.register != state.register.init, bug=reached)
+        self.always(f"{name}-no-false-alarm", "No fault shows unless the register was upset.",
+                    ~fault, seen=state.register != state.register.init, bug=_FALSE_ALARM)
 
 
 _HOLDS_A_CODE = Bug(fsm, "fsm.state > last", "fsm.state > last + 1")
@@ -343,6 +347,7 @@ _IGNORES_RESET = Bug(fsm, 'fsm_extract="no")', 'fsm_extract="no"); fsm.state._re
 
 _SHOWN = "return upset | fsm.ongoing(fault)"
 _SHOWN_LATE = Bug(fsm, _SHOWN, "return fsm.ongoing(fault)")
+_FALSE_ALARM = Bug(fsm, _SHOWN, "return fsm.state >= last - 1")
 _FAULT_HIDDEN = Bug(fsm, _SHOWN, "return upset")
 _FAULT_PASSES = Bug(fsm, _SHOWN, "with m.If(fsm.ongoing(fault)):\n"
                     f"        m.d.sync += fsm.state.eq(0)\n    {_SHOWN}")

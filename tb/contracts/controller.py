@@ -114,9 +114,15 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                  bug=Bug(controller, "automatic.moved.eq(drivers.moved)",
                          "automatic.moved.eq(automatic.step)"))
         c.holds(f"shows-{name}", f"The count shown is what the coils of {name} have done.",
-                when=(pins.select == index + 1) & (pins.count != 0), then=pins.count == now,
+                when=(pins.select == index + 1) & (now != 0), then=pins.count == now,
                 bug=Bug(controller, "automatic.select.eq(self.select)",
                         "automatic.select.eq(self.select ^ self.mode)"))
+
+    main = inside("automatic.main.count")
+    c.holds("shows-main", "The main count is shown by choice 0.",
+            when=(pins.select == 0) & (main != 0), then=pins.count == main,
+            bug=Bug(controller, "automatic.select.eq(self.select)",
+                    "automatic.select.eq(self.select ^ self.mode)"))
 
     c.holds("reset-moves-nothing", "A reset changes no coil.", when=was_reset,
             then=_all(now == before for now, before in zip(pins.coils, words, strict=True)),

@@ -124,7 +124,7 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
                                          "(copy.data & here).any()"))
     watch_search(c, dut, down=down, at=(at_row, at_column), centre=(centre_row, centre_column))
     c.leaves_unused_codes(
-        "coordinates_state", shows=dut.fault & ~orders.valid & ~dut.busy,
+        "coordinates_state", fault=dut.fault, shows=~orders.valid & ~dut.busy,
         reached=Bug(coordinates, 'm.next = "COPY"', 'm.next = "FAULT"'))
 
 

@@ -20,6 +20,13 @@ def describe(c: Contract, dut: Debouncer) -> None:
     c.holds("starts-low", "All levels are low at power-up.", when=~c.past(1), then=dut.o == 0,
             bug=Bug(debounce, "level = Signal(self.width, reset_less=True)",
                     "level = Signal(self.width, reset_less=True, init=1)"))
+    age = c.keep(range(dut.period + 1), name="age")
+    with c.m.If(age < dut.period):
+        c.m.d.sync += age.eq(age + 1)
+    c.holds("first-period-is-none", "The period of power-up is not counted: nothing changes in it.",
+            when=(age < dut.period) | c.past(age < dut.period), then=dut.o == 0,
+            bug=Bug(debounce, "differs = Signal(self.width, reset_less=True)",
+                    "differs = Signal(self.width, reset_less=True, init=1)"))
     c.always("long-always-passes", "No input differs from its level for more than two periods.",
              so_far + differs <= 2 * dut.period, seen=so_far + differs == 2 * dut.period,
              bug=Bug(debounce, "differs.eq(~0)", "differs.eq(0)"))
@@ -45,6 +52,10 @@ def describe(c: Contract, dut: Debouncer) -> None:
         c.always("count-in-range", "The divider counts from 1 - period up to 0.",
                  (count <= 0) & (count >= 1 - dut.period), seen=count == 0,
                  bug=Bug(divider, "with m.If(self.tick | self.clear):", "with m.If(self.clear):"))
+    c.always("age-is-the-count", "Until the first tick no input is marked.",
+             (age == dut.period) | ((since == age) & ~c.signal("differs").any()), seen=age == 1,
+             bug=Bug(debounce, "differs = Signal(self.width, reset_less=True)",
+                     "differs = Signal(self.width, reset_less=True, init=1)"))
     c.holds("mark-is-a-period", "An input that is marked has differed since the last tick.",
             when=marked, then=so_far >= since,
             bug=Bug(debounce, "differs.eq(differs & still)", "differs.eq(differs | still)"))

@@ -31,6 +31,21 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
             & (steps == c.past(moves.p.steps)),
             bug=Bug(order_control, "steps.eq(self.moves.p.steps)",
                     "steps.eq(self.moves.p.steps - 1)"))
+    c.holds("move-stays", "A movement keeps its axes and steps to its end.",
+            when=c.past(state("MOVING") & ~reset),
+            then=(axes == c.past(axes)) & (steps == c.past(steps)),
+            bug=Bug(order_control, "m.d.comb += divider.enable.eq(1)",
+                    "m.d.comb += divider.enable.eq(1); m.d.sync += steps.eq(self.moves.p.steps)"))
+    c.holds("direction-holds", "The direction stays from one move to the next.",
+            when=c.past(~(moves.valid & moves.ready) & ~reset),
+            then=orders.direction == c.past(orders.direction),
+            bug=Bug(order_control, "m.d.sync += axes.eq(0)",
+                    "m.d.sync += [axes.eq(0), self.direction.eq(0)]"))
+    c.holds("direction-of-the-move", "A step has the direction of its move.",
+            when=c.past(taken & ~reset),
+            then=orders.direction == c.past(moves.p.direction),
+            bug=Bug(order_control, "self.direction.eq(self.moves.p.direction)",
+                    "self.direction.eq(self.moves.p.direction | 4)"))
     c.holds("begins-at-0", "A movement counts from 0.",
             when=c.past(taken & ~reset), then=count == 0,
             bug=Bug(order_control, "m.d.comb += self.clear.eq(1)",
@@ -74,6 +89,9 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
         c.m.d.sync += asked.eq(0)
     with c.m.Elif(asked < period):
         c.m.d.sync += asked.eq(asked + 1)
+    c.holds("over-at-once", "When the steps are made, the last one was made just now.",
+            when=state("MOVING") & (count >= steps), then=asked == 0,
+            bug=Bug(order_control, 'm.next = "CLEAR"', 'm.next = "MOVING"'))
     if period > 1:
         c.holds("pace", "A step is asked for `period` clocks after the last one or the start.",
                 when=step.any(), then=asked == period - 1,
@@ -108,16 +126,6 @@ def describe(c: Contract, dut: OrderControl) -> None:
             then=state("REST"),
             bug=Bug(order_control, "self.moves.valid & self.moves.p.axes.any()",
                     "self.moves.valid"))
-    c.holds("direction-holds", "The direction stays from one move to the next.",
-            when=c.past(~(dut.moves.valid & dut.moves.ready) & ~c.rst),
-            then=dut.direction == c.past(dut.direction),
-            bug=Bug(order_control, "m.d.sync += axes.eq(0)",
-                    "m.d.sync += [axes.eq(0), self.direction.eq(0)]"))
-    c.holds("direction-of-the-move", "A step has the direction of its move.",
-            when=c.past(dut.moves.valid & dut.moves.ready & dut.moves.p.axes.any() & ~c.rst),
-            then=dut.direction == c.past(dut.moves.p.direction),
-            bug=Bug(order_control, "self.direction.eq(self.moves.p.direction)",
-                    "self.direction.eq(self.moves.p.direction | 4)"))
     c.holds("asks-again", "A step that is refused is asked for again at the next tick.",
             when=state("MOVING") & (dut.count < c.signal("steps")) & c.signal("divider.tick"),
             then=dut.step == c.signal("axes"),
@@ -128,7 +136,7 @@ def describe(c: Contract, dut: OrderControl) -> None:
             bug=Bug(order_control, 'with m.FSM(name="order_state") as fsm:',
                     'with m.FSM(name="order_state", init="CLEAR") as fsm:'))
     c.leaves_unused_codes(
-        "order_state", shows=dut.fault & ~dut.step.any() & ~dut.moves.ready & ~dut.clear,
+        "order_state", fault=dut.fault, shows=~dut.step.any() & ~dut.moves.ready & ~dut.clear,
         reached=Bug(order_control, 'm.next = "REST"', 'm.next = "FAULT"'))
 
 

@@ -58,6 +58,13 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
     c.always("used-is-seen", "A start that was taken is remembered until it falls.",
              ~used | c.signal("started"), seen=used,
              bug=Bug(sequencer, "started = Signal(reset_less=True)", "started = Signal()"))
+    spent = c.keep(1, name="spent")
+    c.m.d.sync += spent.eq(dut.start & (spent | (dut.ready & ~c.rst) | ~state("REST")))
+    c.always("start-used-up",
+             "A start is used up where it is taken or comes on the way, and not while it is held.",
+             started == spent, seen=spent & dut.ready,
+             bug=Bug(sequencer, "counts = (self.ready & ~ResetSignal()) | ~resting",
+                     "counts = self.ready | ~resting"))
     c.holds("level-once", "A start that stays high is taken once, whatever resets there are.",
             when=used & dut.start & state("REST"),
             then=~taken, bug=Bug(sequencer, "self.start & (started | counts)", "0"))
@@ -233,7 +240,7 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
             bug=Bug(sequencer, 'm.FSM(name="motion_state")',
                     'm.FSM(name="motion_state", init="DECIDE")'))
     c.leaves_unused_codes(
-        "motion_state", shows=~dut.ready & ~moves.valid & dut.error & dut.fault,
+        "motion_state", fault=dut.fault, shows=~dut.ready & ~moves.valid & dut.error,
         reached=Bug(sequencer, 'm.next = "DECIDE"', 'm.next = "FAULT"'))
 
 

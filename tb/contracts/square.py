@@ -60,7 +60,7 @@ def describe(c: Contract, dut: SquareGenerator) -> None:
              Mux(dut.busy, state("SIDE-1", "SIDE-2", "SIDE-3", "SIDE-4")
                  & (state.register - 1 == corner), 1), seen=corner == 3,
              bug=Bug(square, '("SIDE-1", [far_x], "SIDE-2")', '("SIDE-1", [far_x], "SIDE-3")'))
-    c.leaves_unused_codes("square_state", shows=dut.fault & ~dut.busy & ~orders.valid,
+    c.leaves_unused_codes("square_state", fault=dut.fault, shows=~dut.busy & ~orders.valid,
                           reached=Bug(square, '("SIDE-4", [], "IDLE")', '("SIDE-4", [], "FAULT")'))
 
 

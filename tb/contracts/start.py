@@ -64,7 +64,7 @@ def describe(c: Contract, dut: StartHandshake) -> None:
             when=c.past(c.rst), then=state("WAIT-READY") & ~dut.start,
             bug=Bug(start, 'm.FSM(name="handshake_state")',
                     'm.FSM(name="handshake_state", init="START")'))
-    c.leaves_unused_codes("handshake_state", shows=dut.fault & ~dut.start & ~orders.ready,
+    c.leaves_unused_codes("handshake_state", fault=dut.fault, shows=~dut.start & ~orders.ready,
                           reached=Bug(start, 'm.next = "MOVING"', 'm.next = "FAULT"'))
 
 

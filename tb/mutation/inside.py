@@ -8,10 +8,8 @@ part are made there too. What the part assumes of its inputs the machine has to 
 from collections.abc import Callable
 from typing import Any
 
-from fresa.motion import MotionSequencer
-
 from ..contracts import COMPONENTS
-from ..contracts.contract import Bits, Bug, Contract, State
+from ..contracts.contract import Bits, Contract, State
 
 __all__ = ["keep_inside"]
 
@@ -60,12 +58,12 @@ class _Inside:
     def any_code(self, path: str) -> State:
         return self._whole.any_code(self._at(path))
 
-    def leaves_unused_codes(self, path: str, *, shows: Bits, reached: Bug) -> None:
-        Contract.leaves_unused_codes(self, path, shows=shows, reached=reached)  # type: ignore
+    def leaves_unused_codes(self, path: str, **promise: Any) -> None:
+        Contract.leaves_unused_codes(self, path, **promise)  # type: ignore
 
 
 def keep_inside(whole: Contract, path: str, mode: Bits) -> None:
-    """Let a sequencer inside a machine keep its contract.
+    """Let what a controller has inside keep its contract: the sequencer, and manual control.
 
     Parameters
     ----------
@@ -77,9 +75,17 @@ def keep_inside(whole: Contract, path: str, mode: Bits) -> None:
         1 in automatic mode; in manual mode the sequencer is held in reset.
     """
     prefix = f"{path}." if path else ""
+    _keep("manual", _Inside(whole, f"{prefix}manual", whole.rst))
     inside = _Inside(whole, f"{prefix}sequencer", whole.rst | ~mode)
-    describe: Callable[[Any, MotionSequencer], None] = COMPONENTS["sequencer"].describe
-    describe(inside, inside.part(""))
+    _keep("sequencer", inside)
     order = whole.state(f"{prefix}automatic.orders.order_state")
     inside.always("under-way-by-order", "What moves was ordered.",
                   inside.kept["under_way"] | order("REST", "FAULT"), seen=order("MOVING"), bug=())
+    moves = inside.part("").moves
+    inside.always("taken-at-once", "A move is offered when it can be taken.",
+                  ~moves.valid | moves.ready | order("FAULT"), seen=moves.valid, bug=())
+
+
+def _keep(name: str, inside: _Inside) -> None:
+    describe: Callable[[Any, Any], None] = COMPONENTS[name].describe
+    describe(inside, inside.part(""))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from .formula import NO, YES, Unrolled
 from .lanes import Lanes
-from .netlist import TRUE, MutationError, Netlist
+from .netlist import TRUE, MutationError, Netlist, Promised
 
 __all__ = ["Judge", "Verdict", "by_chance"]
 
@@ -81,7 +81,7 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
     episodes += [(always, (), None, 250) for _ in range(max(1, clocks // 250))]
     if upset:
         episodes += [(upset, (flops, code), None, 12)
-                     for flops in netlist.machines for code in range(1 << len(flops))]
+                     for flops in netlist.upsets for code in range(1 << len(flops))]
     for kept, start, rows, length in episodes:
         if not left:
             break
@@ -279,7 +279,9 @@ class Judge:
 
     def equivalent(self, number: int) -> bool:
         """Prove that from power-up no pin ever shows a mutant, and no upset lets it show soon."""
-        return self._equal_for_ever(number) and self._equal_after_upsets(number)
+        return self._equal_for_ever(number, self._always) and (
+            not self._upset or self._equal_for_ever(number, self._upset)
+            or self._equal_after_upsets(number))
 
     def _offered(self) -> dict[int, int]:
         """Return by each bit of a payload the net that says that it is offered.
@@ -293,40 +295,68 @@ class Judge:
                 if (valid := name.removesuffix("payload") + "valid") in outputs
                 and name.endswith("payload") for net in bits if net not in others}
 
-    def _equal_for_ever(self, number: int) -> bool:
-        """Find flip-flops that are always as in the original, by induction; then see the pins."""
+    def _equal_for_ever(self, number: int, promises: Sequence[Promised]) -> bool:
+        """Find by induction which flip-flops are as in the original; then see the pins.
+
+        Some always are. Others, such as the goal of a move, are so only in those states of a state
+        machine in which they matter. The promises are proved of the component as it is.
+        """
         u = self._from("anywhere", 2)
         f, netlist = u.formulas, self.netlist
-        # What is proved of the component as it is may be relied on.
         known = f.all_of([*(u.at(clock, promise.kept) for clock in range(2)
-                            for promise in self._always),
+                            for promise in promises),
                           *(u.at(clock, net) for clock in range(2) for net in netlist.assumed)])
         outputs = [net for bits in netlist.outputs.values() for net in bits]
-        offered = self._offered()
+        offered, states = self._offered(), self._states(u)
         other: dict[int, int] = {}
-        while True:
-            now, = u.mutant(number, 1, other)
-            unequal = [flop for flop in netlist.flops
-                       if flop.q not in other and flop.d in now]
-            pins = [net for net in outputs if net in now]
-            differ = [f.differ(u.at(0, flop.d), now[flop.d]) for flop in unequal]
+        same_in: dict[int, set[int]] = {}
+        until = time.monotonic() + 3 * self._seconds
+        while time.monotonic() < until:
+            begin = {q: f.choose(free, u.at(0, q),
+                                 f.any_of(states[state][0] for state in sorted(same_in[q])))
+                     for q, free in other.items()}
+            now, = u.mutant(number, 1, begin)
+            # Where it would differ: a flip-flop at all, or in one state, or a pin.
+            differ: dict[tuple[int, int | None], int] = {}
+            for flop in netlist.flops:
+                if flop.d not in now:
+                    continue
+                changed = f.differ(u.at(0, flop.d), now[flop.d])
+                if flop.q not in other:
+                    differ[flop.q, None] = changed
+                else:
+                    for state in same_in[flop.q]:
+                        differ[flop.q, state] = f.both(changed, states[state][1])
             shows = [f.both(f.differ(u.at(0, net), now[net]), u.at(0, offered.get(net, TRUE)))
-                     for net in pins]
-            values = f.solve(f.both(known, f.any_of(differ + shows)), [*differ, *shows],
-                             seconds=self._seconds)
+                     for net in outputs if net in now]
+            values = f.solve(f.both(known, f.any_of([*differ.values(), *shows])),
+                             [*differ.values(), *shows], seconds=self._seconds)
             if values is False:
                 return True
-            if values is None:
-                return False
-            found = [flop for flop, item in zip(unequal, differ, strict=True) if values[item]]
+            found = [key for key, item in differ.items() if values and values[item]]
             if not found:
                 return False
-            for flop in found:
-                other[flop.q] = f.variable()
+            for q, state in found:
+                if state is None:
+                    other[q] = f.variable()
+                    same_in[q] = set(range(len(states)))
+                else:
+                    same_in[q].discard(state)
+        return False
+
+    def _states(self, u: Unrolled) -> list[tuple[int, int]]:
+        """Return of every code of every state machine whether it is now, and whether it is next."""
+        f, made = u.formulas, []
+        for places in self.netlist.machines:
+            flops = [self.netlist.flops[place] for place in places]
+            for code in range(1 << len(flops)):
+                now, after = (f.all_of(u.at(0, net) ^ 1 ^ (code >> bit & 1)
+                                       for bit, net in enumerate(nets))
+                              for nets in ([flop.q for flop in flops], [flop.d for flop in flops]))
+                made.append((now, after))
+        return made
 
     def _equal_after_upsets(self, number: int) -> bool:
-        if not self._upset:
-            return True
         u = self._from("upset", UPSET)
         f = u.formulas
         changed = u.mutant(number, UPSET)

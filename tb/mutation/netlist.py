@@ -163,6 +163,8 @@ class Netlist:
         Net that is 1 where every state machine begins where it does, or in a code of an upset.
     machines : list of list of int
         Places of the flip-flops of each state machine, the lowest bit first.
+    upsets : list of list of int
+        Those of them that an upset may leave at any code.
     """
 
     gates: list[Gate]
@@ -175,6 +177,7 @@ class Netlist:
     assumed: list[int]
     start: int
     machines: list[list[int]]
+    upsets: list[list[int]]
 
 
 class _Whole(Contract):
@@ -206,6 +209,11 @@ class _Whole(Contract):
         self._upset = False
         if upset:
             self.about_upsets.add(name)
+
+    def state(self, path: str) -> State:
+        state = super().state(path)
+        state.register.attrs["of_a_machine"] = 1
+        return state
 
     def any_code(self, path: str) -> State:
         state = super().any_code(path)
@@ -365,9 +373,10 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[s
     # on its own output. So this is read from the netlist without mutants.
     before = {f"$flatten\\dut.{name}" if name.startswith("$") else f"dut.{name}": cell
               for name, cell in inside["cells"].items()}
-    inits, machines = _power_up(inside)
-    own_inits, _ = _power_up(module)
-    frees = {bit for bits in machines for bit in bits}
+    inits, machines, upset = _power_up(inside)
+    own_inits, *_ = _power_up(module)
+    frees = {bit for bits in upset for bit in bits}
+    states = {bit for bits in machines for bit in bits}
     gates, flops, promises, assumed, start = [], [], [], [], TRUE
     places: dict = {}
     extra = len(net)
@@ -389,9 +398,9 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[s
             at_start, free = (inits, frees) if known else (own_inits, set())
             for bit, d, q in zip((known or cell)["connections"]["Q"], port["D"], port["Q"],
                                  strict=True):
-                if bit in free:
+                if known and bit in states:
                     places[bit] = len(flops)
-                flops.append(Flop(net[q], net[d], at_start.get(bit, 0), bit in places))
+                flops.append(Flop(net[q], net[d], at_start.get(bit, 0), bit in free))
         elif kind in ("$assert", "$assume"):
             said = name.partition("promise:")[2]
             kept = at_least(net[port["A"][0]], net[port["EN"][0]])
@@ -410,21 +419,24 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[s
     return Netlist(_in_order(gates, sources), flops, made,
                    {name: bits(wire) for name, wire in pins[Out].items()},
                    mutants, switches, promises, assumed, start,
-                   [[places[bit] for bit in bits] for bits in machines])
+                   *([[places[bit] for bit in bits] for bits in registers]
+                     for registers in (machines, upset)))
 
 
-def _power_up(module: Mapping) -> tuple[dict, list[tuple]]:
-    """Return the levels at power-up, and the registers of state machines."""
-    inits, machines = {}, {}
+def _power_up(module: Mapping) -> tuple[dict, list[tuple], list[tuple]]:
+    """Return the levels at power-up, the registers of state machines, and those with upsets."""
+    inits, machines, upsets = {}, {}, {}
     for wire in module["netnames"].values():
         attributes = wire.get("attributes", {})
         if "init" in attributes:
             for bit, level in zip(wire["bits"], reversed(attributes["init"]), strict=False):
                 if level in "01":
                     inits[bit] = int(level)
-        if "any_at_start" in attributes:
+        if "of_a_machine" in attributes:
             machines[tuple(wire["bits"])] = None
-    return inits, list(machines)
+        if "any_at_start" in attributes:
+            upsets[tuple(wire["bits"])] = None
+    return inits, list(machines), list(upsets)
 
 
 def _in_order(gates: Sequence[Gate], sources: set[int]) -> list[Gate]:

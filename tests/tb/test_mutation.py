@@ -7,7 +7,7 @@ import random
 
 import pytest
 from amaranth import Module, Signal
-from amaranth.lib import wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.motion import StartHandshake, start
@@ -187,6 +187,54 @@ class TestVerdicts:
         assert [judge.verdict(number, None).contract for number in range(len(ways_out))] == [
             "broken"]
         assert not judge.equivalent(0)
+
+
+class Post(wiring.Component):
+    """Takes a word and offers it; what it shows of the word at other times means nothing."""
+
+    go: In(1)
+    word: In(2)
+    out: Out(stream.Signature(2))
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        kept = Signal(2)
+        m.d.comb += self.out.payload.eq(kept)
+        with m.FSM(name="post_state"):
+            with m.State("REST"):
+                with m.If(self.go):
+                    m.d.sync += kept.eq(self.word)
+                    m.next = "OFFER"
+            with m.State("OFFER"):
+                m.d.comb += self.out.valid.eq(1)
+                with m.If(self.out.ready):
+                    m.next = "REST"
+        return m
+
+
+class TestEquivalence:
+    @staticmethod
+    def describe(c: Contract, dut: Post) -> None:
+        c.always("offers", "It says when.", dut.out.valid == c.state("post_state")("OFFER"),
+                 seen=dut.go, bug=NO_BUG)
+
+    def test_is_what_no_reader_of_the_stream_can_see(self):
+        """Also where a register differs, but only in a state in which it means nothing."""
+        mutable = Mutable(Component(make=lambda: Post(), describe=self.describe), Post())
+        netlist = mutable.netlist(mutable.mutants)
+        judge, every = Judge(netlist, 12), range(len(netlist.mutants))
+        assert judge.proves()
+        right, *others = shown(netlist, every, rows_of(netlist, 2000))
+        names = [name for name, bits in netlist.outputs.items() for _ in bits]
+        valid = names.index("out_valid")
+
+        def seen(levels):
+            return [[row[valid], *([*row] if row[valid] else [])] for row in levels]
+
+        hidden = [number for number in every if seen(others[number]) == seen(right)]
+        assert [number for number in every if judge.equivalent(number)] == hidden
+        # Some of them show at other times.
+        assert any(others[number] != right for number in hidden)
 
 
 @slow
