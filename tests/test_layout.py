@@ -13,8 +13,8 @@ ROOMS = {  # what each may import beside the standard library and itself
     "hdl/fresa": {"amaranth"},
     "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
     "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
-    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa", "fresa_boards",
-              "tb"},
+    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa",
+              "fresa_boards", "tb"},
 }
 
 
