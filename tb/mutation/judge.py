@@ -49,8 +49,10 @@ class Verdict:
 
 
 def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
-              stimulus: Sequence[Sequence[int]] = ()) -> dict[int, int]:
+              stimulus: Sequence[Sequence[int]] = ()) -> tuple[dict[int, int], set[int]]:
     """Look for promises that mutants break, with a stimulus and then with chance.
+
+    What shows at the pins is noted too: such a mutant is surely not equivalent.
 
     Parameters
     ----------
@@ -67,8 +69,10 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
 
     Returns
     -------
-    dict of int to int
+    found : dict of int to int
         The clock of the run in which each of those found broke a promise.
+    shown : set of int
+        Those that showed at a pin, of the others.
     """
     rng = random.Random(seed)
     found: dict[int, int] = {}
@@ -76,7 +80,9 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
     always = [promise.kept for promise in netlist.promises]
     upset = [promise.kept for promise in netlist.promises if promise.upset]
     if not always:
-        return found
+        return found, set()
+    outputs = [net for bits in netlist.outputs.values() for net in bits]
+    offered, shown = _offered(netlist), set()
     episodes: list = [(always, (), stimulus, len(stimulus))]
     episodes += [(always, (), None, 250) for _ in range(max(1, clocks // 250))]
     if upset:
@@ -85,19 +91,20 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
     for kept, start, rows, length in episodes:
         if not left:
             break
-        lanes = Lanes(netlist, left, [*kept, *netlist.assumed])
+        lanes = Lanes(netlist, left, [*kept, *outputs, *netlist.assumed])
+        pins = slice(len(kept), len(kept) + len(outputs))
         if start:
             for place, flop in enumerate(start[0]):
                 lanes.state[flop] = lanes.every if start[1] >> place & 1 else 0
         chance = _Chance(netlist, rng, lanes.every)
-        alive = lanes.every
+        alive, visible = lanes.every, 0
         for clock in range(length):
             if rows is not None:
                 inputs = [lanes.every if bit else 0 for bit in rows[clock]]
                 state, seen = lanes.look(inputs)
             else:
-                state, seen = chance.look(lanes, len(kept))
-            for used in seen[len(kept):]:
+                state, seen = chance.look(lanes, pins.stop)
+            for used in seen[pins.stop:]:
                 alive &= used
             if not alive & 1:  # not even the component as it is may be treated like this
                 break
@@ -111,9 +118,28 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
                 for place, number in enumerate(lanes.mutants, start=1):
                     if broken >> place & 1:
                         found[number] = clock
+            levels = dict(zip(outputs, seen[pins], strict=True)) if not start else {}
+            for net, level in levels.items():
+                if net not in offered or levels[offered[net]] & 1:
+                    visible |= alive & (level ^ (lanes.every if level & 1 else 0))
             lanes.state = state
+        shown |= {number for place, number in enumerate(lanes.mutants, start=1)
+                  if visible >> place & 1}
         left = [number for number in left if number not in found]
-    return found
+    return found, shown - set(found)
+
+
+def _offered(netlist: Netlist) -> dict[int, int]:
+    """Return by each bit of a payload the net that says that it is offered.
+
+    What a stream shows while it offers nothing is seen by nobody.
+    """
+    outputs = netlist.outputs
+    others = {net for name, bits in outputs.items() if not name.endswith("payload")
+              for net in bits}
+    return {net: outputs[valid][0] for name, bits in outputs.items()
+            if (valid := name.removesuffix("payload") + "valid") in outputs
+            and name.endswith("payload") for net in bits if net not in others}
 
 
 class _Chance:
@@ -158,8 +184,6 @@ class Judge:
     ----------
     netlist : Netlist
         All of it.
-    depth : int
-        Clocks from power-up to look for a promise that breaks.
     seconds : float
         Time for one question.
     enough : mapping of int to int, optional
@@ -167,9 +191,9 @@ class Judge:
         component as it is. :meth:`proves` finds them.
     """
 
-    def __init__(self, netlist: Netlist, depth: int, seconds: float = 10,
+    def __init__(self, netlist: Netlist, seconds: float = 10,
                  enough: Mapping[int, int] | None = None) -> None:
-        self.netlist, self.depth, self._seconds = netlist, depth, seconds
+        self.netlist, self._seconds = netlist, seconds
         self._always = list(netlist.promises)
         self._upset = [promise for promise in netlist.promises if promise.upset]
         self._unrolled: dict[tuple[str, int], Unrolled] = {}
@@ -191,19 +215,27 @@ class Judge:
                 return False
         return self.unproved(None) == ""
 
-    def verdict(self, number: int, bench: int | None) -> Verdict:
-        """Say what becomes of a mutant of which it is known when a bench found it, if one did."""
+    def verdict(self, number: int, bench: int | None, *, shown: bool = False) -> Verdict:
+        """Say what becomes of a mutant.
+
+        Parameters
+        ----------
+        number : int
+            The mutant.
+        bench : int or None
+            When a bench found it, if one did.
+        shown : bool
+            It has been seen at a pin, so that it is not equivalent.
+        """
         began = time.monotonic()
         verdict = Verdict(bench=bench)
-        if bench is None and self.equivalent(number):
-            verdict.equivalent = True
-        elif promise := self.unproved(number):
-            verdict.contract, verdict.promise = "unproved", promise
-            # Nothing has shown it yet: look for what does.
-            if bench is None and (promise := self.broken(number, self.depth)):
-                verdict.contract, verdict.promise = "broken", promise
-        elif promise := self.broken(number, LONGEST):
+        unproved = self.unproved(number)
+        if (bench is None or not unproved) and (promise := self.broken(number, LONGEST)):
             verdict.contract, verdict.promise = "broken", promise
+        elif bench is None and not shown and self.equivalent(number):
+            verdict.equivalent = True
+        elif unproved:
+            verdict.contract, verdict.promise = "unproved", unproved
         verdict.seconds = round(time.monotonic() - began, 3)
         return verdict
 
@@ -283,18 +315,6 @@ class Judge:
             not self._upset or self._equal_for_ever(number, self._upset)
             or self._equal_after_upsets(number))
 
-    def _offered(self) -> dict[int, int]:
-        """Return by each bit of a payload the net that says that it is offered.
-
-        What a stream shows while it offers nothing is seen by nobody.
-        """
-        outputs = self.netlist.outputs
-        others = {net for name, bits in outputs.items() if not name.endswith("payload")
-                  for net in bits}
-        return {net: outputs[valid][0] for name, bits in outputs.items()
-                if (valid := name.removesuffix("payload") + "valid") in outputs
-                and name.endswith("payload") for net in bits if net not in others}
-
     def _equal_for_ever(self, number: int, promises: Sequence[Promised]) -> bool:
         """Find by induction which flip-flops are as in the original; then see the pins.
 
@@ -307,10 +327,10 @@ class Judge:
                             for promise in promises),
                           *(u.at(clock, net) for clock in range(2) for net in netlist.assumed)])
         outputs = [net for bits in netlist.outputs.values() for net in bits]
-        offered, states = self._offered(), self._states(u)
+        offered, states = _offered(self.netlist), self._states(u)
         other: dict[int, int] = {}
         same_in: dict[int, set[int]] = {}
-        until = time.monotonic() + 3 * self._seconds
+        until = time.monotonic() + self._seconds / 2
         while time.monotonic() < until:
             begin = {q: f.choose(free, u.at(0, q),
                                  f.any_of(states[state][0] for state in sorted(same_in[q])))
@@ -360,7 +380,7 @@ class Judge:
         u = self._from("upset", UPSET)
         f = u.formulas
         changed = u.mutant(number, UPSET)
-        offered = self._offered()
+        offered = _offered(self.netlist)
         used, shown = u.at(0, self.netlist.start), NO
         for clock in range(UPSET):
             for net in self.netlist.assumed:

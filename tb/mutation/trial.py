@@ -48,6 +48,8 @@ class Trial:
         See :class:`~tb.mutation.judge.Judge`.
     benched : dict of int to int
         Mutants that a bench found, by their numbers, and in which clock.
+    shown : set of int
+        Those that chance has shown at a pin.
     verdicts : dict of int to Verdict
         Those of which all is known.
     """
@@ -57,6 +59,7 @@ class Trial:
     bench: str
     enough: dict[int, int] = field(default_factory=dict)
     benched: dict[int, int] = field(default_factory=dict)
+    shown: set[int] = field(default_factory=set)
     verdicts: dict[int, Verdict] = field(default_factory=dict)
 
     @property
@@ -117,7 +120,7 @@ def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
     trial = Trial(name, netlist, bench.name if bench else "")
     if not checked:
         return trial
-    own = Judge(netlist, COMPONENTS[name].depth, seconds=60)
+    own = Judge(netlist, seconds=60)
     if not own.proves():
         raise MutationError("its contract is not proved, with the parameters of its bench")
     trial.enough = own.enough
@@ -132,7 +135,8 @@ def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
                           scan_bits=monitor.scan_bits, z_travel=controller.z_travel)
         left = [number for number in every if number not in trial.benched]
         trial.benched |= run_model(model, netlist, left, seed, MODEL)
-    for number in by_chance(netlist, every, seed, CHANCE, rows):
+    broken, trial.shown = by_chance(netlist, every, seed, CHANCE, rows)
+    for number in broken:
         trial.verdicts[number] = Verdict("broken", bench=trial.benched.get(number))
     return trial
 
@@ -143,9 +147,10 @@ def judge(trial: Trial, numbers: list[int]) -> dict[int, Verdict]:
     key = hashlib.sha256(repr((trial.name, trial.netlist.gates, trial.enough)).encode()).digest()
     if key not in _judges:
         _judges.clear()
-        _judges[key] = Judge(trial.netlist, COMPONENTS[trial.name].depth, enough=trial.enough)
+        _judges[key] = Judge(trial.netlist, enough=trial.enough)
     judge = _judges[key]
-    return {number: judge.verdict(number, trial.benched.get(number)) for number in numbers}
+    return {number: judge.verdict(number, trial.benched.get(number),
+                                  shown=number in trial.shown) for number in numbers}
 
 
 _judges: dict[bytes, Judge] = {}
