@@ -23,7 +23,8 @@ from .boards import nexys2_mill
 from .engines import Engine
 from .plant import Plant
 
-__all__ = ["BUTTON", "LED", "Cut", "mill_picture", "press", "ready_to_mill", "run_job"]
+__all__ = ["AUTOMATIC", "BUTTON", "DEBOUNCE", "LED", "SETTLE", "Cut", "mill_picture", "press",
+           "ready_to_mill", "run_job"]
 
 BUTTON = {"reset": 1 << 0, "start": 1 << 1, "stop": 1 << 3}
 LED = {"busy": 1 << 5, "error": 1 << 6, "ready": 1 << 7}
@@ -33,6 +34,9 @@ AUTOMATIC = 1 << 7
 DEBOUNCE = 2
 """Clocks for which a contact must be still in simulation; people take 500 000 times as long."""
 
+SETTLE = 2 * DEBOUNCE + 4
+"""Clocks after which the machine has surely seen a contact that was moved."""
+
 SLICE = 0.2
 """Seconds that the engine runs before progress is reported."""
 
@@ -41,7 +45,7 @@ def press(engine: Engine, button: str) -> None:
     """Press a button of the board and let go of it, each long enough to be seen."""
     for level in (BUTTON[button], 0):
         engine.set(buttons=level)
-        engine.run(2 * DEBOUNCE + 4)
+        engine.run(SETTLE)
 
 
 @dataclass(frozen=True)
@@ -125,7 +129,8 @@ class Cut:
 
 def ready_to_mill(
     picture: NDArray[np.bool_], engine: type[Engine], *, period: int = 1,
-    vcd: str | PathLike[str] | None = None, guard: bool = False,
+    vcd: str | PathLike[str] | None = None, guard: bool = False, scan_bits: int = 8,
+    traceable: bool = False,
 ) -> Engine:
     """Put the mill on a Nexys 2, with a picture built in, on an engine.
 
@@ -141,6 +146,10 @@ def ready_to_mill(
         Where to write a waveform of the whole job.
     guard : bool
         Whether the machine has its guard.
+    scan_bits : int
+        Binary logarithm of the clocks for which a digit of the display has its turn.
+    traceable : bool
+        Whether the engine can write waveforms of parts of its run.
 
     Raises
     ------
@@ -148,9 +157,9 @@ def ready_to_mill(
         If the engine cannot run here.
     """
     source = CoordinateGenerator(np.asarray(picture, bool).tolist(), pixel_steps=PIXEL_STEPS)
-    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=8), debounce=DEBOUNCE,
-                         guard=guard)
-    return engine(design, vcd=vcd)
+    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=scan_bits),
+                         debounce=DEBOUNCE, guard=guard)
+    return engine(design, vcd=vcd, traceable=traceable)
 
 
 def run_job(
@@ -184,7 +193,7 @@ def run_job(
     begun = time.perf_counter()
     plant.feed(run.run(0, watch))
     run.set(switches=AUTOMATIC)
-    run.run(2 * DEBOUNCE + 4)
+    run.run(SETTLE)
     press(run, "start")
     slice_, done, moved_at = 1000, 0, run.clock
     while (leds := run.get("leds")) & LED["busy"]:

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from os import PathLike
+from os import PathLike, fspath
 from typing import ClassVar, NamedTuple, Self, overload
 
 import numpy as np
@@ -13,7 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..design import Design
 
-__all__ = ["PERIOD", "Changes", "Engine", "EngineError", "Rows"]
+__all__ = ["CUT_SHORT", "PERIOD", "Changes", "Engine", "EngineError", "Rows"]
+
+#: What is said of a waveform that could not be written to its end.
+CUT_SHORT = "The waveform is cut short: its disk is full, or it is gone"
 
 #: Nanoseconds from one rising edge to the next in a waveform: the 50 MHz of the boards.
 PERIOD = 20
@@ -67,6 +70,8 @@ class Engine(ABC):
         What to run.
     vcd : path, optional
         Where to write a waveform of the whole run. It is complete once the engine is closed.
+    traceable : bool
+        Whether `trace` is to work. Not every engine can.
 
     Attributes
     ----------
@@ -80,18 +85,27 @@ class Engine(ABC):
     ValueError
         If a port is not 1 to 64 bits wide, or one name is given to two ports.
     EngineError
-        If the engine cannot run here or cannot run this design.
+        If the engine cannot run here, or cannot run this design, or cannot trace.
     """
 
     name: ClassVar[str]
+    can_trace: ClassVar[bool] = False
 
-    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None) -> None:
+    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
+                 traceable: bool = False) -> None:
+        if traceable and not self.can_trace:
+            able = "engines that can are cxxrtl and amaranth"
+            raise EngineError(f"Engine {self.name} cannot record a part of a run; {able}")
+        if traceable and vcd is not None:
+            raise ValueError("A waveform is of the whole run or of parts of it, not both")
         names = ["clk", *design.inputs, *design.outputs]
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"Design {design.name} has two ports named {name!r}")
         self.design = design
         self.vcd = vcd
+        self.traceable = traceable
+        self.tracing = False
         self.clock = 0
         self._inputs = {name: _width(name, port) for name, port in design.inputs.items()}
         self._outputs = {name: _width(name, port) for name, port in design.outputs.items()}
@@ -115,9 +129,13 @@ class Engine(ABC):
 
     @abstractmethod
     def _run(
-        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int]
+        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int],
+        once: bool,
     ) -> Rows:
-        """Run a clock or more; give back the rows that differ from `last` and from each other."""
+        """Run a clock or more; give back the rows that differ from `last` and from each other.
+
+        With `once` stop after the first such row.
+        """
 
     @abstractmethod
     def _play(
@@ -125,12 +143,22 @@ class Engine(ABC):
     ) -> NDArray[np.uint64]:
         """Apply, settle, sample and clock each row; give back one row an output."""
 
+    def _trace(self, path: str | None) -> None:
+        """Begin a waveform, or finish the one there is; for engines that can."""
+        raise NotImplementedError
+
     @abstractmethod
     def _close(self) -> None:
         """Let go of the design and finish the waveform."""
 
     def close(self) -> None:
-        """Let go of the design and finish the waveform. Closing twice does nothing."""
+        """Let go of the design and finish the waveform. Closing twice does nothing.
+
+        Raises
+        ------
+        EngineError
+            If the waveform could not be written to its end. The design is let go of all the same.
+        """
         if not self._closed:
             self._closed = True
             self._close()
@@ -173,8 +201,32 @@ class Engine(ABC):
         values = self._get(names)
         return values[0] if len(names) == 1 else values
 
+    def trace(self, path: str | PathLike[str] | None) -> None:
+        """Write a waveform from here on, or with None stop.
+
+        It holds the signals as they are now and every change from then on, at times counted
+        from the making of the engine, `PERIOD` a clock. It is complete once it is stopped or the
+        engine is closed. A waveform that is being written is finished first.
+
+        Raises
+        ------
+        EngineError
+            If the engine was not made ``traceable``, or the file cannot be written, or the one
+            before could not be written to its end. Then it goes on without a waveform.
+        """
+        self._open()
+        if not self.traceable:
+            raise EngineError("The engine is not traceable; make it so")
+        if self.tracing:
+            self.tracing = False
+            self._trace(None)
+        if path is not None:
+            self._trace(fspath(path))
+            self.tracing = True
+
     def run(
-        self, clocks: int, watch: Sequence[str] = (), *, until: Mapping[str, int] | None = None
+        self, clocks: int, watch: Sequence[str] = (), *, until: Mapping[str, int] | None = None,
+        once: bool = False,
     ) -> Changes:
         """Make `clocks` rising edges with the inputs held.
 
@@ -192,6 +244,8 @@ class Engine(ABC):
             Outputs to watch.
         until : mapping of str to int
             Stop after the first edge that leaves any of these outputs at its value.
+        once : bool
+            Stop after the first edge that changes a watched output.
         """
         self._open()
         watch, until = tuple(watch), until or {}
@@ -211,7 +265,7 @@ class Engine(ABC):
         rows = Rows(0, np.empty(0, np.int64), np.empty((len(watch), 0), np.uint64))
         if clocks > 0:
             with self._or_closed():
-                rows = self._run(clocks, watch, last if watch and last else (), until)
+                rows = self._run(clocks, watch, last if watch and last else (), until, once)
             self.clock += rows.clocks
         clock, values = start + rows.clock, rows.values
         if first:

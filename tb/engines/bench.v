@@ -6,9 +6,10 @@
 //   s LEVELS                             set all inputs
 //   g                                    settle; answer outputs
 //   p ROWS, then a line of LEVELS a row  set, settle, answer outputs and clock each row
-//   r CLOCKS MASK LAST ENABLE VALUES     clock; answer clock and outputs whenever one under the mask
-//                                        differs from before, or any is not known; stop there, or where
-//                                        one that is enabled has its value; then answer = and the clocks
+//   r CLOCKS ONCE MASK LAST ENABLE VALUES  clock; answer clock and outputs whenever one under the mask
+//                                        differs from before, or any is not known; stop there, with ONCE
+//                                        at any difference, or where one that is enabled has its value;
+//                                        then answer = and the clocks
 //
 // A value settles in a picosecond, at the end of which nothing is left to happen.
 `timescale 1ps/1ps
@@ -23,8 +24,8 @@ module bench;
   wire [`OUTPUTS-1:0] met = `MET & enable;
   reg [8*4096:1] path;
   reg [7:0] order;
-  reg stop;
-  integer got, count, made;
+  reg stop, differs;
+  integer once, got, count, made;
   time start;
 
   task clock;
@@ -62,14 +63,15 @@ module bench;
           end
         end
         "r": begin
-          got = $fscanf(32'h8000_0000, "%d %h %h %h %h", count, mask, last, enable, values);
-          got = got == 5;
+          got = $fscanf(32'h8000_0000, "%d %d %h %h %h %h", count, once, mask, last, enable, values);
+          got = got == 6;
           stop = 0;
           for (made = 0; made < count && !stop; made = made + 1) begin
             clock;
             #1;
-            stop = |met || ^seen === 1'bx;
-            if (^seen === 1'bx || ((seen ^ last) & mask) !== {`SEEN{1'b0}})
+            differs = ^seen === 1'bx || ((seen ^ last) & mask) !== {`SEEN{1'b0}};
+            stop = |met || ^seen === 1'bx || (once && differs);
+            if (differs)
               $display("%0d %h", made + 1, seen);
             last = seen;
           end

@@ -96,10 +96,12 @@ begin
     variable place  : positive;
     variable count  : natural;
     variable made   : natural;
+    variable once   : natural;
     variable levels : std_logic_vector(given'range);
     variable mask, last, values : std_logic_vector(seen'range);
     variable enable : std_logic_vector({OUTPUTS} - 1 downto 0);
     variable stop   : boolean;
+    variable differs : boolean;
 
     procedure clock is
     begin
@@ -140,6 +142,7 @@ begin
           end loop;
         when 'r' =>
           read_number(text, place, count);
+          read_number(text, place, once);
           read_levels(text, place, mask);
           read_levels(text, place, last);
           read_levels(text, place, enable);
@@ -150,8 +153,9 @@ begin
             clock;
             wait for 1 ps;
             made := made + 1;
-            stop := is_met(seen, values, enable) or is_x(seen);
-            if is_x(seen) or ((seen xor last) and mask) /= (seen'range => '0') then
+            differs := is_x(seen) or ((seen xor last) and mask) /= (seen'range => '0');
+            stop := is_met(seen, values, enable) or is_x(seen) or (once = 1 and differs);
+            if differs then
               write(output, integer'image(made) & ' ' & digits(seen) & LF);
             end if;
             last := seen;

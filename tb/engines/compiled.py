@@ -24,12 +24,13 @@ CLOCKS = 1 << 20
 class CompiledEngine(Engine):
     """Runs a design that was compiled. See `Engine`."""
 
-    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None) -> None:
-        super().__init__(design, vcd=vcd)
+    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
+                 traceable: bool = False) -> None:
+        super().__init__(design, vcd=vcd, traceable=traceable)
         self._handle = None
         self._pins = {name: n for n, name in enumerate(design.inputs)}
         self._pads = {name: n for n, name in enumerate(design.outputs)}
-        self._lib = _declare(self._library(design, debug=vcd is not None))
+        self._lib = _declare(self._library(design, debug=traceable or vcd is not None))
         self._handle = self._lib.fresa_new(fspath(vcd).encode() if vcd is not None else None)
         if not self._handle:
             raise EngineError(f"Waveform {vcd} cannot be written")
@@ -56,13 +57,14 @@ class CompiledEngine(Engine):
         return tuple(self._lib.fresa_get(self._handle, self._pads[name]) for name in names)
 
     def _run(
-        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int]
+        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int],
+        once: bool,
     ) -> Rows:
         watched = np.array([self._pads[name] for name in watch], np.int32)
         present = np.array(last, np.uint64)
         stops = np.array([self._pads[name] for name in until], np.int32)
         values = np.array(list(until.values()), np.uint64)
-        capacity = min(ROWS, clocks)
+        capacity = 1 if once else min(ROWS, clocks)
         clock = np.empty(capacity, np.int64)
         rows = np.empty((len(watch), capacity), np.uint64)
         used, met = ctypes.c_int64(), ctypes.c_int32()
@@ -86,6 +88,8 @@ class CompiledEngine(Engine):
             )
             parts.append((made + clock[: used.value], rows[:, : used.value].copy()))
             made += now
+            if once and used.value:
+                break
         return Rows(
             made,
             np.concatenate([part for part, _ in parts]),

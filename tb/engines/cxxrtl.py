@@ -7,6 +7,7 @@ import ctypes
 
 from ..design import Design
 from . import build
+from .base import CUT_SHORT, EngineError
 from .compiled import CompiledEngine
 
 __all__ = ["CXXRTLEngine"]
@@ -19,6 +20,7 @@ class CXXRTLEngine(CompiledEngine):
     """
 
     name = "cxxrtl"
+    can_trace = True
 
     @classmethod
     def missing(cls) -> str | None:
@@ -27,3 +29,16 @@ class CXXRTLEngine(CompiledEngine):
     @classmethod
     def _library(cls, design: Design, *, debug: bool) -> ctypes.CDLL:
         return build.library(design, debug=debug)
+
+    def _trace(self, path: str | None) -> None:
+        trace = self._lib.fresa_trace
+        trace.restype, trace.argtypes = ctypes.c_bool, [ctypes.c_void_p, ctypes.c_char_p]
+        if not trace(self._handle, None if path is None else path.encode()):
+            raise EngineError(CUT_SHORT if path is None else f"Waveform {path} cannot be written")
+
+    def _close(self) -> None:
+        try:
+            if self.tracing or self.vcd is not None:
+                self._trace(None)
+        finally:
+            super()._close()

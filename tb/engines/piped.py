@@ -55,8 +55,9 @@ class PipedEngine(Engine):
 
     program: ClassVar[str]
 
-    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None) -> None:
-        super().__init__(design, vcd=vcd)
+    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
+                 traceable: bool = False) -> None:
+        super().__init__(design, vcd=vcd, traceable=traceable)
         self._process = None
         if reason := self.missing():
             raise EngineError(reason)
@@ -174,13 +175,14 @@ class PipedEngine(Engine):
         return tuple(int(values[name][0]) for name in names)
 
     def _run(
-        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int]
+        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int],
+        once: bool,
     ) -> Rows:
         before = dict(zip(watch, last, strict=True))
         full = {name: (1 << 4 * port.digits) - 1 for name, port in self._named_out().items()}
         enable = sum(1 << n for n, name in enumerate(self._columns) if name in until)
-        self._tell(b"r %d %s %s %0*x %s\n" % (
-            clocks, self._all({name: full[name] for name in watch}), self._all(before),
+        self._tell(b"r %d %d %s %s %0*x %s\n" % (
+            clocks, once, self._all({name: full[name] for name in watch}), self._all(before),
             -(-len(self._out) // 4), enable, self._all(until)))
         clock: list[int] = []
         lines: list[bytes] = []

@@ -8,6 +8,7 @@ advance.
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import ExitStack
+from io import TextIOWrapper
 from os import PathLike, fspath
 from typing import Any
 
@@ -17,32 +18,35 @@ from amaranth.sim import Simulator
 from numpy.typing import NDArray
 
 from ..design import Design
-from .base import PERIOD, Engine, EngineError, Rows
+from .base import CUT_SHORT, PERIOD, Engine, EngineError, Rows
 
 __all__ = ["AmaranthEngine"]
 
 HALF = PERIOD * 1e-9 / 2
+
+#: The simulator's units of time in a nanosecond.
+FEMTO = 1_000_000
 
 
 class AmaranthEngine(Engine):
     """Runs a design on Amaranth's simulator. See `Engine`."""
 
     name = "amaranth"
+    can_trace = True
 
-    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None) -> None:
-        super().__init__(design, vcd=vcd)
+    def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
+                 traceable: bool = False) -> None:
+        super().__init__(design, vcd=vcd, traceable=traceable)
         self._pins = {name: _bits(port) for name, port in design.inputs.items()}
         self._pads = {name: _bits(port) for name, port in design.outputs.items()}
         self._order: Callable[[Any], Awaitable[None]] | None = None
-        self._files = ExitStack()
-        top, traces = (design.top, []) if vcd is None else _named_ports(design)
+        self._file = ExitStack()
+        self._timed = False
+        top, self._traces = (
+            _named_ports(design) if traceable or vcd is not None else (design.top, []))
         self._sim = Simulator(top)
         if vcd is not None:
-            writer = self._sim.write_vcd(fspath(vcd), traces=traces, fs_per_delta=0)
-            try:
-                self._files.enter_context(writer)
-            except OSError as error:
-                raise EngineError(f"Waveform {vcd} cannot be written") from error
+            self._trace(fspath(vcd))
         self._sim.add_testbench(self._serve)
         self._set(dict.fromkeys(self._pins, 0))
 
@@ -51,7 +55,34 @@ class AmaranthEngine(Engine):
         return None
 
     def _close(self) -> None:
-        self._files.close()
+        try:
+            self._file.close()
+        except OSError as error:
+            raise EngineError(CUT_SHORT) from error
+
+    def _trace(self, path: str | None) -> None:
+        self._close()
+        self._timed = False
+        if path is None:
+            return
+        if self.clock > 0:
+            self._do(self._catch_up)
+        engine: Any = self._sim._engine
+        try:
+            file = self._file.enter_context(_LateFile(path, engine.now))
+        except OSError as error:
+            raise EngineError(f"Waveform {path} cannot be written") from error
+        # The simulator itself refuses to begin later than at time 0; what it is made of does not.
+        self._file.enter_context(engine.write_vcd(
+            vcd_file=file, gtkw_file=None, traces=self._traces, fs_per_delta=0))
+        self._timed = True
+
+    async def _catch_up(self, ctx) -> None:
+        """Let the time pass that clocks took: without a waveform they take none."""
+        engine: Any = self._sim._engine
+        while left := self.clock * PERIOD * FEMTO - engine.now:
+            # A second at a time: the simulator takes floats, and rounds them.
+            await ctx.delay(min(left * 1e-15, 1.0))
 
     async def _serve(self, ctx) -> None:
         while True:
@@ -66,10 +97,10 @@ class AmaranthEngine(Engine):
             self._sim.advance()
 
     async def _edge(self, ctx) -> None:
-        if self.vcd is not None:
+        if self._timed:
             await ctx.delay(HALF)
         ctx.set(self.design.clk, 1)
-        if self.vcd is not None:
+        if self._timed:
             await ctx.delay(HALF)
         ctx.set(self.design.clk, 0)
 
@@ -90,7 +121,8 @@ class AmaranthEngine(Engine):
         return tuple(read)
 
     def _run(
-        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int]
+        self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int],
+        once: bool,
     ) -> Rows:
         pads = [self._pads[name] for name in watch]
         stops = [(self._pads[name], value) for name, value in until.items()]
@@ -109,6 +141,8 @@ class AmaranthEngine(Engine):
                     clock.append(made)
                     values.append(now)
                     before = now
+                    if once:
+                        break
                 if any(ctx.get(pad) == value for pad, value in stops):
                     break
 
@@ -133,6 +167,19 @@ class AmaranthEngine(Engine):
 
         self._do(order)
         return sampled
+
+
+class _LateFile(TextIOWrapper):
+    """A file for a waveform that begins at some time: its writer believes that it is 0."""
+
+    def __init__(self, path: str, begin: int) -> None:
+        super().__init__(open(path, "wb"), encoding="utf-8")
+        self._begin: int | None = begin
+
+    def write(self, text: str, /) -> int:
+        if self._begin is not None and text == "#0\n":
+            text, self._begin = f"#{self._begin}\n", None
+        return super().write(text)
 
 
 def _named_ports(design: Design) -> tuple[Elaboratable, list[Signal]]:

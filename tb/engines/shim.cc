@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 #ifdef VCD
 #include <cxxrtl/cxxrtl_vcd.h>
+#include <memory>
 #endif
 
 namespace {
@@ -42,8 +44,10 @@ struct Engine {
 	std::vector<Pad> pads;
 	bool settled = false;
 #ifdef VCD
+	debug_items items;
+	std::unique_ptr<vcd_writer> vcd; // of the waveform that is being written, if one is
 	FILE *file = nullptr;
-	vcd_writer vcd;
+	bool whole = true; // so far, all of it could be written
 	uint64_t time = 0;
 #endif
 
@@ -54,6 +58,9 @@ struct Engine {
 #define X(port) pads.push_back({pad(design.port), two(design.port)});
 		OUTPUTS
 #undef X
+#ifdef VCD
+		design.debug_info(&items, nullptr, NAME " ");
+#endif
 	}
 
 	// Until no flip-flop, memory or loop changes any more: then the outputs are right as well.
@@ -69,44 +76,62 @@ struct Engine {
 		settled = true;
 	}
 
-	// With the one clock as the only edge, what the rising edge changed settles in the falling phase.
+	// With the one clock as the only edge, what the rising edge changed settles in the falling phase,
+	// unless somebody looks before.
 	void edge() {
 		settle();
 		sample();
 		design.CLK.set<bool>(true);
-#if defined(ONE_EDGE) && !defined(VCD)
-		design.DESIGN::eval();
-		design.DESIGN::commit();
-#else
-		step();
+#ifdef ONE_EDGE
+		if (!tracing()) {
+			design.DESIGN::eval();
+			design.DESIGN::commit();
+		} else
 #endif
+			step();
 		sample();
 		design.CLK.set<bool>(false);
 		step();
 	}
 
 #ifdef VCD
+	bool tracing() const { return file; }
+
 	void sample() {
-		vcd.sample(time);
+		if (tracing()) {
+			vcd->sample(time);
+			if (vcd->buffer.size() > 1 << 16)
+				flush();
+		}
 		time += HALF;
-		if (vcd.buffer.size() > 1 << 16)
-			flush();
 	}
 
 	void flush() {
-		fwrite(vcd.buffer.data(), 1, vcd.buffer.size(), file);
-		vcd.buffer.clear();
+		size_t size = vcd->buffer.size();
+		whole &= fwrite(vcd->buffer.data(), 1, size, file) == size;
+		vcd->buffer.clear();
 	}
 
-	~Engine() {
-		if (file) {
+	// Says whether the waveform before could be written to its end, and the next can be begun.
+	bool trace(const char *path) {
+		if (tracing()) {
 			settle();
-			sample();
+			vcd->sample(time);
 			flush();
-			fclose(file);
+			whole &= fclose(file) == 0;
+			file = nullptr;
 		}
+		if (path && (file = fopen(path, "wb"))) {
+			vcd = std::make_unique<vcd_writer>();
+			vcd->timescale(1, "ns");
+			vcd->add_without_memories(items);
+		}
+		return std::exchange(whole, true) && (!path || file);
 	}
+
+	~Engine() { trace(nullptr); }
 #else
+	constexpr bool tracing() const { return false; }
 	void sample() {}
 #endif
 };
@@ -118,17 +143,17 @@ struct Engine {
 API Engine *fresa_new(const char *path) {
 	auto engine = new Engine;
 #ifdef VCD
-	engine->file = fopen(path, "wb");
-	if (!engine->file) {
+	if (!engine->trace(path)) {
 		delete engine;
 		return nullptr;
 	}
-	debug_items items;
-	engine->design.debug_info(&items, nullptr, NAME " ");
-	engine->vcd.timescale(1, "ns");
-	engine->vcd.add_without_memories(items);
 #else
 	(void)path;
 #endif
 	return engine;
 }
+
+#ifdef VCD
+// Writes a waveform from here on, or with no path stops; says whether both files can be written.
+API bool fresa_trace(Engine *engine, const char *path) { return engine->trace(path); }
+#endif

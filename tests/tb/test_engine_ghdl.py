@@ -128,6 +128,16 @@ class TestEngine:
             engine.run(10, until={"total": 1})
             assert engine.clock == 13
 
+    def test_once(self, adder):
+        with GHDLEngine(adder()) as engine:
+            engine.run(4, ["total"])
+            engine.set(go=1, select=5)
+            changes = engine.run(1000, ["total"], once=True)
+            assert (engine.clock, changes["total"].tolist()) == (5, [8])
+            engine.set(go=0)
+            assert len(engine.run(10, ["total"], once=True)) == 0
+            assert engine.clock == 15
+
     def test_play_and_run_agree_with_amaranth(self, adder):
         design, seen = adder(), []
         played, watch = stimulus(900), list(design.outputs)

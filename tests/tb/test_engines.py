@@ -263,6 +263,25 @@ class TestEngine:
             assert engine.clock == 16
 
     @engines
+    def test_once(self, kind):
+        with kind(machine()) as engine:
+            engine.run(5, ["busy"])
+            engine.set(go=1, at=3, many=2)
+            changes = engine.run(1000, ["busy"], once=True)
+            assert (engine.clock, changes.clock.tolist()) == (6, [6])
+            changes = engine.run(1000, ["busy"], once=True)
+            assert (engine.clock, changes["busy"].tolist()) == (10, [0])
+            engine.set(go=0)
+            # What is now is no change, even if nobody has watched before.
+            changes = engine.run(100, ["both"], once=True)
+            assert (engine.clock, changes.clock.tolist()) == (110, [10])
+            # Whatever comes first counts.
+            engine.set(go=1)
+            engine.run(1000, ["busy"], once=True, until={"total": 175})
+            engine.run(1000, ["busy"], once=True, until={"total": 175})
+            assert engine.clock == 113
+
+    @engines
     def test_play_samples_before_the_edge(self, kind):
         with kind(machine()) as engine:
             played = engine.play(
@@ -626,3 +645,141 @@ class TestWaveform:
     def test_cannot_be_written(self, kind, tmp_path):
         with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):
             kind(machine(), vcd=tmp_path / "nowhere" / "it.vcd")
+
+
+full = pytest.mark.skipif(
+    not Path("/dev/full").exists(), reason="there is no disk that is full")
+
+
+class TestTrace:
+    """Parts of a run, on an engine that runs before, between and after them."""
+
+    PORTS = ("clk", "go", "at", "many", "busy", "total", "seen_here", "both", "wide")
+
+    def write(self, kind, folder) -> list[dict]:
+        """Trace two windows, of clocks 20 to 30 and 35 to 37."""
+        parts = [folder / f"{kind.name}-{n}.vcd" for n in (1, 2)]
+        with kind(machine(), traceable=True) as engine:
+            engine.set(go=1, at=3, many=2)
+            engine.run(20)
+            engine.trace(parts[0])
+            assert engine.tracing
+            engine.run(6)
+            engine.set(at=7)
+            engine.play({"many": [1, 1, 9, 9]}, ["busy"])
+            engine.trace(None)
+            assert not engine.tracing
+            engine.run(5)
+            engine.trace(parts[1])
+            engine.run(2)
+            last = engine.get("total")
+        read = [waves(path) for path in parts]
+        assert int(read[1]["total"][-1][1], 2) == last
+        return read
+
+    def whole(self, path) -> dict:
+        with AmaranthEngine(machine(), vcd=path) as engine:
+            engine.set(go=1, at=3, many=2)
+            engine.run(26)
+            engine.set(at=7)
+            engine.play({"many": [1, 1, 9, 9]}, ["busy"])
+            engine.run(7)
+        return waves(path)
+
+    @engines
+    def test_is_the_part_of_the_whole(self, kind, tmp_path):
+        whole = self.whole(tmp_path / "whole.vcd")
+        for (start, end), read in zip([(400, 600), (700, 740)], self.write(kind, tmp_path),
+                                      strict=True):
+            for name in self.PORTS:
+                before = [value for time, value in whole[name] if time <= start]
+                inside = [change for change in whole[name] if start < change[0] < end]
+                assert read[name][:1] == [(start, before[-1])], name
+                assert [change for change in read[name][1:] if change[0] < end] == inside, name
+                assert all(time <= end for time, _ in read[name])
+
+    def test_names_states_in_any_window(self, tmp_path):
+        for read in self.write(AmaranthEngine, tmp_path):
+            (states,) = (read[name] for name in read if name == "fsm_state")
+            assert {value.split("/")[0] for _, value in states} <= {"REST", "ADDING", "KEEPING"}
+            assert all(value for _, value in states)
+
+    @engines
+    def test_changes_nothing(self, kind, tmp_path):
+        outputs = list(machine().outputs)
+        played = stimulus(machine(), 300, 3)
+        seen = []
+        for traced in (True, False):
+            with kind(machine(), traceable=traced) as engine:
+                rows = []
+                for n in range(0, 300, 50):
+                    if traced:
+                        engine.trace(tmp_path / "it.vcd" if n % 100 else None)
+                    part = {name: values[n:n + 50] for name, values in played.items()}
+                    rows.append(engine.play(part, outputs))
+                assert engine.clock == 300
+            seen.append({name: np.concatenate([row[name] for row in rows]).tolist()
+                         for name in outputs})
+        assert seen[0] == seen[1]
+
+    @engines
+    def test_one_after_the_other(self, kind, tmp_path):
+        """A new one ends the one before, and closing the engine the last."""
+        with kind(machine(), traceable=True) as engine:
+            engine.trace(tmp_path / "1.vcd")
+            engine.run(3)
+            engine.trace(tmp_path / "2.vcd")
+            first = (tmp_path / "1.vcd").read_bytes()
+            engine.run(4)
+        assert (tmp_path / "1.vcd").read_bytes() == first
+        assert [waves(tmp_path / f"{n}.vcd")["clk"][0][0] for n in (1, 2)] == [0, 60]
+        assert waves(tmp_path / "2.vcd")["clk"][-1][0] == 140
+
+    @engines
+    def test_cannot_be_written(self, kind, tmp_path):
+        with kind(machine(), traceable=True) as engine:
+            with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):
+                engine.trace(tmp_path / "nowhere" / "it.vcd")
+            assert not engine.tracing
+            engine.run(5)
+            engine.trace(tmp_path / "it.vcd")
+            engine.run(5)
+        assert waves(tmp_path / "it.vcd")["clk"][0][0] == 100
+
+    @engines
+    @full
+    @pytest.mark.parametrize("options", [{"vcd": "/dev/full"}, {"traceable": True}], ids=str)
+    def test_a_full_disk_is_told(self, kind, options):
+        with (pytest.raises(EngineError, match="cut short"),
+              kind(machine(), **options) as engine):
+            if engine.traceable:
+                engine.trace("/dev/full")
+            engine.run(5)
+
+    @pytest.mark.compiler
+    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
+    @full
+    def test_goes_on_when_the_disk_is_full(self, tmp_path):
+        with CXXRTLEngine(machine(), traceable=True) as engine:
+            engine.trace("/dev/full")
+            engine.run(5)
+            with pytest.raises(EngineError, match="cut short"):
+                engine.trace(None)
+            engine.run(5)
+            engine.trace(tmp_path / "it.vcd")
+            engine.run(5)
+        assert waves(tmp_path / "it.vcd")["clk"][-1][0] == 300
+
+    @engines
+    def test_only_if_made_for_it(self, kind, tmp_path):
+        with kind(machine()) as engine, pytest.raises(EngineError, match="not traceable"):
+            engine.trace(tmp_path / "it.vcd")
+        with pytest.raises(ValueError, match="not both$"):
+            kind(machine(), vcd=tmp_path / "it.vcd", traceable=True)
+
+    def test_engines_that_cannot_say_so(self):
+        for kind in ENGINES.values():
+            if not kind.can_trace:
+                with pytest.raises(EngineError, match="cannot record a part of a run"):
+                    kind(machine(), traceable=True)
+        assert {name for name, kind in ENGINES.items() if kind.can_trace} == {"amaranth", "cxxrtl"}

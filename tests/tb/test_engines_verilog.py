@@ -166,6 +166,17 @@ class TestEngine:
             assert engine.clock == 14
 
     @engines
+    def test_once(self, kind):
+        with kind(adder()) as engine:
+            engine.run(4, ["total"])
+            engine.set(go=1, at=1)
+            changes = engine.run(1000, ["total"], once=True)
+            assert (engine.clock, changes["total"].tolist()) == (5, [8])
+            engine.set(go=0)
+            assert len(engine.run(10, ["total"], once=True)) == 0
+            assert engine.clock == 15
+
+    @engines
     def test_play_samples_before_the_edge(self, kind):
         with kind(adder()) as engine:
             played = engine.play({"go": [1, 1, 0], "at": [1, 2, 3]}, ["total", "both"])

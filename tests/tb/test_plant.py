@@ -270,6 +270,14 @@ class TestPlant:
         assert plant.wrong_steps == Plant.KEPT + 2
         assert len(plant.wrong) == Plant.KEPT
 
+    def test_pixels_come_in_the_order_of_cutting(self):
+        plant = Plant(np.ones((1, 3), bool), pitch=2, travel=1)
+        plant.feed(walk([*line(0, 1, 0, 4), *line(0, 0, -1, 1), *line(0, -1, 0, 4),
+                         *line(0, 1, 0, 4)]))
+        assert plant.milled_from(0).tolist() == [[0, 2], [0, 1], [0, 0]]
+        assert plant.milled_from(2).tolist() == [[0, 0]]
+        assert plant.milled_from(3).tolist() == []
+
     def test_path_can_be_forgotten(self):
         plant = Plant(np.ones((1, 9), bool), pitch=2, travel=1)
         moves = [*line(0, 0, -1, 1), *line(0, 1, 0, 6), *line(1, 0, 0, 3)]
