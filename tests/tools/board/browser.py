@@ -1,0 +1,239 @@
+"""What the tests of the page share: the command that serves it, a person at the page."""
+
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import Empty, Queue
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fresa.panel.display import HEX_SEGMENTS
+
+__all__ = ["PATIENCE", "ROOT", "Page", "keys", "resize", "save", "seen", "serve", "shown", "speed",
+           "tab_to"]
+
+ROOT = Path(__file__).parents[3]
+PATIENCE = 60
+"""Seconds after which something that should have happened is held not to happen."""
+
+TAB, LEFT, END = "\ue004", "\ue012", "\ue010"
+"""Keys, as WebDriver names them."""
+
+
+def save(pixels: np.ndarray, path: Path) -> Path:
+    """Write pixels as a picture: black where to cut."""
+    Image.fromarray(~pixels).save(path)
+    return path
+
+
+@contextmanager
+def serve(image: Path, *options: str) -> Iterator[str]:
+    """Run the command on a free port, give the address that it prints, and end it by Ctrl-C."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tools.board", "--image", image, "--port", "0", *options],
+        cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    lines: Queue[str] = Queue()
+    assert process.stdout
+    reader = threading.Thread(target=lambda: [lines.put(line) for line in process.stdout or ()])
+    reader.start()
+    try:
+        yield _address(lines, process)
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(PATIENCE)
+        finally:
+            process.kill()
+            reader.join(PATIENCE)
+            process.stdout.close()
+
+
+def _address(lines: Queue[str], process: subprocess.Popen) -> str:
+    # The first time on a machine both Yosys must be made ready, which takes long.
+    for _ in range(180):
+        try:
+            found = re.search(r"http://127\.0\.0\.1:\d+/\S+", lines.get(timeout=1))
+        except Empty:
+            assert process.poll() is None, "the command has ended"
+            continue
+        if found:
+            return found[0]
+    raise AssertionError("the command printed no address")
+
+
+def resize(browser, width: int, height: int, *, scheme: str = "light", touch: bool = False) -> None:
+    """Make the page so wide and high, in whole pixels, and light or dark."""
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
+        "width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch})
+    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
+        "features": [{"name": "prefers-color-scheme", "value": scheme}]})
+    # The page draws the board anew when it sees its new size, with the next picture.
+    browser.execute_async_script("const done = arguments[0];"
+                                 "requestAnimationFrame(() => requestAnimationFrame(done))")
+
+
+class Page:
+    """The page of a board, as a person reads and touches it."""
+
+    def __init__(self, browser, address: str) -> None:
+        self.browser = browser
+        self.address = address
+        browser.get(address)
+        self.until(lambda: self.script("return document.body.dataset.connection") == "open")
+
+    def find(self, identifier: str):
+        """Give the element with this id."""
+        return self.browser.find_element("id", identifier)
+
+    def script(self, text: str, *arguments: object):
+        """Run JavaScript; give what it returns."""
+        return self.browser.execute_script(text, *arguments)
+
+    def until(self, holds: Callable[[], object], what: str = "") -> object:
+        """Wait until something holds, and give it; fail with what the page says if it never does.
+
+        An element that is being replaced counts as not there yet.
+        """
+        from selenium.common.exceptions import TimeoutException
+        from selenium.webdriver.support.wait import WebDriverWait
+
+        try:
+            return WebDriverWait(self.browser, PATIENCE, 0.03).until(lambda _: holds())
+        except TimeoutException:
+            pytest.fail(f"{what or 'it'} did not happen; the page says {self.status!r}")
+
+    @property
+    def status(self) -> str:
+        """The line below the four steps."""
+        return self.find("status").text
+
+    @property
+    def step(self) -> int:
+        """The step of the four that is marked; 0 if none is."""
+        return self.script("return Number(document.querySelector('.steps [aria-current]')"
+                           "?.dataset.step ?? 0)")
+
+    def duty(self, light: str) -> int:
+        """Tell how bright an LED (``led7``) or segment (``3``) is: 0 to 255."""
+        selector = f"#{light}" if light.startswith("led") else f"[data-segment='{light}']"
+        return int(self.script(f"return document.querySelector(\"{selector}\").dataset.duty ?? 0"))
+
+    def is_on(self, switch: int) -> bool:
+        """Tell whether a switch is on."""
+        return self.find(f"sw{switch}").get_attribute("aria-checked") == "true"
+
+    def set_switches(self, value: int) -> None:
+        """Put the switches so, by clicks."""
+        for bit in range(8):
+            if self.is_on(bit) != bool(value >> bit & 1):
+                self.find(f"sw{bit}").click()
+
+    def motor(self, axis: str) -> dict[str, str]:
+        """Give what a motor's drawing says: position, word, angle."""
+        return self.script(f"return {{...document.getElementById('motor-{axis}').dataset}}")
+
+    def position(self, axis: str) -> int:
+        """Give the position of an axis in steps."""
+        return int(self.motor(axis).get("position", 0))
+
+    def cut(self) -> int:
+        """Give the number of pixels cut."""
+        return int(self.find("table").get_attribute("data-cut") or 0)
+
+    def fresh(self) -> None:
+        """Make the machine as it was when it was switched on, all switches off, time running."""
+        self.set_switches(0)
+        self.programmed(self.find("power").click)
+        self.until(lambda: self.cut() == 0 and self.step == 2
+                   and all(self.position(axis) == 0 for axis in "xyz"), "a fresh machine")
+        if self.find("run").text == "Run":
+            self.find("run").click()
+            self.until(lambda: self.find("run").text != "Run", "time going on")
+        self.until(lambda: "Manual" in self.status, "manual mode")
+
+    def programmed(self, work: Callable[[], object]) -> None:
+        """Do what makes another machine, and wait until it is there."""
+        def number() -> str | None:
+            return self.find("job").get_attribute("data-number")
+
+        before = number()
+        work()
+        self.until(lambda: number() != before, "another machine")
+
+    def pause(self) -> None:
+        """Make time stand still."""
+        self.find("run").click()
+        self.until(lambda: self.find("run").text == "Run", "pause")
+
+    def mill(self) -> None:
+        """Set SW7, press BTN1, and wait until the job is done."""
+        self.set_switches(1 << 7)
+        self.until(lambda: self.step == 3 and self.duty("led7") > 0, "ready")
+        self.find("btn1").click()
+        self.until(lambda: "Done" in self.status, "the end of the job")
+
+
+def seen(page, shape: tuple[int, int], name: str) -> np.ndarray:
+    """Tell of which pixels of the plate a place beside the middle has this colour."""
+    colour, colours = page.script("""
+        const view = document.getElementById("table").dataset;
+        const plate = document.querySelector("canvas[data-layer=plate]").getContext("2d");
+        const at = (steps, edge) => Math.floor((steps - view[edge]) * view.scale);
+        const places = arguments[0].map(([row, column]) =>
+            plate.getImageData(at(128 * column + 32, "left"), at(128 * row + 16, "top"), 1, 1));
+        const style = getComputedStyle(document.documentElement);
+        return [style.getPropertyValue(arguments[1]).trim(),
+                places.map(({data}) => [...data.slice(0, 3)])]""",
+        [list(map(int, place)) for place in np.ndindex(shape)], name)
+    wanted = tuple(bytes.fromhex(colour.removeprefix("#")))
+    return np.array([tuple(found) == wanted for found in colours]).reshape(shape)
+
+
+def shown(page) -> str:
+    """Read the display, digit by digit; what is no digit is a question mark."""
+    text = ""
+    for place in (3, 2, 1, 0):
+        lit = sum((page.duty(str(8 * place + n)) > 0) << n for n in range(8))
+        text += f"{HEX_SEGMENTS.index(lit):X}" if lit in HEX_SEGMENTS else " ?"[lit > 0]
+    return text
+
+
+@contextmanager
+def speed(page, wanted: str) -> Iterator[None]:
+    """Slide to a speed, and in the end to as fast as it goes."""
+    slider = page.find("speed")
+    for _ in range(20):
+        if page.find("speed-wanted").text == wanted:
+            break
+        slider.send_keys(LEFT)
+    else:
+        pytest.fail(f"there is no speed {wanted}")
+    yield
+    slider.send_keys(END)
+
+
+def keys(page, *pressed: str, hold: float = 0.1) -> None:
+    """Press keys one after the other, and let go of each."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    chain = ActionChains(page.browser)
+    for key in pressed:
+        chain = chain.key_down(key).pause(hold).key_up(key)
+    chain.perform()
+
+
+def tab_to(page, identifier: str) -> None:
+    """Go to an element by Tab alone."""
+    for _ in range(60):
+        if page.script("return document.activeElement.id") == identifier:
+            return
+        keys(page, TAB, hold=0)
+    pytest.fail(f"Tab does not lead to {identifier}")

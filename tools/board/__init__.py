@@ -1,0 +1,1 @@
+"""The Nexys 2 and its machine on a page, with the gateware running behind it."""

@@ -1,0 +1,58 @@
+"""Orders on their way to another process, which may be too busy to take them."""
+
+import threading
+from collections import deque
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from typing import Any
+
+__all__ = ["MOST_WAITING", "Outbox"]
+
+#: Orders that wait in full. Of more than that, the last one of each name counts.
+MOST_WAITING = 64
+
+
+class Outbox:
+    """Sends orders by a thread of its own, so that whoever gives them never waits.
+
+    Parameters
+    ----------
+    connection : Connection
+        Where they go. When it is broken, orders are thrown away.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._orders: deque[tuple[Any, ...]] = deque()
+        self._changed = threading.Condition()
+        self._closed = False
+        threading.Thread(target=self._work, daemon=True).start()
+
+    def __len__(self) -> int:
+        return len(self._orders)
+
+    def put(self, *order: Any) -> None:
+        """Send an order, a name and what belongs to it, as soon as it can be taken."""
+        with self._changed:
+            if len(self._orders) >= MOST_WAITING:
+                older = (waiting for waiting in reversed(self._orders) if waiting[0] == order[0])
+                if (superseded := next(older, None)) is not None:
+                    self._orders = deque(o for o in self._orders if o is not superseded)
+            self._orders.append(order)
+            self._changed.notify()
+
+    def close(self) -> None:
+        """Let the thread end. What waits is thrown away."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+
+    def _work(self) -> None:
+        with suppress(OSError):
+            while True:
+                with self._changed:
+                    self._changed.wait_for(lambda: self._orders or self._closed)
+                    if self._closed:
+                        return
+                    order = self._orders.popleft()
+                self._connection.send(order)

@@ -1,0 +1,180 @@
+/** The Nexys 2, drawn: what people touch, and what it shows them. */
+
+import { digit, chips } from "./drawing.js";
+import { BUTTON_KEYS, bindButton, bindSwitch } from "./inputs.js";
+import { group, label, svg } from "./svg.js";
+
+/** Where the parts stand, and how far apart, on a wide page and on a phone. */
+const LAYOUTS = {
+  wide: {
+    size: [680, 372], display: [40, 118], leds: [62, 236, 48], switches: [62, 270, 48],
+    buttons: [458, 270, 58], chips: "wide",
+  },
+  narrow: {
+    size: [360, 416], display: [16, 58], leds: [25, 176, 44.3], switches: [25, 212, 44.3],
+    buttons: [54, 314, 84], chips: "narrow",
+  },
+};
+const NARROW = 520;
+
+const JOG = ["X up", "X down", "Y up", "Y down", "Z up", "Z down", "", "manual"];
+const AUTOMATIC = ["count", "count", "", "", "", "", "", "auto"];
+const BUTTON_NAMES = ["reset", "start", "", "stop"];
+const LED_NAMES = ["coil", "coil", "coil", "coil", "", "busy", "error", "ready"];
+const COUNTS = ["the movement under way", "X", "Y", "Z"];
+
+/**
+ * A light's share of full brightness as the screen must show it: eyes and screens are not linear.
+ * @param {number} duty - 0 to 255, the part of the time for which it is lit
+ */
+export function brightness(duty) {
+  return (duty / 255) ** (1 / 2.2);
+}
+
+/** The board on the page. */
+export class Board {
+  #shown = new Map();
+  #layout = null;
+
+  /**
+   * @param {HTMLElement} place - it fills this
+   * @param {Inputs} inputs - what its switches and buttons change
+   */
+  constructor(place, inputs) {
+    this.place = place;
+    this.inputs = inputs;
+    this.lights = { leds: new Uint8Array(8), display: new Uint8Array(32) };
+    this.root = svg("svg", { role: "group", "aria-label": "Nexys 2 board" });
+    place.append(this.root);
+    new ResizeObserver(() => this.#draw()).observe(place);
+    this.#draw();
+  }
+
+  /** Show switches and buttons as they are, and what they mean in this mode. */
+  inputsChanged() {
+    const { switches, buttons } = this.inputs;
+    const names = switches >> 7 & 1 ? AUTOMATIC : JOG;
+    this.switches.forEach((element, bit) => {
+      element.setAttribute("aria-checked", String((switches >> bit & 1) === 1));
+      element.setAttribute("aria-label", `SW${bit} ${names[bit] || "not used"}`);
+      element.querySelector(".meaning").textContent = names[bit] || "–";
+    });
+    this.buttons.forEach((element, bit) => {
+      element.setAttribute("aria-pressed", String((buttons >> bit & 1) === 1));
+    });
+  }
+
+  /** Show LEDs and digits as bright as they are. */
+  lightsChanged({ leds, display }) {
+    this.lights = { leds, display };
+    this.leds.forEach((element, index) => this.#light(element, leds[index]));
+    this.segments.forEach((element, index) => this.#light(element, display[index]));
+  }
+
+  #light(element, duty) {
+    if (this.#shown.get(element) === duty) return;
+    this.#shown.set(element, duty);
+    element.style.opacity = brightness(duty);
+    element.dataset.duty = duty;
+  }
+
+  #draw() {
+    const name = this.place.clientWidth < NARROW ? "narrow" : "wide";
+    if (name === this.#layout) return;
+    const focused = this.root.contains(document.activeElement) && document.activeElement.id;
+    this.#layout = name;
+    const at = LAYOUTS[name];
+    this.root.setAttribute("viewBox", `0 0 ${at.size.join(" ")}`);
+    this.root.replaceChildren(...chips(at.chips, at.size));
+    this.segments = this.#drawDisplay(at.display);
+    this.leds = row(8, at.leds, (bit, x, y) => this.#drawLed(bit, x, y));
+    this.switches = row(8, at.switches, (bit, x, y) => this.#drawSwitch(bit, x, y, at.switches[2]));
+    this.buttons = row(4, at.buttons, (bit, x, y) => this.#drawButton(bit, x, y, at.buttons[2]));
+    // On the board the highest bit is leftmost, and so it is for whoever goes through by Tab.
+    for (const parts of [this.leds, this.switches, this.buttons]) parts.reverse();
+    this.#shown.clear();
+    this.lightsChanged(this.lights);
+    this.inputsChanged();
+    if (focused) document.getElementById(focused)?.focus();
+  }
+
+  #drawDisplay([x, y]) {
+    const lit = [];
+    const housing = group(x, y, { id: "display" },
+      svg("rect", { width: 216, height: 92, rx: 5, class: "housing" }));
+    for (const place of [3, 2, 1, 0]) {
+      const parts = digit();
+      parts.lit.forEach((segment, index) => {
+        segment.dataset.segment = place * 8 + index;
+        lit[place * 8 + index] = segment;
+      });
+      housing.append(group(14 + (3 - place) * 50, 13, {}, ...parts.dark, ...parts.lit));
+    }
+    this.root.append(housing);
+    return lit;
+  }
+
+  #drawLed(bit, x, y) {
+    const lit = svg("g", { class: "lit", id: `led${bit}` },
+      svg("circle", { r: 17, class: "glow" }),
+      svg("rect", { x: -8, y: -6, width: 16, height: 12, rx: 2, class: "led-on" }));
+    lit.style.opacity = 0;
+    this.root.append(group(x, y, { class: `led led-${LED_NAMES[bit] || "none"}` },
+      svg("rect", { x: -8, y: -6, width: 16, height: 12, rx: 2, class: "led-off" }), lit,
+      label(0, -13, `LD${bit}`), label(0, 21, LED_NAMES[bit], "silk small")));
+    return lit;
+  }
+
+  #drawSwitch(bit, x, y, pitch) {
+    const element = control(x, y, pitch, 84, {
+      id: `sw${bit}`, role: "switch", tabindex: 0, "aria-keyshortcuts": bit, class: "switch" },
+      svg("rect", { x: -11, y: 16, width: 22, height: 40, rx: 2, class: "body" }),
+      svg("rect", { x: -8, y: 19, width: 16, height: 17, rx: 2, class: "knob" }),
+      label(0, 11, `SW${bit}`), ...badge(0, 63, bit), label(0, 84, "", "silk small meaning"));
+    bindSwitch(element, bit, this.inputs);
+    this.root.append(element);
+    return element;
+  }
+
+  #drawButton(bit, x, y, pitch) {
+    const key = BUTTON_KEYS[bit];
+    const name = BUTTON_NAMES[bit];
+    const element = control(x, y, pitch, 84, {
+      id: `btn${bit}`, role: "button", tabindex: 0, "aria-keyshortcuts": key, class: "button",
+      "aria-label": `BTN${bit} ${name || "not used"}` },
+      svg("rect", { x: -20, y: 16, width: 40, height: 40, rx: 4, class: "body" }),
+      svg("circle", { cy: 36, r: 13, class: "knob" }),
+      label(0, 11, `BTN${bit}`), ...badge(0, 63, key.toUpperCase()),
+      label(0, 84, name || "–", "silk small meaning"));
+    bindButton(element, bit, this.inputs);
+    this.root.append(element);
+    return element;
+  }
+}
+
+/** Say what switches and LEDs mean as they are now. */
+export function legend(switches) {
+  if (switches >> 7 & 1) {
+    return `SW0 and SW1 choose the count that the display shows in hexadecimal steps: `
+      + `now ${COUNTS[switches & 3]}. SW7 off gives the tool back to your hands.`;
+  }
+  return "SW0 to SW5 move an axis for as long as they are on; LD0 to LD3 show its coils. The"
+    + " display is dark. SW7 hands the tool to the machine.";
+}
+
+/** Draw a row of parts with the highest bit leftmost. */
+function row(count, [x, y, pitch], draw) {
+  return Array.from({ length: count }, (_, n) => draw(count - 1 - n, x + n * pitch, y));
+}
+
+/** A part that takes clicks on all of its place, and shows when it has the focus. */
+function control(x, y, width, height, attributes, ...drawing) {
+  const area = { x: -width / 2 + 1, y: -3, width: width - 2, height: height + 7, rx: 6 };
+  return group(x, y, attributes, svg("rect", { ...area, class: "area" }), ...drawing);
+}
+
+/** The key that does the same. */
+function badge(x, y, key) {
+  return [svg("rect", { x: x - 8, y: y - 2, width: 16, height: 13, rx: 3, class: "badge" }),
+    label(x, y + 8, key, "badge-text")];
+}

@@ -1,0 +1,47 @@
+/** What the page knows of the machine: the last of everything that was sent. */
+
+/** Switches, buttons and LEDs by the bit that they are. */
+export const SWITCH = { automatic: 7 };
+export const BUTTON = { start: 1 };
+export const LED = { busy: 5, error: 6, ready: 7 };
+
+/** Everything that frames carry, summed up. */
+export class Machine {
+  constructor() {
+    this.clock = 0;
+    this.rate = 0;
+    this.switches = 0;
+    this.buttons = 0;
+    this.leds = new Uint8Array(8);
+    this.display = new Uint8Array(32);
+    this.motors = [0, 1, 2].map(() => ({ word: 0, position: 0 }));
+    this.path = [];
+    this.cut = [];
+  }
+
+  /**
+   * Take in a frame.
+   * @returns {{path: number, cut: number}} from which index on path and cut are new
+   * @throws {RangeError} if a list would have a gap: something was lost, and all must come again
+   */
+  apply(frame) {
+    Object.assign(this, frame.time, frame.inputs);
+    for (const part of ["leds", "display", "motors"]) {
+      if (frame[part]) this[part] = frame[part];
+    }
+    return { path: join(this.path, frame.path), cut: join(this.cut, frame.cut) };
+  }
+
+  get automatic() { return (this.switches >> SWITCH.automatic & 1) === 1; }
+
+  /** Whether an LED is lit, at least a part of the time. */
+  lit(name) { return this.leds[LED[name]] > 0; }
+}
+
+function join(list, part) {
+  if (!part) return list.length;
+  if (part.first > list.length) throw new RangeError("a gap in what was sent");
+  list.length = part.first;
+  for (const item of part.items) list.push(item);
+  return part.first;
+}

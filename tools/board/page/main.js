@@ -1,0 +1,159 @@
+/** Joins the parts of the page. */
+
+import { Board, legend } from "./board.js";
+import { Guide } from "./guide.js";
+import { Inputs, bindKeys } from "./inputs.js";
+import { Job } from "./job.js";
+import { Link } from "./link.js";
+import { Machine } from "./machine.js";
+import { Gauge, Motors } from "./motors.js";
+import { Table, darkPixels } from "./table.js";
+import { Time } from "./time.js";
+import { Wave } from "./wave.js";
+
+/** Milliseconds for which a message that something could not be done stays. */
+const NOTICE = 8000;
+
+const find = (id) => document.getElementById(id);
+
+/** The page: what it was told, and the parts that show it. */
+class Page {
+  #fresh = { path: Infinity, cut: Infinity };
+  #drawing = 0;
+  #owed = false;
+  #fading = 0;
+
+  constructor() {
+    this.machine = new Machine();
+    this.hello = { clock_hz: 50e6, pixel_steps: 128, z_travel: 1152, step_mm: 5 / 1152 };
+    this.state = {};
+    this.job = null;
+    this.notice = null;
+    const send = (name, fields) => this.link.send(name, fields);
+    this.inputs = new Inputs(send, () => this.#inputsChanged());
+    this.board = new Board(find("board"), this.inputs);
+    this.table = new Table(find("table"));
+    this.gauge = new Gauge(find("gauge"));
+    this.gauge.measure(this.hello.z_travel, this.hello.step_mm);
+    this.motors = new Motors(find("motors"));
+    this.time = new Time(send);
+    this.wave = new Wave(send);
+    this.guide = new Guide();
+    this.picker = new Job();
+    this.#inputsChanged();
+    bindKeys(this.inputs, () => find("keys").checked, { p: () => this.time.toggle() });
+    this.link = new Link({
+      opened: () => this.#connected(true),
+      closed: () => this.#connected(false),
+      said: (message) => this.#said(message),
+      frame: (frame) => this.#frame(frame),
+    });
+  }
+
+  #connected(connected) {
+    document.body.dataset.connection = connected ? "open" : "lost";
+    if (connected) {
+      // Everything comes anew, and nothing that was held is held any more.
+      this.machine = new Machine();
+      this.#fresh = { path: 0, cut: 0 };
+    } else {
+      find("connection").textContent = "connection lost, trying again";
+      this.inputs.releaseAll();
+    }
+    this.#later();
+  }
+
+  #said(message) {
+    if (message.error) this.#notice(message.error);
+    const hear = { hello: this.#hello, job: this.#job, state: this.#state }[message.say];
+    hear?.call(this, message);
+    this.#later();
+  }
+
+  /** Show for a while what the server could not do. */
+  #notice(text) {
+    this.notice = text;
+    clearTimeout(this.#fading);
+    this.#fading = setTimeout(() => {
+      this.notice = null;
+      this.#later();
+    }, NOTICE);
+  }
+
+  #hello(hello) {
+    this.hello = { ...this.hello, ...hello };
+    const pages = hello.pages > 1 ? `, ${hello.pages} pages` : "";
+    find("connection").textContent = `connected, engine ${hello.engine}${pages}`;
+    this.time.limits(this.hello);
+    this.wave.limits(this.hello);
+    this.picker.limits(this.hello);
+    this.gauge.measure(this.hello.z_travel, this.hello.step_mm);
+  }
+
+  #job(job) {
+    this.job = job;
+    find("job").dataset.number = job.number;
+    find("job").textContent =
+      `${job.name ?? "picture"}: ${job.columns} × ${job.rows}, ${job.count} pixels to cut`;
+    this.time.jobChanged(job);
+    this.#loadAsked(job);
+  }
+
+  #loadAsked(job) {
+    const image = find("asked");
+    image.onload = () => {
+      image.hidden = false;
+      this.table.take(job.rows, job.columns, this.hello.pixel_steps, darkPixels(image));
+    };
+    image.src = `asked.png?at=${Date.now()}`;
+  }
+
+  #state(state) {
+    this.state = state;
+    this.time.stateChanged(state);
+    this.wave.stateChanged(state);
+  }
+
+  #frame(frame) {
+    const fresh = this.machine.apply(frame);
+    this.#fresh.path = Math.min(this.#fresh.path, fresh.path);
+    this.#fresh.cut = Math.min(this.#fresh.cut, fresh.cut);
+    if (frame.inputs) this.inputs.agree(this.machine.switches, this.machine.buttons);
+    this.#owed = true;
+    this.#later();
+  }
+
+  /** Draw with the next picture of the screen: once, however many frames came. */
+  #later() {
+    this.#drawing ||= requestAnimationFrame(() => {
+      this.#drawing = 0;
+      this.#draw();
+    });
+  }
+
+  #draw() {
+    const { machine } = this;
+    this.board.lightsChanged(machine);
+    this.motors.show(machine.motors, this.hello.step_mm);
+    this.gauge.show(machine.motors[2].position);
+    this.table.show(machine, this.#fresh);
+    this.#fresh = { path: Infinity, cut: Infinity };
+    this.time.show(machine);
+    const connected = document.body.dataset.connection === "open";
+    const { state, job, notice } = this;
+    this.guide.show({ connected, state, job, machine, notice });
+    find("table").dataset.cut = machine.cut.length;
+    // The server sends no frame before the last one is drawn: it never runs ahead of a slow page.
+    if (this.#owed) this.link.send("next");
+    this.#owed = false;
+  }
+
+  #inputsChanged() {
+    this.board.inputsChanged();
+    const { switches } = this.inputs;
+    find("legend").textContent = legend(switches);
+    find("mode").textContent = switches >> 7 & 1 ? "automatic mode" : "manual mode";
+  }
+}
+
+new Page();

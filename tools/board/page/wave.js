@@ -1,0 +1,105 @@
+/** A window of waveform: recorded, downloaded, drawn. */
+
+import { short } from "./time.js";
+
+const find = (id) => document.getElementById(id);
+
+/** Signals drawn first, if the window has them: the pins of the board. */
+const FIRST = ["switches", "buttons", "leds", "digits", "axis_x", "axis_y", "axis_z"];
+
+/** The panel of waveforms. */
+export class Wave {
+  #window = null;
+  #most = Infinity;
+
+  /** @param {function(string, object?)} send - tells the server */
+  constructor(send) {
+    find("record-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      send("record", { clocks: Number(find("record-clocks").value) });
+    });
+    find("filter").addEventListener("input", () => this.#filter());
+    find("draw").addEventListener("click", () => this.#draw());
+    find("wave").addEventListener("error", () => this.#failed());
+  }
+
+  /** Take the most clocks of a window, and the most signals of a drawing. */
+  limits({ most_clocks: clocks, most_signals: signals }) {
+    find("record-clocks").max = clocks;
+    this.#most = signals;
+  }
+
+  stateChanged({ recording, wave }) {
+    find("record").disabled = Boolean(recording);
+    // It may have ended early: with its machine, or because it grew too large.
+    find("wave-state").textContent = recording ? "recording"
+      : wave ? `${short(wave.clocks)} clocks` : "";
+    if (JSON.stringify(wave) === JSON.stringify(this.#window)) return;
+    this.#window = wave;
+    find("vcd").hidden = find("wave-view").hidden = !wave;
+    if (wave) this.#list();
+  }
+
+  async #list() {
+    find("wave-error").textContent = "";
+    const response = await fetch("wave.json");
+    if (!response.ok) return this.#failed(response);
+    const { signals } = await response.json();
+    const before = this.#chosen();
+    const chosen = new Set(before.length ? before : pins(signals));
+    find("signals").replaceChildren(
+      ...signals.map(({ path, width }) => choice(path, width, chosen.has(path))));
+    this.#filter();
+    return this.#draw();
+  }
+
+  #chosen() {
+    return [...find("signals").querySelectorAll("input:checked")].map(({ value }) => value);
+  }
+
+  #filter() {
+    const wanted = find("filter").value.toLowerCase();
+    for (const element of find("signals").children) {
+      const hit = element.textContent.toLowerCase().includes(wanted);
+      element.hidden = !hit && !element.querySelector("input").checked;
+    }
+  }
+
+  #draw() {
+    const signals = this.#chosen();
+    const drawing = find("wave").parentElement;
+    find("wave-error").textContent = signals.length > this.#most
+      ? `Choose at most ${this.#most} signals: ${signals.length} are chosen.`
+      : signals.length ? "" : "Choose a signal.";
+    drawing.hidden = find("wave-error").textContent !== "";
+    if (drawing.hidden) return;
+    const query = new URLSearchParams({ signals: signals.join(","), at: Date.now() });
+    find("wave").alt = `Waveform of ${signals.join(", ")}`;
+    find("wave").src = `wave.svg?${query}`;
+  }
+
+  /** Ask again for what could not be drawn, to read what the server says. */
+  async #failed(answer) {
+    find("wave").parentElement.hidden = true;
+    const response = answer ?? await fetch(find("wave").src);
+    const { error } = await response.json().catch(() => ({}));
+    find("wave-error").textContent = error ?? "The waveform could not be drawn.";
+  }
+}
+
+/** The paths of the board's pins: the outermost signal of each name. */
+function pins(signals) {
+  const depth = (path) => path.split(".").length;
+  const paths = signals.map(({ path }) => path).sort((a, b) => depth(a) - depth(b));
+  return FIRST.map((name) => paths.find((path) => path.split(".").at(-1) === name)).filter(Boolean);
+}
+
+function choice(path, width, checked) {
+  const box = document.createElement("input");
+  Object.assign(box, { type: "checkbox", value: path, checked });
+  const bits = document.createElement("small");
+  bits.textContent = width > 1 ? `${width} bits` : "";
+  const element = document.createElement("label");
+  element.append(box, ` ${path}`, bits);
+  return element;
+}

@@ -1,0 +1,125 @@
+"""The process that the gateware runs in, as seen from the process that serves the pages."""
+
+import asyncio
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from .outbox import Outbox
+from .worker import work
+
+__all__ = ["Simulation"]
+
+#: Seconds that it gets to end by itself.
+PATIENCE = 2.0
+
+
+class Simulation:
+    """A process with a machine in it. It may end at any time, and can be started again.
+
+    Parameters
+    ----------
+    engine : str, optional
+        The engine; None for the fastest that runs here.
+    heard : callable
+        Called in the event loop with what the process says, the tuples of `tools.board.worker`;
+        with ``("ended", status)`` when it is gone.
+    folder : str
+        A folder that the process deletes if this one is killed.
+    """
+
+    def __init__(self, engine: str | None, heard: Callable[..., None], folder: str) -> None:
+        self._engine, self._heard, self._folder = engine, heard, folder
+        self._process: BaseProcess | None = None
+        self._connection: Connection | None = None
+        self._outbox: Outbox | None = None
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can be told something."""
+        return self._connection is not None
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process."""
+        return None if self._process is None else self._process.pid
+
+    def start(self) -> None:
+        """Start the process, with no machine in it yet."""
+        context = multiprocessing.get_context("spawn")
+        ours, its = context.Pipe()
+        process = context.Process(target=work, args=(its, self._engine, self._folder),
+                                  daemon=True)
+        with _deaf_to_control_c():
+            process.start()
+        its.close()
+        self._process, self._connection, self._outbox = process, ours, Outbox(ours)
+        threading.Thread(target=_listen, args=(
+            ours, process, asyncio.get_running_loop(), self._hear), daemon=True).start()
+
+    def tell(self, *order: Any) -> None:
+        """Send an order. If the process is gone nothing happens; that has been told, or will be."""
+        if self._outbox is not None:
+            self._outbox.put(*order)
+
+    def _hear(self, connection: Connection, *message: Any) -> None:
+        if connection is not self._connection:
+            return  # it was ended, and what it said before does not count any more
+        if message[0] == "ended":
+            if self._outbox is not None:
+                self._outbox.close()
+            connection.close()
+            self._connection = self._outbox = None
+        self._heard(*message)
+
+    def stop(self) -> None:
+        """End the process and all that it started. It has some time to do so itself."""
+        process, outbox = self._process, self._outbox
+        self._process = self._connection = self._outbox = None
+        if process is None:
+            return
+        if outbox is not None:
+            outbox.put("quit")
+        process.join(PATIENCE)
+        if outbox is not None:
+            outbox.close()
+        if process.is_alive() and process.pid is not None:
+            with suppress(OSError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.kill()
+            process.join()
+
+
+@contextmanager
+def _deaf_to_control_c() -> Iterator[None]:
+    """Let what is started here ignore Ctrl-C from its first instruction on."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _listen(
+    connection: Connection, process: BaseProcess, loop: asyncio.AbstractEventLoop,
+    hear: Callable[..., None],
+) -> None:
+    """Hand on what comes through a connection, until it is closed."""
+    with suppress(RuntimeError):  # the loop has ended
+        while True:
+            try:
+                message = connection.recv()
+            except (EOFError, OSError):
+                process.join(PATIENCE)
+                loop.call_soon_threadsafe(hear, connection, "ended", process.exitcode)
+                return
+            loop.call_soon_threadsafe(hear, connection, *message)

@@ -1,0 +1,37 @@
+"""A way to an address that other people on the same machine cannot read.
+
+What is given to a browser when it is started can be read by all of them, in the list of processes.
+"""
+
+import html
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+__all__ = ["redirect"]
+
+PAGE = """\
+<!doctype html>
+<meta charset="utf-8">
+<meta http-equiv="refresh" content="0; url={address}">
+<title>Fresa</title>
+<p><a href="{address}">Go to the page</a>
+"""
+
+
+@contextmanager
+def redirect(address: str) -> Iterator[str]:
+    """Give the address of a file that leads to `address`, which is there while the body runs.
+
+    Only who has made the file can read it.
+    """
+    handle, name = tempfile.mkstemp(prefix="fresa-", suffix=".html")  # mode 0600
+    try:
+        with os.fdopen(handle, "w") as file:
+            file.write(PAGE.format(address=html.escape(address)))
+        yield Path(name).as_uri()
+    finally:
+        with suppress(OSError):
+            os.unlink(name)

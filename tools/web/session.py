@@ -1,0 +1,196 @@
+"""Pages that are shown a state. Each takes what it can, and none holds anybody up.
+
+A page has at most one frame on its way. When it says ``next``, it gets what has changed since, in
+one frame, however long that took. Texts, which are rare, are kept by what they are about: a page
+that has not taken one yet gets the newest in its place.
+"""
+
+import asyncio
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Protocol
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from ..console import UserError
+from .site import Refused
+
+__all__ = ["FRAME_INTERVAL", "Pages", "Shown", "View"]
+
+#: Seconds from one frame to the next, at least.
+FRAME_INTERVAL = 1 / 30
+
+MOST_PAGES = 16
+MOST_ERRORS = 50
+MOST_ORDERS = 300  # a second
+LONGEST_MESSAGE = 4096
+
+#: Seconds after which a page that answers no ping is given up.
+HEARTBEAT = 30
+
+
+class View(Protocol):
+    """What one page has been shown."""
+
+    def frame(self) -> bytes | None:
+        """Give what the page has not been shown yet, and count it as shown; None if nothing."""
+        ...
+
+
+class Shown(Protocol):
+    """What pages look at."""
+
+    def view(self) -> View:
+        """Begin a page, which has been shown nothing."""
+        ...
+
+    def left(self, view: View) -> None:
+        """End a page."""
+        ...
+
+    def do(self, view: View, name: str, message: Mapping[str, object]) -> None:
+        """Do what a page asks for.
+
+        Raises
+        ------
+        UserError
+            If it cannot be done. The page is told.
+        """
+        ...
+
+
+class _Page:
+    """A page that is connected."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self.texts: dict[str, str] = {}
+        self.ready = True
+        self.woken = asyncio.Event()
+        self._second, self._orders = 0.0, 0
+
+    def count(self, now: float) -> None:
+        """Count an order at a time in seconds; too many are a mistake."""
+        if now >= self._second + 1:
+            self._second, self._orders = now, 0
+        self._orders += 1
+        if self._orders > MOST_ORDERS:
+            raise UserError(f"more than {MOST_ORDERS} orders in a second: send fewer")
+
+
+class Pages:
+    """All pages that are connected.
+
+    Parameters
+    ----------
+    shown : Shown
+        What they look at.
+    changed : callable
+        Called when a page has come or gone, or can take a frame.
+
+    Attributes
+    ----------
+    texts : dict of str to str
+        What each new page is told first, by what it is about. Set by `tell`.
+    """
+
+    def __init__(self, shown: Shown, changed: Callable[[], None] = lambda: None) -> None:
+        self._shown = shown
+        self._changed = changed
+        self._pages: dict[_Page, web.WebSocketResponse] = {}
+        self.texts: dict[str, str] = {}
+
+    def __len__(self) -> int:
+        return len(self._pages)
+
+    @property
+    def hungry(self) -> bool:
+        """Whether a page can take a frame."""
+        return any(page.ready for page in self._pages)
+
+    def tell(self, about: str, fields: Mapping[str, object]) -> None:
+        """Say something to all pages, and to those that come."""
+        text = json.dumps({"say": about, **fields})
+        if self.texts.get(about) == text:
+            return
+        self.texts[about] = text
+        for page in self._pages:
+            page.texts[about] = text
+            page.woken.set()
+
+    def wake(self) -> None:
+        """Send a frame to every page that can take one and for which there is something new."""
+        for page in self._pages:
+            page.woken.set()
+
+    async def close(self) -> None:
+        """Say goodbye to all."""
+        await asyncio.gather(*(
+            socket.close(code=WSCloseCode.GOING_AWAY, message=b"the server has ended")
+            for socket in list(self._pages.values())))
+
+    async def handle(self, request: web.Request) -> web.StreamResponse:
+        """Serve a page for as long as it is there: the handler of its WebSocket."""
+        if len(self._pages) >= MOST_PAGES:
+            raise Refused(f"{MOST_PAGES} pages are open: close one first", 503)
+        socket = web.WebSocketResponse(max_msg_size=LONGEST_MESSAGE, compress=False,
+                                       heartbeat=HEARTBEAT, timeout=1.0)
+        await socket.prepare(request)
+        page = _Page(self._shown.view())
+        page.texts = dict(self.texts)
+        page.woken.set()
+        self._pages[page] = socket
+        self._changed()
+        sender = asyncio.create_task(self._send(page, socket))
+        try:
+            await self._hear(page, socket)
+        finally:
+            del self._pages[page]
+            sender.cancel()
+            with suppress(asyncio.CancelledError, ConnectionError):
+                await sender
+            self._shown.left(page.view)
+            self._changed()
+        return socket
+
+    async def _send(self, page: _Page, socket: web.WebSocketResponse) -> None:
+        with suppress(ConnectionError):
+            while True:
+                await page.woken.wait()
+                page.woken.clear()
+                while page.texts:
+                    await socket.send_str(page.texts.pop(next(iter(page.texts))))
+                if page.ready and (frame := page.view.frame()) is not None:
+                    page.ready = False
+                    await socket.send_bytes(frame)
+
+    async def _hear(self, page: _Page, socket: web.WebSocketResponse) -> None:
+        errors = 0
+        with suppress(ConnectionError):
+            async for message in socket:
+                if message.type not in (WSMsgType.TEXT, WSMsgType.BINARY):
+                    break
+                try:
+                    self._obey(page, message.data)
+                except UserError as error:
+                    errors += 1
+                    await socket.send_str(json.dumps({"error": str(error)}))
+                    if errors >= MOST_ERRORS:
+                        await socket.close(code=WSCloseCode.POLICY_VIOLATION,
+                                           message=b"too many mistakes")
+                        break
+
+    def _obey(self, page: _Page, data: str | bytes) -> None:
+        page.count(asyncio.get_running_loop().time())
+        try:
+            message = json.loads(data) if isinstance(data, str) else None
+        except (ValueError, RecursionError):
+            message = None
+        if not isinstance(message, dict) or not isinstance(name := message.get("do"), str):
+            raise UserError('a message must be JSON, {"do": NAME, ...}')
+        if name != "next":
+            self._shown.do(page.view, name, message)
+        elif not page.ready:
+            page.ready = True
+            self._changed()

@@ -1,0 +1,205 @@
+"""A server for one person on one machine: nobody else gets in, and nothing comes from elsewhere.
+
+It listens on the loopback only. That keeps out other machines but not the pages of other sites,
+which the person's browser also shows, and not other people on the same machine. So every address
+starts with a token that only the person knows, a request must be for this very host (a name that
+somebody else points at the loopback is not), and one that comes from a page must come from ours.
+"""
+
+import asyncio
+import errno
+import mimetypes
+import secrets
+import signal
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterator
+from contextlib import asynccontextmanager, contextmanager
+from pathlib import Path
+
+from aiohttp import web
+
+from ..console import UserError
+
+__all__ = ["Refused", "serve", "site", "stopping"]
+
+HOST = "127.0.0.1"
+
+#: Browsers leave this one out of what they send.
+DEFAULT_PORT = 80
+
+HEADERS = {
+    # Only what the server itself sends, and nobody may frame it or learn its address.
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; "
+    "style-src 'self' 'unsafe-inline'; connect-src 'self' ws://127.0.0.1:* ws://localhost:*; "
+    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+#: Python asks the system for types, and some systems know these wrongly.
+TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
+         ".html": "text/html", ".png": "image/png"}
+
+_TOKEN = web.AppKey("token", str)
+_LARGEST = web.AppKey("largest", int)
+_PORT = web.AppKey("port", list[int])
+
+
+class Refused(UserError):
+    """A request that cannot be served; its text says in one line what to do instead.
+
+    Parameters
+    ----------
+    message : str
+        That line.
+    status : int
+        Status of HTTP, 400 to 499, or 503 for what may go well later.
+    """
+
+    def __init__(self, message: str, status: int = 400) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+def site(pages: Path, routes: Iterable[web.RouteDef], *, largest: int) -> web.Application:
+    """Make a site: its page, the files of the page, and what else it answers.
+
+    Parameters
+    ----------
+    pages : path
+        Folder of ``index.html``, which is served at ``./``, and of the files that it needs, at
+        ``page/NAME``. No folder in it is served.
+    routes : iterable of RouteDef
+        What else is served. Their paths begin with ``/`` and lie below the token.
+    largest : int
+        Most bytes of a request's body.
+
+    Returns
+    -------
+    web.Application
+        To be given to `serve`.
+    """
+    token = secrets.token_urlsafe(16)
+    app = web.Application(middlewares=[_errors, _guard], client_max_size=largest)
+    app[_TOKEN], app[_LARGEST], app[_PORT] = token, largest, []
+    files = {path.name: path for path in pages.iterdir() if path.is_file()}
+
+    async def index(_: web.Request) -> web.StreamResponse:
+        return _file(pages / "index.html")
+
+    async def file(request: web.Request) -> web.StreamResponse:
+        path = files.get(request.match_info["name"])
+        if path is None:
+            raise Refused("there is no such file", 404)
+        return _file(path)
+
+    app.router.add_routes([
+        web.get(f"/{token}/", index),
+        web.get(f"/{token}/page/{{name}}", file),
+        *(web.route(route.method, f"/{token}{route.path}", route.handler) for route in routes),
+    ])
+    return app
+
+
+def _file(path: Path) -> web.Response:
+    kind = TYPES.get(path.suffix) or mimetypes.guess_type(path.name)[0]
+    kind = kind or "application/octet-stream"
+    charset = "utf-8" if kind.startswith("text/") else None
+    return web.Response(body=path.read_bytes(), content_type=kind, charset=charset)
+
+
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+@web.middleware
+async def _errors(request: web.Request, handler: Handler) -> web.StreamResponse:
+    """Answer what goes wrong in one line of JSON, and give every answer our headers."""
+    try:
+        response = await handler(request)
+    except Refused as error:
+        response = _error(str(error), error.status)
+    except UserError as error:
+        response = _error(str(error), 400)
+    except web.HTTPRequestEntityTooLarge:
+        limit = request.app[_LARGEST] >> 20
+        response = _error(f"that is larger than {limit} MiB: make it smaller first", 413)
+    except web.HTTPException as error:
+        response = _error(_ADVICE.get(error.status, error.reason.lower()), error.status)
+    if not response.prepared:
+        response.headers.update(HEADERS)
+    return response
+
+
+_ADVICE = {
+    404: "there is nothing at this address: open the one that the command printed",
+    405: "this address is not asked that way",
+}
+
+
+def _error(message: str, status: int) -> web.Response:
+    return web.json_response({"error": " ".join(message.split())}, status=status)
+
+
+@web.middleware
+async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
+    names = (HOST, "localhost")
+    ours = {f"{name}:{port}" for name in names for port in request.app[_PORT]}
+    if DEFAULT_PORT in request.app[_PORT]:
+        ours |= set(names)
+    if request.headers.get("Host", "").lower() not in ours:
+        raise Refused("this host is not served here: open the address that the command printed",
+                      403)
+    origin = request.headers.get("Origin")
+    if origin is not None and origin.lower() not in {f"http://{host}" for host in ours}:
+        raise Refused("pages of other sites are not served", 403)
+    return await handler(request)
+
+
+_WHY = {errno.EADDRINUSE: "in use", errno.EACCES: "not allowed"}
+
+
+@asynccontextmanager
+async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
+    """Serve a site while the body runs; give its address.
+
+    Parameters
+    ----------
+    app : web.Application
+        From `site`.
+    port : int
+        Where to listen; any that is free if 0.
+
+    Raises
+    ------
+    UserError
+        If the port is taken, or cannot be had for another reason.
+    """
+    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1)
+    await runner.setup()
+    try:
+        listener = web.TCPSite(runner, HOST, port)
+        try:
+            await listener.start()
+        except OSError as error:
+            why = _WHY.get(error.errno or 0, f"not to be had ({error.strerror})")
+            raise UserError(f"port {port} is {why}: choose another with --port, or none") from error
+        bound: int = runner.addresses[0][1]
+        app[_PORT].append(bound)
+        yield f"http://{HOST}:{bound}/{app[_TOKEN]}/"
+    finally:
+        await runner.cleanup()
+
+
+@contextmanager
+def stopping() -> Iterator[asyncio.Event]:
+    """Give an event that Ctrl-C and SIGTERM set, instead of what they do otherwise."""
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop.set)
+    try:
+        yield stop
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)
