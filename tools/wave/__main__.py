@@ -1,8 +1,12 @@
 """Look into waveforms: values, changes, times, steps, differences, diagrams."""
 
+import os
+import sys
+
 from ..console import Parser, UserError, command
 from . import compare, draw, look, measure, steps, view
 from .child import go_on_in_child
+from .options import LEFT
 
 __all__ = ["main"]
 
@@ -15,7 +19,7 @@ Reads a waveform, a VCD, FST or GHW of any simulator, and answers without leavin
             after its edge
 """
 
-EPILOG = """\
+EPILOG = f"""\
 examples:
   python -m tb mill --vcd mill.vcd
       Make a waveform to look into.
@@ -30,7 +34,7 @@ examples:
       What a subcommand does, its options, and examples.
 
 exit status: 0 if all went well, 1 if find found nothing, diff a difference or steps a fault, 2 if
-the command cannot be carried out.
+the command cannot be carried out, {LEFT} if whoever reads the output leaves early, as head does.
 """
 
 SUBCOMMANDS = (look.list_signals, look.at, look.table, measure.find, measure.stats,
@@ -46,7 +50,14 @@ def main(argv: list[str] | None = None) -> int:
         subcommand(subparsers)
     args = parser.parse_args(argv)
     try:
-        return args.run(args)
+        status = args.run(args)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return status
+    except BrokenPipeError:
+        # Python flushes stdout once more at exit: let it have a sink.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return LEFT
     except MemoryError:
         raise UserError(f"{args.file} does not fit into memory") from None
 

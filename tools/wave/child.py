@@ -1,5 +1,6 @@
 """A process that may die: where a file asks for too much memory, the reader in Rust ends it."""
 
+import ctypes
 import os
 import signal
 import sys
@@ -8,26 +9,54 @@ from ..console import colour
 
 __all__ = ["go_on_in_child"]
 
+_PR_SET_PDEATHSIG = 1
+"""Of prctl(2) in Linux: which signal a process gets when its parent ends."""
+
 
 def go_on_in_child() -> None:
     """Return in a child only. The parent waits, tells in a line if it dies, and ends as it ended.
 
-    Where a system has no fork this does nothing.
+    The child does not outlive it: what ends the parent is passed on, and where Linux lets it, even
+    what cannot be caught ends the child. Where a system has no fork this does nothing.
     """
     if not hasattr(os, "fork"):
         return
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()
-    child = os.fork()
+    parent, child = os.getpid(), os.fork()
     if child == 0:
+        _end_with(parent)
         return
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda number, _: os.kill(child, number))
     # Control-C reaches the child as well, which says what is to be said.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if status < 0:
-        why = ("it does not fit into memory" if -status == signal.SIGKILL else
-               "something in it is not as a waveform file should be")
-        print(colour("error:", 31, sys.stderr), f"the file cannot be read: {why}", file=sys.stderr)
-        status = 2
+        status = _died(-status)
     sys.exit(status)
+
+
+def _end_with(parent: int) -> None:
+    """Have the system end this process when its parent ends."""
+    if not sys.platform.startswith("linux"):
+        return
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it ended before that
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _died(number: int) -> int:
+    """Tell why a signal ended the child; or end by it too, if it came from outside."""
+    broken = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
+    if number == signal.SIGKILL:
+        why = "it does not fit into memory"
+    elif number in broken:
+        why = "something in it is not as a waveform file should be"
+    else:
+        signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+        return 128 + number  # where this process is told not to mind it
+    print(colour("error:", 31, sys.stderr), f"the file cannot be read: {why}", file=sys.stderr)
+    return 2

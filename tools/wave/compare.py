@@ -2,22 +2,19 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..console import UserError, say, warn
-from .options import Asked, add_format, add_window, plain, say_json
-from .pairing import alike, pairs_of
+from . import names
+from .difference import Difference, compared
+from .options import LEFT, Asked, add_format, add_window, plain, say_json
+from .pairing import Pair, Pairing, alike, pairing_of
 from .reader import LATEST, Signal, Wave
-from .trace import Trace, Value
 
-__all__ = ["Difference", "compared", "diff"]
+__all__ = ["diff"]
 
 ABOUT = """\
 Compares two waves of whatever format, over the time that they have in common.
@@ -25,9 +22,13 @@ Compares two waves of whatever format, over the time that they have in common.
 Without SIGNAL, all signals that are in both are compared: those whose paths end alike, the longest
 common end first. States with a name are not compared with bare codes. A value that is unknown in
 one wave only is a difference.
+
+A signal that is in both with another width is a difference as well. What is in one wave only is
+told, for a netlist has not all that its source has; it is a difference if it is named. What --map
+names is compared whatever its widths, as numbers, and with --map alone nothing else is looked at.
 """
 
-EXAMPLES = """\
+EXAMPLES = f"""\
 examples:
   python -m tools.wave diff amaranth.vcd icarus.vcd
       Everything that has the same name.
@@ -38,36 +39,12 @@ examples:
   python -m tools.wave diff ours.vcd theirs.ghw --map bench.top.count=top.counter_q
       A signal that has another name there.
 
-exit status: 0 if they agree, 1 if they differ, 2 if they cannot be compared.
+exit status: 0 if they agree; 1 if values or widths differ, or a signal that is named by SIGNAL is
+in one wave only; 2 if they cannot be compared; {LEFT} if whoever reads the output leaves early.
 """
 
 SHOWN = 20
 """Differences that are told, the first ones."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """What became of a pair of signals.
-
-    Attributes
-    ----------
-    pair : tuple of Signal
-        The signal of each wave.
-    first : int
-        When they first differ, in ticks of the first wave's time as compared.
-    values : tuple of Value
-        What they are then.
-    intervals : int
-        How often they begin to differ.
-    ticks : int
-        How long they differ in all.
-    """
-
-    pair: tuple[Signal, Signal]
-    first: int
-    values: tuple[Value, Value]
-    intervals: int
-    ticks: int
 
 
 def diff(subparsers) -> None:
@@ -76,7 +53,8 @@ def diff(subparsers) -> None:
                                    epilog=EXAMPLES)
     parser.add_argument("file", metavar="A", type=Path, help="a waveform")
     parser.add_argument("other", metavar="B", type=Path, help="another")
-    parser.add_argument("signals", metavar="SIGNAL", nargs="*", help="names or patterns of A")
+    parser.add_argument("signals", metavar="SIGNAL", nargs="*",
+                        help="names or patterns, of A or else of B")
     parser.add_argument("--map", metavar="A=B", action="append", default=[], dest="pairs",
                         help="compare these two; may be repeated")
     parser.add_argument("--json", action="store_true", help="answer in JSON")
@@ -87,33 +65,47 @@ def diff(subparsers) -> None:
 
 def _diff(args: argparse.Namespace) -> int:
     asked, other = Asked.of(args), Wave(args.other)
-    pairs = pairs_of(asked.wave, other, args.signals, args.pairs)
-    fit = [pair for pair in pairs if alike(*pair)]
-    if not fit:
+    pairing = pairing_of(asked.wave, other, args.signals, args.pairs)
+    fit = [pair for pair in pairing.same if alike(*pair)]
+    mismatched = bool(pairing.other_width or args.signals and any(pairing.only))
+    if not fit and not mismatched:
         raise UserError(f"{args.file} and {args.other} have no signals in common; "
                         "--map A=B names two")
-    start, end = asked.timeline.window(args.start, args.end)
-    tick = _common(asked.wave.tick, other.tick)
-    scale = (int(asked.wave.tick / tick), int(other.tick / tick))
-    if max(asked.wave.span[1] * scale[0], other.span[1] * scale[1]) > LATEST:
-        raise UserError(f"the times of {args.file} and {args.other} are too far apart in scale")
-    low = max(start * scale[0], other.span[0] * scale[1])
-    high = min(end * scale[0], other.span[1] * scale[1])
-    if high < low:
-        raise UserError(f"{args.file} and {args.other} have no time in common")
-    found = [difference for pair in fit if (difference := compared(
-        pair, (asked.wave.trace(pair[0]), other.trace(pair[1])), scale, low, high))]
-    found.sort(key=lambda difference: difference.first)
+    found, scale = _found(asked, other, fit, asked.timeline.window(args.start, args.end))
     facts = {
         "compared": len(fit), "different": len(found),
-        "left_out": [[one.path, two.path] for one, two in pairs if not alike(one, two)],
-        "differences": [_facts(asked, difference, scale[0]) for difference in found],
+        "left_out": [_paths(pair) for pair in pairing.same if not alike(*pair)],
+        "other_width": [{"signals": _paths(pair), "bits": [signal.bits for signal in pair]}
+                        for pair in pairing.other_width],
+        **{f"only_in_{name}": _paths(side)
+           for name, side in zip("ab", pairing.only, strict=True)},
+        "differences": [_facts(asked, difference, scale) for difference in found],
     }
     if args.json:
         say_json(facts)
     else:
         _tell(asked, facts, found)
-    return 1 if found else 0
+        _tell_pairing(pairing, (args.file, args.other))
+    return 1 if found or mismatched else 0
+
+
+def _found(
+    asked: Asked, other: Wave, pairs: Sequence[Pair], window: tuple[int, int]
+) -> tuple[list[Difference], int]:
+    """Give the pairs that differ, in the order of time, and their ticks in one of the first's."""
+    tick = _common(asked.wave.tick, other.tick)
+    scale = (int(asked.wave.tick / tick), int(other.tick / tick))
+    if max(asked.wave.span[1] * scale[0], other.span[1] * scale[1]) > LATEST:
+        raise UserError(f"the times of {asked.wave.path} and {other.path} are too far apart in "
+                        "scale")
+    low = max(window[0] * scale[0], other.span[0] * scale[1])
+    high = min(window[1] * scale[0], other.span[1] * scale[1])
+    if high < low:
+        raise UserError(f"{asked.wave.path} and {other.path} have no time in common")
+    found = [difference for pair in pairs if (difference := compared(
+        pair, (asked.wave.trace(pair[0], keep=False), other.trace(pair[1], keep=False)),
+        scale, low, high))]
+    return sorted(found, key=lambda difference: difference.first), scale[0]
 
 
 def _tell(asked: Asked, facts: dict[str, Any], found: Sequence[Difference]) -> None:
@@ -122,7 +114,8 @@ def _tell(asked: Asked, facts: dict[str, Any], found: Sequence[Difference]) -> N
         warn(f"{len(facts['left_out'])} pairs are not compared, for one has names or fractions and "
              f"the other bits: first {one} and {two}")
     if not found:
-        say(f"no difference in {facts['compared']} signals")
+        if facts["compared"]:
+            say(f"no difference in {facts['compared']} signals")
         return
     say(f"{len(found)} of {facts['compared']} signals differ")
     for difference, fact in list(zip(found, facts["differences"], strict=True))[:SHOWN]:
@@ -136,6 +129,21 @@ def _tell(asked: Asked, facts: dict[str, Any], found: Sequence[Difference]) -> N
         say(f"and {len(found) - SHOWN} more; --json lists them all")
 
 
+def _tell_pairing(pairing: Pairing, files: Sequence[Path]) -> None:
+    if pairing.other_width:
+        say("of another width: " + names.listed(
+            f"{one.path}, {one.bits} bits and {two.bits}" if one.path == two.path else
+            f"{one.path}, {one.bits} bits, and {two.path}, {two.bits}"
+            for one, two in pairing.other_width))
+    for file, side in zip(files, pairing.only, strict=True):
+        if side:
+            say(f"only in {file}: {names.listed(_paths(side))}")
+
+
+def _paths(signals: Sequence[Signal]) -> list[str]:
+    return [signal.path for signal in signals]
+
+
 def _facts(asked: Asked, difference: Difference, scale: int) -> dict[str, Any]:
     one, two = difference.pair
     first, long = (Fraction(ticks, scale) for ticks in (difference.first, difference.ticks))
@@ -144,60 +152,6 @@ def _facts(asked: Asked, difference: Difference, scale: int) -> dict[str, Any]:
             "time": asked.timeline.text(first), "signals": [one.path, two.path],
             "values": [plain(value) for value in difference.values],
             "intervals": difference.intervals, "differs": asked.timeline.text(long)}
-
-
-def compared(
-    pair: tuple[Signal, Signal], traces: tuple[Trace, Trace], scale: tuple[int, int], low: int,
-    high: int,
-) -> Difference | None:
-    """Compare two traces.
-
-    Parameters
-    ----------
-    pair, traces : pairs of Signal and Trace
-        The two signals, and what they do.
-    scale : pair of int
-        Common ticks in a tick of each.
-    low, high : int
-        The time to compare, in common ticks; the value at `high` is compared as well.
-
-    Returns
-    -------
-    Difference or None
-        None if they agree.
-    """
-    own = [trace.times * factor for trace, factor in zip(traces, scale, strict=True)]
-    times = np.unique(np.concatenate([
-        [low], *(some[(some > low) & (some <= high)] for some in own)])).astype(np.int64)
-    rows = [np.searchsorted(some, times, side="right") - 1 for some in own]
-    differs = _differs(traces, rows)
-    if not differs.any():
-        return None
-    lengths = np.diff(times, append=high)
-    first = int(np.flatnonzero(differs)[0])
-    one, two = (trace.value(int(row[first])) for trace, row in zip(traces, rows, strict=True))
-    return Difference(pair, int(times[first]), (one, two),
-                      int(np.count_nonzero(np.diff(differs.astype(np.int8), prepend=0) == 1)),
-                      int(lengths[differs].sum()))
-
-
-def _differs(traces: tuple[Trace, Trace], rows: Sequence[NDArray]) -> NDArray[np.bool_]:
-    """Say in which rows two traces differ."""
-    # Words get common numbers; what is before the first change is the last of all.
-    table: dict[str, int] = {}
-    codes, numbers = [], []
-    for trace, row in zip(traces, rows, strict=True):
-        # All bits unknown is unknown, be it written X, U or -.
-        words = [table.setdefault("x" if not trace.named and not set(word) & set("01hl") else word,
-                                  len(table)) for word in trace.words]
-        own = np.append(np.array([*words, -1], np.int64)[trace.codes],
-                        table.setdefault("x", len(table)))
-        codes.append(own[row])
-        numbers.append(np.append(trace.numbers, 0)[row])
-    if numbers[0].dtype.kind == "u" and numbers[1].dtype.kind == "u":
-        numbers = [number.astype(np.uint64) for number in numbers]
-    return (codes[0] != codes[1]) | (
-        (codes[0] < 0) & (codes[1] < 0) & np.asarray(numbers[0] != numbers[1], bool))
 
 
 def _common(one: Fraction, two: Fraction) -> Fraction:

@@ -16,7 +16,7 @@ from .reader import Wave, printable
 from .scene import Scene
 from .times import UNITS, Timeline
 
-__all__ = ["draw", "draw_wave", "scene"]
+__all__ = ["MOST_ROWS", "draw", "draw_wave", "scene"]
 
 ABOUT = """\
 Draws a timing diagram fit for a document: SVG that follows light and dark pages, or PNG.
@@ -44,8 +44,8 @@ WIDTHS = (200, 10_000)
 _CODE = re.compile(r"(?<=[A-Z0-9])/\d+$")
 """The code of a state, REST/0: its name is enough."""
 
-MOST = 200
-"""Signals that a figure can have."""
+MOST_ROWS = 200
+"""Rows that a figure can have: headings, and signals, be they named or found by a pattern."""
 
 
 def draw_wave(subparsers) -> None:
@@ -54,7 +54,8 @@ def draw_wave(subparsers) -> None:
                                    epilog=EXAMPLES)
     parser.add_argument("file", metavar="FILE", type=Path, help="a waveform: VCD, FST or GHW")
     parser.add_argument("signals", metavar="SIGNAL", nargs="+",
-                        help="names or patterns, and headings, which end in a colon")
+                        help="names or patterns, and headings, which end in a colon; all that "
+                        f"they stand for is at most {MOST_ROWS} rows")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True,
                         help="a name that ends in .svg or .png")
     add_window(parser)
@@ -108,7 +109,7 @@ def scene(
     Raises
     ------
     UserError
-        If there is no such signal, time or radix.
+        If there is no such signal, time or radix, or there are more rows than `MOST_ROWS`.
     """
     timeline, radixes = Timeline(wave, clock), Radixes(wave, radix)
     window = timeline.window(start, end)
@@ -155,8 +156,8 @@ def _rows(
     signals = [item for group in groups for item in group if not isinstance(item, str)]
     if not signals:
         raise UserError("nothing is to be drawn but headings")
-    if len(signals) > MOST:
-        raise UserError(f"a figure has at most {MOST} signals, not {len(signals)}")
+    if (count := sum(map(len, groups))) > MOST_ROWS:
+        raise UserError(f"a figure has at most {MOST_ROWS} rows, signals and headings, not {count}")
     heads = dict(zip([signal.path for signal in signals], names.heads(signals), strict=True))
     rows = []
     for item in (item for group in groups for item in group):

@@ -9,16 +9,16 @@ import operator
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..console import UserError
-from .names import one
 from .parser import COMPARISONS, EDGES, Node
 from .radix import Radixes
 from .reader import Wave
+from .source import Column, Source
+from .trace import moments, unlike
 
 __all__ = ["Condition", "evaluate"]
 
@@ -26,6 +26,7 @@ _COMPARE: dict[str, Callable] = dict(zip(COMPARISONS, (
     operator.eq, operator.ne, operator.lt, operator.le, operator.gt, operator.ge), strict=True))
 _CODE = re.compile(r"/\d+$")
 _BITWISE: dict[str, Callable] = {"&": operator.and_, "|": operator.or_, "^": operator.xor}
+_NEVER = np.zeros(0, np.int64)
 
 
 @dataclass(frozen=True)
@@ -59,15 +60,6 @@ class Condition:
         return begins, np.append(ends, [end] * (len(begins) - len(ends))).astype(np.int64)
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A part of a condition at every time: values, and whether they are known."""
-
-    kind: Literal["number", "text", "truth", "event"]
-    values: NDArray
-    known: NDArray[np.bool_]
-
-
 def evaluate(node: Node, wave: Wave, radixes: Radixes) -> Condition:
     """Answer a condition.
 
@@ -88,9 +80,21 @@ def evaluate(node: Node, wave: Wave, radixes: Radixes) -> Condition:
     names = sorted(_signals(node))
     if not names:
         raise UserError("the condition names no signal")
-    times = np.unique(np.concatenate([wave.trace(one(wave, name)).times for name in names]))
-    answer = _truth(_Evaluation(wave, radixes, times).column(node))
-    return Condition(times, answer.values & answer.known, answer.kind == "event")
+    evaluation = _Evaluation({name: Source.of(wave, radixes, name) for name in names})
+    begun = [source.trace for source in evaluation.sources.values() if len(source.trace)]
+    blocks = moments(begun, min(int(trace.times[0]) for trace in begun),
+                     max(int(trace.times[-1]) for trace in begun)) if begun else [_NEVER]
+    times, holds = [_NEVER], [np.zeros(0, bool)]
+    event = False
+    for block in blocks:
+        # An edge looks at the row before, which is therefore worked out again.
+        before = times[-1][-1:]
+        evaluation.times = np.append(before, block)
+        answer = _truth(evaluation.column(node))
+        event = answer.kind == "event"
+        times.append(block)
+        holds.append((answer.values & answer.known)[len(before):])
+    return Condition(np.concatenate(times), np.concatenate(holds), event)
 
 
 def _signals(node: Node) -> set[str]:
@@ -100,17 +104,17 @@ def _signals(node: Node) -> set[str]:
 
 
 class _Evaluation:
-    """Evaluates the parts of a condition at these times."""
+    """Evaluates the parts of a condition at some times."""
 
-    def __init__(self, wave: Wave, radixes: Radixes, times: NDArray[np.int64]) -> None:
-        self._wave, self._radixes, self._times = wave, radixes, times
+    def __init__(self, sources: dict[str, Source]) -> None:
+        self.sources, self.times = sources, _NEVER
 
-    def column(self, node: Node) -> _Column:
+    def column(self, node: Node) -> Column:
         if node.what == "signal":
-            return self._signal(str(node.value))
+            return self.sources[str(node.value)].column(self.times)
         if node.what in ("number", "text"):
             values = np.array(node.value, float if isinstance(node.value, float) else object)
-            return _Column("number" if node.what == "number" else "text", values,
+            return Column("number" if node.what == "number" else "text", values,
                            np.array(True))
         parts = [self.column(part) for part in node.parts]
         if node.what == "[]":
@@ -119,75 +123,53 @@ class _Evaluation:
         if node.what in EDGES:
             return self._edge(node.what, parts[0])
         if node.what == "unknown":
-            known = _spread(~parts[0].known, len(self._times))
-            return _Column("truth", known, np.ones_like(known))
+            known = _spread(~parts[0].known, len(self.times))
+            return Column("truth", known, np.ones_like(known))
         if node.what in _COMPARE:
             return self._compare(node.what, *parts)
         if node.what in _BITWISE:
             return self._bitwise(node.what, *parts)
         return self._logic(node.what, [_truth(part) for part in parts])
 
-    def _signal(self, name: str) -> _Column:
-        signal = one(self._wave, name)
-        trace = self._wave.trace(signal)
-        rows = trace.rows(self._times)
-        seen = rows >= 0
-        if not len(trace):
-            return _Column("number", np.zeros(len(self._times), np.uint64), seen)
-        if trace.kind == "event":
-            return _Column("event", np.isin(self._times, trace.times), np.ones(len(rows), bool))
-        if trace.kind == "text":
-            words = np.array([*trace.words, ""], object)
-            values = np.where(trace.codes >= 0, words[trace.codes], trace.numbers.astype(object))
-            return _Column("text", values[rows], seen)
-        numbers = trace.numbers
-        if self._radixes.of(signal) == "signed" and 0 < signal.bits <= 64:
-            # The sign is moved to the highest of 64 bits, and back.
-            shift = np.int64(64 - signal.bits)
-            numbers = numbers.astype(np.uint64).view(np.int64) << shift >> shift
-        elif numbers.dtype != object and trace.kind != "real":
-            numbers = numbers.astype(np.uint64)
-        return _Column("number", numbers[rows], seen & ~trace.unknown[rows])
-
-    def _edge(self, what: str, part: _Column) -> _Column:
+    def _edge(self, what: str, part: Column) -> Column:
         if part.kind == "event":
             raise UserError(f"{what} is of a value or a condition, and not of an event")
-        count = len(self._times)
+        count = len(self.times)
         known = _spread(part.known, count)
         happens = np.zeros(count, bool)
         if what == "change":
             values = _spread(part.values, count)
-            happens[1:] = (values[1:] != values[:-1]) | (known[1:] != known[:-1])
+            happens[1:] = unlike(values[1:], values[:-1]) | (known[1:] != known[:-1])
         else:
             truth = _truth(part)
             high = _spread(truth.values, count)
             after, before = (high, ~high) if what == "rise" else (~high, high)
             happens[1:] = (before & known)[:-1] & (after & known)[1:]
-        return _Column("event", happens, np.ones(count, bool))
+        return Column("event", happens, np.ones(count, bool))
 
-    def _compare(self, what: str, left: _Column, right: _Column) -> _Column:
+    def _compare(self, what: str, left: Column, right: Column) -> Column:
         if {left.kind, right.kind} not in ({"number"}, {"text"}):
             raise UserError(f"{what} cannot compare {_KINDS[left.kind]} with {_KINDS[right.kind]}")
         if left.kind == "text" and what not in ("==", "!="):
             raise UserError(f"names are the same or not: {what} does not compare them")
         values = np.asarray(_COMPARE[what](*_alike(*_uncoded(left.values, right.values))), bool)
         known = left.known & right.known
-        return _Column("truth", _spread(values, len(self._times)),
-                       _spread(known, len(self._times)))
+        return Column("truth", _spread(values, len(self.times)),
+                       _spread(known, len(self.times)))
 
-    def _bitwise(self, what: str, left: _Column, right: _Column) -> _Column:
+    def _bitwise(self, what: str, left: Column, right: Column) -> Column:
         if {left.kind, right.kind} != {"number"} or "f" in (
                 left.values.dtype.kind, right.values.dtype.kind):
             raise UserError(f"{what} is of two whole numbers; conditions are joined by and, or")
         values = _BITWISE[what](left.values.astype(object), right.values.astype(object))
-        return _Column("number", np.asarray(values, object), left.known & right.known)
+        return Column("number", np.asarray(values, object), left.known & right.known)
 
-    def _logic(self, what: str, parts: list[_Column]) -> _Column:
+    def _logic(self, what: str, parts: list[Column]) -> Column:
         events = [part.kind == "event" for part in parts]
         if what == "not":
             if events[0]:
                 raise UserError("an event has no opposite: not is of a condition")
-            return _Column("truth", ~parts[0].values, parts[0].known)
+            return Column("truth", ~parts[0].values, parts[0].known)
         left, right = parts
         if what == "or" and events[0] != events[1]:
             raise UserError("or joins two events or two conditions, not one of each")
@@ -196,27 +178,35 @@ class _Evaluation:
         values = (left.values | right.values) if alone else (left.values & right.values)
         known = (left.known & right.known) | (left.known & (left.values == alone)) | (
             right.known & (right.values == alone))
-        return _Column("event" if any(events) else "truth", _spread(values, len(self._times)),
-                       _spread(known, len(self._times)))
+        return Column("event" if any(events) else "truth", _spread(values, len(self.times)),
+                       _spread(known, len(self.times)))
 
 
 _KINDS = {"number": "a number", "text": "a name", "truth": "a condition", "event": "an event"}
 
 
-def _truth(part: _Column) -> _Column:
+def _truth(part: Column) -> Column:
     """Take a number as a condition: it is not 0."""
     if part.kind in ("truth", "event"):
         return part
     if part.kind == "text":
         raise UserError('a name is no condition: compare it, as in state == "REST"')
-    return _Column("truth", np.asarray(part.values != 0, bool), part.known)
+    return Column("truth", np.asarray(part.values != 0, bool), part.known)
 
 
-def _bits(part: _Column, high: int, low: int) -> _Column:
+def _bits(part: Column, high: int, low: int) -> Column:
     if part.kind != "number" or part.values.dtype.kind == "f":
         raise UserError(f"only whole numbers have bits, not {_KINDS[part.kind]}")
-    values = part.values.astype(object) >> low & (1 << high - low + 1) - 1
-    return _Column("number", np.asarray(values, object), part.known)
+    values = _cut(part.values, high, low)
+    if part.unsure is None:
+        return Column("number", values, part.known)
+    unsure = _cut(part.unsure, high, low)
+    return Column("number", values, np.asarray(unsure == 0, bool), unsure)
+
+
+def _cut(values: NDArray, high: int, low: int) -> NDArray:
+    """Take the bits from `high` down to `low` out of numbers."""
+    return np.asarray(values.astype(object) >> low & (1 << high - low + 1) - 1, object)
 
 
 def _alike(left: NDArray, right: NDArray) -> tuple[NDArray | int | str, NDArray | int | str]:

@@ -11,15 +11,12 @@ from ..console import UserError, colour, say
 from . import names
 from .options import Asked, add_file, add_format, add_window, plain, say_json, say_rows
 from .reader import Signal, Wave
-from .trace import Trace
+from .trace import Trace, moments
 
 __all__ = ["at", "list_signals", "table"]
 
 DEEPEST = 30
 """Scopes deeper than this are not moved further to the right."""
-
-BLOCK = 4096
-"""Rows of a table that are worked out at a time."""
 
 AT, LIST, TABLE = (
     "the values of signals at a time", "the signals as a tree, with their widths",
@@ -160,11 +157,8 @@ def _changes(
     traces: list[Trace], start: int, end: int
 ) -> Iterator[tuple[int, list[int], list[bool]]]:
     """Give each time of a change, the row of each trace, and which have changed."""
-    inside = [trace.times[(trace.times > start) & (trace.times <= end)] for trace in traces]
-    times = np.unique(np.concatenate([np.array([start]), *inside]))
     last = [-2] * len(traces)
-    for block in range(0, len(times), BLOCK):
-        some = times[block:block + BLOCK]
+    for some in moments(traces, start, end):
         rows = np.array([trace.rows(some) for trace in traces]).T
         for time, row in zip(some.tolist(), rows.tolist(), strict=True):
             yield time, row, [new != old for new, old in zip(row, last, strict=True)]

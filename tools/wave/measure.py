@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from ..console import say
 from . import names
 from .expression import evaluate
-from .options import Asked, add_file, add_format, add_window, say_json, say_rows
+from .options import LEFT, Asked, add_file, add_format, add_window, say_json, say_rows
 from .parser import parse
 from .reader import Signal
+from .trace import each
 
 __all__ = ["find", "measured", "stats"]
 
@@ -30,7 +31,7 @@ is unknown neither holds nor does not. Positions (at_x, x.count) and what --radi
 below 0. A signal with odd characters in its name stands between backquotes.
 """
 
-FIND_EXAMPLES = """\
+FIND_EXAMPLES = f"""\
 examples:
   python -m tools.wave find mill.vcd 'rise ready'
       When orders are done.
@@ -41,7 +42,8 @@ examples:
   python -m tools.wave find mill.vcd 'rise step[0] and not direction[0]' --from 300clk | head
       Steps of X backwards.
 
-exit status: 0 if it is found, 1 if it never is, 2 if something is wrong with the question.
+exit status: 0 if it is found, 1 if it never is, 2 if something is wrong with the question,
+{LEFT} if whoever reads the output leaves early, as head does.
 """
 
 STATS_ABOUT = """\
@@ -92,7 +94,7 @@ def _find(args: argparse.Namespace) -> int:
     begins, ends = condition.stretches(asked.wave.span[1])
     inside = (begins <= end) & (ends >= start if condition.event else (ends > start) | (
         begins >= start))
-    pairs = zip(begins[inside].tolist(), ends[inside].tolist(), strict=True)
+    begins, ends = begins[inside], ends[inside]
 
     def line(row: dict[str, Any]) -> str:
         clock = f"  {row['clock']:>8}clk" if "clock" in row else ""
@@ -105,9 +107,9 @@ def _find(args: argparse.Namespace) -> int:
         "time": asked.timeline.text(stop - begin),
         **({"clock": int(asked.timeline.clocks(stop) - asked.timeline.clocks(begin))}
            if len(asked.timeline.rises) else {}),
-    }}) for begin, stop in pairs)
+    }}) for begin, stop in each(begins, ends))
     say_rows(rows, None if args.json else line)
-    return 0 if inside.any() else 1
+    return 0 if len(begins) else 1
 
 
 def _stats(args: argparse.Namespace) -> int:
@@ -139,7 +141,7 @@ def measured(asked: Asked, signal: Signal, start: int, end: int) -> dict[str, An
         ``period``, ``high`` and ``jitter``. The first two are of ``least``, ``mean`` and ``most``.
         A time is a dict of ticks, seconds, and clocks if there is another signal that is the clock.
     """
-    trace = asked.wave.trace(signal)
+    trace = asked.wave.trace(signal, keep=False)
     clock = asked.timeline.clock
     clocked = len(asked.timeline.rises) > 0 and clock is not None and clock.id != signal.id
 

@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 from ..console import UserError
 from .reader import Signal, Wave
 
-__all__ = ["heads", "matching", "one", "several"]
+__all__ = ["ending", "found", "heads", "is_pattern", "listed", "matching", "one", "several"]
 
 DEEPEST = 16
 """Parts of a path in which ends are looked for; beyond, signals have their whole path."""
@@ -31,17 +31,28 @@ def one(wave: Wave, name: str) -> Signal:
         If there is none, or none that is meant above others.
     """
     wanted = _parts(name)
-    found = [signal for signal in wave.signals if signal.parts[-len(wanted):] == wanted]
-    if not found:
+    hits = ending(wave, name)
+    if not hits:
         raise UserError(f"{wave.path} has no signal {name!r}{_near(wave, name)}")
-    highest = min(found, key=lambda signal: len(signal.parts))
+    highest = min(hits, key=lambda signal: len(signal.parts))
     scope = highest.parts[:-len(wanted)]
-    others = [signal for signal in found if signal.id != highest.id]
+    others = [signal for signal in hits if signal.id != highest.id]
     if all(len(other.parts) > len(highest.parts) and other.parts[:len(scope)] == scope
            for other in others):
         return highest
-    raise UserError(f"{name!r} is one of {_listed(signal.path for signal in found)}: "
+    raise UserError(f"{name!r} is one of {listed(signal.path for signal in hits)}: "
                     "say more of the path")
+
+
+def ending(wave: Wave, name: str) -> list[Signal]:
+    """Give the signals whose path ends so."""
+    wanted = _parts(name)
+    return [signal for signal in wave.signals if signal.parts[-len(wanted):] == wanted]
+
+
+def found(wave: Wave, name: str) -> bool:
+    """Say whether there is a signal of this name or like this pattern."""
+    return bool(ending(wave, name) or matching(wave, name))
 
 
 def several(wave: Wave, names: Sequence[str]) -> list[Signal]:
@@ -52,17 +63,17 @@ def several(wave: Wave, names: Sequence[str]) -> list[Signal]:
     UserError
         If one of them is not there.
     """
-    found: dict[str, Signal] = {}
+    chosen: dict[str, Signal] = {}
     for name in names:
-        if _is_pattern(wave, name):
+        if is_pattern(wave, name):
             hits = matching(wave, name)
             if not hits:
                 raise UserError(f"{wave.path} has no signal like {name!r}")
-            found |= {signal.path: signal for signal in hits}
+            chosen |= {signal.path: signal for signal in hits}
         else:
             signal = one(wave, name)
-            found[signal.path] = signal
-    return list(found.values())
+            chosen[signal.path] = signal
+    return list(chosen.values())
 
 
 def matching(wave: Wave, pattern: str) -> list[Signal]:
@@ -85,13 +96,11 @@ def _parts(name: str) -> tuple[str, ...]:
     return tuple(name.replace("\\", "").split("."))
 
 
-def _is_pattern(wave: Wave, name: str) -> bool:
+def is_pattern(wave: Wave, name: str) -> bool:
     """Say whether a name is a pattern. A bracket may also belong to the name of a signal."""
     if re.search(r"[*?]", name):
         return True
-    wanted = _parts(name)
-    return "[" in name and not any(
-        signal.parts[-len(wanted):] == wanted for signal in wave.signals)
+    return "[" in name and not ending(wave, name)
 
 
 def _near(wave: Wave, name: str) -> str:
@@ -104,10 +113,11 @@ def _near(wave: Wave, name: str) -> str:
     near += [known for known in names if last and last in known and known not in near]
     if not near:
         return f"; python -m tools.wave list {wave.path} shows what it has"
-    return f"; is it {_listed(names[known] for known in near)}?"
+    return f"; is it {listed(names[known] for known in near)}?"
 
 
-def _listed(names: Iterable[str]) -> str:
-    listed = list(dict.fromkeys(names))
-    more = len(listed) - SHOWN
-    return ", ".join(listed[:SHOWN]) + (f" and {more} more" if more > 0 else "")
+def listed(names: Iterable[str]) -> str:
+    """Tell some names, each once, and how many there are beyond these."""
+    unique = list(dict.fromkeys(names))
+    more = len(unique) - SHOWN
+    return ", ".join(unique[:SHOWN]) + (f" and {more} more" if more > 0 else "")

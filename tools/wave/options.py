@@ -15,7 +15,11 @@ from .reader import Wave
 from .times import Timeline
 from .trace import Value
 
-__all__ = ["Asked", "add_file", "add_format", "add_window", "plain", "say_json", "say_rows"]
+__all__ = ["LEFT", "Asked", "add_file", "add_format", "add_window", "plain", "say_json", "say_rows"]
+
+
+LEFT = 141
+"""Exit status if whoever reads the output has left: what shells tell of programs that it ends."""
 
 
 @dataclass(frozen=True)

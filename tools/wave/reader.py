@@ -5,12 +5,10 @@ Python hears of it; of a time that goes back it tells on stdout and leaves it ou
 from the terminal while it reads, and a panic is an error as any other.
 """
 
-import gc
 import os
 import sys
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -20,6 +18,7 @@ from typing import Any
 import pywellen
 
 from ..console import Progress, UserError
+from .quiet import muffled, uncollected
 from .trace import Kind, Trace, collect
 
 __all__ = ["LATEST", "Signal", "Wave", "printable"]
@@ -40,8 +39,6 @@ LARGE = 300_000_000
 """Bytes from which reading takes some time. Nothing can be shown while it lasts."""
 
 NANOSECOND = Fraction(1, 10**9)
-
-_muffling = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -121,29 +118,39 @@ class Wave:
         self._loaded = False
         self._widest = max((signal.bits for signal in self.signals), default=0)
 
-    def trace(self, signal: Signal) -> Trace:
+    def trace(self, signal: Signal, *, keep: bool = True) -> Trace:
         """Give all changes of a signal.
+
+        Parameters
+        ----------
+        signal : Signal
+            The signal.
+        keep : bool
+            Whether to have it at hand when it is asked for again. Of many signals that are each
+            looked at once, that would take much memory.
 
         Raises
         ------
         UserError
             If its changes cannot be read.
         """
-        if signal.id not in self._traces:
-            native = self._native(signal)
-            enum = signal.native.enum_type
-            names = {int(bits, 2): name for bits, name in enum[1]} if enum else None
-            try:
-                with _uncollected():
-                    trace = collect(_blocks(native, signal.path), len(native), kind=signal.kind,
-                                    bits=signal.bits, names=names)
-            except OverflowError:
-                raise self._late() from None
-            if len(trace) and trace.times[-1] > LATEST:
-                raise self._late()
-            trace.words[:] = map(printable, trace.words)
+        if signal.id in self._traces:
+            return self._traces[signal.id]
+        native = self._native(signal)
+        enum = signal.native.enum_type
+        names = {int(bits, 2): name for bits, name in enum[1]} if enum else None
+        try:
+            with uncollected():
+                trace = collect(_blocks(native, signal.path), len(native), kind=signal.kind,
+                                bits=signal.bits, names=names)
+        except OverflowError:
+            raise self._late() from None
+        if len(trace) and trace.times[-1] > LATEST:
+            raise self._late()
+        trace.words[:] = map(printable, trace.words)
+        if keep:
             self._traces[signal.id] = trace
-        return self._traces[signal.id]
+        return trace
 
     def changes(self, signal: Signal) -> int:
         """Count the changes of a signal, without making arrays of them."""
@@ -180,7 +187,7 @@ class Wave:
     @contextmanager
     def _reading(self) -> Iterator[None]:
         try:
-            with _muffled():
+            with muffled():
                 yield
         except (RuntimeError, UnicodeError) as error:
             raise UserError(
@@ -209,18 +216,6 @@ def _blocks(native: Any, name: str) -> Iterator[tuple]:
                 shown.advance(len(times))
 
 
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Keep the garbage collector from looking through millions of pairs that hold nothing."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
-
-
 def _signal(var: Any) -> Signal:
     bits = var.bitwidth or 0
     kind: Kind = "bits"
@@ -241,26 +236,3 @@ def _tick(timescale: Any) -> Fraction:
     if timescale is None or timescale.unit.to_exponent() is None:
         return NANOSECOND
     return timescale.factor * Fraction(10) ** timescale.unit.to_exponent()
-
-
-@contextmanager
-def _muffled() -> Iterator[None]:
-    """Let nothing that is written below Python reach stdout and stderr."""
-    with _muffling:
-        for stream in (sys.stdout, sys.stderr):
-            if stream is not None:
-                with suppress(OSError, ValueError):
-                    stream.flush()
-        kept: dict[int, int] = {}
-        sink = os.open(os.devnull, os.O_WRONLY)
-        try:
-            for number in (1, 2):
-                with suppress(OSError):  # closed by whoever called
-                    kept[number] = os.dup(number)
-                    os.dup2(sink, number)
-            yield
-        finally:
-            for number, copy in kept.items():
-                os.dup2(copy, number)
-                os.close(copy)
-            os.close(sink)

@@ -16,7 +16,7 @@ from tb.plant import WORDS, Motor
 
 from ..console import UserError, check_output, colour, say, write_atomically
 from . import names
-from .options import Asked, add_file, add_format, add_window, say_json, say_rows
+from .options import LEFT, Asked, add_file, add_format, add_window, say_json, say_rows
 from .reader import Signal
 
 __all__ = ["Axis", "from_coils", "from_pulses", "steps"]
@@ -33,10 +33,10 @@ Decodes what a motor is told to steps: time, axis, direction, position after the
 The position is 0 at the start of the wave.
 """
 
-EXAMPLES = """\
+EXAMPLES = f"""\
 examples:
   python -m tools.wave steps mill.vcd
-      The steps of axis_x, axis_y and axis_z, and their rates.
+      The steps of axis_x, axis_y and axis_z, those that are there, and their rates.
 
   python -m tools.wave steps mill.vcd axis_x --from 100clk --csv steps.csv
       One axis, into a table.
@@ -44,7 +44,8 @@ examples:
   python -m tools.wave steps driver.fst --pair x_step,x_dir --pair y_step,y_dir --summary
       Pulses and directions of two axes; only the rates.
 
-exit status: 0 if no fault is found, 1 if there are faults, 2 if the question is wrong.
+exit status: 0 if no fault is found, 1 if there are faults, 2 if the question is wrong,
+{LEFT} if whoever reads the output leaves early.
 """
 
 AXES = ("axis_x", "axis_y", "axis_z")
@@ -82,7 +83,8 @@ def steps(subparsers) -> None:
                                    description=ABOUT, epilog=EXAMPLES)
     add_file(parser)
     parser.add_argument("signals", metavar="SIGNAL", nargs="*",
-                        help="coil words (default: axis_x axis_y axis_z)")
+                        help="coil words (default: those of "
+                        f"{', '.join(AXES)} that are there)")
     parser.add_argument("--pair", metavar="STEP,DIR", action="append", default=[], dest="pairs",
                         help="a pulse and its direction; may be repeated")
     parser.add_argument("--csv", metavar="FILE", type=Path, help="write the steps there")
@@ -156,7 +158,7 @@ def _steps(args: argparse.Namespace) -> int:
         if not step or not direction:
             raise UserError(f"--pair is written STEP,DIR, not {pair!r}")
         axes += from_pulses(asked, names.one(asked.wave, step), names.one(asked.wave, direction))
-    wanted = args.signals or ([] if args.pairs else AXES)
+    wanted = args.signals or ([] if args.pairs else _usual(asked))
     axes += [from_coils(asked, signal) for signal in names.several(asked.wave, wanted)]
     window = asked.timeline.window(args.start, args.end)
     facts = [_facts(asked, axis, *window) for axis in axes]
@@ -183,6 +185,15 @@ def _steps(args: argparse.Namespace) -> int:
     if args.csv is not None:
         say(f"wrote {args.csv}")
     return 1 if faults else 0
+
+
+def _usual(asked: Asked) -> list[str]:
+    """Give those of the usual axes that the wave has."""
+    found = [name for name in AXES if names.found(asked.wave, name)]
+    if not found:
+        raise UserError(f"{asked.wave.path} has none of {', '.join(AXES)}: name its coil words, or "
+                        "--pair STEP,DIR")
+    return found
 
 
 def _clock(row: dict[str, Any]) -> str:

@@ -1,13 +1,16 @@
 """What a signal does: one row a change, as arrays."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["UNKNOWN", "Kind", "Trace", "Value", "collect"]
+__all__ = ["UNKNOWN", "Kind", "Trace", "Value", "collect", "each", "moments", "unlike"]
+
+BLOCK = 4096
+"""Rows that are worked out at a time: arrays are small, Python's own numbers are not."""
 
 Kind = Literal["bits", "signed", "real", "text", "event"]
 """How a signal is to be read. ``text`` has names for values, such as the states of a machine."""
@@ -134,10 +137,53 @@ def collect(
         times, numbers, codes = times[settled], numbers[settled], codes[settled]
     new = np.ones(len(times), bool)
     if kind != "event":
-        new[1:] = (numbers[1:] != numbers[:-1]) | (codes[1:] != codes[:-1])
+        new[1:] = unlike(numbers[1:], numbers[:-1]) | (codes[1:] != codes[:-1])
     if not new.all():
         times, numbers, codes = times[new], numbers[new], codes[new]
     return Trace(times, numbers, codes, list(table), kind, bits)
+
+
+def unlike(one: NDArray, other: NDArray) -> NDArray[np.bool_]:
+    """Say where two arrays of values are not the same. NaN is the same as NaN."""
+    differs = np.asarray(one != other, bool)
+    if one.dtype.kind == other.dtype.kind == "f":
+        pass
+    return differs
+
+
+def moments(
+    traces: Sequence[Trace], start: int, end: int, scale: Sequence[int] | None = None
+) -> Iterator[NDArray[np.int64]]:
+    """Give the times at which any of the traces changes, each once and ascending, in blocks.
+
+    Parameters
+    ----------
+    traces : sequence of Trace
+        The traces.
+    start, end : int
+        The first of the times, and what none is after.
+    scale : sequence of int, optional
+        By what the times of each trace are multiplied.
+    """
+    scale = [1] * len(traces) if scale is None else scale
+    places = [int(np.searchsorted(trace.times, start // factor, side="right"))
+              for trace, factor in zip(traces, scale, strict=True)]
+    some = np.array([start], np.int64)
+    while len(some):
+        yield some
+        parts = [trace.times[place:place + BLOCK] * factor
+                 for trace, place, factor in zip(traces, places, scale, strict=True)]
+        # Beyond the last row of a full block its trace may have more.
+        until = min([end, *(int(part[-1]) for part in parts if len(part) == BLOCK)])
+        parts = [part[part <= until] for part in parts]
+        places = [place + len(part) for place, part in zip(places, parts, strict=True)]
+        some = np.unique(np.concatenate(parts))
+
+
+def each(*columns: NDArray) -> Iterator[tuple]:
+    """Give the rows of arrays of one length as Python's own values."""
+    for start in range(0, len(columns[0]), BLOCK):
+        yield from zip(*(column[start:start + BLOCK].tolist() for column in columns), strict=True)
 
 
 def _shape(kind: Kind, bits: int) -> type:

@@ -1,17 +1,31 @@
 """The command as people use it: list, at, table, find, stats, and its manners."""
 
 import json
+import os
+import signal
 import struct
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tools.__main__ import commands
-from tools.wave.__main__ import SUBCOMMANDS
+from tools.wave import trace
+from tools.wave.__main__ import SUBCOMMANDS, main
+from tools.wave.options import LEFT
+from tools.wave.trace import collect
 
 ROOT = Path(__file__).parents[3]
+
+UNTIED = """
+from tools.wave import child
+from tools.wave.__main__ import main
+child._end_with = lambda parent: None
+child.go_on_in_child()
+raise SystemExit(main())
+"""
 
 
 class TestList:
@@ -186,7 +200,65 @@ class TestManners:
             child.stdout.close()
             assert child.stderr.read() == b""
             child.stderr.close()
-            assert child.wait() == 1
+            assert child.wait() == LEFT
+
+    def test_little_output_and_nobody_who_reads_it(self, clocked):
+        """It is only when all is done that so little is written."""
+        reader, writer = os.pipe()
+        os.close(reader)
+        try:
+            ended = subprocess.run(
+                [sys.executable, "-m", "tools.wave", "find", clocked, "rise ready"], cwd=ROOT,
+                stdout=writer, stderr=subprocess.PIPE,
+                env={name: value for name, value in os.environ.items()
+                     if name != "PYTHONUNBUFFERED"})
+        finally:
+            os.close(writer)
+        assert (ended.returncode, ended.stderr) == (LEFT, b"")
+
+    def test_the_status_of_a_reader_that_leaves_is_in_the_help(self, capsys):
+        for words in ([], ["find"], ["diff"], ["steps"]):
+            with pytest.raises(SystemExit):
+                main([*words, "--help"])
+            assert f"{LEFT} if whoever reads" in " ".join(capsys.readouterr().out.split())
+
+    @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no child")
+    @pytest.mark.parametrize(("number", "tied"), [
+        (signal.SIGTERM, True), (signal.SIGHUP, True), (signal.SIGTERM, False),
+        (signal.SIGHUP, False),
+        pytest.param(signal.SIGKILL, True, marks=pytest.mark.skipif(
+            not sys.platform.startswith("linux"), reason="nothing can be done about it"))])
+    def test_what_ends_the_command_ends_its_child(self, vcd, number, tied):
+        """The child waits for its pipe to be read; if it went on, it would write all the rest.
+
+        Untied is as on a system that does not end it by itself.
+        """
+        path = vcd("wire 16 a a", "|".join(f"#{n}|b{n:b} a" for n in range(60_000)))
+        program = (["-m", "tools.wave"] if tied else ["-c", UNTIED])
+        with subprocess.Popen([sys.executable, *program, "table", path, "a"], cwd=ROOT,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE) as parent:
+            assert parent.stdout is not None and parent.stderr is not None
+            assert parent.stdout.readline()
+            parent.send_signal(number)
+            assert parent.wait() == -number
+            assert len(parent.stdout.read()) < 300_000  # of 1.8 MB
+            assert parent.stderr.read() == b""
+
+    def test_moments_are_few_at_a_time(self, monkeypatch):
+        rng = np.random.default_rng(7)
+        traces = []
+        for count in (0, 1, 50, 90):
+            times = np.unique(rng.integers(0, 200, count)).tolist()
+            traces.append(collect([(times, list(range(len(times))))], len(times), kind="bits",
+                                  bits=8))
+        monkeypatch.setattr(trace, "BLOCK", 7)
+        blocks = list(trace.moments(traces, 20, 150, [1, 2, 1, 3]))
+        wanted = {20} | {int(time) * factor for some, factor in zip(
+            traces, [1, 2, 1, 3], strict=True) for time in some.times
+            if 20 < time * factor <= 150}
+        assert np.concatenate(blocks).tolist() == sorted(wanted)
+        assert max(map(len, blocks)) <= 7 * len(traces) and len(blocks) > 5
+        assert list(trace.each(np.arange(20), np.arange(20) * 2)) == [(n, 2 * n) for n in range(20)]
 
     def test_a_reader_that_dies_is_one_line(self, tmp_path):
         """An FST with more signals than any memory holds ends the process that reads it."""
@@ -203,8 +275,6 @@ class TestManners:
         assert ended.stderr.startswith("error: ") and ended.stderr.count("\n") == 1
 
     def test_each_subcommand_has_help_with_examples(self, capsys):
-        from tools.wave.__main__ import main
-
         for name in ("list", "at", "table", "find", "stats", "diff", "steps", "draw", "view"):
             with pytest.raises(SystemExit) as stop:
                 main([name, "--help"])

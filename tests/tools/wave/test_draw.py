@@ -9,7 +9,7 @@ from PIL import Image
 
 from tools import diagrams
 from tools.wave import view
-from tools.wave.draw import draw, scene
+from tools.wave.draw import MOST_ROWS, draw, scene
 from tools.wave.figure import Axis, Row, figure
 from tools.wave.reader import Wave
 from tools.wave.scene import CHARACTER, STYLES
@@ -135,7 +135,9 @@ class TestHowMuch:
 
     def test_too_many_signals(self, vcd, wave):
         path = vcd("\n".join(f"wire 1 a{n} a{n}" for n in range(300)), "#0|0a1")
-        assert "at most 200" in wave("draw", path, "*", "-o", "a.svg")[2]
+        assert "at most 200 rows, signals and headings, not 300" in wave(
+            "draw", path, "*", "-o", "a.svg")[2]
+        assert "not 201" in wave("draw", path, "a7", *["more:"] * MOST_ROWS, "-o", "a.svg")[2]
 
 
 class TestFiles:

@@ -1,10 +1,13 @@
 """Conditions: what they mean, against a model that goes clock by clock, and what is refused."""
 
+import tracemalloc
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tools.console import UserError
+from tools.wave import trace
 from tools.wave.expression import evaluate
 from tools.wave.parser import LONGEST, parse
 from tools.wave.radix import Radixes
@@ -20,14 +23,14 @@ class Made:
     path = "made"
     span = (0, TIMES)
 
-    def __init__(self, **values: list) -> None:
+    def __init__(self, bits: int = 8, **values: list) -> None:
         self.signals, self._traces = [], {}
         for name, some in values.items():
-            text = isinstance(some[0], str)
-            wide = 0 if text else 8
-            kind = "text" if text else "bits"
+            text = name == "s"
+            kind = "text" if text else "real" if isinstance(some[0], float) else "bits"
+            wide = bits if kind == "bits" else 0
             self.signals.append(Signal(("t", name), wide, kind, name, None))
-            rows = [("x" * 8 if value is None else value) for value in some]
+            rows = [("x" * bits if value is None else value) for value in some]
             self._traces[name] = collect([(range(len(rows)), rows)], len(rows), kind=kind,
                                          bits=wide)
 
@@ -35,9 +38,9 @@ class Made:
         return self._traces[signal.name]
 
 
-def holds(text: str, **values: list) -> list[bool]:
+def holds(text: str, bits: int = 8, **values: list) -> list[bool]:
     """Say at which ticks a condition holds; an event, at which it happens."""
-    wave = Made(**values)
+    wave = Made(bits, **values)
     condition = evaluate(parse(text), wave, Radixes(wave))  # pyright: ignore[reportArgumentType]
     begins, ends = condition.stretches(TIMES)
     if condition.event:
@@ -136,6 +139,52 @@ class TestMeaning:
         values = [0, 255, 254, 3] + [0] * 8
         assert [n for n, true in enumerate(holds("at_x < 0", at_x=values)) if true] == [1, 2]
         assert holds("at_x == -2", at_x=values)[2]
+
+
+    @pytest.mark.parametrize(("text", "ticks"), [
+        ("unknown a[0]", [1, 2]), ("a[0] == 0", [0, 4, 5, 6, 7, 8, 9, 10, 11]), ("a[0]", [3]),
+        ("unknown a[1]", [0, 1, 3]), ("a[3:2] == 0b01", [3]), ("unknown a[3:1]", [0, 1, 3]),
+        ("(a[3:1])[1]", [0, 3]), ("unknown a", [0, 1, 2, 3]), ("a[2] and unknown a", [0, 3]),
+        ("fall a[0]", [4]), ("a[9:8] == 0", [*range(12)]),
+    ])
+    def test_bits_are_known_by_themselves(self, text, ticks):
+        words = ["0000x1x0", "xxxxxxxx", "0000100x", "000001x1"]
+        found = holds(text, a=[*words] + [0] * 8)
+        assert [tick for tick, true in enumerate(found) if true] == ticks
+
+    def test_bits_of_what_is_signed_and_of_what_is_wide(self):
+        assert holds("at_x[9:6] == 0b1111", at_x=[-1 & 255] + [1] * 11) == [True] + [False] * 11
+        assert holds("unknown at_x[9:8]", at_x=["x" + "0" * 7] + [1] * 11)[:2] == [True, False]
+        wide = [1 << 99, "x" + "0" * 98 + "1", *[0] * 10]
+        assert holds("w[99] == 1", bits=100, w=wide)[:3] == [True, False, False]
+        assert holds("w[98:0] == 1", bits=100, w=wide)[:3] == [False, True, False]
+
+    def test_nan_is_no_change(self):
+        nan = float("nan")
+        assert [n for n, true in enumerate(holds(
+            "change r and a < 99", r=[nan, nan, 1.0, 1.0, nan] + [nan] * 7,
+            a=list(range(12)))) if true] == [2, 4]
+
+    @settings(max_examples=60, deadline=None)
+    @given(CONDITIONS, VALUES, VALUES, st.sampled_from(["", "rise ", "fall "]))
+    def test_block_by_block_as_at_once(self, condition, a, b, edge):
+        text = f"{edge}({condition[0]}) and (a == a or unknown a)"
+        whole = holds(text, a=a, b=b)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(trace, "BLOCK", 2)
+            assert holds(text, a=a, b=b) == whole
+
+    def test_memory_is_that_of_the_answer(self):
+        count = 100_000
+        wave = Made(a=[n & 1 for n in range(count)], b=[n & 7 for n in range(count)])
+        tree, radixes = parse("a and b[2:1] == 3 and change b"), Radixes(
+            wave)  # pyright: ignore[reportArgumentType]
+        tracemalloc.start()
+        try:
+            evaluate(tree, wave, radixes)  # pyright: ignore[reportArgumentType]
+            assert tracemalloc.get_traced_memory()[1] < 40 * count
+        finally:
+            tracemalloc.stop()
 
 
 class TestRefused:

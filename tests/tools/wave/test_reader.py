@@ -82,6 +82,16 @@ class TestVCD:
         wave = Wave(vcd("wire 1 a a", "#0|0a|#5|1a|0a|1a|#6|0a|1a|#8|0a"))
         assert rows(wave, "top.a") == [(0, 0), (5, 1), (8, 0)]
 
+    def test_nan_again_is_no_change(self, vcd):
+        wave = Wave(vcd("real 64 a a", "#0|rnan a|#5|rnan a|#6|r1 a|#7|rnan a"))
+        assert [time for time, _ in rows(wave, "top.a")] == [0, 6, 7]
+
+    def test_what_is_looked_at_once_is_not_kept(self, vcd):
+        wave = Wave(vcd("wire 1 a a", "#0|1a"))
+        signal, = wave.signals
+        assert wave.trace(signal, keep=False) is not wave.trace(signal)
+        assert wave.trace(signal, keep=False) is wave.trace(signal)
+
     @pytest.mark.parametrize(("timescale", "tick"), [
         ("100 ps", Fraction(1, 10**10)), ("1 s", Fraction(1)), ("", Fraction(1, 10**9))])
     def test_timescale(self, vcd, timescale, tick):

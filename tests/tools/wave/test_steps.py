@@ -66,6 +66,13 @@ class TestCoils:
         assert [line.split()[-1] for line in out.splitlines()[:2]] == ["5", "6"]
         assert "2 steps, 2 forward, 0 back, at 6" in out
 
+    def test_the_usual_axes_are_those_that_are_there(self, vcd, wave):
+        path = vcd("wire 4 a axis_x\nwire 4 b axis_w", coils([WORDS[0], WORDS[1]]))
+        status, out, _ = wave("steps", path, "--summary")
+        assert status == 0 and out.startswith("top.axis_x: 1 steps") and out.count("\n") == 1
+        status, _, err = wave("steps", vcd("wire 4 a coil", "#0|b1 a"))
+        assert status == 2 and "has none of axis_x, axis_y, axis_z" in err
+
     def test_no_coil_word(self, vcd, wave):
         assert "does not have 4 bits" in wave("steps", vcd("wire 3 a a", "#0|b1 a"), "a")[2]
 
