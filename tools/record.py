@@ -122,7 +122,7 @@ PARTS = {part.name: part for part in (
     Part("size", "tools.build --board pins -o {folder}", _BUILD, figures="report.json"),
     Part("size-guard", "tools.build --board pins --guard -o {folder}", _BUILD,
          figures="report.json"),
-    Part("size-board", "tools.build --size 400x400 -o {folder}", (*_BUILD, "examples"),
+    Part("size-board", "tools.build --size 400x400 --enlarge -o {folder}", (*_BUILD, "examples"),
          figures="report.json"),
 )}
 """What is run, in the order of the page."""
