@@ -36,9 +36,9 @@ class Condition:
     Attributes
     ----------
     times : array of int64, shape (n,)
-        When one of its signals changes, in ticks.
+        When it begins or ends to hold, in ticks; of an event, when it happens.
     holds : array of bool, shape (n,)
-        Whether it holds from there, or for an event, at that time.
+        Whether it holds from there.
     event : bool
         Which of these.
     """
@@ -53,10 +53,8 @@ class Condition:
         Those of an event are the same.
         """
         if self.event:
-            times = self.times[self.holds]
-            return times, times
-        edges = np.diff(self.holds.astype(np.int8), prepend=0)
-        begins, ends = self.times[edges == 1], self.times[edges == -1]
+            return self.times, self.times
+        begins, ends = self.times[self.holds], self.times[~self.holds]
         return begins, np.append(ends, [end] * (len(begins) - len(ends))).astype(np.int64)
 
 
@@ -85,15 +83,18 @@ def evaluate(node: Node, wave: Wave, radixes: Radixes) -> Condition:
     blocks = moments(begun, min(int(trace.times[0]) for trace in begun),
                      max(int(trace.times[-1]) for trace in begun)) if begun else [_NEVER]
     times, holds = [_NEVER], [np.zeros(0, bool)]
-    event = False
+    before, held, event = _NEVER, False, False
     for block in blocks:
         # An edge looks at the row before, which is therefore worked out again.
-        before = times[-1][-1:]
         evaluation.times = np.append(before, block)
         answer = _truth(evaluation.column(node))
         event = answer.kind == "event"
-        times.append(block)
-        holds.append((answer.values & answer.known)[len(before):])
+        now = (answer.values & answer.known)[len(before):]
+        # Of millions of rows, only those that tell something are kept.
+        telling = now if event else now != np.append(held, now)[:-1]
+        times.append(block[telling])
+        holds.append(now[telling])
+        before, held = block[-1:], bool(now[-1:].any())
     return Condition(np.concatenate(times), np.concatenate(holds), event)
 
 

@@ -147,7 +147,7 @@ def unlike(one: NDArray, other: NDArray) -> NDArray[np.bool_]:
     """Say where two arrays of values are not the same. NaN is the same as NaN."""
     differs = np.asarray(one != other, bool)
     if one.dtype.kind == other.dtype.kind == "f":
-        pass
+        differs &= ~(np.isnan(one) & np.isnan(other))
     return differs
 
 

@@ -220,6 +220,7 @@ class TestManners:
         for words in ([], ["find"], ["diff"], ["steps"]):
             with pytest.raises(SystemExit):
                 main([*words, "--help"])
+            assert LEFT not in (0, 1, 2)  # which have a meaning
             assert f"{LEFT} if whoever reads" in " ".join(capsys.readouterr().out.split())
 
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no child")

@@ -174,6 +174,13 @@ class TestMeaning:
             patch.setattr(trace, "BLOCK", 2)
             assert holds(text, a=a, b=b) == whole
 
+    def test_what_holds_through_several_blocks_begins_once(self, monkeypatch):
+        monkeypatch.setattr(trace, "BLOCK", 2)
+        wave = Made(a=list(range(TIMES)))
+        condition = evaluate(parse("a > 2 and a < 9"), wave,  # pyright: ignore[reportArgumentType]
+                             Radixes(wave))  # pyright: ignore[reportArgumentType]
+        assert [some.tolist() for some in condition.stretches(TIMES)] == [[3], [9]]
+
     def test_memory_is_that_of_the_answer(self):
         count = 100_000
         wave = Made(a=[n & 1 for n in range(count)], b=[n & 7 for n in range(count)])

@@ -83,7 +83,7 @@ class TestVCD:
         assert rows(wave, "top.a") == [(0, 0), (5, 1), (8, 0)]
 
     def test_nan_again_is_no_change(self, vcd):
-        wave = Wave(vcd("real 64 a a", "#0|rnan a|#5|rnan a|#6|r1 a|#7|rnan a"))
+        wave = Wave(vcd("real 64 a a", "#0|rnan a|#5|r1 a|rnan a|#6|r1 a|#7|rnan a"))
         assert [time for time, _ in rows(wave, "top.a")] == [0, 6, 7]
 
     def test_what_is_looked_at_once_is_not_kept(self, vcd):
