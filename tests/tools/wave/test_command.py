@@ -223,13 +223,20 @@ class TestManners:
             assert LEFT not in (0, 1, 2)  # which have a meaning
             assert f"{LEFT} if whoever reads" in " ".join(capsys.readouterr().out.split())
 
+    @pytest.fixture
+    def hangs_up(self):
+        """Let SIGHUP end what is started, also where nohup keeps it from us."""
+        before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+        yield
+        signal.signal(signal.SIGHUP, before)
+
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no child")
     @pytest.mark.parametrize(("number", "tied"), [
         (signal.SIGTERM, True), (signal.SIGHUP, True), (signal.SIGTERM, False),
         (signal.SIGHUP, False),
         pytest.param(signal.SIGKILL, True, marks=pytest.mark.skipif(
             not sys.platform.startswith("linux"), reason="nothing can be done about it"))])
-    def test_what_ends_the_command_ends_its_child(self, vcd, number, tied):
+    def test_what_ends_the_command_ends_its_child(self, vcd, hangs_up, number, tied):
         """The child waits for its pipe to be read; if it went on, it would write all the rest.
 
         Untied is as on a system that does not end it by itself.
@@ -241,7 +248,7 @@ class TestManners:
             assert parent.stdout is not None and parent.stderr is not None
             assert parent.stdout.readline()
             parent.send_signal(number)
-            assert parent.wait() == -number
+            assert parent.wait(60) == -number
             assert len(parent.stdout.read()) < 300_000  # of 1.8 MB
             assert parent.stderr.read() == b""
 
