@@ -41,7 +41,7 @@ exit status: 0 if all went well, 1 if one is stale or a bench fails, 2 if they c
 HEAD = """\
 # Timing diagrams
 
-One for each component of the mill, drawn from the waveform of its bench by `python -m
+One for each component, drawn from the waveform of its bench by `python -m
 tools.diagrams`; a test fails when one is not as the gateware is. The benches run the components
 with much shorter periods than the machine has. The numbers below count clocks; what changes at one
 is there after its rising edge.
@@ -106,6 +106,12 @@ DIAGRAMS = (
         "Three motors, a bit of `step` and of `direction` for each, X the lowest: every motor "
         "follows its own and no other.",
         "inputs: step direction outputs: moved axis_x axis_y axis_z", 90, 112),
+    Diagram(
+        "phase-driver",
+        "Half steps: two windings on and one, by turns. `enable` gives power; then, as after every "
+        "step, each coil word is there for 3 clocks before the next step is made.",
+        "inputs: step direction enable outputs: coils ready moved inside: dut.row", 32, 62,
+        radix=("dut.row=dec",)),
     Diagram(
         "step-counter",
         "Up, down through 0 to 65534, and up again. Without a step it holds; `clear` makes it 0.",

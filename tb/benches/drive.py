@@ -1,6 +1,6 @@
 """Steps to pins."""
 
-from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
+from fresa.drive import HALF_STEP, AxisDrivers, CoilDriver, FrequencyDivider, PhaseDriver
 
 from ..bench import Run, bench
 from ..plant import WORDS
@@ -100,3 +100,52 @@ def axis_drivers(run: Run) -> str:
 
     run.simulate(dut, test)
     return "64 requests: all axes and directions, each motor followed its own and no other"
+
+
+@bench
+def phase_driver(run: Run) -> str:
+    """Half steps down the table and back; the power goes and comes again."""
+    dut = PhaseDriver(sequence=HALF_STEP, period=3)
+
+    async def test(ctx):
+        run.see(ctx, dut, coils=0)
+        ctx.set(dut.step, 1)
+        ctx.set(dut.direction, 1)
+        await ctx.tick().repeat(4)
+        run.see(ctx, dut, coils=0, ready=0, moved=0)  # no power
+
+        ctx.set(dut.enable, 1)
+        await ctx.tick()
+        row = 0
+        for direction, way, steps in [(1, 1, 10), (0, -1, 5)]:
+            ctx.set(dut.direction, direction)
+            for _ in range(steps):
+                for rested in (0, 0, 1):
+                    run.see(ctx, dut, coils=HALF_STEP[row % 8], ready=rested, moved=rested)
+                    await ctx.tick()
+                row += way
+        ctx.set(dut.step, 0)
+        await ctx.tick().repeat(2)
+        run.see(ctx, dut, coils=HALF_STEP[5], ready=1, moved=0)
+        await ctx.tick()
+        ctx.set(run.rst, 1)
+        await ctx.tick()
+        run.see(ctx, dut, coils=HALF_STEP[5], ready=0)
+        ctx.set(run.rst, 0)
+
+        ctx.set(dut.enable, 0)
+        ctx.set(dut.step, 1)
+        run.see(ctx, dut, ready=0, moved=0)
+        for _ in range(4):
+            await ctx.tick()
+            run.see(ctx, dut, coils=0, ready=0)
+        ctx.set(dut.enable, 1)
+        await ctx.tick()
+        for rested in (0, 0, 1):
+            run.see(ctx, dut, coils=HALF_STEP[5], moved=rested)
+            await ctx.tick()
+        run.see(ctx, dut, coils=HALF_STEP[4])
+
+    run.simulate(dut, test)
+    return ("10 half steps down the table and 5 back, each word for 3 clocks; after a time without "
+            "power the coils were as before, for 3 clocks")

@@ -15,6 +15,7 @@ from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
+from .phase import PHASE
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
@@ -27,6 +28,7 @@ COMPONENTS = {
     "coil": COIL,
     "counter": COUNTER,
     "axes": AXES,
+    "phase": PHASE,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,
