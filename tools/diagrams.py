@@ -113,6 +113,13 @@ DIAGRAMS = (
         "inputs: step direction enable outputs: coils ready moved inside: dut.row", 32, 62,
         radix=("dut.row=dec",)),
     Diagram(
+        "step-dir-driver",
+        "A pulse of 3 clocks for each step, 4 or more apart. Reversed in the middle of a pulse, it "
+        "first finishes that; DIR turns when STEP has been low, and 2 clocks later the next pulse "
+        "may come. `moved` is 1 in the clock before STEP rises, and at no other time.",
+        "inputs: step direction enable pins: step_pin direction_pin enable_pin "
+        "outputs: ready moved", 4, 64),
+    Diagram(
         "step-counter",
         "Up, down through 0 to 65534, and up again. Without a step it holds; `clear` makes it 0.",
         "inputs: step direction clear outputs: count", 0, 17, radix=("count=dec",)),

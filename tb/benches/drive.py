@@ -1,6 +1,13 @@
 """Steps to pins."""
 
-from fresa.drive import HALF_STEP, AxisDrivers, CoilDriver, FrequencyDivider, PhaseDriver
+from fresa.drive import (
+    HALF_STEP,
+    AxisDrivers,
+    CoilDriver,
+    FrequencyDivider,
+    PhaseDriver,
+    StepDirDriver,
+)
 
 from ..bench import Run, bench
 from ..plant import WORDS
@@ -149,3 +156,69 @@ def phase_driver(run: Run) -> str:
     run.simulate(dut, test)
     return ("10 half steps down the table and 5 back, each word for 3 clocks; after a time without "
             "power the coils were as before, for 3 clocks")
+
+
+@bench
+def step_dir_driver(run: Run) -> str:
+    """Pulses for a driver module: reversed in a pulse, taken back, without power."""
+    dut = StepDirDriver(width=3, low=4, setup=2, hold=2)
+
+    async def pulse(ctx, way):
+        """Where a step is asked for it is made now, and its pulse lasts."""
+        run.see(ctx, dut, moved=1, ready=1, step_pin=0, direction_pin=way)
+        await ctx.tick()
+        for level in (1, 1, 1, 0, 0, 0):
+            run.see(ctx, dut, moved=0, ready=0, step_pin=level, direction_pin=way, enable_pin=1)
+            await ctx.tick()
+        run.see(ctx, dut, step_pin=0, ready=1)
+
+    async def test(ctx):
+        ctx.set(dut.step, 1)
+        await ctx.tick().repeat(5)
+        run.see(ctx, dut, step_pin=0, enable_pin=0, ready=0, moved=0)  # no power
+        ctx.set(dut.enable, 1)
+        for power in (0, 1):
+            run.see(ctx, dut, step_pin=0, enable_pin=power, moved=0)
+            await ctx.tick()
+        for _ in range(3):
+            await pulse(ctx, 0)
+
+        run.see(ctx, dut, moved=1)
+        await ctx.tick()
+        ctx.set(dut.direction, 1)  # in the middle of a pulse
+        for level in (1, 1, 1, 0, 0, 0, 0):
+            run.see(ctx, dut, step_pin=level, direction_pin=0, moved=0)
+            await ctx.tick()
+        run.see(ctx, dut, step_pin=0, direction_pin=1, moved=0)
+        await ctx.tick()
+        await pulse(ctx, 1)
+
+        ctx.set(dut.direction, 0)
+        run.see(ctx, dut, ready=0, moved=0)
+        await ctx.tick()
+        ctx.set(dut.step, 0)  # it is taken back while DIR settles
+        for ready in (0, 1, 1):
+            run.see(ctx, dut, step_pin=0, direction_pin=0, ready=ready, moved=0)
+            await ctx.tick()
+        ctx.set(dut.direction, 1)
+        for _ in range(3):
+            run.see(ctx, dut, direction_pin=0, ready=0)  # nobody steps that way
+            await ctx.tick()
+        ctx.set(dut.direction, 0)
+
+        ctx.set(dut.step, 1)
+        run.see(ctx, dut, moved=1)
+        await ctx.tick()
+        ctx.set(dut.enable, 0)  # in the middle of a pulse
+        ctx.set(run.rst, 1)
+        for level in (1, 1, 1, 0, 0, 0, 0):
+            run.see(ctx, dut, step_pin=level, enable_pin=1, moved=0)
+            await ctx.tick()
+        ctx.set(run.rst, 0)
+        for _ in range(6):
+            run.see(ctx, dut, step_pin=0, enable_pin=0, ready=0, moved=0)
+            await ctx.tick()
+
+    run.simulate(dut, test)
+    return ("6 pulses of 3 clocks, 4 or more apart, with DIR and ENABLE settled; those reversed "
+            "and cut off in the middle were whole; a step taken back made none")

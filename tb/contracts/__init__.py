@@ -20,6 +20,7 @@ from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
+from .step_dir import STEP_DIR
 
 __all__ = ["COMPONENTS", "Component"]
 
@@ -29,6 +30,7 @@ COMPONENTS = {
     "counter": COUNTER,
     "axes": AXES,
     "phase": PHASE,
+    "step_dir": STEP_DIR,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["PhaseModel"]
+__all__ = ["PhaseModel", "StepDirModel"]
 
 
 class PhaseModel:
@@ -25,4 +25,30 @@ class PhaseModel:
         if seen["moved"] or not self.coils:
             self.since = self.now
         self.coils = self.sequence[self.place % len(self.sequence)] if enable else 0
+        return seen
+
+
+class StepDirModel:
+    """Three pins, and when each may change: a pin changes once, and then all of them wait."""
+
+    def __init__(self, *, width: int, low: int, setup: int, hold: int) -> None:
+        self.width, self.pause, self.setup = width, max(low, hold), setup
+        self.pulse = self.sense = self.power = 0
+        self.now, self.free = 0, max(width, low, setup, hold) - 1  # the clock; when pins may change
+
+    def clock(self, *, step: int, direction: int, enable: int, rst: int = 0) -> dict[str, int]:
+        """Make a clock."""
+        free = self.now >= self.free
+        right = self.sense == direction and self.power == enable
+        ready = int(free and not self.pulse and right and enable and not rst)
+        seen = {"ready": ready, "moved": ready & step, "step_pin": self.pulse,
+                "direction_pin": self.sense, "enable_pin": self.power}
+        if free and self.pulse:
+            self.pulse, self.free = 0, self.now + self.pause
+        elif seen["moved"]:
+            self.pulse, self.free = 1, self.now + self.width
+        elif free and (self.power != enable or step and not right):
+            self.sense = direction if step else self.sense
+            self.power, self.free = enable, self.now + self.setup
+        self.now += 1
         return seen

@@ -90,7 +90,7 @@ class TestPromises:
             assert promise.bugs, promise
 
     @needs_prover
-    @pytest.mark.parametrize("name", ["divider", "coil", "counter", "start"])
+    @pytest.mark.parametrize("name", ["divider", "coil", "step_dir", "counter", "start"])
     def test_quick_ones_hold(self, name, tmp_path):
         for number, case in enumerate(COMPONENTS[name].cases):
             folder = tmp_path / str(number)
