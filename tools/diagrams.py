@@ -120,6 +120,13 @@ DIAGRAMS = (
         "inputs: step direction enable pins: step_pin direction_pin enable_pin "
         "outputs: ready moved", 4, 64),
     Diagram(
+        "rate-generator",
+        "`late` grows by the rate in every clock, and a step is due where it is not below 0; the "
+        "step takes 40 off it. A new rate counts at once, one above the highest, 10, as that. A "
+        "step that is due waits until it is made, and the next is due a whole time after it.",
+        "inputs: rate moved outputs: due inside: dut.late", 70, 98,
+        radix=("rate=dec", "dut.late=signed")),
+    Diagram(
         "step-counter",
         "Up, down through 0 to 65534, and up again. Without a step it holds; `clear` makes it 0.",
         "inputs: step direction clear outputs: count", 0, 17, radix=("count=dec",)),

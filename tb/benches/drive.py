@@ -6,6 +6,7 @@ from fresa.drive import (
     CoilDriver,
     FrequencyDivider,
     PhaseDriver,
+    RateGenerator,
     StepDirDriver,
 )
 
@@ -222,3 +223,39 @@ def step_dir_driver(run: Run) -> str:
     run.simulate(dut, test)
     return ("6 pulses of 3 clocks, 4 or more apart, with DIR and ENABLE settled; those reversed "
             "and cut off in the middle were whole; a step taken back made none")
+
+
+@bench
+def rate_generator(run: Run) -> str:
+    """7 steps in 40 clocks; a new rate under way; a step that has to wait."""
+    dut = RateGenerator(modulus=40, max_rate=10)
+
+    async def steps(ctx, clocks, expected):
+        """Make the steps that are due; those are the clocks, from 0."""
+        for clock in range(clocks):
+            run.see(ctx, dut, due=clock in expected)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.moved, 1)
+        ctx.set(dut.rate, 7)
+        await steps(ctx, 40, (6, 12, 18, 23, 29, 35))
+        await steps(ctx, 20, (0, 6, 12, 18))
+
+        ctx.set(dut.rate, 1)
+        await steps(ctx, 8, ())
+        ctx.set(dut.rate, 10)
+        await steps(ctx, 4, (2,))
+        ctx.set(dut.rate, 15)  # no more than 10
+        await steps(ctx, 12, (2, 6, 10))
+
+        ctx.set(dut.moved, 0)
+        await steps(ctx, 9, range(2, 9))
+        ctx.set(dut.moved, 1)
+        await steps(ctx, 9, (0, 4, 8))
+        ctx.set(dut.rate, 0)
+        await steps(ctx, 12, ())
+
+    run.simulate(dut, test)
+    return ("steps at 7 in 40 clocks, less than a clock late each; slower and faster under way; "
+            "one waited 7 clocks, and the next came a whole time of 4 after it")

@@ -16,6 +16,7 @@ from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .phase import PHASE
+from .rate import RATE
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
@@ -31,6 +32,7 @@ COMPONENTS = {
     "axes": AXES,
     "phase": PHASE,
     "step_dir": STEP_DIR,
+    "rate": RATE,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,

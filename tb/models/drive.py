@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["PhaseModel", "StepDirModel"]
+__all__ = ["PhaseModel", "RateModel", "StepDirModel"]
 
 
 class PhaseModel:
@@ -52,3 +52,19 @@ class StepDirModel:
             self.power, self.free = enable, self.now + self.setup
         self.now += 1
         return seen
+
+
+class RateModel:
+    """Times of steps in whole numbers: what was given in all, and what was made of it."""
+
+    def __init__(self, *, modulus: int, max_rate: int) -> None:
+        self.modulus, self.max_rate = modulus, max_rate
+        self.given = self.made = 0
+
+    def clock(self, *, rate: int, moved: int, rst: int = 0) -> dict[str, int]:
+        """Make a clock."""
+        due = int(self.given >= (self.made + 1) * self.modulus)
+        if moved or not due:
+            self.given += min(rate, self.max_rate)
+        self.made += due & moved
+        return {"due": due}

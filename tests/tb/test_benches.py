@@ -12,7 +12,14 @@ from pathlib import Path
 import pytest
 from amaranth import Module, Value
 
-from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider, PhaseDriver, StepDirDriver
+from fresa.drive import (
+    AxisDrivers,
+    CoilDriver,
+    FrequencyDivider,
+    PhaseDriver,
+    RateGenerator,
+    StepDirDriver,
+)
 from fresa.machines import Mill
 from fresa.motion import (
     AutomaticControl,
@@ -43,6 +50,7 @@ BUGS = {
     "axis-drivers": (AxisDrivers, "axis_y", 0b0110),
     "phase-driver": (PhaseDriver, "ready", 1),
     "step-dir-driver": (StepDirDriver, "step_pin", 0),
+    "rate-generator": (RateGenerator, "due", 1),
     "order-control": (OrderControl, "clear", 0),
     "motion-sequencer": (MotionSequencer, "error", 0),
     "automatic-control": (AutomaticControl, "shown", 0),
@@ -179,6 +187,7 @@ def test_a_counter_that_only_counts_up_is_found(monkeypatch):
     ("fresa.drive.coil.FULL_STEP", (0b1100,) * 4, ["coil-driver", "axis-drivers"]),
     ("fresa.drive.phase.valid_period", lambda value: 1, ["phase-driver"]),
     ("fresa.drive.step_dir.in_range", lambda *given: given[1] + 1, ["step-dir-driver"]),
+    ("fresa.drive.rate.in_range", lambda *given: given[1] + 1, ["rate-generator"]),
     ("fresa.motion.sequencer.valid_z_travel", lambda value: value + 1, ["motion-sequencer"]),
     ("fresa.motion.square.in_range", lambda *given: given[1] + 1, ["square-generator", "square"]),
     ("fresa.panel.debounce.in_range", lambda *given: 2, ["debouncer"]),

@@ -4,10 +4,12 @@ from .axes import AxisDrivers
 from .coil import CoilDriver
 from .divider import MAX_PERIOD, FrequencyDivider, valid_period
 from .phase import PhaseDriver
+from .rate import MAX_MODULUS, RateGenerator
 from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, bipolar
 from .step_dir import MAX_PULSE, StepDirDriver
 
 __all__ = [
-    "FULL_STEP", "HALF_STEP", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE", "AxisDrivers", "CoilDriver",
-    "FrequencyDivider", "PhaseDriver", "StepDirDriver", "bipolar", "valid_period",
+    "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE", "AxisDrivers",
+    "CoilDriver", "FrequencyDivider", "PhaseDriver", "RateGenerator", "StepDirDriver", "bipolar",
+    "valid_period",
 ]
