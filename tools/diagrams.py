@@ -125,11 +125,28 @@ DIAGRAMS = (
         "step takes 40 off it. A new rate counts at once, one above the highest, 10, as that. A "
         "step that is due waits until it is made, and the next is due a whole time after it.",
         "inputs: rate moved outputs: due inside: dut.late", 70, 98,
-        radix=("rate=dec", "dut.late=signed")),
+        radix=("rate=dec",)),
     Diagram(
         "step-counter",
         "Up, down through 0 to 65534, and up again. Without a step it holds; `clear` makes it 0.",
         "inputs: step direction clear outputs: count", 0, 17, radix=("count=dec",)),
+    Diagram(
+        "move-to",
+        "Three steps towards 4, when -2 becomes the target: it turns back at once. The position "
+        "counts what is made. At the target it asks for nothing; nor without `run`, nor in a "
+        "`load`, which calls this place another.",
+        "inputs: target run load moved outputs: step direction position", 0, 42),
+    Diagram(
+        "backlash",
+        "After each reversal 3 steps only take up play and are not counted; where 2 are taken up "
+        "and it reverses again, 2. A reset moves no gear. Then the play is 1.",
+        "inputs: play moved direction outputs: counted inside: dut.left", 0, 42,
+        radix=("play=dec", "dut.left=dec")),
+    Diagram(
+        "limits",
+        "The high switch of the lower axis bounces. From its first touch until it has settled no "
+        "step of that axis goes up; the other axis, and steps down, are free.",
+        "inputs: step direction low high outputs: allowed at_low at_high", 44, 62),
     Diagram(
         "order-control",
         "A movement of X and Y by 5 steps is taken with `valid` and `ready`. Its steps come a "

@@ -2,6 +2,7 @@
 
 from .automatic import AUTOMATIC
 from .axes import AXES
+from .backlash import BACKLASH
 from .coil import COIL
 from .contract import Component
 from .controller import CONTROLLER
@@ -11,11 +12,13 @@ from .debounce import DEBOUNCE
 from .display import DISPLAY
 from .divider import DIVIDER
 from .guard import GUARD
+from .limits import LIMITS
 from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .phase import PHASE
+from .position import POSITION
 from .rate import RATE
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
@@ -33,6 +36,9 @@ COMPONENTS = {
     "phase": PHASE,
     "step_dir": STEP_DIR,
     "rate": RATE,
+    "position": POSITION,
+    "backlash": BACKLASH,
+    "limits": LIMITS,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,
