@@ -21,13 +21,14 @@ HEX = {"count", "shown", "value"}
 """What the display shows is read in its digits."""
 
 BITS = {
-    "active", "axes", "axis_x", "axis_y", "axis_z", "buttons", "coils", "digits", "direction", "i",
-    "jog", "jogging", "leds", "moved", "o", "refused", "segments", "step", "switches",
+    "active", "allowed", "at_high", "at_low", "axes", "axis_x", "axis_y", "axis_z", "buttons",
+    "coils", "digits", "direction", "high", "i", "jog", "jogging", "leds", "low", "moved", "o",
+    "refused", "segments", "step", "switches",
 }
 """Every bit is something of its own: a coil, a segment, a switch, an axis."""
 
-SIGNED = {"at_x", "at_y", "at_z"}
-"""Positions go below 0."""
+SIGNED = {"at_x", "at_y", "at_z", "late", "place", "position", "target"}
+"""Positions go below 0, and so does a time until something is due."""
 
 GRAPHS = ("x.count", "y.count", "z.count")
 """Positions that are drawn as curves."""

@@ -41,7 +41,7 @@ exit status: 0 if all went well, 1 if one is stale or a bench fails, 2 if they c
 HEAD = """\
 # Timing diagrams
 
-One for each component of the mill, drawn from the waveform of its bench by `python -m
+One for each component, drawn from the waveform of its bench by `python -m
 tools.diagrams`; a test fails when one is not as the gateware is. The benches run the components
 with much shorter periods than the machine has. The numbers below count clocks; what changes at one
 is there after its rising edge.
@@ -107,9 +107,46 @@ DIAGRAMS = (
         "follows its own and no other.",
         "inputs: step direction outputs: moved axis_x axis_y axis_z", 90, 112),
     Diagram(
+        "phase-driver",
+        "Half steps: two windings on and one, by turns. `enable` gives power; then, as after every "
+        "step, each coil word is there for 3 clocks before the next step is made.",
+        "inputs: step direction enable outputs: coils ready moved inside: dut.row", 32, 62,
+        radix=("dut.row=dec",)),
+    Diagram(
+        "step-dir-driver",
+        "A pulse of 3 clocks for each step, 4 or more apart. Reversed in the middle of a pulse, it "
+        "first finishes that; DIR turns when STEP has been low, and 2 clocks later the next pulse "
+        "may come. `moved` is 1 in the clock before STEP rises, and at no other time.",
+        "inputs: step direction enable pins: step_pin direction_pin enable_pin "
+        "outputs: ready moved", 4, 64),
+    Diagram(
+        "rate-generator",
+        "`late` grows by the rate in every clock, and a step is due where it is not below 0; the "
+        "step takes 40 off it. A new rate counts at once, one above the highest, 10, as that. A "
+        "step that is due waits until it is made, and the next is due a whole time after it.",
+        "inputs: rate moved outputs: due inside: dut.late", 70, 98,
+        radix=("rate=dec",)),
+    Diagram(
         "step-counter",
         "Up, down through 0 to 65534, and up again. Without a step it holds; `clear` makes it 0.",
         "inputs: step direction clear outputs: count", 0, 17, radix=("count=dec",)),
+    Diagram(
+        "move-to",
+        "Three steps towards 4, when -2 becomes the target: it turns back at once. The position "
+        "counts what is made. At the target it asks for nothing; nor without `run`, nor in a "
+        "`load`, which calls this place another.",
+        "inputs: target run load moved outputs: step direction position", 0, 42),
+    Diagram(
+        "backlash",
+        "After each reversal 3 steps only take up play and are not counted; where 2 are taken up "
+        "and it reverses again, 2. A reset moves no gear. Then the play is 1.",
+        "inputs: play moved direction outputs: counted inside: dut.left", 0, 42,
+        radix=("play=dec", "dut.left=dec")),
+    Diagram(
+        "limits",
+        "The high switch of the lower axis bounces. From its first touch until it has settled no "
+        "step of that axis goes up; the other axis, and steps down, are free.",
+        "inputs: step direction low high outputs: allowed at_low at_high", 44, 62),
     Diagram(
         "order-control",
         "A movement of X and Y by 5 steps is taken with `valid` and `ready`. Its steps come a "

@@ -1,6 +1,6 @@
 """Orders to steps."""
 
-from fresa.motion import MotionSequencer, OrderControl, StepCounter
+from fresa.motion import Backlash, Limits, MotionSequencer, MoveTo, OrderControl, StepCounter
 
 from ..bench import Run, bench, put
 
@@ -30,6 +30,132 @@ def step_counter(run: Run) -> str:
 
     run.simulate(dut, test)
     return "4 up, 6 down through 0000 to FFFE, 3 up to 0001; it held, and was cleared"
+
+
+@bench
+def move_to(run: Run) -> str:
+    """To a target, to one behind, stopped, elsewhere, and to the end of the range."""
+    dut = MoveTo(width=8)
+
+    async def go(ctx, target, places, direction):
+        """Make every step that is asked for, in the second clock of it."""
+        ctx.set(dut.target, target)
+        for place in places:
+            for moved in (0, 1):
+                ctx.set(dut.moved, moved)
+                run.see(ctx, dut, position=place, step=1, direction=direction)
+                await ctx.tick()
+            ctx.set(dut.moved, 0)
+
+    async def rests(ctx, place):
+        for _ in range(3):
+            run.see(ctx, dut, position=place, step=0)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.target, 4)
+        await rests(ctx, 0)  # until it shall run
+        ctx.set(dut.run, 1)
+        await go(ctx, 4, (0, 1, 2), 1)
+        await go(ctx, -2, (3, 2, 1, 0, -1), 0)
+        await rests(ctx, -2)
+
+        await go(ctx, 50, (-2, -1), 1)
+        ctx.set(dut.run, 0)
+        await rests(ctx, 0)
+        ctx.set(dut.target, 127)
+        ctx.set(dut.place, 125)
+        ctx.set(dut.load, 1)
+        ctx.set(dut.run, 1)
+        run.see(ctx, dut, position=0, step=0)
+        await ctx.tick()
+        ctx.set(dut.load, 0)
+        await go(ctx, 127, (125, 126), 1)
+        await rests(ctx, 127)
+        await go(ctx, -128, (127, 126), 0)
+        ctx.set(run.rst, 1)
+        ctx.set(dut.target, 0)
+        ctx.set(dut.run, 0)
+        await ctx.tick()
+        run.see(ctx, dut, position=0, step=0)
+
+    run.simulate(dut, test)
+    return ("3 steps towards 4, back to -2, stopped at 0; called 125 there, it went to 127, the "
+            "end of the range, and from there back")
+
+
+@bench
+def backlash(run: Run) -> str:
+    """Reversals with a play of 3, also while it is taken up; then a play of 1."""
+    dut = Backlash(max_play=5)
+
+    async def steps(ctx, direction, *counted):
+        ctx.set(dut.direction, direction)
+        for says in counted:
+            ctx.set(dut.moved, 1)
+            run.see(ctx, dut, counted=says)
+            await ctx.tick()
+            ctx.set(dut.moved, 0)
+            run.see(ctx, dut, counted=0)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.play, 3)
+        await steps(ctx, 0, 1, 1)
+        await steps(ctx, 1, 0, 0, 0, 1, 1)
+        await steps(ctx, 0, 0, 0)
+        await steps(ctx, 1, 0, 0, 1)
+        ctx.set(run.rst, 1)
+        await ctx.tick()
+        ctx.set(run.rst, 0)
+        await steps(ctx, 0, 0)
+        ctx.set(dut.play, 1)
+        await steps(ctx, 0, 0, 0, 1)
+        await steps(ctx, 1, 0, 1)
+        await steps(ctx, 0, 0, 1)
+        ctx.set(dut.play, 0)
+        await steps(ctx, 1, 1, 1)
+
+    run.simulate(dut, test)
+    return ("3 steps were left out after each reversal, and 2 where only 2 had been taken up; "
+            "then 1, then none")
+
+
+@bench
+def limits(run: Run) -> str:
+    """Each switch of two axes, steps both ways; a contact that bounces."""
+    dut = Limits(axes=2, period=4)
+
+    async def test(ctx):
+        ctx.set(dut.step, 0b11)
+        for low, high in [(0, 0), (0b01, 0), (0, 0b01), (0b10, 0b01)]:
+            ctx.set(dut.low, low)
+            ctx.set(dut.high, high)
+            for direction, on in [(0b00, low), (0b11, high), (0b01, low & 0b10 | high & 0b01)]:
+                ctx.set(dut.direction, direction)
+                run.see(ctx, dut, allowed=0b11 & ~on, at_low=low, at_high=high)
+                await ctx.tick()
+            ctx.set(dut.low, 0)
+            ctx.set(dut.high, 0)
+            await ctx.tick().repeat(8)
+
+        await ctx.tick().repeat(3)
+        for contact, up in zip((1, 0, 0, 1, 1, 0, 1, 0, 0, 0), (1, 1, 1, 0, 0) * 2, strict=True):
+            ctx.set(dut.high, contact)
+            ctx.set(dut.direction, 0b10 | up)
+            run.see(ctx, dut, allowed=0b10 | (not up), at_high=0b01)
+            await ctx.tick()
+        ctx.set(dut.direction, 0b11)
+        ctx.set(run.rst, 1)
+        for allowed in (0b10, 0b10, 0b10, 0b11, 0b11):
+            run.see(ctx, dut, allowed=allowed)
+            await ctx.tick()
+        ctx.set(dut.step, 0)
+        run.see(ctx, dut, allowed=0)
+
+    run.simulate(dut, test)
+    return ("a switch blocked what led to it and let go what led away, of its own axis; one that "
+            "bounced blocked from its first touch until it had settled")
 
 
 @bench

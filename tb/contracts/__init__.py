@@ -2,6 +2,7 @@
 
 from .automatic import AUTOMATIC
 from .axes import AXES
+from .backlash import BACKLASH
 from .coil import COIL
 from .contract import Component
 from .controller import CONTROLLER
@@ -11,14 +12,19 @@ from .debounce import DEBOUNCE
 from .display import DISPLAY
 from .divider import DIVIDER
 from .guard import GUARD
+from .limits import LIMITS
 from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
+from .phase import PHASE
+from .position import POSITION
+from .rate import RATE
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
+from .step_dir import STEP_DIR
 
 __all__ = ["COMPONENTS", "Component"]
 
@@ -27,6 +33,12 @@ COMPONENTS = {
     "coil": COIL,
     "counter": COUNTER,
     "axes": AXES,
+    "phase": PHASE,
+    "step_dir": STEP_DIR,
+    "rate": RATE,
+    "position": POSITION,
+    "backlash": BACKLASH,
+    "limits": LIMITS,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,

@@ -119,8 +119,10 @@ class Case:
 
     def __str__(self) -> str:
         def brief(value: object) -> str:
-            return "x".join([str(len(value)), str(len(value[0]))]) if isinstance(
-                value, list | tuple) else str(value)
+            if not isinstance(value, list | tuple):
+                return str(value)
+            rows = [len(row) for row in value[:1] if isinstance(row, list | tuple)]
+            return "x".join(map(str, [len(value), *rows]))
 
         words = [f"{name}={brief(value)}" for name, value in self.parameters.items()]
         return " ".join([*words, *(["upset"] if self.upset else [])]) or "-"

@@ -12,13 +12,23 @@ from pathlib import Path
 import pytest
 from amaranth import Module, Value
 
-from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
+from fresa.drive import (
+    AxisDrivers,
+    CoilDriver,
+    FrequencyDivider,
+    PhaseDriver,
+    RateGenerator,
+    StepDirDriver,
+)
 from fresa.machines import Mill
 from fresa.motion import (
     AutomaticControl,
+    Backlash,
     CoordinateGenerator,
+    Limits,
     ManualControl,
     MotionSequencer,
+    MoveTo,
     NumericalController,
     OrderControl,
     SpiralWalk,
@@ -41,6 +51,12 @@ BUGS = {
     "frequency-divider": (FrequencyDivider, "tick", 0),
     "coil-driver": (CoilDriver, "refused", 0),
     "axis-drivers": (AxisDrivers, "axis_y", 0b0110),
+    "phase-driver": (PhaseDriver, "ready", 1),
+    "step-dir-driver": (StepDirDriver, "step_pin", 0),
+    "rate-generator": (RateGenerator, "due", 1),
+    "move-to": (MoveTo, "direction", 1),
+    "backlash": (Backlash, "counted", 1),
+    "limits": (Limits, "at_high", 0),
     "order-control": (OrderControl, "clear", 0),
     "motion-sequencer": (MotionSequencer, "error", 0),
     "automatic-control": (AutomaticControl, "shown", 0),
@@ -175,6 +191,13 @@ def test_a_counter_that_only_counts_up_is_found(monkeypatch):
 @pytest.mark.parametrize(("where", "value", "names"), [
     ("fresa.drive.coil.valid_period", lambda value: 1, ["coil-driver"]),  # refuses nothing
     ("fresa.drive.coil.FULL_STEP", (0b1100,) * 4, ["coil-driver", "axis-drivers"]),
+    ("fresa.drive.phase.valid_period", lambda value: 1, ["phase-driver"]),
+    ("fresa.drive.step_dir.in_range", lambda *given: given[1] + 1, ["step-dir-driver"]),
+    ("fresa.drive.rate.in_range", lambda *given: given[1] + 1, ["rate-generator"]),
+    ("fresa.motion.position.in_range", lambda *given: given[1] - 1, ["move-to"]),
+    ("fresa.motion.limits.in_range", lambda *given: given[1] if given[0] == "axes" else 12,
+     ["limits"]),
+    ("fresa.motion.backlash.in_range", lambda *given: 1, ["backlash"]),
     ("fresa.motion.sequencer.valid_z_travel", lambda value: value + 1, ["motion-sequencer"]),
     ("fresa.motion.square.in_range", lambda *given: given[1] + 1, ["square-generator", "square"]),
     ("fresa.panel.debounce.in_range", lambda *given: 2, ["debouncer"]),

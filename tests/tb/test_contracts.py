@@ -44,6 +44,15 @@ WHOLE_MACHINE = {
         "square": ["square-state-leaves-unused-codes"]},
     "a picture: what is set is milled once, and nothing else": {
         "coordinates": ["mills-what-is-set", "mills-once", "mills-all"]},
+    "STEP, DIR and ENABLE keep their times, and what is counted is what leaves the pin": {
+        "step_dir": ["pulse", "low", "setup", "hold", "right-way", "asked", "made-in-time"]},
+    "a rate has no drift, and steps come no closer than the highest allows": {
+        "rate": ["no-drift", "due-when-owed", "spacing"]},
+    "a position is that of the steps made, and never wraps; play is taken up, and no more": {
+        "position": ["no-lost-step", "nearer", "never-wraps"],
+        "backlash": ["within-the-play", "load-is-pushed", "no-more-than-the-play"]},
+    "a switch blocks the way towards it, from its first touch, and no other": {
+        "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
 }
 """What people rely on, and the promises of the components that say it."""
 
@@ -90,7 +99,7 @@ class TestPromises:
             assert promise.bugs, promise
 
     @needs_prover
-    @pytest.mark.parametrize("name", ["divider", "coil", "counter", "start"])
+    @pytest.mark.parametrize("name", ["divider", "coil", "step_dir", "counter", "start"])
     def test_quick_ones_hold(self, name, tmp_path):
         for number, case in enumerate(COMPONENTS[name].cases):
             folder = tmp_path / str(number)

@@ -1,9 +1,15 @@
 """Steps to pins: dividers, phase sequences, the drivers of the motors."""
 
 from .axes import AxisDrivers
-from .coil import FULL_STEP, CoilDriver
+from .coil import CoilDriver
 from .divider import MAX_PERIOD, FrequencyDivider, valid_period
+from .phase import PhaseDriver
+from .rate import MAX_MODULUS, RateGenerator
+from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, bipolar
+from .step_dir import MAX_PULSE, StepDirDriver
 
 __all__ = [
-    "FULL_STEP", "MAX_PERIOD", "AxisDrivers", "CoilDriver", "FrequencyDivider", "valid_period",
+    "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE", "AxisDrivers",
+    "CoilDriver", "FrequencyDivider", "PhaseDriver", "RateGenerator", "StepDirDriver", "bipolar",
+    "valid_period",
 ]

@@ -5,11 +5,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from .divider import valid_period
+from .sequences import FULL_STEP
 
-__all__ = ["FULL_STEP", "CoilDriver"]
-
-FULL_STEP = (0b0110, 0b0011, 0b1001, 0b1100)
-"""Coil words BLACK, ORANGE, BROWN, YELLOW of states 1 to 4, ascending (thesis, table 1)."""
+__all__ = ["CoilDriver"]
 
 
 class CoilDriver(wiring.Component):

@@ -1,0 +1,97 @@
+"""The coils of one stepper, by any table of coil words."""
+
+from collections.abc import Sequence
+
+from amaranth import Array, Module, Mux, ResetSignal, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from .divider import valid_period
+from .sequences import valid_sequence
+
+__all__ = ["PhaseDriver"]
+
+
+class PhaseDriver(wiring.Component):
+    """Goes through a table of coil words, a row a step, and can leave a motor without power.
+
+    :class:`CoilDriver` needs fewer flip-flops, but knows one table. Here three hold the row and
+    four the coils. The coils are looked up anew in every clock, so that a coil that is upset is
+    right again with the next; all codes of the row are rows.
+
+    A step is made, and the coils change with the next clock edge, when it is asked for and the word
+    that the coils have has been there for ``period`` clocks. So after ``enable`` rises the motor
+    has that long to find its place. Without ``enable`` all coils are off from the next clock on;
+    the row stays. Reset makes no step and changes nothing else: only power-up sets the first row.
+
+    Parameters
+    ----------
+    sequence : sequence of int
+        4 or 8 coil words, such as ``HALF_STEP`` or ``bipolar(FULL_STEP)``.
+    period : int
+        Least number of clocks that a coil word lasts, from 1 to ``MAX_PERIOD``.
+
+    Members
+    -------
+    step : In(1)
+        Make a step.
+    direction : In(1)
+        1 goes down the table, 0 goes back.
+    enable : In(1)
+        Give the motor power.
+    ready : Out(1)
+        A step asked for now is made.
+    moved : Out(1)
+        The step asked for is being made: whoever counts steps counts this.
+    coils : Out(4)
+        Coil word, or 0.
+
+    Raises
+    ------
+    ValueError
+        If ``sequence`` is none, or ``period`` is out of range.
+    """
+
+    step: In(1)
+    direction: In(1)
+    enable: In(1)
+    ready: Out(1)
+    moved: Out(1)
+    coils: Out(4)
+
+    def __init__(self, *, sequence: Sequence[int], period: int) -> None:
+        self.sequence = valid_sequence(sequence)
+        self.period = valid_period(period)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        # As in FrequencyDivider, but it stays where the time is over. It is one clock longer where
+        # the coils are off, since they come on with the next clock only.
+        rest = Signal(range(-self.period, 1), init=-self.period, reset_less=True)
+        with m.If(~self.enable):
+            m.d.sync += rest.eq(-self.period)
+        with m.Elif(self.moved):
+            m.d.sync += rest.eq(1 - self.period)
+        with m.Elif(rest < 0):
+            m.d.sync += rest.eq(rest + 1)
+
+        m.d.comb += [
+            self.ready.eq(self.enable & (rest >= 0) & ~ResetSignal()),
+            self.moved.eq(self.step & self.ready),
+        ]
+
+        row = Signal(range(len(self.sequence)), reset_less=True)
+        goes_to = Signal.like(row)
+        coils = Signal(4, reset_less=True)
+        m.d.comb += [
+            goes_to.eq(Mux(self.moved, row + Mux(self.direction, 1, -1), row)),
+            self.coils.eq(coils),
+        ]
+        m.d.sync += [
+            row.eq(goes_to),
+            coils.eq(Mux(self.enable, Array(self.sequence)[goes_to], 0)),
+        ]
+
+        return m

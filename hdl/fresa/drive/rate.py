@@ -1,0 +1,70 @@
+"""Steps at a set rate, without drift."""
+
+from amaranth import Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+
+__all__ = ["MAX_MODULUS", "RateGenerator"]
+
+MAX_MODULUS = 2**40
+"""Most clocks in which there are `rate` steps: six hours at 50 MHz."""
+
+
+class RateGenerator(wiring.Component):
+    """Says when the next step is due: `rate` of them in `modulus` clocks, for ever.
+
+    A sum grows by the rate in every clock; when it reaches the modulus a step is due, and the step
+    takes the modulus off it. Nothing is rounded, so nothing adds up: with a constant rate the n-th
+    step is due in clock ``ceil(n * modulus / rate)``, less than a clock after the time at which it
+    should be, for every n. A new rate counts from the clock in which it is given, also for the step
+    under way.
+
+    A step that is due waits until it is made, and the sum waits with it. So none is lost where a
+    motor is not ready, and after a wait the steps do not hurry: in no case are two steps made with
+    less than ``modulus // max_rate`` clocks from one to the other. Reset changes nothing.
+
+    With steps/s as unit of the rate, ``modulus`` is the frequency of the clock. With turns a minute
+    and a motor of 48 steps a turn, it is 60/48 of that.
+
+    Parameters
+    ----------
+    modulus : int
+        Clocks in which there are `rate` steps, from 1 to ``MAX_MODULUS``.
+    max_rate : int
+        Highest rate, from 1 to ``modulus``. A rate above is taken for it.
+
+    Members
+    -------
+    rate : In(range(max_rate + 1))
+        Steps in ``modulus`` clocks. With 0 no step comes due.
+    moved : In(1)
+        The step that is due is being made. Means nothing where none is.
+    due : Out(1)
+        It is time for a step.
+
+    Raises
+    ------
+    ValueError
+        If ``modulus`` or ``max_rate`` is out of range.
+    """
+
+    def __init__(self, *, modulus: int, max_rate: int) -> None:
+        self.modulus = in_range("modulus", modulus, 1, MAX_MODULUS)
+        self.max_rate = in_range("max_rate", max_rate, 1, self.modulus)
+        super().__init__({"rate": In(range(self.max_rate + 1)), "moved": In(1), "due": Out(1)})
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        rate = Signal.like(self.rate)
+        m.d.comb += rate.eq(Mux(self.rate > self.max_rate, self.max_rate, self.rate))
+
+        # The sum less the modulus: the sign says when it is time, as in FrequencyDivider.
+        late = Signal(range(-self.modulus, self.max_rate), init=-self.modulus, reset_less=True)
+        m.d.comb += self.due.eq(late >= 0)
+        with m.If(~self.due | self.moved):
+            m.d.sync += late.eq(late + Mux(self.due, rate - self.modulus, rate))
+
+        return m

@@ -1,0 +1,117 @@
+"""The STEP, DIR and ENABLE pins of a driver module."""
+
+from amaranth import Module, ResetSignal, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+
+__all__ = ["MAX_PULSE", "StepDirDriver"]
+
+MAX_PULSE = 2**16
+"""Longest of the times of a driver module, in clocks: 1.3 ms at 50 MHz."""
+
+
+class StepDirDriver(wiring.Component):
+    """Makes a pulse a step, with the times that a driver module needs, whatever is asked of it.
+
+    Nothing is queued. A step that is asked for is made, and STEP rises with the next clock edge,
+    when ``ready``; sooner it waits, and is forgotten where ``step`` falls or ``direction`` changes.
+    So what is counted by ``moved`` is what leaves the pin, and what can stop a step can stop it in
+    the last clock before the pin. A pulse once begun lasts its time: no input and no reset cuts it.
+
+    A step in the other direction turns DIR first. DIR and ENABLE change only while STEP is low,
+    ``hold`` clocks or more after it fell, and then are left alone for ``setup`` clocks or more
+    before it rises. So ENABLE follows ``enable`` within ``width`` and the longer of ``low`` and
+    ``hold``, or within ``setup`` if that is longer, and a step that stays asked for is made
+    ``setup`` after that at the latest.
+
+    One timer serves all of that: each change of a pin sets it, and nothing else happens until it is
+    over. All codes of the registers are states that lead on by themselves. They live through reset,
+    for a driver module knows of no reset; in a reset no pulse begins.
+
+    Parameters
+    ----------
+    width : int
+        Clocks of a pulse.
+    low : int
+        Least number of clocks from pulse to pulse.
+    setup : int
+        Least number of clocks that DIR and ENABLE are stable before a pulse.
+    hold : int
+        Least number of clocks that they are stable after a pulse.
+
+    Members
+    -------
+    step : In(1)
+        Make a step.
+    direction : In(1)
+        What DIR shall be for it.
+    enable : In(1)
+        Give the motor power.
+    ready : Out(1)
+        A step asked for now is made: DIR and ENABLE are right, and all times are over.
+    moved : Out(1)
+        The step asked for is being made: whoever counts steps counts this.
+    step_pin, direction_pin, enable_pin : Out(1)
+        STEP, DIR and ENABLE, high when on, from flip-flops.
+
+    Raises
+    ------
+    ValueError
+        If a time is not from 1 to ``MAX_PULSE``.
+    """
+
+    step: In(1)
+    direction: In(1)
+    enable: In(1)
+    ready: Out(1)
+    moved: Out(1)
+    step_pin: Out(1)
+    direction_pin: Out(1)
+    enable_pin: Out(1)
+
+    def __init__(self, *, width: int, low: int, setup: int, hold: int) -> None:
+        self.width = in_range("width", width, 1, MAX_PULSE)
+        self.low = in_range("low", low, 1, MAX_PULSE)
+        self.setup = in_range("setup", setup, 1, MAX_PULSE)
+        self.hold = in_range("hold", hold, 1, MAX_PULSE)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        high = Signal(reset_less=True)
+        sense = Signal(reset_less=True)
+        power = Signal(reset_less=True)
+        m.d.comb += [
+            self.step_pin.eq(high),
+            self.direction_pin.eq(sense),
+            self.enable_pin.eq(power),
+        ]
+
+        # As in FrequencyDivider. Nobody knows what the pins were before power-up.
+        pause = max(self.low, self.hold)
+        longest = max(self.width, pause, self.setup)
+        wait = Signal(range(1 - longest, 1), init=1 - longest, reset_less=True)
+        over = Signal()
+        right = Signal()
+        m.d.comb += [
+            over.eq(wait >= 0),
+            right.eq((sense == self.direction) & (power == self.enable)),
+            self.ready.eq(over & ~high & right & power & ~ResetSignal()),
+            self.moved.eq(self.step & self.ready),
+        ]
+        with m.If(~over):
+            m.d.sync += wait.eq(wait + 1)
+        with m.Elif(high):
+            m.d.sync += [high.eq(0), wait.eq(1 - pause)]
+        with m.Elif(self.moved):
+            m.d.sync += [high.eq(1), wait.eq(1 - self.width)]
+        with m.Elif((power != self.enable) | (self.step & ~right)):
+            m.d.sync += [power.eq(self.enable), wait.eq(1 - self.setup)]
+            # A direction in which nobody steps turns no pin.
+            with m.If(self.step):
+                m.d.sync += sense.eq(self.direction)
+
+        return m

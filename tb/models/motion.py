@@ -1,0 +1,68 @@
+"""What asks for steps, in plain Python: motors, loads and where they are."""
+
+__all__ = ["BacklashModel", "LimitsModel", "MoveToModel"]
+
+
+class BacklashModel:
+    """A motor, and the place where it pushes its load: `wall` is ahead of it, or right there."""
+
+    def __init__(self) -> None:
+        self.motor, self.wall, self.way = 0, 0, -1
+
+    def clock(self, *, play: int, moved: int, direction: int, rst: int = 0) -> dict[str, int]:
+        """Make a clock."""
+        way = 1 if direction else -1
+        wall = self.wall
+        if way != self.way:  # the other end of the play, or right here if that is behind already
+            wall = max(wall - play * self.way, self.motor, key=lambda place: place * way)
+        counted = moved and wall == self.motor
+        if moved:
+            self.motor += way
+            self.way, self.wall = way, wall + way if counted else wall
+        return {"counted": int(counted)}
+
+
+class LimitsModel:
+    """Switches, and when each was on last; time has ticks, and what was on goes at the second."""
+
+    def __init__(self, *, axes: int, period: int) -> None:
+        self.axes, self.period = axes, period
+        self.now = 0
+        self.last = {(name, axis): -2 * period for name in ("low", "high") for axis in range(axes)}
+
+    def clock(self, *, step: int, direction: int, low: int, high: int, rst: int = 0
+              ) -> dict[str, int]:
+        """Make a clock."""
+        switches = {"low": low, "high": high}
+        seen = {"allowed": 0, "at_low": 0, "at_high": 0}
+        for axis in range(self.axes):
+            for name, levels in switches.items():
+                if levels >> axis & 1:
+                    self.last[name, axis] = self.now
+                if self.now // self.period - self.last[name, axis] // self.period < 2:
+                    seen[f"at_{name}"] |= 1 << axis
+            towards = "at_high" if direction >> axis & 1 else "at_low"
+            seen["allowed"] |= (step & ~seen[towards]) & 1 << axis
+        self.now += 1
+        return seen
+
+
+class MoveToModel:
+    """A position, as a number. What is asked for is known before what becomes of it."""
+
+    def __init__(self, *, width: int) -> None:
+        self.width = width
+        self.position = 0
+
+    def asks(self, *, target: int, run: int, load: int) -> tuple[int, int]:
+        """Return the step asked for in this clock, and its direction."""
+        return int(run and not load and target != self.position), int(target > self.position)
+
+    def clock(self, *, moved: int, direction: int, load: int, place: int, rst: int) -> None:
+        """Make a clock."""
+        if rst:
+            self.position = 0
+        elif load:
+            self.position = place
+        elif moved:
+            self.position += 1 if direction else -1
