@@ -41,7 +41,7 @@ exit status: 0 if all went well, 1 if one is stale or a bench fails, 2 if they c
 HEAD = """\
 # Timing diagrams
 
-One for each component of the mill, drawn from the waveform of its bench by `python -m
+One for each component, drawn from the waveform of its bench by `python -m
 tools.diagrams`; a test fails when one is not as the gateware is. The benches run the components
 with much shorter periods than the machine has. The numbers below count clocks; what changes at one
 is there after its rising edge.
@@ -78,7 +78,7 @@ class Diagram:
     @property
     def title(self) -> str:
         """Its name in words."""
-        return self.bench.replace("-", " ").capitalize()
+        return self.bench.replace("-", " ").capitalize().replace("Uart", "UART")
 
     def svg(self) -> str:
         """Run the bench, and draw it."""
@@ -184,13 +184,27 @@ DIAGRAMS = (
         "display is dark. In automatic mode it shows the count, and the LEDs are dark.",
         "inputs: mode jogging axis_x axis_y axis_z count outputs: leds digits segments", 0, 96),
     Diagram(
+        "uart-receiver",
+        "A byte is looked at in the middle of each of its ten bits, of 16 clocks here. Each bit is "
+        "disturbed there for a clock, and is received all the same: two of three looks decide.",
+        "inputs: rx bytes_ready outputs: bytes_valid bytes_payload.byte bytes_payload.error "
+        "state: dut.receiver_state_state inside: dut.word", 0, 176,
+        radix=("bytes_payload.byte=hex", "dut.word=bin")),
+    Diagram(
+        "uart-transmitter",
+        "Three bytes follow each other: the next is taken with the last clock of a stop bit, and "
+        "its start bit is on the line at once.",
+        "bytes: bytes_valid bytes_ready bytes_payload outputs: tx inside: dut.left", 0, 340,
+        radix=("bytes_payload=hex",)),
+    Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
         "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
         "axis_z positions: x.count y.count z.count", 0, 115),
 )
-"""In the order of the page: from steps to pins, from orders to steps, where orders come from."""
+"""In the order of the page: from steps to pins, orders to steps, where orders come from, people,
+serial lines; then machines."""
 
 
 def made() -> dict[str, bytes]:

@@ -19,6 +19,8 @@ from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
+from .uart_receiver import UART_RECEIVER
+from .uart_transmitter import UART_TRANSMITTER
 
 __all__ = ["COMPONENTS", "Component"]
 
@@ -40,6 +42,8 @@ COMPONENTS = {
     "debounce": DEBOUNCE,
     "display": DISPLAY,
     "monitor": MONITOR,
+    "uart_receiver": UART_RECEIVER,
+    "uart_transmitter": UART_TRANSMITTER,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""

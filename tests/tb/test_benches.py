@@ -27,6 +27,7 @@ from fresa.motion import (
     StepCounter,
 )
 from fresa.panel import Debouncer, Monitor, SevenSegment
+from fresa.protocol import UARTReceiver, UARTTransmitter
 from tb.__main__ import main
 from tb.bench import Bench, CheckFailed, Run
 from tb.benches import BENCHES, GROUPS
@@ -34,7 +35,7 @@ from tb.benches import BENCHES, GROUPS
 STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
-    "jog-combinations", "square", "image",
+    "jog-combinations", "square", "image", "uart-receiver",
 }
 
 BUGS = {
@@ -53,6 +54,8 @@ BUGS = {
     "debouncer": (Debouncer, "o", 0),
     "seven-segment": (SevenSegment, "digits", 0b1110),
     "monitor": (Monitor, "leds", 0),
+    "uart-transmitter": (UARTTransmitter, "tx", 0),
+    "uart-receiver": (UARTReceiver, "overrun", 0),
     "mill": (Mill, "error", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
@@ -128,7 +131,8 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
 
 def test_there_is_a_bench_for_every_component_and_machine():
     parts = {cls.__name__ for cls, _, _ in BUGS.values()} | {"StepCounter"}
-    names = {re.sub(r"(?<!^)(?=[A-Z])", "-", part).lower() for part in parts}
+    words = r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
+    names = {re.sub(words, "-", part).lower() for part in parts}
     assert names <= set(BENCHES)
     assert list(GROUPS) == ["components", "machine", "board"]
     assert {*BUGS, "step-counter"} == set(BENCHES)
