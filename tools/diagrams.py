@@ -197,6 +197,14 @@ DIAGRAMS = (
         "bytes: bytes_valid bytes_ready bytes_payload outputs: tx inside: dut.left", 0, 340,
         radix=("bytes_payload=hex",)),
     Diagram(
+        "line-reader",
+        "Outside a frame nothing is kept. Behind `:` (0x3A) three bytes are, and are handed on "
+        "when 0x0D has come, with their end. Then a line that is too long: all there is of it is "
+        "an end that says 1.",
+        "bytes: bytes_valid bytes_ready bytes_payload.byte lines: items_valid items_ready "
+        "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 20,
+        radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
+    Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",

@@ -1,8 +1,8 @@
 """Bytes to orders and back."""
 
-from fresa.protocol import UARTReceiver, UARTTransmitter
+from fresa.protocol import LineEnd, LineReader, UARTReceiver, UARTTransmitter
 
-from ..bench import Run, bench
+from ..bench import Run, bench, put
 from ..models.protocol import bits
 
 
@@ -94,3 +94,48 @@ def uart_receiver(run: Run) -> str:
     run.expect("a break was shown", counts["line_break"] > 16, True)
     return ("':v' through a disturbance in every bit; a byte without a stop bit and a break came "
             "marked, and the byte after two that were lost")
+
+
+@bench
+def line_reader(run: Run) -> str:
+    """Frames to lines: good, too long, damaged, begun afresh; the buffer full."""
+    dut = LineReader(length=4, start=b":")
+    lines = []
+
+    async def consumer(ctx):
+        line = bytearray()
+        while True:
+            if ctx.get(dut.items.valid) and ctx.get(dut.items.ready):
+                item = ctx.get(dut.items.payload)
+                if item.end:
+                    lines.append((bytes(line), LineEnd(item.byte)))
+                    line.clear()
+                else:
+                    line.append(item.byte)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.items.ready, 1)
+        for text in (b"no:x12\r", b":12345\r", b":v?:v1\r:\r"):
+            for byte in text:
+                await put(ctx, dut.bytes, {"byte": byte})
+        for byte, error in [(b":", 0), (b"x", 0), (b"9", 1), (b"\r", 0)]:
+            await put(ctx, dut.bytes, {"byte": byte[0], "error": error})
+        await ctx.tick().repeat(5)
+        run.expect("lines", lines, [
+            (b"x12", LineEnd.GOOD), (b"", LineEnd.LONG), (b"v1", LineEnd.GOOD),
+            (b"", LineEnd.GOOD), (b"", LineEnd.DAMAGED)])
+
+        ctx.set(dut.items.ready, 0)
+        for byte in b":0\r:1\r:2\r:3":
+            await put(ctx, dut.bytes, {"byte": byte})
+        ctx.set(dut.bytes.valid, 1)
+        for _ in range(20):  # full, until a line is taken
+            run.see(ctx, dut.bytes, ready=0)
+            await ctx.tick()
+        ctx.set(dut.items.ready, 1)
+        await run.until(ctx, dut.bytes, ready=1)
+
+    run.simulate(dut, test, consumer)
+    return ("x12, v1 and an empty line were handed on, one too long and one damaged came as that "
+            "word only; full, it took no byte until a line was taken")

@@ -11,6 +11,7 @@ from .debounce import DEBOUNCE
 from .display import DISPLAY
 from .divider import DIVIDER
 from .guard import GUARD
+from .line import LINE
 from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
@@ -44,6 +45,7 @@ COMPONENTS = {
     "monitor": MONITOR,
     "uart_receiver": UART_RECEIVER,
     "uart_transmitter": UART_TRANSMITTER,
+    "line": LINE,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""

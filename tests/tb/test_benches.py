@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from operator import attrgetter
 from pathlib import Path
 
 import pytest
@@ -27,7 +28,7 @@ from fresa.motion import (
     StepCounter,
 )
 from fresa.panel import Debouncer, Monitor, SevenSegment
-from fresa.protocol import UARTReceiver, UARTTransmitter
+from fresa.protocol import LineReader, UARTReceiver, UARTTransmitter
 from tb.__main__ import main
 from tb.bench import Bench, CheckFailed, Run
 from tb.benches import BENCHES, GROUPS
@@ -56,6 +57,7 @@ BUGS = {
     "monitor": (Monitor, "leds", 0),
     "uart-transmitter": (UARTTransmitter, "tx", 0),
     "uart-receiver": (UARTReceiver, "overrun", 0),
+    "line-reader": (LineReader, "bytes.ready", 1),
     "mill": (Mill, "error", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
@@ -70,7 +72,7 @@ def stick(monkeypatch, component, output: str, value: int) -> None:
 
     def stuck(self, platform):
         m = elaborate(self, platform)
-        m.d.comb += Value.cast(getattr(self, output)).eq(value)
+        m.d.comb += Value.cast(attrgetter(output)(self)).eq(value)
         return m
 
     monkeypatch.setattr(component, "elaborate", stuck)

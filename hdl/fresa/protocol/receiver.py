@@ -100,7 +100,9 @@ class UARTReceiver(wiring.Component):
         time = Signal(range(1 - self.period, 1), init=high)
         word = Signal(8)
         looks = Signal(2)
-        look, decide, bit = Signal(), Signal(), Signal()
+        look = Signal()
+        decide = Signal()
+        bit = Signal()
         m.d.comb += [
             look.eq((time == high) | (time == -self.spread)),
             decide.eq(time >= 0),
