@@ -205,6 +205,21 @@ DIAGRAMS = (
         "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 20,
         radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
     Diagram(
+        "decimal-reader",
+        "1500, then -42: digits are taken, one a clock, and the space behind them is not. It stays "
+        "in the line for who comes next, and says that the number is complete.",
+        "line: items_valid items_ready items_payload.byte numbers: numbers_valid numbers_ready "
+        "numbers_payload.value numbers_payload.error inside: dut.negative", 0, 13,
+        radix=("items_payload.byte=hex", "numbers_payload.value=signed")),
+    Diagram(
+        "decimal-writer",
+        "205: the powers of ten that are too large are passed over, then 100 is taken away twice, "
+        "10 not at all, 1 five times. Each digit holds until it is taken.",
+        "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
+        "bytes_payload state: dut.writer_state_state inside: dut.place dut.left dut.digit", 0, 34,
+        radix=("bytes_payload=hex", "dut.left=dec", "dut.digit=dec", "dut.place=dec",
+               "numbers_payload=signed")),
+    Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",

@@ -1,6 +1,14 @@
 """Bytes to orders and back."""
 
-from fresa.protocol import LineEnd, LineReader, UARTReceiver, UARTTransmitter
+from fresa.protocol import (
+    DecimalReader,
+    DecimalWriter,
+    LineEnd,
+    LineReader,
+    NumberError,
+    UARTReceiver,
+    UARTTransmitter,
+)
 
 from ..bench import Run, bench, put
 from ..models.protocol import bits
@@ -139,3 +147,65 @@ def line_reader(run: Run) -> str:
     run.simulate(dut, test, consumer)
     return ("x12, v1 and an empty line were handed on, one too long and one damaged came as that "
             "word only; full, it took no byte until a line was taken")
+
+
+@bench
+def decimal_reader(run: Run) -> str:
+    """Numbers of 32 bits out of a line: the ends of the range, and what is none."""
+    dut = DecimalReader(is_signed=True)
+    good, none, over = NumberError.NONE, NumberError.NO_DIGITS, NumberError.OVERFLOW
+
+    async def test(ctx):
+        for text, error, value in [
+            (b"1500", good, 1500), (b"-42", good, -42), (b"+007", good, 7),
+            (b"2147483647", good, 2**31 - 1), (b"-2147483648", good, -2**31),
+            (b"2147483648", over, None), (b"99999999999", over, None), (b"-", none, None),
+            (b"", none, None),
+        ]:
+            for byte in text:
+                await put(ctx, dut.items, {"byte": byte})
+            ctx.set(dut.items.payload, {"byte": ord(" ")})
+            ctx.set(dut.items.valid, 1)
+            run.see(ctx, dut.items, ready=0)  # the space stays in the line
+            await ctx.tick()
+            run.see(ctx, dut.numbers, valid=1)
+            number = ctx.get(dut.numbers.payload)
+            run.expect(f"error of {text!r}", number.error, error)
+            if value is not None:
+                run.expect(f"value of {text!r}", number.value, value)
+            ctx.set(dut.numbers.ready, 1)
+            ctx.set(dut.items.valid, 0)
+            await ctx.tick()
+            ctx.set(dut.numbers.ready, 0)
+            run.see(ctx, dut.numbers, valid=0)
+
+    run.simulate(dut, test)
+    return ("5 numbers down to -2147483648 and up to 2147483647 have their values; one more than "
+            "that, a sign alone and nothing are refused")
+
+
+@bench
+def decimal_writer(run: Run) -> str:
+    """Numbers of 32 bits as digits, to a line that does not always take them."""
+    dut = DecimalWriter(is_signed=True)
+
+    async def test(ctx):
+        longest = 0
+        for number in (205, 0, -7, 2**31 - 1, -2**31, 1_000_000_000, -999_999_999):
+            await put(ctx, dut.numbers, number)
+            for byte in str(number).encode():
+                await run.until(ctx, dut.bytes, valid=1)
+                await ctx.tick()  # it holds until it is taken
+                run.see(ctx, dut.bytes, valid=1)
+                run.expect(f"byte of {number}", ctx.get(dut.bytes.payload), byte)
+                ctx.set(dut.bytes.ready, 1)
+                await ctx.tick()
+                ctx.set(dut.bytes.ready, 0)
+            run.see(ctx, dut.bytes, valid=0)
+            run.see(ctx, dut.numbers, ready=1)
+            longest = max(longest, len(str(number)))
+        run.see(ctx, dut, fault=0)
+        run.expect("longest", longest, 11)
+
+    run.simulate(dut, test)
+    return "7 numbers from -2147483648 to 2147483647, each digit held until it was taken"

@@ -8,6 +8,8 @@ from .controller import CONTROLLER
 from .coordinates import COORDINATES
 from .counter import COUNTER
 from .debounce import DEBOUNCE
+from .decimal_reader import DECIMAL_READER
+from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
 from .guard import GUARD
@@ -46,6 +48,8 @@ COMPONENTS = {
     "uart_receiver": UART_RECEIVER,
     "uart_transmitter": UART_TRANSMITTER,
     "line": LINE,
+    "decimal_reader": DECIMAL_READER,
+    "decimal_writer": DECIMAL_WRITER,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""

@@ -1,11 +1,13 @@
 """Bytes to orders and back: the serial line, lines of text, words and numbers."""
 
 from .baud import bit_period
+from .decimal_reader import DecimalReader, NumberError
+from .decimal_writer import DecimalWriter
 from .line import LineEnd, LineItem, LineReader
 from .receiver import Received, UARTReceiver
 from .transmitter import UARTTransmitter
 
 __all__ = [
-    "LineEnd", "LineItem", "LineReader", "Received",
-    "UARTReceiver", "UARTTransmitter", "bit_period",
+    "DecimalReader", "DecimalWriter", "LineEnd", "LineItem", "LineReader", "NumberError",
+    "Received", "UARTReceiver", "UARTTransmitter", "bit_period",
 ]
