@@ -205,6 +205,14 @@ DIAGRAMS = (
         "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 20,
         radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
     Diagram(
+        "word-reader",
+        "`mov` is the first of a table of five words, a bit each in `alive`, from the lowest: "
+        "after `m` MOV and MOT are left. The space behind it stays in the line. Then MOT is read "
+        "up to a 2 (0x32), with which a number begins.",
+        "line: items_valid items_ready items_payload.byte words: words_valid words_ready "
+        "words_payload.known words_payload.index inside: dut.place dut.alive", 0, 11,
+        radix=("items_payload.byte=hex", "dut.alive=bin", "dut.place=dec")),
+    Diagram(
         "decimal-reader",
         "1500, then -42: digits are taken, one a clock, and the space behind them is not. It stays "
         "in the line for who comes next, and says that the number is complete.",
@@ -219,6 +227,12 @@ DIAGRAMS = (
         "bytes_payload state: dut.writer_state_state inside: dut.place dut.left dut.digit", 0, 34,
         radix=("bytes_payload=hex", "dut.left=dec", "dut.digit=dec", "dut.place=dec",
                "numbers_payload=signed")),
+    Diagram(
+        "text-source",
+        "`ok`, then `?`, then the beginning of a longer one of which a byte is taken every third "
+        "clock. The first byte is there two clocks after the number was taken.",
+        "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
+        "bytes_payload inside: dut.place", 0, 24, radix=("bytes_payload=hex", "dut.place=dec")),
     Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "

@@ -1,4 +1,4 @@
-"""Bytes to orders and back."""
+"""Lines, words, numbers and texts."""
 
 from fresa.protocol import (
     DecimalReader,
@@ -6,102 +6,11 @@ from fresa.protocol import (
     LineEnd,
     LineReader,
     NumberError,
-    UARTReceiver,
-    UARTTransmitter,
+    TextSource,
+    WordReader,
 )
 
 from ..bench import Run, bench, put
-from ..models.protocol import bits
-
-
-@bench
-def uart_transmitter(run: Run) -> str:
-    """Bytes onto a line, one after the other without a gap."""
-    dut = UARTTransmitter(clock=16, baud=1)
-    sent = b"x?\r"
-
-    async def source(ctx):
-        for byte in sent:
-            ctx.set(dut.bytes.payload, byte)
-            ctx.set(dut.bytes.valid, 1)
-            taken = False
-            while not taken:
-                taken = ctx.get(dut.bytes.ready)
-                await ctx.tick()
-        ctx.set(dut.bytes.valid, 0)
-
-    async def test(ctx):
-        await run.until(ctx, dut, tx=0)
-        for byte in sent:
-            for level in bits(byte):
-                for _ in range(16):
-                    run.see(ctx, dut, tx=level)
-                    await ctx.tick()
-        for _ in range(40):
-            run.see(ctx, dut, tx=1)
-            run.see(ctx, dut.bytes, ready=1)
-            await ctx.tick()
-
-    run.simulate(dut, test, source)
-    return f"{sent!r} in {len(sent)} x 10 bits of 16 clocks, without a gap; then the line is high"
-
-
-@bench
-def uart_receiver(run: Run) -> str:
-    """Bytes from a disturbed line; a stop bit missing, a break, bytes lost."""
-    dut = UARTReceiver(clock=16, baud=1)
-
-    async def send(ctx, levels):
-        for level in levels:
-            for clock in range(16):
-                ctx.set(dut.rx, level ^ (clock == 8))  # a disturbance in the middle of each bit
-                await ctx.tick()
-        ctx.set(dut.rx, 1)
-        await ctx.tick().repeat(8)
-
-    async def receive(ctx, byte, error):
-        run.see(ctx, dut.bytes, valid=1)
-        item = ctx.get(dut.bytes.payload)
-        run.expect("byte and error", (item.byte, item.error), (byte, error))
-        ctx.set(dut.bytes.ready, 1)
-        await ctx.tick()
-        ctx.set(dut.bytes.ready, 0)
-        run.see(ctx, dut.bytes, valid=0)
-
-    async def test(ctx):
-        ctx.set(dut.rx, 1)
-        await ctx.tick().repeat(4)
-        for byte in b":v":
-            await send(ctx, bits(byte))
-            await receive(ctx, byte, 0)
-        await send(ctx, bits(0x33, stop=0))
-        await receive(ctx, 0x33, 1)
-        await send(ctx, [0] * 12)
-        run.see(ctx, dut, line_break=0)  # it is over
-        await receive(ctx, 0, 1)
-
-        for byte in b"123":
-            await send(ctx, bits(byte))
-        await receive(ctx, ord("1"), 0)
-        await send(ctx, bits(ord("4")))
-        await receive(ctx, ord("4"), 1)  # 2 and 3 are lost
-        run.see(ctx, dut, fault=0)
-
-    async def alarms(ctx):
-        seen = {"framing": 0, "overrun": 0, "line_break": 0}
-        while True:
-            for name in seen:
-                seen[name] += ctx.get(getattr(dut, name))
-            counts.update(seen)
-            await ctx.tick()
-
-    counts: dict[str, int] = {}
-    run.simulate(dut, test, alarms)
-    run.expect("clocks with framing", counts["framing"], 2)
-    run.expect("clocks with overrun", counts["overrun"], 2)
-    run.expect("a break was shown", counts["line_break"] > 16, True)
-    return ("':v' through a disturbance in every bit; a byte without a stop bit and a break came "
-            "marked, and the byte after two that were lost")
 
 
 @bench
@@ -209,3 +118,63 @@ def decimal_writer(run: Run) -> str:
 
     run.simulate(dut, test)
     return "7 numbers from -2147483648 to 2147483647, each digit held until it was taken"
+
+
+@bench
+def word_reader(run: Run) -> str:
+    """Words of a line looked up in a table, in either case."""
+    table = (b"MOV", b"MOT", b"C", b"CC", b"CONNECT")
+    dut = WordReader(table)
+
+    async def test(ctx):
+        for text, stop in [(b"mov", " "), (b"MOT", "2"), (b"C", " "), (b"Cc", " "),
+                           (b"Connect", " "), (b"MO", " "), (b"CCC", " "), (b"", "-")]:
+            for byte in text:
+                await put(ctx, dut.items, {"byte": byte})
+            ctx.set(dut.items.payload, {"byte": ord(stop)})
+            ctx.set(dut.items.valid, 1)
+            run.see(ctx, dut.items, ready=0)  # what ends a word stays in the line
+            await ctx.tick()
+            run.see(ctx, dut.words, valid=1)
+            word = ctx.get(dut.words.payload)
+            there = text.upper() in table
+            run.expect(f"{text!r} is known", word.known, there)
+            if there:
+                run.expect(f"place of {text!r}", word.index, table.index(text.upper()))
+            ctx.set(dut.items.valid, 0)
+            ctx.set(dut.words.ready, 1)
+            await ctx.tick()
+            ctx.set(dut.words.ready, 0)
+
+    run.simulate(dut, test)
+    return ("5 words were found in the table, C beside CC and CONNECT; MO, CCC and nothing at all "
+            "were not")
+
+
+@bench
+def text_source(run: Run) -> str:
+    """Texts by their numbers, to a line that does not always take a byte."""
+    texts = (b"ok\r\n", b"err range\r\n", b"?")
+    dut = TextSource(texts)
+
+    async def test(ctx):
+        for number, every in [(0, 1), (2, 1), (1, 3), (0, 2)]:
+            await put(ctx, dut.numbers, number)
+            run.see(ctx, dut.bytes, valid=0)
+            await ctx.tick()
+            for byte in texts[number]:
+                for wait in reversed(range(every)):
+                    run.see(ctx, dut.bytes, valid=1)
+                    run.expect(f"byte of text {number}", ctx.get(dut.bytes.payload), byte)
+                    ctx.set(dut.bytes.ready, wait == 0)
+                    await ctx.tick()
+                ctx.set(dut.bytes.ready, 0)
+            run.see(ctx, dut.bytes, valid=0)
+        await put(ctx, dut.numbers, 3)  # there is none
+        for _ in range(9):
+            run.see(ctx, dut.bytes, valid=0)
+            run.see(ctx, dut.numbers, ready=1)
+            await ctx.tick()
+
+    run.simulate(dut, test)
+    return "4 texts whole, a byte a clock if taken so fast; a number without a text sent nothing"

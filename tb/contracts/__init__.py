@@ -22,8 +22,10 @@ from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
+from .text import TEXT
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
+from .words import WORDS
 
 __all__ = ["COMPONENTS", "Component"]
 
@@ -48,8 +50,10 @@ COMPONENTS = {
     "uart_receiver": UART_RECEIVER,
     "uart_transmitter": UART_TRANSMITTER,
     "line": LINE,
+    "words": WORDS,
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
+    "text": TEXT,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""

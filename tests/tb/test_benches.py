@@ -32,8 +32,10 @@ from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
     LineReader,
+    TextSource,
     UARTReceiver,
     UARTTransmitter,
+    WordReader,
 )
 from tb.__main__ import main
 from tb.bench import Bench, CheckFailed, Run
@@ -67,6 +69,8 @@ BUGS = {
     "line-reader": (LineReader, "bytes.ready", 1),
     "decimal-reader": (DecimalReader, "items.ready", 1),
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
+    "word-reader": (WordReader, "words.payload.known", 1),
+    "text-source": (TextSource, "bytes.payload", 0x6F),
     "mill": (Mill, "error", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),

@@ -5,9 +5,11 @@ from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
 from .line import LineEnd, LineItem, LineReader
 from .receiver import Received, UARTReceiver
+from .text import TextSource
 from .transmitter import UARTTransmitter
+from .words import WordReader
 
 __all__ = [
     "DecimalReader", "DecimalWriter", "LineEnd", "LineItem", "LineReader", "NumberError",
-    "Received", "UARTReceiver", "UARTTransmitter", "bit_period",
+    "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]
