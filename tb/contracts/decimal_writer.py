@@ -75,6 +75,19 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
             when=state("COUNT", "DIGIT"), then=(place < dut.digits) & (digit <= 9)
             & (left < power * (10 - digit)) & (~state("DIGIT") | (left < power)),
             bug=Bug(decimal_writer, "digit.eq(digit + 1)", "digit.eq(digit + 2)"))
+    counted = state("COUNT") & (left >= power)
+    c.holds("takes-away", "What the digit counts is taken away.", when=c.past(counted & ~c.rst),
+            then=(left == c.past((left - power)[:len(left)])) & (digit == c.past(digit + 1)),
+            bug=Bug(decimal_writer, "left.eq(after)", "left.eq(after - 1)"))
+    c.holds("takes-nothing-else", "Nothing else is, and no other digit is begun.",
+            when=c.past(state("COUNT", "DIGIT") & ~counted & ~c.rst) & state("COUNT", "DIGIT"),
+            then=(left == c.past(left)) & (digit == Mux(c.past(given), 0, c.past(digit))),
+            bug=Bug(decimal_writer, "m.d.sync += [digit.eq(0), written", "m.d.sync += [written"))
+    c.holds("takes-all-of-it", "What is counted is the number without its sign.",
+            when=~c.past(state("COUNT", "DIGIT")) & state("COUNT"),
+            then=left == Mux(minus, -number, number)[:len(left)],
+            bug=Bug(decimal_writer, "left.eq(self.numbers.payload)",
+                    "left.eq(self.numbers.payload[:4])"))
     c.holds("written-counts", "It knows whether a digit was written.",
             when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
             & (digits + place < dut.digits),

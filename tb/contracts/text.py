@@ -46,7 +46,7 @@ def describe(c: Contract, dut: TextSource) -> None:
             bug=Bug(text, "self.bytes.valid & self.bytes.ready", "self.bytes.valid"))
     c.holds("no-such-text", "A number without a text sends nothing.", when=c.past(taken & ~there),
             then=dut.numbers.ready & ~offered,
-            bug=Bug(text, "& (self.numbers.payload < len(starts))", ""))
+            bug=Bug(text, "with m.Case(number):", "with m.Case(number, 3):"))
     c.holds("reset-ends-it", "Reset ends a text.", when=c.past(c.rst),
             then=dut.numbers.ready & ~offered,
             bug=Bug(text, "busy = Signal()", "busy = Signal(reset_less=True)"))

@@ -115,17 +115,17 @@ class LineReader(wiring.Component):
         with m.Elif(taken & inside & ended):
             m.d.sync += [inside.eq(not self.start), count.eq(0), long.eq(0), damaged.eq(0)]
             with m.If(damaged | error | long | (count != 0) | (not self.skip_empty)):
-                m.d.comb += store.en.eq(1)
                 m.d.sync += kept.eq(store.addr + 1)
         with m.Elif(taken & inside):
             m.d.sync += [damaged.eq(damaged | error), long.eq(long | (count >= self.length))]
             with m.If(damaged | error | long | (count >= self.length)):
                 m.d.sync += count.eq(0)
             with m.Else():
-                m.d.comb += store.en.eq(1)
                 m.d.sync += count.eq(count + 1)
         verdict = Mux(damaged | error, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
+        # The place behind the line is free: what is not to stay there is overwritten.
         m.d.comb += [
+            store.en.eq(taken),
             store.addr.eq(kept + Mux(error, 0, count)),
             store.data.eq(Cat(Mux(ended, verdict, byte), ended)),
         ]

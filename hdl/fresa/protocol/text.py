@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from amaranth import Array, Module, Signal, unsigned
+from amaranth import Module, Signal, unsigned
 from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -78,7 +78,10 @@ class TextSource(wiring.Component):
         m.d.sync += [place.eq(after), self.bytes.valid.eq(busy)]
         with m.If(given & fetch.data[8]):
             m.d.sync += [busy.eq(0), self.bytes.valid.eq(0)]
-        with m.If(self.numbers.valid & ~busy & (self.numbers.payload < len(starts))):
-            m.d.sync += [busy.eq(1), place.eq(Array(starts)[self.numbers.payload])]
+        with m.If(self.numbers.valid & ~busy):
+            with m.Switch(self.numbers.payload):
+                for number, start in enumerate(starts):
+                    with m.Case(number):
+                        m.d.sync += [busy.eq(1), place.eq(start)]
 
         return m
