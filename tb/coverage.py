@@ -55,7 +55,8 @@ class Reached:
 
 def with_state_machine() -> list[str]:
     """Name the components that have a state machine of their own."""
-    return [name for name, component in COMPONENTS.items() if _machine(component) is not None]
+    return [name for name, component in COMPONENTS.items()
+            if _machine(component, component.cases[0]) is not None]
 
 
 def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[Reached]:
@@ -91,9 +92,9 @@ Transition: TypeAlias = tuple[Collection[str] | None, int]
 """The codes that it comes from, as patterns, or None for any; and the code that it goes to."""
 
 
-def _machine(component: Component) -> tuple[Signal, list[Transition]] | None:
-    """Find the register of the state machine that a component has itself, and its transitions."""
-    fragment = Fragment.get(component.make(**component.cases[0].parameters), None)
+def _machine(component: Component, case: Case) -> tuple[Signal, list[Transition]] | None:
+    """Find the register of a component's own state machine, and its transitions."""
+    fragment = Fragment.get(component.make(**case.parameters), None)
     for statements in fragment.statements.values():
         for signal in statements._lhs_signals():
             if "fsm_encoding" in signal.attrs:
@@ -113,7 +114,7 @@ def _transitions(statements, register: Signal, codes) -> Iterator[Transition]:
 
 def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list[Reached]]:
     """Set up a case that promises nothing and covers its state machine; say what is to be found."""
-    machine = _machine(component)
+    machine = _machine(component, case)
     assert machine is not None
     points: list[Reached] = []
 

@@ -166,7 +166,8 @@ def save_file(
     groups = {
         "clock and reset": [(var.name, var) for var in clocking],
         "inputs": [row for name in layout.inputs for row in port(name)],
-        "states": [(var.name.removesuffix("_state"), var) for var in declared if var.bits == 0],
+        "states": [(var.name.removesuffix("_state"), var) for var in declared
+                   if var.bits == 0 and var.name.endswith("_state")],
         "inside": [("_".join(path.split(".")[-2:]), known[f"{TOP}.{layout.design}.{path}"])
                    for path in layout.inside],
         "outputs": [row for name in layout.outputs for row in port(name)],

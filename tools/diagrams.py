@@ -78,7 +78,7 @@ class Diagram:
     @property
     def title(self) -> str:
         """Its name in words."""
-        return self.bench.replace("-", " ").capitalize()
+        return self.bench.replace("-", " ").capitalize().replace("Uart", "UART")
 
     def svg(self) -> str:
         """Run the bench, and draw it."""
@@ -221,13 +221,64 @@ DIAGRAMS = (
         "display is dark. In automatic mode it shows the count, and the LEDs are dark.",
         "inputs: mode jogging axis_x axis_y axis_z count outputs: leds digits segments", 0, 96),
     Diagram(
+        "uart-receiver",
+        "A byte is looked at in the middle of each of its ten bits, of 16 clocks here. Each bit is "
+        "disturbed there for a clock, and is received all the same: two of three looks decide.",
+        "inputs: rx bytes_ready outputs: bytes_valid bytes_payload.byte bytes_payload.error "
+        "state: dut.receiver_state_state inside: dut.word", 0, 176,
+        radix=("bytes_payload.byte=hex", "dut.word=bin")),
+    Diagram(
+        "uart-transmitter",
+        "Three bytes follow each other: the next is taken with the last clock of a stop bit, and "
+        "its start bit is on the line at once.",
+        "bytes: bytes_valid bytes_ready bytes_payload outputs: tx inside: dut.left", 0, 340,
+        radix=("bytes_payload=hex",)),
+    Diagram(
+        "line-reader",
+        "Outside a frame nothing is kept. Behind `:` (0x3A) three bytes are, and are handed on "
+        "when 0x0D has come, with their end. Then a line that is too long: all there is of it is "
+        "an end that says 1.",
+        "bytes: bytes_valid bytes_ready bytes_payload.byte lines: items_valid items_ready "
+        "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 20,
+        radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
+    Diagram(
+        "word-reader",
+        "`mov` is the first of a table of five words, a bit each in `alive`, from the lowest: "
+        "after `m` MOV and MOT are left. The space behind it stays in the line. Then MOT is read "
+        "up to a 2 (0x32), with which a number begins.",
+        "line: items_valid items_ready items_payload.byte words: words_valid words_ready "
+        "words_payload.known words_payload.index inside: dut.place dut.alive", 0, 11,
+        radix=("items_payload.byte=hex", "dut.alive=bin", "dut.place=dec")),
+    Diagram(
+        "decimal-reader",
+        "1500, then -42: digits are taken, one a clock, and the space behind them is not. It stays "
+        "in the line for who comes next, and says that the number is complete.",
+        "line: items_valid items_ready items_payload.byte numbers: numbers_valid numbers_ready "
+        "numbers_payload.value numbers_payload.error inside: dut.negative", 0, 13,
+        radix=("items_payload.byte=hex", "numbers_payload.value=signed")),
+    Diagram(
+        "decimal-writer",
+        "205: the powers of ten that are too large are passed over, then 100 is taken away twice, "
+        "10 not at all, 1 five times. Each digit holds until it is taken.",
+        "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
+        "bytes_payload state: dut.writer_state_state inside: dut.place dut.left dut.digit", 0, 34,
+        radix=("bytes_payload=hex", "dut.left=dec", "dut.digit=dec", "dut.place=dec",
+               "numbers_payload=signed")),
+    Diagram(
+        "text-source",
+        "`ok`, then `?`, then the beginning of a longer one of which a byte is taken every third "
+        "clock. The first byte is there two clocks after the number was taken.",
+        "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
+        "bytes_payload inside: dut.place", 0, 24, radix=("bytes_payload=hex", "dut.place=dec")),
+    Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
         "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
         "axis_z positions: x.count y.count z.count", 0, 115),
 )
-"""In the order of the page: from steps to pins, from orders to steps, where orders come from."""
+"""In the order of the page: from steps to pins, orders to steps, where orders come from, people,
+serial lines; then machines."""
 
 
 def made() -> dict[str, bytes]:

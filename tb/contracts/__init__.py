@@ -9,10 +9,13 @@ from .controller import CONTROLLER
 from .coordinates import COORDINATES
 from .counter import COUNTER
 from .debounce import DEBOUNCE
+from .decimal_reader import DECIMAL_READER
+from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
 from .guard import GUARD
 from .limits import LIMITS
+from .line import LINE
 from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
@@ -25,6 +28,10 @@ from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
 from .step_dir import STEP_DIR
+from .text import TEXT
+from .uart_receiver import UART_RECEIVER
+from .uart_transmitter import UART_TRANSMITTER
+from .words import WORDS
 
 __all__ = ["COMPONENTS", "Component"]
 
@@ -52,6 +59,13 @@ COMPONENTS = {
     "debounce": DEBOUNCE,
     "display": DISPLAY,
     "monitor": MONITOR,
+    "uart_receiver": UART_RECEIVER,
+    "uart_transmitter": UART_TRANSMITTER,
+    "line": LINE,
+    "words": WORDS,
+    "decimal_reader": DECIMAL_READER,
+    "decimal_writer": DECIMAL_WRITER,
+    "text": TEXT,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""

@@ -62,7 +62,8 @@ LAMP = Component(make=Lamp, describe=describe, depth=6, cases=(
 class TestStates:
     def test_finds_the_state_machines_by_their_mark(self):
         assert coverage.with_state_machine() == [
-            "order_control", "sequencer", "start", "coordinates", "square"]
+            "order_control", "sequencer", "start", "coordinates", "square", "uart_receiver",
+            "decimal_writer"]
 
     @needs_prover
     def test_tells_what_is_reached_and_when_from_what_is_not(self, monkeypatch, tmp_path):

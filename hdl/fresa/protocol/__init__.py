@@ -1,0 +1,15 @@
+"""Bytes to orders and back: the serial line, lines of text, words and numbers."""
+
+from .baud import bit_period
+from .decimal_reader import DecimalReader, NumberError
+from .decimal_writer import DecimalWriter
+from .line import LineEnd, LineItem, LineReader
+from .receiver import Received, UARTReceiver
+from .text import TextSource
+from .transmitter import UARTTransmitter
+from .words import WordReader
+
+__all__ = [
+    "DecimalReader", "DecimalWriter", "LineEnd", "LineItem", "LineReader", "NumberError",
+    "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
+]

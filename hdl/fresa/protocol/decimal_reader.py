@@ -1,0 +1,113 @@
+"""Decimal digits to numbers."""
+
+from amaranth import Module, Mux, Shape, Signal, signed, unsigned
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from .line import LineItem
+
+__all__ = ["DecimalReader", "NumberError", "number_shape"]
+
+
+class NumberError(enum.Enum, shape=unsigned(2)):
+    """What is wrong with a number."""
+
+    NONE = 0
+    NO_DIGITS = 1
+    OVERFLOW = 2  # it is more, or less, than there are bits for
+
+
+def number_shape(width: object, is_signed: bool) -> Shape:
+    """Return the shape of a number of `width` bits, from 5 to 32, else raise ValueError."""
+    width = in_range("width of a number", width, 5, 32)
+    return signed(width) if is_signed else unsigned(width)
+
+
+class DecimalReader(wiring.Component):
+    """Reads a number in decimal: digits, and a sign before them if it may have one.
+
+    It takes bytes from a line as long as they belong to the number, one a clock. What does not, be
+    it another byte or the end of the line, stays in the stream for who comes next, and the number
+    is there with the clock after it was seen. While a number waits to be taken nothing is read; so
+    that it begins where it should, give the line to this reader only when a number is due.
+
+    Leading zeros are read over, ``-0`` is 0. A number that does not fit is read to its end.
+
+    Parameters
+    ----------
+    width : int
+        Bits of a number, from 5 to 32.
+    is_signed : bool
+        A ``-`` or ``+`` may come before the digits.
+
+    Members
+    -------
+    items : In(stream.Signature(LineItem))
+        A line.
+    numbers : Out(stream.Signature)
+        ``value``, which says nothing where there is an error, and ``error``, a `NumberError`.
+
+    Raises
+    ------
+    ValueError
+        If ``width`` is out of range.
+    """
+
+    def __init__(self, *, width: int = 32, is_signed: bool = False) -> None:
+        self.shape = number_shape(width, is_signed)
+        super().__init__({
+            "items": In(stream.Signature(LineItem)),
+            "numbers": Out(stream.Signature(
+                data.StructLayout({"value": self.shape, "error": NumberError}))),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        byte = self.items.p.byte
+        value = Signal(self.shape)
+        begun = Signal()  # by a sign or a digit
+        negative = Signal()
+        digits = Signal()  # there is one at least
+        overflow = Signal()
+
+        is_digit = Signal()
+        is_sign = Signal()
+        m.d.comb += is_digit.eq(~self.items.p.end & (byte >= ord("0")) & (byte <= ord("9")))
+        if self.shape.signed:
+            m.d.comb += is_sign.eq(
+                ~self.items.p.end & ~begun & ((byte == ord("-")) | (byte == ord("+"))))
+
+        # A negative number grows downwards: so the least of all is read like any other.
+        digit = byte[:4]
+        more = Signal(signed(self.shape.width + 5))
+        m.d.comb += [
+            more.eq((value << 3) + (value << 1) + Mux(negative, -digit, digit)),
+            self.items.ready.eq(~self.numbers.valid & (is_digit | is_sign)),
+            self.numbers.p.value.eq(value),
+            self.numbers.p.error.eq(Mux(overflow, NumberError.OVERFLOW,
+                                        Mux(digits, NumberError.NONE, NumberError.NO_DIGITS))),
+        ]
+
+        with m.If(self.items.valid & self.items.ready):
+            m.d.sync += begun.eq(1)
+            with m.If(is_sign):
+                m.d.sync += negative.eq(byte == ord("-"))
+            with m.Else():
+                m.d.sync += [
+                    digits.eq(1),
+                    value.eq(more),
+                    overflow.eq(overflow | (more != more[:self.shape.width].as_signed())
+                                if self.shape.signed else
+                                overflow | more[self.shape.width:].any()),
+                ]
+        with m.Elif(self.items.valid & ~self.numbers.valid):
+            m.d.sync += self.numbers.valid.eq(1)
+        with m.If(self.numbers.valid & self.numbers.ready):
+            m.d.sync += [
+                self.numbers.valid.eq(0), value.eq(0), begun.eq(0), negative.eq(0), digits.eq(0),
+                overflow.eq(0),
+            ]
+
+        return m

@@ -1,0 +1,114 @@
+"""Numbers to decimal digits."""
+
+from amaranth import Array, Module, Signal, signed
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..fsm import leave_unused_codes
+from .decimal_reader import number_shape
+
+__all__ = ["DecimalWriter"]
+
+
+class DecimalWriter(wiring.Component):
+    """Writes a number in decimal, with a ``-`` if it is negative and without leading zeros.
+
+    There is no division: a power of ten is taken away as often as it can be, which is the digit,
+    then the next smaller one. A digit takes at most 11 clocks, one of them its byte.
+
+    ======  ================================================================  ====================
+    state   does                                                              next
+    ======  ================================================================  ====================
+    REST    waits for a number                                                SIGN or COUNT
+    SIGN    offers the ``-``, and makes it positive; only if it is signed     COUNT
+    COUNT   takes the power away and counts, or passes over a leading zero    DIGIT if it is too
+                                                                              large
+    DIGIT   offers the digit                                                  COUNT, or REST after
+                                                                              the last
+    FAULT   shows ``fault``, offers nothing                                   stays until reset
+    ======  ================================================================  ====================
+
+    Parameters
+    ----------
+    width : int
+        Bits of a number, from 5 to 32.
+    is_signed : bool
+        It may be negative.
+
+    Members
+    -------
+    numbers : In(stream.Signature)
+        Numbers to write.
+    bytes : Out(stream.Signature(8))
+        Their bytes.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``width`` is out of range.
+    """
+
+    def __init__(self, *, width: int = 32, is_signed: bool = False) -> None:
+        self.shape = number_shape(width, is_signed)
+        self.digits = len(str(2 ** (width - is_signed) - (not is_signed)))
+        super().__init__({
+            "numbers": In(stream.Signature(self.shape)),
+            "bytes": Out(stream.Signature(8)),
+            "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        left = Signal(self.shape.width)  # of the number without its sign
+        place = Signal(range(self.digits))
+        digit = Signal(range(10))
+        written = Signal()  # a digit, so that a zero now counts
+        after = Signal(signed(self.shape.width + 1))
+        m.d.comb += after.eq(left - Array(10**n for n in range(self.digits))[place])
+
+        with m.FSM(name="writer_state") as fsm:
+            with m.State("REST"):
+                m.d.comb += self.numbers.ready.eq(1)
+                m.d.sync += [
+                    left.eq(self.numbers.payload),
+                    place.eq(self.digits - 1),
+                    digit.eq(0),
+                    written.eq(0),
+                ]
+                with m.If(self.numbers.valid):
+                    m.next = "COUNT"
+                    if self.shape.signed:
+                        with m.If(self.numbers.payload < 0):
+                            m.next = "SIGN"
+
+            if self.shape.signed:
+                with m.State("SIGN"):
+                    m.d.comb += [self.bytes.valid.eq(1), self.bytes.payload.eq(ord("-"))]
+                    with m.If(self.bytes.ready):
+                        m.d.sync += left.eq(-left)
+                        m.next = "COUNT"
+
+            with m.State("COUNT"):
+                with m.If(after >= 0):
+                    m.d.sync += [left.eq(after), digit.eq(digit + 1)]
+                with m.Elif((digit != 0) | written | (place == 0)):
+                    m.next = "DIGIT"
+                with m.Else():
+                    m.d.sync += place.eq(place - 1)
+
+            with m.State("DIGIT"):
+                m.d.comb += [self.bytes.valid.eq(1), self.bytes.payload.eq(ord("0") | digit)]
+                with m.If(self.bytes.ready):
+                    m.d.sync += [digit.eq(0), written.eq(1), place.eq(place - 1)]
+                    m.next = "COUNT"
+                    with m.If(place == 0):
+                        m.next = "REST"
+
+            with m.State("FAULT"):
+                pass
+
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        return m

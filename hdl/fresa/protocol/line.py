@@ -1,0 +1,142 @@
+"""Bytes to lines."""
+
+from amaranth import Cat, Const, Module, Mux, Signal, unsigned
+from amaranth.lib import data, enum, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from .receiver import Received
+
+__all__ = ["MAX_LENGTH", "LineEnd", "LineItem", "LineReader"]
+
+MAX_LENGTH = 1022
+"""Longest line that can be asked for, in bytes."""
+
+
+class LineEnd(enum.Enum, shape=unsigned(8)):
+    """What is to be said of a line when it has ended."""
+
+    GOOD = 0
+    LONG = 1  # it had more bytes than there is room for
+    DAMAGED = 2  # one of its bytes was not to be trusted, or is missing
+
+
+class LineItem(data.Struct):
+    """A byte of a line, or its end."""
+
+    byte: unsigned(8)  # with `end`, a `LineEnd`
+    end: unsigned(1)
+
+
+class LineReader(wiring.Component):
+    """Gathers bytes into lines, and hands them on when their end has come.
+
+    The buffer is a ring. A line is written behind those that wait, and becomes visible with its
+    end; one that is too long or damaged gives its room back at once, is swallowed to its end, and
+    nothing of it but that end, which says so, is handed on. While lines wait and there is no room,
+    no byte is taken. A single line always has room.
+
+    With a start character a line begins behind it, and anew behind each other one; what is outside
+    is dropped. An end character of a line that has begun ends it, and is not part of it.
+
+    The first byte of a line can be taken two clocks after its end was, and then one a clock.
+
+    Parameters
+    ----------
+    length : int
+        Most bytes of a line, from 1 to ``MAX_LENGTH``.
+    ends : bytes
+        Characters that end a line, one or more.
+    start : bytes
+        The character that starts a line; empty if lines follow each other.
+    skip_empty : bool
+        Drop good lines that are empty, such as those between CR and LF.
+
+    Attributes
+    ----------
+    depth : int
+        Bytes and ends that the buffer has room for, and one more.
+
+    Members
+    -------
+    bytes : In(stream.Signature(Received))
+        Bytes, each with its mark.
+    items : Out(stream.Signature(LineItem))
+        Lines: the bytes of each, then its end.
+
+    Raises
+    ------
+    ValueError
+        If ``length`` is out of range, there is no end character, or the start is one of them or
+        more than one character.
+    """
+
+    bytes: In(stream.Signature(Received))
+    items: Out(stream.Signature(LineItem))
+
+    def __init__(self, *, length: int, ends: bytes = b"\r", start: bytes = b"",
+                 skip_empty: bool = False) -> None:
+        self.length = in_range("length of a line", length, 1, MAX_LENGTH)
+        if not ends or len(start) > 1 or start in [ends[n:n + 1] for n in range(len(ends))]:
+            raise ValueError(f"a line needs an end character, and one other or none to start it, "
+                             f"not ends={ends!r} and start={start!r}")
+        self.ends = ends
+        self.start = start
+        self.skip_empty = skip_empty
+        self.depth = 1 << (length + 1).bit_length()
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.ring = ring = memory.Memory(
+            shape=unsigned(9), depth=self.depth, init=[])
+        store, fetch = ring.write_port(), ring.read_port()
+        kept = Signal(range(self.depth))  # where the line that is being read begins
+        tail = Signal(range(self.depth))  # what is handed on next
+        count = Signal(range(self.length + 1))
+        room = Signal()
+        taken = Signal()
+        m.d.comb += [
+            room.eq((kept + count + 1)[:len(tail)] != tail),
+            self.bytes.ready.eq(room),
+            taken.eq(self.bytes.valid & room),
+        ]
+
+        byte, error = self.bytes.p.byte, self.bytes.p.error
+        inside = Signal(init=not self.start)
+        long = Signal()
+        damaged = Signal()
+        ended = Signal()
+        starts = byte == self.start[0] if self.start else Const(0)
+        m.d.comb += ended.eq(Cat(byte == end for end in self.ends).any())
+        with m.If(taken & starts):
+            m.d.sync += [inside.eq(1), count.eq(0), long.eq(0), damaged.eq(error)]
+        with m.Elif(taken & inside & ended):
+            m.d.sync += [inside.eq(not self.start), count.eq(0), long.eq(0), damaged.eq(0)]
+            with m.If(damaged | error | long | (count != 0) | (not self.skip_empty)):
+                m.d.sync += kept.eq(store.addr + 1)
+        with m.Elif(taken & inside):
+            m.d.sync += [damaged.eq(damaged | error), long.eq(long | (count >= self.length))]
+            with m.If(damaged | error | long | (count >= self.length)):
+                m.d.sync += count.eq(0)
+            with m.Else():
+                m.d.sync += count.eq(count + 1)
+        verdict = Mux(damaged | error, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
+        # The place behind the line is free: what is not to stay there is overwritten.
+        m.d.comb += [
+            store.en.eq(taken),
+            store.addr.eq(kept + Mux(error, 0, count)),
+            store.data.eq(Cat(Mux(ended, verdict, byte), ended)),
+        ]
+
+        # What is fetched now is seen in the next clock; what is stored now is not fetched yet.
+        after = Signal.like(tail)
+        m.d.comb += [
+            after.eq(tail + (self.items.valid & self.items.ready)),
+            fetch.addr.eq(after),
+            self.items.payload.eq(fetch.data),
+        ]
+        m.d.sync += [tail.eq(after), self.items.valid.eq(after != kept)]
+
+        return m

@@ -1,0 +1,87 @@
+"""Texts out of a ROM."""
+
+from collections.abc import Sequence
+
+from amaranth import Module, Signal, unsigned
+from amaranth.lib import memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+__all__ = ["MAX_BYTES", "MAX_TEXTS", "TextSource"]
+
+MAX_TEXTS, MAX_BYTES = 256, 2**14
+"""Most texts, and most bytes of all of them: eight block RAMs of a Spartan-3E."""
+
+
+class TextSource(wiring.Component):
+    """Sends the text that is asked for, byte by byte, out of a ROM.
+
+    The texts lie one behind the other, each with a bit more at its last byte. A text whose number
+    is taken in clock t has its first byte there in clock t + 2, and the others one a clock. The
+    next number is taken when the last byte has been.
+
+    Parameters
+    ----------
+    texts : sequence of bytes
+        The texts, none empty.
+
+    Members
+    -------
+    numbers : In(stream.Signature)
+        Which texts to send, from 0. One that there is not sends nothing.
+    bytes : Out(stream.Signature(8))
+        Their bytes.
+
+    Raises
+    ------
+    ValueError
+        If there are no texts or more than ``MAX_TEXTS``, one is empty, or all together have more
+        than ``MAX_BYTES``.
+    """
+
+    def __init__(self, texts: Sequence[bytes]) -> None:
+        self.texts = tuple(texts)
+        if not 1 <= len(self.texts) <= MAX_TEXTS:
+            raise ValueError(f"there are 1 to {MAX_TEXTS} texts, not {len(self.texts)}")
+        for text in self.texts:
+            if not isinstance(text, bytes) or not text:
+                raise ValueError(f"a text has bytes, at least one, not {text!r}")
+        if sum(map(len, self.texts)) > MAX_BYTES:
+            raise ValueError(f"all texts together have {MAX_BYTES} bytes at most, "
+                             f"not {sum(map(len, self.texts))}")
+        super().__init__({
+            "numbers": In(stream.Signature(
+                unsigned(max(1, (len(self.texts) - 1).bit_length())))),
+            "bytes": Out(stream.Signature(8)),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        words, starts = [], []
+        for text in self.texts:
+            starts.append(len(words))
+            words += [*text[:-1], text[-1] | 1 << 8]
+        m.submodules.rom = rom = memory.Memory(shape=unsigned(9), depth=len(words), init=words)
+        fetch = rom.read_port()
+
+        place = Signal(range(len(words)))
+        busy = Signal()
+        given = Signal()
+        after = Signal.like(place)
+        m.d.comb += [
+            given.eq(self.bytes.valid & self.bytes.ready),
+            after.eq(place + given),
+            fetch.addr.eq(after),
+            self.bytes.payload.eq(fetch.data),
+            self.numbers.ready.eq(~busy),
+        ]
+        m.d.sync += [place.eq(after), self.bytes.valid.eq(busy)]
+        with m.If(given & fetch.data[8]):
+            m.d.sync += [busy.eq(0), self.bytes.valid.eq(0)]
+        with m.If(self.numbers.valid & ~busy):
+            with m.Switch(self.numbers.payload):
+                for number, start in enumerate(starts):
+                    with m.Case(number):
+                        m.d.sync += [busy.eq(1), place.eq(start)]
+
+        return m

@@ -1,0 +1,180 @@
+"""Lines, words, numbers and texts."""
+
+from fresa.protocol import (
+    DecimalReader,
+    DecimalWriter,
+    LineEnd,
+    LineReader,
+    NumberError,
+    TextSource,
+    WordReader,
+)
+
+from ..bench import Run, bench, put
+
+
+@bench
+def line_reader(run: Run) -> str:
+    """Frames to lines: good, too long, damaged, begun afresh; the buffer full."""
+    dut = LineReader(length=4, start=b":")
+    lines = []
+
+    async def consumer(ctx):
+        line = bytearray()
+        while True:
+            if ctx.get(dut.items.valid) and ctx.get(dut.items.ready):
+                item = ctx.get(dut.items.payload)
+                if item.end:
+                    lines.append((bytes(line), LineEnd(item.byte)))
+                    line.clear()
+                else:
+                    line.append(item.byte)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.items.ready, 1)
+        for text in (b"no:x12\r", b":12345\r", b":v?:v1\r:\r"):
+            for byte in text:
+                await put(ctx, dut.bytes, {"byte": byte})
+        for byte, error in [(b":", 0), (b"x", 0), (b"9", 1), (b"\r", 0)]:
+            await put(ctx, dut.bytes, {"byte": byte[0], "error": error})
+        await ctx.tick().repeat(5)
+        run.expect("lines", lines, [
+            (b"x12", LineEnd.GOOD), (b"", LineEnd.LONG), (b"v1", LineEnd.GOOD),
+            (b"", LineEnd.GOOD), (b"", LineEnd.DAMAGED)])
+
+        ctx.set(dut.items.ready, 0)
+        for byte in b":0\r:1\r:2\r:3":
+            await put(ctx, dut.bytes, {"byte": byte})
+        ctx.set(dut.bytes.valid, 1)
+        for _ in range(20):  # full, until a line is taken
+            run.see(ctx, dut.bytes, ready=0)
+            await ctx.tick()
+        ctx.set(dut.items.ready, 1)
+        await run.until(ctx, dut.bytes, ready=1)
+
+    run.simulate(dut, test, consumer)
+    return ("x12, v1 and an empty line were handed on, one too long and one damaged came as that "
+            "word only; full, it took no byte until a line was taken")
+
+
+@bench
+def decimal_reader(run: Run) -> str:
+    """Numbers of 32 bits out of a line: the ends of the range, and what is none."""
+    dut = DecimalReader(is_signed=True)
+    good, none, over = NumberError.NONE, NumberError.NO_DIGITS, NumberError.OVERFLOW
+
+    async def test(ctx):
+        for text, error, value in [
+            (b"1500", good, 1500), (b"-42", good, -42), (b"+007", good, 7),
+            (b"2147483647", good, 2**31 - 1), (b"-2147483648", good, -2**31),
+            (b"2147483648", over, None), (b"99999999999", over, None), (b"-", none, None),
+            (b"", none, None),
+        ]:
+            for byte in text:
+                await put(ctx, dut.items, {"byte": byte})
+            ctx.set(dut.items.payload, {"byte": ord(" ")})
+            ctx.set(dut.items.valid, 1)
+            run.see(ctx, dut.items, ready=0)  # the space stays in the line
+            await ctx.tick()
+            run.see(ctx, dut.numbers, valid=1)
+            number = ctx.get(dut.numbers.payload)
+            run.expect(f"error of {text!r}", number.error, error)
+            if value is not None:
+                run.expect(f"value of {text!r}", number.value, value)
+            ctx.set(dut.numbers.ready, 1)
+            ctx.set(dut.items.valid, 0)
+            await ctx.tick()
+            ctx.set(dut.numbers.ready, 0)
+            run.see(ctx, dut.numbers, valid=0)
+
+    run.simulate(dut, test)
+    return ("5 numbers down to -2147483648 and up to 2147483647 have their values; one more than "
+            "that, a sign alone and nothing are refused")
+
+
+@bench
+def decimal_writer(run: Run) -> str:
+    """Numbers of 32 bits as digits, to a line that does not always take them."""
+    dut = DecimalWriter(is_signed=True)
+
+    async def test(ctx):
+        longest = 0
+        for number in (205, 0, -7, 2**31 - 1, -2**31, 1_000_000_000, -999_999_999):
+            await put(ctx, dut.numbers, number)
+            for byte in str(number).encode():
+                await run.until(ctx, dut.bytes, valid=1)
+                await ctx.tick()  # it holds until it is taken
+                run.see(ctx, dut.bytes, valid=1)
+                run.expect(f"byte of {number}", ctx.get(dut.bytes.payload), byte)
+                ctx.set(dut.bytes.ready, 1)
+                await ctx.tick()
+                ctx.set(dut.bytes.ready, 0)
+            run.see(ctx, dut.bytes, valid=0)
+            run.see(ctx, dut.numbers, ready=1)
+            longest = max(longest, len(str(number)))
+        run.see(ctx, dut, fault=0)
+        run.expect("longest", longest, 11)
+
+    run.simulate(dut, test)
+    return "7 numbers from -2147483648 to 2147483647, each digit held until it was taken"
+
+
+@bench
+def word_reader(run: Run) -> str:
+    """Words of a line looked up in a table, in either case."""
+    table = (b"MOV", b"MOT", b"C", b"CC", b"CONNECT")
+    dut = WordReader(table)
+
+    async def test(ctx):
+        for text, stop in [(b"mov", " "), (b"MOT", "2"), (b"C", " "), (b"Cc", " "),
+                           (b"Connect", " "), (b"MO", " "), (b"CCC", " "), (b"", "-")]:
+            for byte in text:
+                await put(ctx, dut.items, {"byte": byte})
+            ctx.set(dut.items.payload, {"byte": ord(stop)})
+            ctx.set(dut.items.valid, 1)
+            run.see(ctx, dut.items, ready=0)  # what ends a word stays in the line
+            await ctx.tick()
+            run.see(ctx, dut.words, valid=1)
+            word = ctx.get(dut.words.payload)
+            there = text.upper() in table
+            run.expect(f"{text!r} is known", word.known, there)
+            if there:
+                run.expect(f"place of {text!r}", word.index, table.index(text.upper()))
+            ctx.set(dut.items.valid, 0)
+            ctx.set(dut.words.ready, 1)
+            await ctx.tick()
+            ctx.set(dut.words.ready, 0)
+
+    run.simulate(dut, test)
+    return ("5 words were found in the table, C beside CC and CONNECT; MO, CCC and nothing at all "
+            "were not")
+
+
+@bench
+def text_source(run: Run) -> str:
+    """Texts by their numbers, to a line that does not always take a byte."""
+    texts = (b"ok\r\n", b"err range\r\n", b"?")
+    dut = TextSource(texts)
+
+    async def test(ctx):
+        for number, every in [(0, 1), (2, 1), (1, 3), (0, 2)]:
+            await put(ctx, dut.numbers, number)
+            run.see(ctx, dut.bytes, valid=0)
+            await ctx.tick()
+            for byte in texts[number]:
+                for wait in reversed(range(every)):
+                    run.see(ctx, dut.bytes, valid=1)
+                    run.expect(f"byte of text {number}", ctx.get(dut.bytes.payload), byte)
+                    ctx.set(dut.bytes.ready, wait == 0)
+                    await ctx.tick()
+                ctx.set(dut.bytes.ready, 0)
+            run.see(ctx, dut.bytes, valid=0)
+        await put(ctx, dut.numbers, 3)  # there is none
+        for _ in range(9):
+            run.see(ctx, dut.bytes, valid=0)
+            run.see(ctx, dut.numbers, ready=1)
+            await ctx.tick()
+
+    run.simulate(dut, test)
+    return "4 texts whole, a byte a clock if taken so fast; a number without a text sent nothing"

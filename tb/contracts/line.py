@@ -1,0 +1,143 @@
+"""Contract of the reader of lines."""
+
+from amaranth import Cat, Const, Mux
+
+from fresa.protocol import LineReader, line
+from fresa.protocol.line import LineEnd
+
+from .contract import Bits, Bug, Case, Component, Contract
+
+__all__ = ["LINE"]
+
+WATCHED = 4
+"""Depth of the buffer whose content is watched; what a deeper one does differs in nothing else."""
+
+
+def describe(c: Contract, dut: LineReader) -> None:
+    """Lines that are good come out as they went in, others as one word, in their order."""
+    byte, error = dut.bytes.p.byte, dut.bytes.p.error
+    taken = dut.bytes.valid & dut.bytes.ready
+    given = dut.items.valid & dut.items.ready
+    payload = dut.items.payload.as_value()
+    starts = taken & (byte == dut.start[0] if dut.start else Const(0))
+    inside = c.keep(1, init=not dut.start, name="in_a_line")
+    ends = taken & ~starts & inside & Cat(byte == end for end in dut.ends).any()
+    more = taken & ~starts & inside & ~ends
+
+    # The line so far
+    count = c.keep(range(dut.length + 1), name="bytes_so_far")
+    long, damaged = c.keep(1, name="too_long"), c.keep(1, name="not_trusted")
+    full = count == dut.length
+    fits = more & ~(error | damaged | long | full)
+    with c.m.If(c.rst | ends):
+        c.m.d.sync += [inside.eq(not dut.start), count.eq(0), long.eq(0), damaged.eq(0)]
+    with c.m.Elif(starts):
+        c.m.d.sync += [inside.eq(1), count.eq(0), long.eq(0), damaged.eq(error)]
+    with c.m.Elif(more):
+        c.m.d.sync += [count.eq(Mux(fits, count + 1, 0)), damaged.eq(damaged | error),
+                       long.eq(long | full)]
+    bad = error | damaged | long
+    verdict = Mux(error | damaged, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
+    wanted = ends & (bad | (count > 0) | (not dut.skip_empty))
+
+    # What waits: bytes and ends
+    waiting = c.keep(range(dut.depth + 1), name="waiting")
+    added = Mux(wanted, Mux(bad, 1, count + 1), 0)
+    c.m.d.sync += waiting.eq(Mux(c.rst, 0, waiting - given + added))
+
+    c.holds("whole-lines-only", "What is offered is of a line that has ended.",
+            when=dut.items.valid, then=waiting > 0,
+            bug=Bug(line, "self.items.valid.eq(after != kept)", "self.items.valid.eq(1)"))
+    c.holds("offered-soon", "A line that has ended is offered the clock after the next.",
+            when=c.past((waiting > given) & ~c.rst), then=dut.items.valid,
+            bug=Bug(line, "after != kept", "tail != kept - 1"))
+    c.holds("one-line-has-room", "While nothing waits a byte is taken.", when=waiting == 0,
+            then=dut.bytes.ready,
+            bug=Bug(line, "(kept + count + 1)[:len(tail)] != tail", "kept == tail + 1"))
+    c.holds("no-byte-without-room", "Without room none is.",
+            when=waiting + count >= dut.depth - 1, then=~dut.bytes.ready,
+            bug=Bug(line, "(kept + count + 1)[:len(tail)] != tail", "1"))
+    c.holds("room-is-used", "With room a byte is taken.", when=waiting + count < dut.depth - 1,
+            then=dut.bytes.ready,
+            bug=Bug(line, "(kept + count + 1)[:len(tail)]", "(kept + count + 2)[:len(tail)]"))
+    c.holds("stream-keeps", "What is offered stays until it is taken.",
+            when=c.past(dut.items.valid & ~dut.items.ready & ~c.rst),
+            then=dut.items.valid & (payload == c.past(payload)),
+            bug=Bug(line, "self.items.valid & self.items.ready", "self.items.valid"))
+    c.holds("reset-forgets", "Reset forgets every line.", when=c.past(c.rst),
+            then=~dut.items.valid & dut.bytes.ready,
+            bug=Bug(line, "kept = Signal(range(self.depth))",
+                    "kept = Signal(range(self.depth), reset_less=True)"))
+    c.always("knows-the-line", "It knows how long the line is, and what is wrong with it.",
+             (c.signal("count") == count) & (c.signal("long") == long)
+             & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
+             & (count <= dut.length) & ((count == 0) | (inside & ~long & ~damaged)),
+             seen=count == dut.length, bug=Bug(line, "count.eq(count + 1)", "count.eq(count + 2)"))
+    c.always("knows-what-waits", "Behind what waits is the line that is read.",
+             ((c.signal("kept") - c.signal("tail"))[:len(c.signal("tail"))] == waiting)
+             & (waiting + count < dut.depth), seen=waiting > 1,
+             bug=Bug(line, "kept.eq(store.addr + 1)", "kept.eq(store.addr)"))
+    if dut.depth == WATCHED:
+        _watch_content(c, dut, fits, count, wanted, bad, Cat(verdict, Const(1, 1)), waiting)
+
+
+def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, wanted: Bits, bad: Bits,
+                   end: Bits, waiting: Bits) -> None:
+    """Promise what the bytes and ends are, beside a queue that moves up by itself."""
+    byte, payload = dut.bytes.p.byte, dut.items.payload.as_value()
+    given = dut.items.valid & dut.items.ready
+    so_far = [c.keep(8, name=f"byte_{place}") for place in range(dut.length)]
+    for place, at in enumerate(so_far):
+        with c.m.If(fits & (count == place)):
+            c.m.d.sync += at.eq(byte)
+    queue = [c.keep(9, name=f"waits_{place}") for place in range(dut.depth)]
+    left = waiting - given
+    for place, at in enumerate(queue):
+        moved = Mux(given, queue[place + 1], at) if place + 1 < dut.depth else at
+        behind = place - left
+        new = end
+        for number, was in enumerate(so_far):
+            new = Mux((behind == number) & (number < count) & ~bad, was, new)
+        c.m.d.sync += at.eq(Mux((place < left) | ~wanted, moved, new))
+
+    c.holds("as-it-went-in", "What is offered are the bytes of good lines and the ends of all.",
+            when=dut.items.valid, then=payload == queue[0],
+            bug=(Bug(line, "Cat(Mux(ended, verdict, byte), ended)", "Cat(byte, ended)"),
+                 Bug(line, "Mux(error, 0, count)", "count")))
+    for says, word, bug in [
+        ("good", LineEnd.GOOD, Bug(line, "Mux(long, LineEnd.LONG, LineEnd.GOOD)",
+                                   "LineEnd.LONG")),
+        ("long", LineEnd.LONG, Bug(line, "long.eq(long | (count >= self.length))",
+                                   "long.eq(count >= self.length)")),
+        ("damaged", LineEnd.DAMAGED, Bug(line, "damaged.eq(damaged | error)",
+                                         "damaged.eq(damaged)")),
+    ]:
+        c.holds(f"tells-{says}", f"A line that is {says} ends so.",
+                when=dut.items.valid & (queue[0] == Cat(Const(word, 8), Const(1, 1))),
+                then=payload == queue[0], bug=bug)
+    words = c.words("ring")
+    tail, kept = c.signal("tail"), c.signal("kept")
+
+    def word_at(place: Bits) -> Bits:
+        value = words[0]
+        for address in range(1, dut.depth):
+            value = Mux(place[:len(tail)] == address, words[address], value)
+        return value
+
+    c.always("stored", "What waits, and the line so far, is in the buffer.",
+             Cat((place >= waiting) | (word_at(tail + place) == at)
+                 for place, at in enumerate(queue)).all()
+             & Cat((place >= count) | (word_at(kept + place) == at)
+                   for place, at in enumerate(so_far)).all(), seen=waiting > 1,
+             bug=Bug(line, "store.addr.eq(kept + ", "store.addr.eq(tail + "))
+    c.holds("fetched", "What is offered is what is stored there.", when=dut.items.valid,
+            then=payload == word_at(tail),
+            bug=Bug(line, "fetch.addr.eq(after)", "fetch.addr.eq(tail)"))
+
+
+LINE = Component(
+    make=LineReader, describe=describe, depth=14,
+    cases=(Case({"length": 2, "start": b":"}),
+           Case({"length": 2, "ends": b"\r\n", "skip_empty": True}), Case({"length": 1}),
+           Case({"length": 80, "ends": b"\r\n", "skip_empty": True}, real=True),
+           Case({"length": 126, "start": b":"}, real=True)))

@@ -1,0 +1,65 @@
+"""Contract of the source of texts."""
+
+from amaranth import Array, Cat
+
+from fresa.protocol import TextSource, text
+
+from .contract import Bug, Case, Component, Contract
+
+__all__ = ["TEXT"]
+
+
+def describe(c: Contract, dut: TextSource) -> None:
+    """A number that is taken sends its text, whole, and nothing else."""
+    offered, byte = dut.bytes.valid, dut.bytes.payload
+    taken = dut.numbers.valid & dut.numbers.ready
+    there = taken & (dut.numbers.payload < len(dut.texts))
+    given = offered & dut.bytes.ready
+    longest = max(map(len, dut.texts))
+
+    number = c.keep(range(len(dut.texts)), name="number")
+    sent = c.keep(range(longest + 1), name="sent")
+    length = Array(map(len, dut.texts))[number]
+    expected = Array(Array(words.ljust(longest, b"\0")) for words in dut.texts)[number][sent]
+    sending = c.keep(1, name="sending")
+    last = given & (sent + 1 == length)
+    with c.m.If(c.rst | last):
+        c.m.d.sync += [sending.eq(0), sent.eq(0)]
+    with c.m.Elif(there):
+        c.m.d.sync += [sending.eq(1), number.eq(dut.numbers.payload), sent.eq(0)]
+    with c.m.Elif(given):
+        c.m.d.sync += sent.eq(sent + 1)
+
+    c.holds("is-the-text", "The bytes are those of the text, in their order.", when=offered,
+            then=sending & (byte == expected),
+            bug=(Bug(text, "fetch.addr.eq(after)", "fetch.addr.eq(place)"),
+                 Bug(text, "starts.append(len(words))", "starts.append(len(words) // 2)")))
+    c.holds("soon", "The first is there two clocks after the number, another in every clock.",
+            when=c.past(sending & ~last & ~c.rst), then=offered,
+            bug=Bug(text, "self.bytes.valid.eq(busy)", "self.bytes.valid.eq(busy & ~given)"))
+    c.holds("whole", "The next number is taken when the last byte has been, and not before.",
+            when=sending | dut.numbers.ready, then=sending ^ dut.numbers.ready,
+            bug=Bug(text, "given & fetch.data[8]", "given"))
+    c.holds("stream-keeps", "A byte that is offered stays until it is taken.",
+            when=c.past(offered & ~dut.bytes.ready & ~c.rst),
+            then=offered & (byte == c.past(byte)),
+            bug=Bug(text, "self.bytes.valid & self.bytes.ready", "self.bytes.valid"))
+    c.holds("no-such-text", "A number without a text sends nothing.", when=c.past(taken & ~there),
+            then=dut.numbers.ready & ~offered,
+            bug=Bug(text, "with m.Case(number):", "with m.Case(number, 3):"))
+    c.holds("reset-ends-it", "Reset ends a text.", when=c.past(c.rst),
+            then=dut.numbers.ready & ~offered,
+            bug=Bug(text, "busy = Signal()", "busy = Signal(reset_less=True)"))
+    start = Array(sum(map(len, dut.texts[:which])) for which in range(len(dut.texts)))[number]
+    c.always("knows-the-place", "It is where the next byte lies.",
+             Cat(c.signal("busy") == sending, ~sending | (c.signal("place") == start + sent),
+                 ~sending | (sent < length), ~sending | (number < len(dut.texts)),
+                 sending | ~offered).all(), seen=sent == longest - 1,
+             bug=Bug(text, "after.eq(place + given)", "after.eq(place + 1)"))
+
+
+TEXT = Component(
+    make=TextSource, describe=describe, depth=12,
+    cases=(Case({"texts": (b"ok\r\n", b"?", b"err")}),
+           Case({"texts": (b"ok\r\n", b"err command\r\n", b"err number\r\n", b"err range\r\n",
+                           b"err length\r\n")}, real=True)))

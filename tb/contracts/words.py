@@ -1,0 +1,80 @@
+"""Contract of the reader of words."""
+
+from amaranth import Cat, Mux
+
+from fresa.protocol import WordReader, words
+from fresa.protocol.words import NUMBER_STARTS
+
+from .contract import Bits, Bug, Case, Component, Contract
+
+__all__ = ["WORDS"]
+
+
+def describe(c: Contract, dut: WordReader) -> None:
+    """The word that was read is the one of the table with its letters, or none."""
+    byte, end = dut.items.p.byte, dut.items.p.end
+    waits, known, index = dut.words.valid, dut.words.p.known, dut.words.p.index
+    payload = dut.words.payload.as_value()
+    taken, given = dut.items.valid & dut.items.ready, waits & dut.words.ready
+    longest = max(map(len, dut.table))
+    belongs = ~end & ~Cat(byte == stop for stop in b" " + NUMBER_STARTS).any()
+    letter = Mux((byte >= ord("a")) & (byte <= ord("z")), byte - 32, byte)[:8] if dut.fold else byte
+
+    count = c.keep(range(longest + 2), name="letters")
+    letters = [c.keep(8, name=f"letter_{place}") for place in range(longest)]
+    with c.m.If(c.rst | given):
+        c.m.d.sync += count.eq(0)
+    with c.m.Elif(taken & (count <= longest)):
+        c.m.d.sync += count.eq(count + 1)
+        for place, at in enumerate(letters):
+            with c.m.If(count == place):
+                c.m.d.sync += at.eq(letter)
+
+    def begins(word: bytes) -> Bits:
+        """Say whether what was read so far is a beginning of a word."""
+        return (count <= len(word)) & Cat((count <= place) | (letters[place] == expected)
+                                          for place, expected in enumerate(word)).all()
+
+    is_word = [begins(word) & (count == len(word)) for word in dut.table]
+    c.holds("takes-letters", "What belongs to a word is taken at once.",
+            when=dut.items.valid & ~waits & belongs, then=dut.items.ready,
+            bug=Bug(words, "self.words.valid & ~stops", "self.words.valid & ~stops & alive.any()"))
+    c.holds("leaves-the-rest", "A space, a number and the end of the line stay in it.",
+            when=dut.items.valid & ~belongs, then=~dut.items.ready,
+            bug=Bug(words, '(byte == ord(" "))', '(byte == ord("_"))'))
+    c.holds("one-at-a-time", "While a word waits nothing is taken.", when=waits,
+            then=~dut.items.ready, bug=Bug(words, "~self.words.valid & ~stops", "~stops"))
+    c.holds("ends", "The word is there with the clock after its end was seen.",
+            when=c.past(dut.items.valid & ~belongs & ~waits & ~c.rst), then=waits,
+            bug=Bug(words, "self.words.valid.eq(1)", "self.words.valid.eq(place != 0)"))
+    c.holds("not-before", "And not before.", when=waits & ~c.past(waits),
+            then=c.past(dut.items.valid & ~belongs),
+            bug=Bug(words, "with m.If(self.items.valid & stops):", "with m.If(stops):"))
+    c.holds("stream-keeps", "It stays until it is taken.",
+            when=c.past(waits & ~dut.words.ready & ~c.rst),
+            then=waits & (payload == c.past(payload)),
+            bug=Bug(words, "with m.If(self.words.valid & self.words.ready):",
+                    "with m.If(self.words.valid):"))
+    for number, (word, found) in enumerate(zip(dut.table, is_word, strict=True)):
+        c.holds(f"word-{number}", f"Where it is {word.decode()} that is told.",
+                when=waits & found, then=known & (index == number),
+                bug=Bug(words, "place == len(word)", "place == len(word) + 1"))
+    c.holds("no-other", "Every other word is not known.", when=waits & ~Cat(is_word).any(),
+            then=~known, bug=(Bug(words, "& (place == len(word))", ""),
+                              Bug(words, "alive[index] & same", "same")))
+    c.holds("begins-anew", "After a word was taken, and after reset, the next begins at nothing.",
+            when=c.past(given | c.rst), then=~waits & c.signal("alive").all()
+            & (c.signal("place") == 0), bug=Bug(words, "place.eq(0), ", ""))
+    c.always("knows-the-letters", "Alive are the words that begin with what was read.",
+             (c.signal("alive") == Cat(map(begins, dut.table))) & (c.signal("place") == count)
+             & (count <= longest + 1), seen=count == longest + 1,
+             bug=(Bug(words, "& (place <= longest)", "& (place < longest)"),
+                  Bug(words, "byte & 0xDF", "byte & 0x5E") if dut.fold else
+                  Bug(words, "letter == expected", "letter[:3] == expected & 7")))
+
+
+WORDS = Component(
+    make=WordReader, describe=describe, depth=8,
+    cases=(Case({"words": (b"C", b"CC", b"MO")}), Case({"words": (b"x?", b"x"), "fold": False}),
+           Case({"words": (b"CONNECT", b"DISCONNECT", b"MOV", b"MOT", b"C", b"CC", b"STOP", b"VEL",
+                           b"P", b"GOTO", b"ORIGIN", b"POS")}, real=True)))

@@ -1,0 +1,129 @@
+# amaranth: UnusedElaboratable=no
+
+"""Decimal numbers, against Python's own."""
+
+import random
+import re
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from fresa.protocol import DecimalReader
+from tb.boards import component
+from tb.engines import AmaranthEngine
+
+END = 0x100
+NONE, NO_DIGITS, OVERFLOW = range(3)
+OUTPUTS = ("items_ready", "numbers_valid", "numbers_payload")
+
+
+def belongs(text: str, item: int, is_signed: bool) -> bool:
+    """Say whether an item goes on with what was read of a number."""
+    return item < END and (chr(item) in "0123456789"
+                           or (is_signed and not text and chr(item) in "+-"))
+
+
+def meaning(text: str, width: int, is_signed: bool) -> tuple[int, int | None]:
+    """Return error and value of what was read."""
+    if not text.strip("+-"):
+        return NO_DIGITS, None
+    low, high = (-2**(width - 1), 2**(width - 1)) if is_signed else (0, 2**width)
+    return (NONE, int(text)) if low <= int(text) < high else (OVERFLOW, None)
+
+
+def check(width, is_signed, offered, ready, rst=None):
+    """Compare every clock; `offered` has an item or None for each. Return what was taken."""
+    rst = rst or [0] * len(offered)
+    dut = DecimalReader(width=width, is_signed=is_signed)
+    with AmaranthEngine(component("reader", dut)) as engine:
+        seen = {name: [] for name in OUTPUTS}
+        for item, take, reset in zip(offered, ready, rst, strict=True):
+            engine.set(items_valid=int(item is not None), items_payload=item or 0,
+                       numbers_ready=take, rst=reset)
+            for name, value in zip(OUTPUTS, engine.get(*OUTPUTS), strict=True):
+                seen[name].append(value)
+            engine.run(1)
+    text, waits, numbers = "", False, []
+    for clock, (item, take, reset) in enumerate(zip(offered, ready, rst, strict=True)):
+        room, valid, number = (seen[name][clock] for name in OUTPUTS)
+        goes_on = item is not None and not waits and belongs(text, item, is_signed)
+        assert valid == waits, clock
+        if item is not None:
+            assert room == goes_on, clock
+        if waits:
+            error, value = meaning(text, width, is_signed)
+            assert number >> width == error, clock
+            assert value is None or number % 2**width == value % 2**width, clock
+            if take:
+                numbers.append((error, value))
+                text, waits = "", False
+        elif item is not None and goes_on:
+            text += chr(item)
+        elif item is not None:
+            waits = True
+        if reset:
+            text, waits = "", False
+    return numbers
+
+
+def read(text: str, width: int = 32, is_signed: bool = False) -> tuple[int, int | None]:
+    """Read one number of a line that is `text`; return its error and its value."""
+    offered, at = [], 0
+    while at < len(text) and belongs(text[:at], ord(text[at]), is_signed):
+        offered.append(ord(text[at]))
+        at += 1
+    rest = ord(text[at]) if at < len(text) else END
+    (number,) = check(width, is_signed, [*offered, rest, rest], [1] * (at + 2))
+    return number
+
+
+class TestEveryClock:
+    @pytest.mark.parametrize("is_signed", [False, True])
+    @pytest.mark.parametrize("width", [5, 16, 32])
+    def test_items_of_any_kind(self, width, is_signed):
+        rng = random.Random(width)
+        kinds = [*b"0123456789" * width, *b"+-" * 3, *b" x?", END, 0x130, 0x12D, None, None]
+        numbers = check(width, is_signed, [rng.choice(kinds) for _ in range(3000)],
+                        [int(rng.random() < 0.7) for _ in range(3000)],
+                        [int(rng.random() < 0.01) for _ in range(3000)])
+        assert {error for error, _ in numbers} == {NONE, NO_DIGITS, OVERFLOW}
+
+
+class TestDecimalReader:
+    @pytest.mark.parametrize(("text", "expected"), [
+        ("0", (NONE, 0)), ("007", (NONE, 7)), ("4294967295", (NONE, 2**32 - 1)),
+        ("0" * 50 + "1", (NONE, 1)), ("4294967296", (OVERFLOW, None)),
+        ("42949672960", (OVERFLOW, None)), ("9" * 40, (OVERFLOW, None)),
+        ("1" + "0" * 64, (OVERFLOW, None)), ("12a", (NONE, 12)), ("", (NO_DIGITS, None)),
+        ("-1", (NO_DIGITS, None)), ("+1", (NO_DIGITS, None)), (" 1", (NO_DIGITS, None)),
+        ("1.5", (NONE, 1)), ("/", (NO_DIGITS, None)), (":", (NO_DIGITS, None)),
+    ])
+    def test_unsigned(self, text, expected):
+        assert read(text) == expected
+
+    @pytest.mark.parametrize(("text", "expected"), [
+        ("2147483647", (NONE, 2**31 - 1)), ("-2147483648", (NONE, -2**31)),
+        ("2147483648", (OVERFLOW, None)), ("-2147483649", (OVERFLOW, None)),
+        ("-0", (NONE, 0)), ("+12", (NONE, 12)), ("-", (NO_DIGITS, None)),
+        ("--1", (NO_DIGITS, None)), ("1-", (NONE, 1)), ("-" + "9" * 30, (OVERFLOW, None)),
+        ("4294967296", (OVERFLOW, None)),
+    ])
+    def test_signed(self, text, expected):
+        assert read(text, is_signed=True) == expected
+
+    @given(st.integers(-2**34, 2**34))
+    @settings(max_examples=40, deadline=None)
+    @example(2**32)
+    def test_numbers(self, number):
+        for is_signed in (False, True):
+            text = str(number)
+            expected = (NO_DIGITS, None) if number < 0 and not is_signed else meaning(
+                text, 32, is_signed)
+            assert read(text, is_signed=is_signed) == expected
+
+    @pytest.mark.parametrize("width", [4, 33, 8.0, "32"])
+    def test_impossible_widths(self, width):
+        message = f"width of a number must be a whole number from 5 to 32, not {width!r}"
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+            DecimalReader(width=width)

@@ -1,0 +1,198 @@
+# amaranth: UnusedElaboratable=no
+
+"""The receiver, against a model that knows when to look and counts votes."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fresa.protocol import UARTReceiver
+from tb.boards import component
+from tb.engines import AmaranthEngine
+from tb.models.protocol import bits
+
+OUTPUTS = ("bytes_valid", "bytes_payload", "framing", "overrun", "line_break", "fault")
+
+
+def wave(levels: list[int], period: float, *, start: float = 0.0) -> list[int]:
+    """Sample bits that each last `period` clocks, which may be a fraction."""
+    length = int(len(levels) * period + start)
+    return [levels[max(0, min(len(levels) - 1, int((clock - start) / period)))]
+            for clock in range(length)]
+
+
+def frames(line: list[int], period: int):
+    """Find the bytes in a line: clock of the last look, byte, stop bit, when it looks for more."""
+    spread = period // 16
+
+    def last_look(bit: int) -> int:
+        return began + bit * period + period // 2 + spread
+
+    def vote(bit: int) -> int:
+        return int(sum(line[last_look(bit) - n * spread] for n in range(3)) >= 2)
+
+    def settled(clock: int) -> int:
+        """Return the last of the first clocks in which the line is high for long enough."""
+        return next((n for n in range(clock + 2 * spread, len(line))
+                     if all(line[n - 2 * spread:n + 1])), len(line))
+
+    now = settled(0)
+    while True:
+        began = next((n for n in range(now + 1, len(line)) if not line[n]), len(line))
+        if last_look(9) >= len(line):
+            return
+        if vote(0):
+            now = last_look(0)
+            continue
+        now = last_look(9)
+        stop = vote(9)
+        last = now
+        if not stop:
+            now = settled(now + 1)
+        yield last, sum(vote(n + 1) << n for n in range(8)), stop, now
+
+
+def model(line, ready, period):
+    """Yield the outputs of each clock."""
+    found = {last: (byte, stop) for last, byte, stop, _ in frames(line, period)}
+    high = {again for _, _, stop, again in frames(line, period) if not stop}
+    valid = payload = lost = broken = 0
+    for clock, taken in enumerate(ready):
+        byte, stop = found.get(clock, (None, 1))
+        framing = int(not stop)
+        overrun = int(byte is not None and valid and not taken)
+        yield valid, payload, framing, overrun, broken, 0
+        if overrun:
+            lost = 1
+        elif byte is not None:
+            valid, payload, lost = 1, byte | (framing or lost) << 8, 0
+        elif taken:
+            valid = 0
+        if byte is not None:
+            broken = int(framing and byte == 0)
+        elif clock in high:
+            broken = 0
+
+
+def play(line, ready, period):
+    dut = UARTReceiver(clock=period * 1000, baud=1000)
+    assert dut.period == period
+    with AmaranthEngine(component("receiver", dut)) as engine:
+        seen = engine.play({"rx": line, "bytes_ready": ready}, list(OUTPUTS))
+    return list(zip(*(seen[name].tolist() for name in OUTPUTS), strict=True))
+
+
+def check(line, ready, period):
+    rows = play(line, ready, period)
+    for clock, pair in enumerate(zip(rows, model(line, ready, period), strict=True)):
+        assert pair[0] == pair[1], clock
+    return rows
+
+
+def taken(rows, ready):
+    return [row[1] for row, take in zip(rows, ready, strict=True) if row[0] and take]
+
+
+class TestEveryClock:
+    @pytest.mark.parametrize("period", [16, 17, 33, 50])
+    def test_bytes_and_gaps(self, period):
+        """Bytes, some without a stop bit, and breaks; they are taken now and then."""
+        rng = random.Random(period)
+        line = [0] * 5 + [1] * 3
+        for _ in range(30):
+            stop = int(rng.random() < 0.7)
+            line += wave(bits(rng.choice([0, 0, 255, rng.randrange(256)]), stop=stop), period)
+            line += [stop] * rng.choice([0, 1, 3 * period, 11 * period])
+            line += [1] * rng.choice([1, 1, period])
+        ready = [int(rng.random() < 0.15 / period) for _ in line]
+        rows = check(line, ready, period)
+        for column in range(5):
+            assert len({row[column] for row in rows}) > 1, OUTPUTS[column]
+
+    @pytest.mark.parametrize("period", [16, 40])
+    def test_noise_of_any_kind(self, period):
+        rng = random.Random(period)
+        line = []
+        while len(line) < 150 * period:
+            line += [rng.randrange(2)] * rng.choice([1, 2, period // 4, period, 3 * period])
+        check(line, [int(rng.random() < 0.1) for _ in line], period)
+
+    @given(st.lists(st.tuples(st.integers(0, 1), st.integers(1, 60)), max_size=30))
+    @settings(max_examples=25, deadline=None)
+    def test_any_line(self, runs):
+        line = [1] + [level for level, length in runs for _ in range(length)] + [1] * 200
+        check(line, [1] * len(line), 16)
+
+
+class TestUARTReceiver:
+    @pytest.mark.parametrize("period", [16, 50, 51])
+    @pytest.mark.parametrize("off", [-0.019, -0.01, 0.0, 0.01, 0.019])
+    def test_a_sender_that_is_off(self, period, off):
+        """Every byte, one after the other without a gap, at a rate that differs."""
+        data = list(range(256))
+        random.Random(7).shuffle(data)
+        line = [1] * 9
+        for byte in data[:24]:
+            line += wave(bits(byte), period * (1 + off), start=0.37)
+        line += [1] * period
+        ready = [1] * len(line)
+        assert taken(play(line, ready, period), ready) == data[:24]
+
+    @pytest.mark.parametrize("period", [32, 50])
+    def test_a_disturbance_a_bit_changes_nothing(self, period):
+        """As long as a sixteenth, anywhere in each bit after the edge of the start bit."""
+        rng = random.Random(period)
+        data = [rng.randrange(256) for _ in range(40)]
+        line = [1] * period
+        for byte in data:
+            for number, level in enumerate(bits(byte)):
+                bit = [level] * period
+                at = rng.randrange(1, period - period // 16)
+                if number < 9 or at + period // 16 < period // 2:
+                    bit[at:at + period // 16] = [1 - level] * (period // 16)
+                line += bit
+        line += [1] * period
+        assert taken(play(line, [1] * len(line), period), [1] * len(line)) == data
+
+    def test_a_short_low_is_no_start(self):
+        period = 48
+        line = [1] * 10
+        for length in range(1, period // 2 - 3):
+            line += [0] * length + [1] * period
+        assert not any(row[0] for row in play(line, [0] * len(line), period))
+
+    def test_break_is_one_byte(self):
+        line = [1] * 4 + [0] * 1000 + [1] * 40
+        rows = check(line, [1] * len(line), 16)
+        assert taken(rows, [1] * len(line)) == [0x100]
+        broken = [clock for clock, row in enumerate(rows) if row[4]]
+        assert broken == list(range(4 + 9 * 16 + 8 + 1 + 1, 4 + 1000 + 3))
+
+    def test_disturbances_do_not_end_a_break(self):
+        line = [1] * 20 + [0] * 3000 + [1] * 100
+        for clock in range(30, 3000, 37):
+            line[clock:clock + 2] = [1, 1]
+        rows = check(line, [1] * len(line), 32)
+        assert taken(rows, [1] * len(line)) == [0x100]
+
+    def test_reset_in_a_byte(self):
+        """After it the rest of the byte is not taken for another while the line is low."""
+        period = 16
+        line = [1] * 4 + wave(bits(0b1111_0000), period) + [1] * 8 + wave(bits(0x35), period)
+        line += [1] * period
+        rst = [0] * len(line)
+        rst[4 + 2 * period] = 1
+        with AmaranthEngine(component(
+                "receiver", UARTReceiver(clock=16_000, baud=1000))) as engine:
+            seen = engine.play({"rx": line, "rst": rst, "bytes_ready": [1] * len(line)},
+                               ["bytes_valid", "bytes_payload"])
+        assert seen["bytes_payload"][seen["bytes_valid"] == 1].tolist() == [0x35]
+
+    def test_power_up_at_a_low_line(self):
+        assert not any(row[0] for row in play([0] * 500, [1] * 500, 16))
+
+    def test_impossible_rate(self):
+        with pytest.raises(ValueError, match="^baud at a clock of 50000000 Hz must be "):
+            UARTReceiver(clock=50_000_000, baud=3_200_000)

@@ -1,0 +1,83 @@
+# amaranth: UnusedElaboratable=no
+
+"""The transmitter, against a model that writes a byte as a list of levels."""
+
+import random
+
+import pytest
+
+from fresa.protocol import UARTTransmitter
+from tb.boards import component
+from tb.engines import AmaranthEngine
+from tb.models.protocol import bits
+
+
+def levels(byte: int, period: int) -> list[int]:
+    """Write a byte as the levels of the line, clock by clock."""
+    return [bit for bit in bits(byte) for _ in range(period)]
+
+
+def model(period, offered, rst):
+    """Yield ready and tx of each clock; `offered` has a byte or None for each, `rst` resets."""
+    to_send = []
+    for byte, reset in zip(offered, rst, strict=True):
+        ready = len(to_send) <= 1
+        yield int(ready), to_send[0] if to_send else 1
+        to_send = to_send[1:]
+        if byte is not None and ready:
+            to_send = levels(byte, period)
+        if reset:
+            to_send = []
+
+
+def check(period, offered, rst):
+    dut = UARTTransmitter(clock=period * 1000, baud=1000)
+    assert dut.period == period
+    with AmaranthEngine(component("transmitter", dut)) as engine:
+        seen = engine.play({
+            "bytes_valid": [int(byte is not None) for byte in offered],
+            "bytes_payload": [byte or 0 for byte in offered],
+            "rst": rst,
+        }, ["bytes_ready", "tx"])
+    expected = list(model(period, offered, rst))
+    assert list(zip(seen["bytes_ready"].tolist(), seen["tx"].tolist(), strict=True)) == expected
+
+
+class TestUARTTransmitter:
+    @pytest.mark.parametrize("period", [16, 17, 31])
+    def test_every_clock(self, period):
+        rng = random.Random(period)
+        clocks = 60 * period
+        offered = [rng.choice([None] * 3 * period + [rng.randrange(256)]) for _ in range(clocks)]
+        rst = [int(rng.random() < 0.1 / period) for _ in range(clocks)]
+        check(period, offered, rst)
+
+    @pytest.mark.parametrize("data", [[0x00, 0xFF], [0x55, 0xAA, 0x00], [0x30] * 3])
+    def test_bytes_follow_without_a_gap(self, data):
+        dut = UARTTransmitter(clock=16_000, baud=1000)
+        with AmaranthEngine(component("transmitter", dut)) as engine:
+            seen = engine.play({"bytes_valid": [1] * (160 * len(data) + 1),
+                                "bytes_payload": [byte for byte in data for _ in range(160)] + [0]},
+                               ["tx"])["tx"].tolist()
+        assert seen[1:] == [level for byte in data for level in levels(byte, 16)]
+
+    def test_real_rate(self):
+        """A byte at 9600 baud from 50 MHz takes 10 bits of 5208 clocks."""
+        with AmaranthEngine(component(
+                "transmitter", UARTTransmitter(clock=50_000_000, baud=9600))) as engine:
+            engine.set(bytes_valid=1, bytes_payload=0x00)
+            engine.run(1)
+            engine.set(bytes_valid=0)
+            assert engine.get("tx", "bytes_ready") == (0, 0)
+            engine.run(9 * 5208 - 1)
+            assert engine.get("tx") == 0
+            engine.run(1)
+            assert engine.get("tx") == 1
+            engine.run(5208 - 2)
+            assert engine.get("bytes_ready") == 0
+            engine.run(1)
+            assert engine.get("bytes_ready") == 1
+
+    def test_impossible_rate(self):
+        with pytest.raises(ValueError, match="^baud at a clock of 50000000 Hz must be "):
+            UARTTransmitter(clock=50_000_000, baud=0)
