@@ -10,6 +10,8 @@ from .sequences import FULL_STEP
 __all__ = ["CoilDriver"]
 
 
+# One table alone: full step is the only one of which two flip-flops are all the coils there are.
+# For others there is PhaseDriver.
 class CoilDriver(wiring.Component):
     """Phase sequence of one motor: full step, two phases on.
 
