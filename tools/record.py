@@ -78,6 +78,9 @@ class Part:
         Files and folders that decide what it finds, besides the gateware.
     figures : str
         File in its folder with its figures.
+    remembers : bool
+        The command itself keeps what it found and knows what of it still holds, so nothing is
+        taken from it when something changes.
     """
 
     name: str
@@ -85,6 +88,7 @@ class Part:
     on: tuple[str, ...] = ()
     quick: str | None = None
     figures: str = "figures.json"
+    remembers: bool = False
 
     def arguments(self, folder: Path, *, quick: bool) -> list[str]:
         """Give the words of the command."""
@@ -114,7 +118,8 @@ PARTS = {part.name: part for part in (
          f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
     Part("mutants", f"tools.mutate {_STATE} {_JSON}",
          ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py"),
-         f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}"),
+         f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
+         remembers=True),
     Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
     Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
          f"tools.faults flips --flips 20000 {_JSON}"),
@@ -192,8 +197,9 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
             before = _read(folder / BEGUN)
             if part.name in again or before.get("key") != key:
                 # What a command had done of another gateware, or is to do again, is of no use.
-                shutil.rmtree(folder, ignore_errors=True)
-                before = {}
+                if part.name in again or not part.remembers:
+                    shutil.rmtree(folder, ignore_errors=True)
+                before = {"resumed": any(folder.glob("*"))}
             folder.mkdir(parents=True, exist_ok=True)
             (folder / KEPT).unlink(missing_ok=True)
             begun = time.monotonic() - before.get("seconds", 0)
@@ -201,8 +207,9 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
                 done = subprocess.run([sys.executable, "-m", *words], cwd=ROOT, check=False)
             finally:  # also if it was interrupted: some commands go on where they were
                 seconds = time.monotonic() - begun
-                write_atomically(folder / BEGUN,
-                                 json.dumps({"key": key, "seconds": seconds}).encode())
+                begun_with = {"key": key, "seconds": seconds,
+                              "resumed": before.get("resumed", False)}
+                write_atomically(folder / BEGUN, json.dumps(begun_with).encode())
             if done.returncode not in (0, 1):
                 raise UserError(f"{words[0]} could not be carried out; the record is not written")
             if done.returncode:
@@ -210,12 +217,12 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
                 failed.append(part.name)
                 continue
             figures = json.loads((folder / part.figures).read_text(encoding="utf-8"))
-            found = {"key": key, "seconds": round(seconds, 1),
+            found = {"key": key, "seconds": round(seconds, 1), "resumed": begun_with["resumed"],
                      "facts": summary(part.name, figures)}
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
             "command": f"python -m {' '.join(words)}", "seconds": found["seconds"],
-            "facts": found["facts"]}
+            "resumed": found.get("resumed", False), "facts": found["facts"]}
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None

@@ -40,7 +40,7 @@ def page(record: Facts) -> str:
             text += [f"## {section.title}", "", f"Left out of this record: {out}.", ""]
             continue
         text += [f"## {section.title}", *(
-            f"- `{part['command']}`, {_seconds(part['seconds'])}"
+            f"- `{part['command']}`, {_seconds(part['seconds'])}{_resumed(part)}"
             for part in map(parts.__getitem__, section.parts)), "", section.says, ""]
         text += section.write(*(parts[name]["facts"] for name in section.parts))
     text.append(_origin(record))
@@ -266,6 +266,10 @@ def _many(number: int) -> str:
 
 def _seconds(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 600 else f"{seconds / 60:.0f} min"
+
+
+def _resumed(part: Facts) -> str:
+    return ", besides what was known from a run before" if part.get("resumed") else ""
 
 
 def _guarded(facts: Facts) -> str:

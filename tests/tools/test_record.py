@@ -85,6 +85,19 @@ class TestRun:
         assert (work / "some" / "state.json").exists()
         assert facts["parts"]["some"]["seconds"] >= 1000
 
+    def test_what_remembers_by_itself_loses_nothing_and_the_page_says_so(self, check, tmp_path):
+        work, part = tmp_path / "build", replace(check(0), remembers=True)
+        facts = run([part], work) or {}
+        assert not facts["parts"]["some"]["resumed"]
+        (tmp_path / "hdl" / "mill.py").write_text("steps = 2")
+        for _ in range(2):
+            facts = run([part], work) or {}
+            assert facts["parts"]["some"]["resumed"]
+            assert calls(work) == 2
+        facts = run([part], work, again=["some"]) or {}
+        assert not facts["parts"]["some"]["resumed"]
+        assert calls(work) == 1
+
     def test_does_not_trust_what_is_damaged(self, check, tmp_path):
         work = tmp_path / "build"
         run([check(0)], work)
