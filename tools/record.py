@@ -103,6 +103,13 @@ _PROOFS = ("tb/contracts", "tools/prove.py")
 _RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.py", "tb/script.py",
          "tb/stimulus.py", "tb/vhdl")
 _FAULTS = ("tb/faults", "tb/engines", "tb/boards.py", "tools/faults.py")
+_MUTANTS = ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py")
+#: Mutants are shared out to the components of a command: those of one machine stay the same when
+#: another gets more.
+_OF_THE_MILL = ("divider coil counter axes order_control automatic sequencer manual controller "
+                "start spiral coordinates square debounce display monitor mill")
+_OF_LINES_AND_AXES = ("phase step_dir rate position backlash limits uart_receiver uart_transmitter "
+                      "line words decimal_reader decimal_writer text")
 _BUILD = ("platform", "tools/build.py", "tools/synthesis.py")
 
 PARTS = {part.name: part for part in (
@@ -116,9 +123,11 @@ PARTS = {part.name: part for part in (
     Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}", _RUNS),
     Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", _RUNS,
          f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
-    Part("mutants", f"tools.mutate {_STATE} {_JSON}",
-         ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py"),
+    Part("mutants", f"tools.mutate {_OF_THE_MILL} {_STATE} {_JSON}", _MUTANTS,
          f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
+         remembers=True),
+    Part("mutants-lines", f"tools.mutate {_OF_LINES_AND_AXES} --mutants 2000 {_STATE} {_JSON}",
+         _MUTANTS, f"tools.mutate phase rate text --mutants 100 {_STATE} {_JSON}",
          remembers=True),
     Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
     Part("flips", f"tools.faults flips {_JSON}", _FAULTS,

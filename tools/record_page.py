@@ -99,16 +99,19 @@ def _netlist(netlist: Facts) -> list[str]:
     return [_table(["check", "design", "mistake planted", "found", "", "s"], rows)]
 
 
-def _mutants(mutants: Facts) -> list[str]:
+def _mutants(*runs: Facts) -> list[str]:
     counts = ("mutants", "equivalent", "contract", "bench", "killed", "survive")
+    total = {count: sum(run["all"][count] for run in runs) for count in counts}
+    total["score"] = 100 * total["killed"] / max(1, total["mutants"] - total["equivalent"])
+    parts = [item for run in runs for item in run["components"].items()]
     rows = [[name, *(one[count] for count in counts), f"{one['score']:.2f}"]
-            for name, one in [*mutants["components"].items(), ("**all**", mutants["all"])]]
+            for name, one in [*parts, ("**all**", total)]]
     text = [_table(["component", "mutants", "equivalent", "killed by contracts",
                     "killed by benches", "killed", "survive", "% killed"], rows)]
-    if mutants["survivors"]:
-        rows = [[one["component"], f"`{one['mutant']}`", one["explained"] or "not explained"]
-                for one in mutants["survivors"]]
-        text += ["What nothing found:", "", _table(["component", "mutant", "why"], rows)]
+    survivors = [[one["component"], f"`{one['mutant']}`", one["explained"] or "not explained"]
+                 for run in runs for one in run["survivors"]]
+    if survivors:
+        text += ["What nothing found:", "", _table(["component", "mutant", "why"], survivors)]
     return text
 
 
@@ -183,7 +186,7 @@ What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted 
 it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
 Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
-of the score.""", ("mutants",), _mutants),
+of the score.""", ("mutants", "mutants-lines"), _mutants),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
 and afterwards all as from power-up that shall be so.""", ("resets",), _resets),
@@ -238,7 +241,8 @@ def _short_build(figures: Facts) -> Facts:
 
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
-    "mutants": _short_mutants, "flips": _short_flips, "resets": _short_resets,
+    "mutants": _short_mutants, "mutants-lines": _short_mutants,
+    "flips": _short_flips, "resets": _short_resets,
     "size": _short_build, "size-guard": _short_build, "size-board": _short_build,
 }
 

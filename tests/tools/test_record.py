@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tb.contracts import COMPONENTS
+from tb.mutation import with_a_bench
 from tools import record
 from tools.record import BEGUN, KEPT, PARTS, Part, fingerprint, main, run
 from tools.record_page import page, summary
@@ -145,12 +147,27 @@ def test_what_parts_depend_on_is_there():
             assert (record.ROOT / place).exists(), place
 
 
+def test_mutants_are_of_every_component_that_has_a_bench():
+    named = [name for part in PARTS.values() if "tools.mutate" in part.command
+             for name in part.command.split() if name in COMPONENTS]
+    assert sorted(named) == sorted(with_a_bench())
+
+
 class TestPage:
     def test_docs_say_what_the_figures_say(self):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
         assert set(facts["parts"]) <= set(PARTS)
         assert facts["gateware"] == fingerprint(record.GATEWARE), "run python -m tools.record"
         assert page(facts) == (DOCS / "verification.md").read_text(encoding="utf-8")
+
+    def test_mutants_are_added_up(self):
+        one = {"mutants": 10, "equivalent": 2, "contract": 6, "bench": 5, "killed": 8, "survive": 0}
+        two = {**one, "killed": 4, "survive": 4}
+        facts = {"parts": {name: {"command": name, "seconds": 1, "facts": {
+            "all": counts, "components": {name: {**counts, "score": 50.0}}, "survivors": []}}
+            for name, counts in (("mutants", one), ("mutants-lines", two))},
+            "cores": 2, "versions": [], "gateware": ""}
+        assert "| **all** | 20 | 4 | 12 | 10 | 12 | 4 | 75.00 |" in page(facts)
 
     def test_every_figure_is_from_the_record(self):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
