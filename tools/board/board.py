@@ -24,7 +24,7 @@ from .messages import Job, Window
 from .orders import LONGEST_PERIOD, read_order
 from .scene import Scene, SceneView
 from .simulation import Simulation
-from .waves import MOST_CLOCKS, MOST_SIGNALS, Windows
+from .waves import MOST_CLOCKS, Windows
 
 __all__ = ["Board"]
 
@@ -253,8 +253,8 @@ class Board:
             "engine": self._engine, "clock_hz": CLOCK, "pixel_steps": PIXEL_STEPS,
             "z_travel": Z_TRAVEL, "step_mm": float(RESOLUTION), "longest_period": LONGEST_PERIOD,
             "top_speed": float(TOP_SPEED), "picture_max": PICTURE_MAX,
-            "most_clocks": MOST_CLOCKS, "most_signals": MOST_SIGNALS,
-            "version": importlib.metadata.version("fresa"), "pages": len(self.pages)})
+            "most_clocks": MOST_CLOCKS, "version": importlib.metadata.version("fresa"),
+            "pages": len(self.pages)})
 
     def _tell_state(self) -> None:
         self.pages.tell("state", {**self._state, "wave": self.windows.about()})

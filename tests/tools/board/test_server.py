@@ -21,6 +21,7 @@ from tools.board.board import Board
 from tools.board.messages import PIXEL, Job
 from tools.board.routes import board_site
 from tools.board.scene import PARTS, unpack
+from tools.wave.draw import MOST_ROWS
 from tools.web import serve
 
 FIGURE = np.array([[1, 0], [1, 1]], bool)
@@ -481,7 +482,8 @@ class TestWaves:
             assert signals["bench.top.switches"] == 8
             status, drawn = await served.get("wave.svg?signals=bench.top.switches,leds")
             assert status == 200 and b"<svg" in drawn and b"switches" in drawn
-            for names, error in [("none", "no signal"), ("", "1 to 24"), ("a," * 30, "1 to 24"),
+            for names, error in [("none", "no signal"), ("", "choose a signal"),
+                                 (",".join(signals), f"at most {MOST_ROWS} rows"),
                                  ("--help", "no signal"), ("-o", "no signal")]:
                 status, answer = await served.get(f"wave.svg?signals={names}")
                 assert status == 400
