@@ -293,6 +293,20 @@ class TestWaveform:
         boxes = page.script("return document.querySelectorAll('#signals input').length")
         assert boxes == len(signals["signals"]) > 5
 
+    def test_one_that_ends_early_says_so(self, fresh):
+        page = fresh
+        field = page.find("record-clocks")
+        with speed(page, "1 k clocks/s"):
+            field.clear()
+            field.send_keys("1000000\n")
+            page.until(lambda: page.find("wave-state").text == "recording", "a recording")
+            page.programmed(page.find("power").click)
+            page.until(lambda: page.find("wave-state").text.endswith(" of 1 M, ended early"), "end")
+            page.until(lambda: page.find("wave").is_displayed(), "a drawing")
+        field.clear()
+        field.send_keys("2000\n")
+        page.until(lambda: page.find("wave-state").text == "2 k clocks", "another")
+
     def test_as_many_signals_as_a_figure_can_have(self, fresh):
         page = fresh
         page.script("document.getElementById('signals').replaceChildren()")
