@@ -43,7 +43,7 @@ examples:
   python -m tools.wave find mill.vcd 'motion_state_state == "STRAIGHT"'
       A state may be named with its code, STRAIGHT/7, or without.
 
-  python -m tools.wave find mill.vcd 'rise step[0] and not direction[0]' --from 300clk | head
+  python -m tools.wave find mill.vcd 'rise step[0] and not direction[0]' --from 100clk | head
       Steps of X backwards.
 
 exit status: 0 if it is found, 1 if it never is, 2 if something is wrong with the question,
@@ -60,7 +60,7 @@ Measures signals: edges, and the least, the mean and the most of
 
 STATS_EXAMPLES = """\
 examples:
-  python -m tools.wave stats mill.vcd clk 'dut.step' axis_x
+  python -m tools.wave stats mill.vcd clk controller.step axis_x
       Three signals.
 
   python -m tools.wave stats mill.vcd '*' --json
