@@ -127,10 +127,11 @@ class TestMilling:
             page.until(lambda: page.position("z") > 0, "a movement")
             page.find("btn3").click()
             page.until(lambda: "Stopped" in page.status, "stop")
+        # What is told is here at once; the picture of the machine may be of shortly before.
+        goes_on(page, 2)
         assert 0 < page.position("z") < 1152
         before = [page.position(axis) for axis in "xyz"]
-        clock = page.find("clock").text
-        page.until(lambda: page.find("clock").text != clock, "time going on")
+        goes_on(page, 1)
         assert [page.position(axis) for axis in "xyz"] == before
         # A page that comes later knows it too, and so does manual mode.
         page.browser.refresh()
@@ -335,6 +336,13 @@ class TestWaveform:
                     " box.checked = false")
         page.find("draw").click()
         page.until(lambda: page.find("wave-error").text == "Choose a signal.", "advice")
+
+
+def goes_on(page, frames: int) -> None:
+    """Wait until the page has shown so many later times."""
+    for _ in range(frames):
+        at = page.find("clock").text
+        page.until(lambda at=at: page.find("clock").text != at, "time going on")
 
 
 def clock(page) -> int:
