@@ -1,12 +1,12 @@
 """The benches, a module a room."""
 
 from ..bench import Bench
-from . import board, control, drive, mill, motion, orders, panel
+from . import board, control, drive, guard, mill, motion, orders, panel
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
-    "components": (drive, motion, control, orders, panel),
+    "components": (drive, motion, control, guard, orders, panel),
     "machine": (mill,),
     "board": (board,),
 }

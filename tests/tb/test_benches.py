@@ -17,6 +17,7 @@ from fresa.machines import Mill
 from fresa.motion import (
     AutomaticControl,
     CoordinateGenerator,
+    GuardedController,
     ManualControl,
     MotionSequencer,
     NumericalController,
@@ -33,7 +34,8 @@ from tb.benches import BENCHES, GROUPS
 
 STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
-    "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
+    "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
+    "jog-axes",
     "jog-combinations", "square", "image",
 }
 
@@ -46,6 +48,7 @@ BUGS = {
     "automatic-control": (AutomaticControl, "shown", 0),
     "manual-control": (ManualControl, "direction", 0b111),
     "numerical-controller": (NumericalController, "ready", 1),
+    "guarded-controller": (GuardedController, "error", 0),
     "start-handshake": (StartHandshake, "start", 1),
     "spiral-walk": (SpiralWalk, "near", 1),
     "square-generator": (SquareGenerator, "busy", 0),
