@@ -9,16 +9,19 @@ from .guard import GuardedController
 from .limits import Limits
 from .manual import ManualControl
 from .order_control import OrderControl
+from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
 from .position import MoveTo
 from .sequencer import MotionSequencer
+from .serial_orders import SerialOrders
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "MAX_PLAY", "PICTURE_LIMIT", "AutomaticControl", "Backlash", "CoordinateGenerator",
-    "GuardedController", "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo",
-    "NumericalController", "Order", "OrderControl", "SpiralWalk", "SquareGenerator",
-    "StartHandshake", "StepCounter",
+    "MAX_PLAY", "PICTURE_LIMIT", "Answer", "AutomaticControl", "Backlash",
+    "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
+    "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
+    "Request", "RequestKind", "SerialOrders", "SpiralWalk", "SquareGenerator", "StartHandshake",
+    "StepCounter",
 ]

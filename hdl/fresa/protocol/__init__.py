@@ -3,6 +3,8 @@
 from .baud import bit_period
 from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
+from .hex_reader import CHECK_DIGITS, HexReader
+from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
 from .receiver import Received, UARTReceiver
 from .text import TextSource
@@ -10,6 +12,6 @@ from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "DecimalReader", "DecimalWriter", "LineEnd", "LineItem", "LineReader", "NumberError",
-    "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
+    "CHECK_DIGITS", "DecimalReader", "DecimalWriter", "HexReader", "HexWriter", "LineEnd",
+    "LineItem", "LineReader", "NumberError", "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]

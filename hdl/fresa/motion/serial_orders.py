@@ -1,0 +1,107 @@
+"""Orders that come over a serial line."""
+
+from amaranth import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from ..protocol import CHECK_DIGITS, HexReader, HexWriter, LineReader, UARTReceiver, UARTTransmitter
+from .order_ledger import Answer, OrderLedger, Request
+from .orders import Order
+
+__all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
+
+REQUEST_START, ANSWER_START = b":", b"="
+"""What lines start with; a line that comes back from its own end is no answer, nor a request."""
+
+
+class SerialOrders(wiring.Component):
+    """Takes orders as lines over RS-232, and answers each line.
+
+    However bytes are dropped, doubled or changed on the way, both ways, every order is carried out
+    once and in its turn, as long as its host repeats what it got no answer to; see `OrderLedger` for
+    why, and docs/serial-orders.md for the lines. A request that is waiting to be read has room for
+    another behind it; of more, bytes are lost, and what is left of their lines is answered as
+    damaged.
+
+    Parameters
+    ----------
+    clock : int
+        Clock rate in Hz.
+    baud : int
+        Bits a second; see :func:`fresa.protocol.bit_period`.
+    depth : int
+        Orders that may wait, see `OrderLedger`.
+
+    Members
+    -------
+    rx : In(1)
+        The line from the host, synchronous to the clock.
+    tx : Out(1)
+        The line to the host.
+    orders : Out(stream.Signature(Order))
+        Orders. Each must be taken only once it has been carried out.
+    enable : In(1)
+        Orders are wanted. Without it none waits and no session is open; lines are answered.
+    error, stopped : In(1)
+        What else is so with the machine, to be told.
+    busy : Out(1)
+        An order waits, or is carried out.
+    fault : Out(1)
+        The state register of the receiver was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If the rate cannot be had from the clock, or ``depth`` is none.
+    """
+
+    rx: In(1)
+    tx: Out(1, init=1)
+    orders: Out(stream.Signature(Order))
+    enable: In(1)
+    error: In(1)
+    stopped: In(1)
+    busy: Out(1)
+    fault: Out(1)
+
+    def __init__(self, *, clock: int, baud: int, depth: int = 2) -> None:
+        request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
+        self._receiver = UARTReceiver(clock=clock, baud=baud)
+        self._lines = LineReader(length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
+        self._reader = HexReader(digits=request)
+        self._ledger = OrderLedger(depth=depth)
+        self._writer = HexWriter(digits=answer, start=ANSWER_START)
+        self._transmitter = UARTTransmitter(clock=clock, baud=baud)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.receiver = receiver = self._receiver
+        m.submodules.lines = lines = self._lines
+        m.submodules.reader = reader = self._reader
+        m.submodules.ledger = ledger = self._ledger
+        m.submodules.writer = writer = self._writer
+        m.submodules.transmitter = transmitter = self._transmitter
+        connect(m, receiver.bytes, lines.bytes)
+        connect(m, lines.items, reader.items)
+        connect(m, writer.bytes, transmitter.bytes)
+        connect(m, ledger.orders, wiring.flipped(self.orders))
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            self.tx.eq(transmitter.tx),
+            # The bits of a message are the fields of a request, and those of an answer a message.
+            ledger.requests.valid.eq(reader.messages.valid),
+            ledger.requests.payload.eq(reader.messages.payload.as_value()),
+            reader.messages.ready.eq(ledger.requests.ready),
+            writer.messages.valid.eq(ledger.answers.valid),
+            writer.messages.payload.eq(ledger.answers.payload.as_value()),
+            ledger.answers.ready.eq(writer.messages.ready),
+            ledger.enable.eq(self.enable),
+            ledger.error.eq(self.error),
+            ledger.stopped.eq(self.stopped),
+            self.busy.eq(ledger.busy),
+            self.fault.eq(receiver.fault),
+        ]
+
+        return m
