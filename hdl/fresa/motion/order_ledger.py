@@ -124,9 +124,13 @@ class OrderLedger(wiring.Component):
         m = Module()
 
         request, good = self.requests.p.value, self.requests.p.good
-        session, outcome = Signal(32), Signal(Outcome)
-        taken, done = Signal(24), Signal(24)
-        given, same, waiting = Signal(), Signal(), Signal(range(self.depth + 1))
+        session = Signal(32)
+        outcome = Signal(Outcome)
+        taken = Signal(24)
+        done = Signal(24)
+        given = Signal()
+        same = Signal()
+        waiting = Signal(range(self.depth + 1))
         m.d.comb += [
             given.eq(self.requests.valid & self.requests.ready),
             self.requests.ready.eq(self.answers.ready & ~self.answers.valid),
@@ -154,7 +158,8 @@ class OrderLedger(wiring.Component):
             m.d.sync += done.eq(done + 1)
 
         # What becomes of a request
-        decided, opens = Signal(Outcome), Signal()
+        decided = Signal(Outcome)
+        opens = Signal()
         with m.If(~good):
             m.d.comb += decided.eq(Outcome.DAMAGED)
         with m.Else():

@@ -61,7 +61,8 @@ class HexReader(wiring.Component):
         m = Module()
 
         byte, end = self.items.p.byte, self.items.p.end
-        number, letter = Signal(), Signal()
+        number = Signal()
+        letter = Signal()
         m.submodules.crc = crc = CHECK.create()
         m.d.comb += [
             number.eq((byte >= ord("0")) & (byte <= ord("9"))),

@@ -55,7 +55,8 @@ class HexWriter(wiring.Component):
         rest = Signal(4 * self.digits)  # digits of the message, the next highest
         m.submodules.crc = crc = CHECK.create()
         given = Signal()
-        body, check = Signal(), Signal()
+        body = Signal()
+        check = Signal()
         digit = Signal(4)
         m.d.comb += [
             self.messages.ready.eq(left == 0),
