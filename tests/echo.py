@@ -12,12 +12,9 @@ __all__ = ["Echo"]
 class Echo(wiring.Component):
     """Sends what it receives."""
 
-    rx: In(1)
-    tx: Out(1)
-
     def __init__(self, *, clock: int, baud: int) -> None:
         self._line = {"clock": clock, "baud": baud}
-        super().__init__()
+        super().__init__({"rx": In(1), "tx": Out(1)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
