@@ -89,7 +89,8 @@ def _watch_orders(c: Contract, dut: OrderLedger, offered: Bits, payload: Bits, f
                  Bug(order_ledger, "request.kind == RequestKind.UP",
                      "request.kind == RequestKind.DOWN"),
                  Bug(order_ledger, "with m.Elif(waiting == self.depth):",
-                     "with m.Elif(waiting > self.depth):")))
+                     "with m.Elif(waiting > self.depth):"),
+                 Bug(order_ledger, "decided.eq(Outcome.AGAIN)", "decided.eq(Outcome.TAKEN)")))
     c.holds("stream-keeps", "It stays as it is until it is taken.",
             when=c.past(offered & ~dut.orders.ready & ~c.rst & dut.enable) & dut.enable,
             then=offered & (payload == c.past(payload)),
@@ -116,7 +117,8 @@ def _watch_requests(c: Contract, dut: OrderLedger, given: Bits, opens: Bits, tak
             bug=Bug(order_ledger, "with m.If(~good):", "with m.If(~good & (session == 0)):"))
     c.holds("again-does-nothing", "The last order again does nothing.",
             when=c.past(given & went_on & ~is_open & (request.number == taken)), then=same,
-            bug=Bug(order_ledger, "decided.eq(Outcome.AGAIN)", "decided.eq(Outcome.TAKEN)"))
+            bug=Bug(order_ledger, "m.d.comb += decided.eq(Outcome.AGAIN)",
+                    "m.d.sync += taken.eq(taken + 1)"))
     c.holds("takes-the-next-only", "An order is taken if it is the next of this session, and else "
             "not.", when=c.past(given & went_on & ~is_open),
             then=c.signal("taken") == c.past((taken + takes)[:24]),

@@ -32,6 +32,8 @@ from fresa.motion import (
     MoveTo,
     NumericalController,
     OrderControl,
+    OrderLedger,
+    SerialOrders,
     SpiralWalk,
     SquareGenerator,
     StartHandshake,
@@ -41,6 +43,8 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    HexReader,
+    HexWriter,
     LineReader,
     TextSource,
     UARTReceiver,
@@ -54,7 +58,7 @@ from tb.benches import BENCHES, GROUPS
 STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
-    "jog-combinations", "square", "image", "uart-receiver",
+    "jog-combinations", "square", "image", "uart-receiver", "serial-orders",
     "decimal-writer",
 }
 
@@ -77,6 +81,8 @@ BUGS = {
     "spiral-walk": (SpiralWalk, "near", 1),
     "square-generator": (SquareGenerator, "busy", 0),
     "coordinate-generator": (CoordinateGenerator, "busy", 1),
+    "order-ledger": (OrderLedger, "orders.valid", 1),
+    "serial-orders": (SerialOrders, "orders.valid", 1),
     "debouncer": (Debouncer, "o", 0),
     "seven-segment": (SevenSegment, "digits", 0b1110),
     "monitor": (Monitor, "leds", 0),
@@ -87,6 +93,8 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
+    "hex-reader": (HexReader, "messages.payload.good", 1),
+    "hex-writer": (HexWriter, "bytes.payload", 0x30),
     "mill": (Mill, "error", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
