@@ -3,10 +3,10 @@
 Their CRC is watched beside a register that shifts a bit at a time, as the standard describes it.
 """
 
-from amaranth import Cat, Const, Mux
+from amaranth import Array, Cat, Const, Mux
 
 from fresa.protocol import HexReader, HexWriter, hex_reader, hex_writer
-from fresa.protocol.hex_reader import CHECK_DIGITS
+from fresa.protocol.hex_reader import CHECK, CHECK_DIGITS
 from fresa.protocol.line import LineEnd
 
 from .contract import Bits, Bug, Case, Component, Contract
@@ -57,6 +57,12 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
             with c.m.If(count == place):
                 c.m.d.sync += at.eq(digit)
 
+    # Covers look for a line that is right, but for its first digit: to find one is a long search.
+    check = CHECK.compute([0xA] * dut.digits)
+    line = Array([0xA] * dut.digits + [check >> 4 * place & 15 for place in range(CHECK_DIGITS)])
+    c.usual(~c.rst & dut.items.valid
+            & (~is_digit | (count == 0) | (count >= longest) | (digit == line[count])))
+
     c.holds("answers-every-line", "A line that ends is a message with the next clock.",
             when=c.past(ends & ~c.rst), then=waits,
             bug=Bug(hex_reader, "self.messages.valid.eq(1)", "self.messages.valid.eq(~wrong)"))
@@ -80,13 +86,14 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
             bug=(Bug(hex_reader, "& crc.match_detected", ""),
                  Bug(hex_reader, "& ~wrong", ""),
                  Bug(hex_reader, "(byte == LineEnd.GOOD) & ", ""),
-                 Bug(hex_reader, "(count != longest)", "1")))
+                 Bug(hex_reader, "& (count != longest)", "")))
     c.holds("right-is-good", "A line that has all of that is good.", when=waits & right, then=good,
             bug=(Bug(hex_reader, "wrong.eq(0)]", "wrong.eq(wrong)]"),
+                 Bug(hex_reader, "byte[:3] + 9", "byte[:3] + 8"),
                  Bug(hex_reader, "crc.start.eq(1)", "crc.start.eq(0)")))
     c.holds("says-what-was-said", "What is good is the digits of the line.", when=waits & good,
             then=Cat(reversed(said)) == value,
-            bug=Bug(hex_reader, "byte[:3] + 9", "byte[:3] + 8"))
+            bug=Bug(hex_reader, "value.eq(Cat(crc.data, value))", "value.eq(Cat(byte[:4], value))"))
     c.always("knows-the-line", "It knows how much has come, and whether all of it were digits.",
              (c.signal("count") == Mux(count > longest, longest, count))
              & (c.signal("wrong") == (other | (count > longest)))
@@ -100,7 +107,7 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
 
 
 HEX_READER = Component(
-    make=HexReader, describe=describe_reader, depth=14,
+    make=HexReader, describe=describe_reader, depth=15,
     cases=(Case({"digits": 1}), Case({"digits": 2}), Case({"digits": 24}, real=True)))
 
 
