@@ -1,16 +1,26 @@
 """What was ordered, by number: so that no order is lost and none is carried out twice."""
 
-from amaranth import Cat, Module, Mux, Signal, unsigned
+from amaranth import Cat, Module, Signal, unsigned
 from amaranth.lib import data, enum, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from .orders import Order
 
-__all__ = ["MAX_DEPTH", "Answer", "OrderLedger", "Outcome", "Request", "RequestKind"]
+__all__ = [
+    "MAX_DEPTH", "Answer", "OrderLedger", "Outcome", "Request", "RequestKind", "valid_depth",
+]
 
 MAX_DEPTH = 16
 """Most orders that wait: so many words of a bit are a LUT of the Spartan-3E."""
+
+
+def valid_depth(value: object) -> int:
+    """Return `value` if a ledger can have that depth, else raise ValueError."""
+    depth = in_range("depth", value, 2, MAX_DEPTH)
+    if depth & (depth - 1):
+        raise ValueError(f"depth must be a power of two, not {depth}")
+    return depth
 
 
 class RequestKind(enum.Enum, shape=unsigned(8)):
@@ -107,9 +117,7 @@ class OrderLedger(wiring.Component):
     """
 
     def __init__(self, *, depth: int = 2) -> None:
-        self.depth = in_range("depth", depth, 2, MAX_DEPTH)
-        if depth & (depth - 1):
-            raise ValueError(f"depth must be a power of two, not {depth!r}")
+        self.depth = valid_depth(depth)
         super().__init__({
             "requests": In(stream.Signature(data.StructLayout({"value": Request, "good": 1}))),
             "answers": Out(stream.Signature(Answer)),

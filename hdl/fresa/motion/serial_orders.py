@@ -4,8 +4,16 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from ..protocol import CHECK_DIGITS, HexReader, HexWriter, LineReader, UARTReceiver, UARTTransmitter
-from .order_ledger import Answer, OrderLedger, Request
+from ..protocol import (
+    CHECK_DIGITS,
+    HexReader,
+    HexWriter,
+    LineReader,
+    UARTReceiver,
+    UARTTransmitter,
+    bit_period,
+)
+from .order_ledger import Answer, OrderLedger, Request, valid_depth
 from .orders import Order
 
 __all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
@@ -31,6 +39,11 @@ class SerialOrders(wiring.Component):
         Bits a second; see :func:`fresa.protocol.bit_period`.
     depth : int
         Orders that may wait, see `OrderLedger`.
+
+    Attributes
+    ----------
+    period : int
+        Clocks of a bit.
 
     Members
     -------
@@ -65,24 +78,22 @@ class SerialOrders(wiring.Component):
     fault: Out(1)
 
     def __init__(self, *, clock: int, baud: int, depth: int = 2) -> None:
-        request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
-        self._receiver = UARTReceiver(clock=clock, baud=baud)
-        self._lines = LineReader(length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
-        self._reader = HexReader(digits=request)
-        self._ledger = OrderLedger(depth=depth)
-        self._writer = HexWriter(digits=answer, start=ANSWER_START)
-        self._transmitter = UARTTransmitter(clock=clock, baud=baud)
+        self._rate = {"clock": clock, "baud": baud}
+        self.period = bit_period(clock, baud)
+        self.depth = valid_depth(depth)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        m.submodules.receiver = receiver = self._receiver
-        m.submodules.lines = lines = self._lines
-        m.submodules.reader = reader = self._reader
-        m.submodules.ledger = ledger = self._ledger
-        m.submodules.writer = writer = self._writer
-        m.submodules.transmitter = transmitter = self._transmitter
+        request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
+        m.submodules.receiver = receiver = UARTReceiver(**self._rate)
+        m.submodules.lines = lines = LineReader(
+            length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
+        m.submodules.reader = reader = HexReader(digits=request)
+        m.submodules.ledger = ledger = OrderLedger(depth=self.depth)
+        m.submodules.writer = writer = HexWriter(digits=answer, start=ANSWER_START)
+        m.submodules.transmitter = transmitter = UARTTransmitter(**self._rate)
         connect(m, receiver.bytes, lines.bytes)
         connect(m, lines.items, reader.items)
         connect(m, writer.bytes, transmitter.bytes)
