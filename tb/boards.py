@@ -61,7 +61,8 @@ def nexys2_mill(
     ``axis_x``, ``axis_y`` and ``axis_z``, all with the levels of the board. `SerialOrders` have
     ``rx`` and ``tx`` besides.
     """
-    line = [("rx", "i", 1, False), ("tx", "o", 1, False)] if isinstance(source, SerialOrders) else []
+    serial = isinstance(source, SerialOrders)
+    line = [("rx", "i", 1, False), ("tx", "o", 1, False)] if serial else []
     ports = {
         name: io.SimulationPort(direction, width, invert=invert, name=name)
         for name, direction, width, invert in [

@@ -95,7 +95,7 @@ class Answer:
     done: int
 
 
-def request(kind: Kind, session: int = 0, number: int = 0, x: int = 0, y: int = 0) -> bytes:
+def request(kind: int, session: int = 0, number: int = 0, x: int = 0, y: int = 0) -> bytes:
     """Return the line of a request."""
     digits = f"{kind:02X}{session:08X}{number:06X}{x:04X}{y:04X}"
     return f":{digits}{check(digits)}\r".encode()

@@ -8,12 +8,12 @@ import time
 import zlib
 from collections.abc import Callable, Sequence
 from enum import Enum, auto
+from typing import Protocol
 
 from .errors import LineLost, MachineError, WasReset
 from .order_lines import LAST_NUMBER, Answer, AnswerReader, Kind, Order, Outcome, request
-from .port import Port
 
-__all__ = ["JobRefused", "NotReady", "Order", "OrderRefused", "Phase", "Sender", "deliver"]
+__all__ = ["JobRefused", "Line", "NotReady", "Order", "OrderRefused", "Phase", "Sender", "deliver"]
 
 ANSWER_TIME = 0.5
 """Seconds after which a request without an answer is sent again; both take 70 ms at 9600 baud."""
@@ -50,6 +50,19 @@ class OrderRefused(MachineError):
 
 class JobRefused(MachineError):
     """The mill is at another job."""
+
+
+class Line(Protocol):
+    """What `deliver` asks of a `Port`."""
+
+    @property
+    def waiting(self) -> bool: ...
+
+    def read(self) -> bytes: ...
+
+    def write(self, data: bytes) -> None: ...
+
+    def close(self) -> None: ...
 
 
 class Phase(Enum):
@@ -228,7 +241,7 @@ class Sender:
             raise NotReady("the mill shows an error: reset it with BTN0")
 
 
-def deliver(sender: Sender, connect: Callable[[], Port], *,
+def deliver(sender: Sender, connect: Callable[[], Line], *,
             watch: Callable[[bool], None] = lambda connected: None,
             clock: Callable[[], float] = time.monotonic,
             rest: Callable[[float], None] = time.sleep) -> None:
@@ -252,7 +265,7 @@ def deliver(sender: Sender, connect: Callable[[], Port], *,
     MachineError
         If the job cannot go on.
     """
-    port: Port | None = None
+    port: Line | None = None
     begun = False
     try:
         while not sender.finished:

@@ -56,8 +56,8 @@ def debounce_period(seconds: Fraction | float = DEBOUNCE, clock: int = CLOCK) ->
 def mill_ports(platform, *, serial: bool = False) -> dict:
     """Request the pins of the mill from a Nexys 2, under the names that :class:`Nexys2Mill` knows.
 
-    With `serial` those of the RS-232 port are among them. The coil words go to the Pmod connectors with bit 0, YELLOW, on the lowest pin: X on JA1 to JA4,
-    Y on JA7 to JA10, Z on JB1 to JB4.
+    The coil words go to the Pmod connectors with bit 0, YELLOW, on the lowest pin: X on JA1 to JA4,
+    Y on JA7 to JA10, Z on JB1 to JB4. With `serial` the pins of the RS-232 port are among them.
     """
     platform.add_resources([
         Resource("coils", index, Pins(pins, dir="o", conn=("pmod", pmod)),

@@ -196,7 +196,8 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
          Bug(order_ledger, "decided.eq(Outcome.FULL)", "decided.eq(Outcome.BUSY)")),
         (Outcome.TAKEN, "it is taken", ours & is_next & (count < dut.depth),
          Bug(order_ledger, "waiting == self.depth", "waiting == self.depth - 1")),
-        (Outcome.UNKNOWN, "there is no such request", good & (kind.as_value() > RequestKind.DOWN.value),
+        (Outcome.UNKNOWN, "there is no such request",
+         good & (kind.as_value() > RequestKind.DOWN.value),
          Bug(order_ledger, "decided.eq(Outcome.UNKNOWN)", "decided.eq(Outcome.TOLD)")),
     ]:
         c.holds(f"says-{name.name.lower()}", f"It says so if {says}, and only then.",

@@ -293,7 +293,9 @@ class Cable:
         self.left, self.heard = life, b""
         return self
 
-    waiting = False
+    @property
+    def waiting(self) -> bool:
+        return False
 
     def write(self, data: bytes) -> None:
         self.heard += self.world.mill.hear(data)
@@ -365,7 +367,7 @@ class TestLines:
         for digit in b"0123456789ABCDEF":
             changed = answer.copy()
             changed[at] = digit
-            assert bool(AnswerReader().feed(changed)) == (changed == answer)
+            assert bool(AnswerReader().feed(bytes(changed))) == (changed == answer)
 
     @pytest.mark.parametrize(("make", "says"), [
         (lambda: Order(Kind.TELL), "an order is to go, up or down"),

@@ -86,7 +86,7 @@ class OrderLedger(wiring.Component):
     reset, after manual mode, or opened like any other, which closes the one before.
 
     A request that is taken has its answer there with the next clock, and none is taken before the
-    answer is gone. Answers say what is so now: so who takes them must, while ``answers.ready``, stay
+    answer is gone. Answers say what is so now: so who takes them must, once ``answers.ready``, stay
     ready until there is one.
 
     Parameters

@@ -26,10 +26,10 @@ class SerialOrders(wiring.Component):
     """Takes orders as lines over RS-232, and answers each line.
 
     However bytes are dropped, doubled or changed on the way, both ways, every order is carried out
-    once and in its turn, as long as its host repeats what it got no answer to; see `OrderLedger` for
-    why, and docs/serial-orders.md for the lines. A request that is waiting to be read has room for
-    another behind it; of more, bytes are lost, and what is left of their lines is answered as
-    damaged.
+    once and in its turn, as long as its host repeats what it got no answer to; `OrderLedger` says
+    why, and docs/serial-orders.md what the lines are. Behind a request that waits to be read there
+    is room for most of another; of more, bytes are lost, and what is left of their lines is
+    answered as damaged.
 
     Parameters
     ----------

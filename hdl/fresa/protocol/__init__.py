@@ -13,5 +13,6 @@ from .words import WordReader
 
 __all__ = [
     "CHECK_DIGITS", "DecimalReader", "DecimalWriter", "HexReader", "HexWriter", "LineEnd",
-    "LineItem", "LineReader", "NumberError", "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
+    "LineItem", "LineReader", "NumberError", "Received", "TextSource", "UARTReceiver",
+    "UARTTransmitter", "WordReader", "bit_period",
 ]

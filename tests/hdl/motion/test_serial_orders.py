@@ -12,7 +12,7 @@ from fresa.motion import SerialOrders
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import Sender
 from tb.boards import component
-from tb.engines import AmaranthEngine
+from tb.engines import AmaranthEngine, Engine
 from tb.engines.cxxrtl import CXXRTLEngine
 from tb.models.orders import OrdersModel
 from tb.uart import SerialLine
@@ -28,7 +28,7 @@ ANSWER = 45 * BYTE
 class Mill:
     """The gateware, with someone who carries out its orders."""
 
-    def __init__(self, engine=AmaranthEngine) -> None:
+    def __init__(self, engine: type[Engine] = AmaranthEngine) -> None:
         self.engine = engine(component("serial_orders", SerialOrders(clock=BIT, baud=1)))
         self.line = SerialLine(self.engine, BIT)
         self.engine.set(enable=1)
@@ -102,7 +102,7 @@ class TestDialogue:
                 model.ledger.reset()
             kind = rng.choice([0, 1, 1, 2, 2, 2, 3, 4, 5])
             line = noise.through(request(
-                Kind(kind) if kind < 5 else kind, rng.choice([session] * 9 + [6]),
+                kind, rng.choice([session] * 9 + [6]),
                 model.ledger.taken + rng.choice([1, 1, 1, 0, 2]), rng.randrange(2**16)))
             expected = model.hear(line)
             assert mill.ask(line) == expected

@@ -53,11 +53,16 @@ class TestHexReader:
             text = list(checked("".join(rng.choices(DIGITS, k=digits))))
             at = rng.randrange(len(text))
             match rng.randrange(9):
-                case 0: text[at] = rng.choice(DIGITS)
-                case 1: text.insert(at, text[at])
-                case 2: del text[at]
-                case 3: text[at] = rng.choice("g@/:G afxyz\x00\xff")
-                case 4: text = rng.choices(DIGITS, k=rng.randrange(3 * len(text)))
+                case 0:
+                    text[at] = rng.choice(DIGITS)
+                case 1:
+                    text.insert(at, text[at])
+                case 2:
+                    del text[at]
+                case 3:
+                    text[at] = rng.choice("g@/:G afxyz\x00\xff")
+                case 4:
+                    text = rng.choices(DIGITS, k=rng.randrange(3 * len(text)))
             lines.append(("".join(text), rng.choice([GOOD, GOOD, GOOD, LONG, DAMAGED])))
         items = [item for text, end in lines for item in [*map(ord, text), end]]
         seen = messages(items, digits, lambda: rng.random() < 0.5)
