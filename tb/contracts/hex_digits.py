@@ -85,8 +85,7 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
             "and its line came whole.", when=waits & good, then=right,
             bug=(Bug(hex_reader, "& crc.match_detected", ""),
                  Bug(hex_reader, "& ~wrong", ""),
-                 Bug(hex_reader, "(byte == LineEnd.GOOD) & ", ""),
-                 Bug(hex_reader, "& (count != longest)", "")))
+                 Bug(hex_reader, "(byte == LineEnd.GOOD) & ", "")))
     c.holds("right-is-good", "A line that has all of that is good.", when=waits & right, then=good,
             bug=(Bug(hex_reader, "wrong.eq(0)]", "wrong.eq(wrong)]"),
                  Bug(hex_reader, "byte[:3] + 9", "byte[:3] + 8"),
