@@ -3,6 +3,7 @@
 from .baud import bit_period
 from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
+from .frames import FrameInterpreter
 from .line import LineEnd, LineItem, LineReader
 from .receiver import Received, UARTReceiver
 from .text import TextSource
@@ -10,6 +11,7 @@ from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "DecimalReader", "DecimalWriter", "LineEnd", "LineItem", "LineReader", "NumberError",
-    "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
+    "DecimalReader", "DecimalWriter", "FrameInterpreter", "LineEnd", "LineItem", "LineReader",
+    "NumberError", "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader",
+    "bit_period",
 ]
