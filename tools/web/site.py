@@ -26,6 +26,9 @@ HOST = "127.0.0.1"
 #: Browsers leave this one out of what they send.
 DEFAULT_PORT = 80
 
+#: Bytes of an address with its query. That of a drawing has the paths of its signals.
+LONGEST_ADDRESS = 1 << 16
+
 HEADERS = {
     # Only what the server itself sends, and nobody may frame it or learn its address.
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; "
@@ -175,7 +178,8 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
     UserError
         If the port is taken, or cannot be had for another reason.
     """
-    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1)
+    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1,
+                           max_line_size=LONGEST_ADDRESS)
     await runner.setup()
     try:
         listener = web.TCPSite(runner, HOST, port)

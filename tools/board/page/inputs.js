@@ -6,6 +6,8 @@ const LEAST_HOLD = 80;
 /** For so long the page trusts its own change, until what the server shows has caught up. */
 const OWN = 400;
 
+const SWITCHES = 8;
+
 /** Keys, in the order in which the buttons stand on the board: BTN3 is leftmost. */
 export const BUTTON_KEYS = ["r", "e", "w", "q"];
 
@@ -13,7 +15,7 @@ export const BUTTON_KEYS = ["r", "e", "w", "q"];
 export class Inputs {
   #holders = [0, 1, 2, 3].map(() => new Set());
   #since = [0, 0, 0, 0];
-  #changed = -Infinity;
+  #toggled = Array(SWITCHES).fill(-Infinity);
 
   /**
    * @param {function(string, object)} send - tells the server, see `Link.send`
@@ -26,9 +28,11 @@ export class Inputs {
     this.board = { switches: 0, buttons: 0 };
   }
 
-  /** What to show: the board's switches, or this page's if it has just changed them. */
+  /** What to show: the board's switches, and this page's where it has just changed them. */
   get switches() {
-    return performance.now() - this.#changed < OWN ? this.own.switches : this.board.switches;
+    const since = performance.now() - OWN;
+    const mine = this.#toggled.reduce((mask, at, bit) => mask | (at > since) << bit, 0);
+    return this.own.switches & mine | this.board.switches & ~mine;
   }
 
   get buttons() { return this.own.buttons | this.board.buttons; }
@@ -39,10 +43,12 @@ export class Inputs {
     this.shown();
   }
 
+  /** Put one switch the other way. Only that is told: the others may be another page's by now. */
   toggle(bit) {
-    this.own.switches = this.switches ^ (1 << bit);
-    this.#changed = performance.now();
-    this.send("switches", { value: this.own.switches });
+    const mask = 1 << bit;
+    this.own.switches = this.switches ^ mask;
+    this.#toggled[bit] = performance.now();
+    this.send("switches", { mask, value: this.own.switches & mask });
     this.shown();
     setTimeout(this.shown, OWN + 1);
   }
