@@ -1,6 +1,7 @@
 """Orders to steps: sequencers, counters, order sources."""
 
 from .automatic import AutomaticControl
+from .axis import Axis
 from .backlash import MAX_PLAY, Backlash
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
@@ -10,15 +11,17 @@ from .limits import Limits
 from .manual import ManualControl
 from .order_control import OrderControl
 from .orders import Move, Order
+from .points import PointStore
 from .position import MoveTo
+from .positioning import Positioning
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "MAX_PLAY", "PICTURE_LIMIT", "AutomaticControl", "Backlash", "CoordinateGenerator",
+    "MAX_PLAY", "PICTURE_LIMIT", "AutomaticControl", "Axis", "Backlash", "CoordinateGenerator",
     "GuardedController", "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo",
-    "NumericalController", "Order", "OrderControl", "SpiralWalk", "SquareGenerator",
-    "StartHandshake", "StepCounter",
+    "NumericalController", "Order", "OrderControl", "PointStore", "Positioning", "SpiralWalk",
+    "SquareGenerator", "StartHandshake", "StepCounter",
 ]

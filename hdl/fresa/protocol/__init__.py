@@ -5,13 +5,15 @@ from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
 from .frames import FrameInterpreter
 from .line import LineEnd, LineItem, LineReader
+from .positioner import MOTORS, Answer, Command, PositionerCommands, PositionerOrder
 from .receiver import Received, UARTReceiver
+from .reporter import Reporter
 from .text import TextSource
 from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "DecimalReader", "DecimalWriter", "FrameInterpreter", "LineEnd", "LineItem", "LineReader",
-    "NumberError", "Received", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader",
-    "bit_period",
+    "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter", "FrameInterpreter", "LineEnd",
+    "LineItem", "LineReader", "NumberError", "PositionerCommands", "PositionerOrder", "Received",
+    "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]
