@@ -49,7 +49,8 @@ class Port:
         self._lock = threading.Lock()
         try:
             self._serial: Any = serial.serial_for_url(
-                name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE)
+                name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE,
+                exclusive=True)  # two programs on one line would mix their words
         except (OSError, ValueError) as error:  # SerialException is an OSError
             raise LineLost(f"{name} cannot be opened: {_reason(error)}") from error
 

@@ -1,10 +1,15 @@
+# amaranth: UnusedElaboratable=no
+
 """The machines that can be served: how each is built, and at which clock it runs here."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 
+from fresa.machines.positioner import Positioner, PositionerPace
+from fresa.machines.single import Single, SinglePace
+from tb.boards import component
 from tb.design import Design
-from tb.engines import AmaranthEngine, Engine, EngineError, choose
+from tb.engines import AmaranthEngine, Engine, EngineError, made_on
 
 from ..console import FIRST_TIME, Progress, UserError, warn
 
@@ -29,16 +34,24 @@ class Served:
         What it is, for `--help`.
     design : callable
         Makes its design, with ``rx`` and ``tx``, for a clock in Hz and a number of baud.
-    levels : mapping of str to int
-        Its other inputs, where they are not 0.
     """
 
     about: str
     design: Callable[[int, int], Design]
-    levels: Mapping[str, int] = field(default_factory=dict)
 
 
-MACHINES: dict[str, Served] = {}
+def _single(clock: int, baud: int) -> Design:
+    return component("single", Single(pace=SinglePace.real(clock=clock, baud=baud)))
+
+
+def _positioner(clock: int, baud: int) -> Design:
+    return component("positioner", Positioner(pace=PositionerPace.real(clock=clock, baud=baud)))
+
+
+MACHINES = {
+    "single": Served("one motor; commands such as  :x100  and Return", _single),
+    "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner),
+}
 
 
 def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
@@ -58,20 +71,14 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
     """
     with Progress(1, "machines", f"building the machine{FIRST_TIME}"):
         try:
-            kind = choose(name)
-            try:
-                return _make(served, kind)
-            except EngineError as error:
-                if name is not None or kind is AmaranthEngine:
-                    raise
-                warn(f"{error}; going on with the slow engine, amaranth")
-                return _make(served, AmaranthEngine)
+            made, note = made_on(name, lambda kind: _make(served, kind))
         except EngineError as error:
             raise UserError(str(error)) from error
+    if note:
+        warn(note)
+    return made
 
 
 def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:
     bit = SLOW_BIT if kind is AmaranthEngine else BIT
-    engine = kind(served.design(bit * BAUD, BAUD))
-    engine.set(**served.levels)
-    return engine, bit
+    return kind(served.design(bit * BAUD, BAUD)), bit
