@@ -72,6 +72,7 @@ class Panel:
         self._goal: tuple[int, Steps] | None = None
         self._limits: set[str] = set()
         self._silent = False
+        self._reports = 0
         self._tasks = [asyncio.create_task(work()) for work in (
             self._look, self._keep, self._find_ports)]
         self._tell()
@@ -163,6 +164,7 @@ class Panel:
     def _jog(self, view: View, ways: tuple[int, ...]) -> None:
         if any(ways):
             self._needed()
+            self._say("")
         self._jogging.hold(view, ways, asyncio.get_running_loop().time())
         self._move()
 
@@ -227,9 +229,11 @@ class Panel:
             self._goal = None
             meaning = MEANINGS.get(said.reason, "it does not say more")
             self._say(f"The machine refused: {meaning} ({said.reason}).", bad=True)
-        elif self._goal is not None and said == self._goal[1]:
-            self._say(f"At point {self._goal[0]}.")
-            self._goal = None
+        else:
+            self._reports += 1
+            if self._goal is not None and said == self._goal[1]:
+                self._say(f"At point {self._goal[0]}.")
+                self._goal = None
         self._silent = False
         self._take_place()
         self._tell()
@@ -300,5 +304,6 @@ class Panel:
             "note": self._note, "bad": self._bad, "silent": self._silent,
             "limits": sorted(self._limits), "goal": self._goal[0] if self._goal else None,
             "ways": self._ways})
-        self.pages.tell("place", {"um": Place.of(self.kept.steps), "steps": self.kept.steps})
+        self.pages.tell("place", {"um": Place.of(self.kept.steps), "steps": self.kept.steps,
+                                  "reports": self._reports})
         self.pages.tell("kept", {"speeds": self.kept.speeds, "points": self.kept.points})

@@ -145,7 +145,8 @@ class Panel {
     select.dataset.ports = String(ports);
   }
 
-  #place({ um, steps }) {
+  #place({ um, steps, reports }) {
+    find("axes").dataset.reports = reports;
     this.axes.forEach(({ place, unit }, index) => {
       place.value = um[index].toFixed(2).replace("-", "−");
       unit.textContent = `um, ${steps[index]} steps`;
@@ -192,7 +193,8 @@ class Panel {
       : "There is no serial port: plug the machine in.";
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
-    const text = notice || silence || doing || state.note || (state.connected ? "Connected." : waits);
+    const text = notice || silence || doing || state.note
+      || (state.connected ? "Connected." : waits);
     if (status.textContent !== text) status.textContent = text;
     status.dataset.tone = notice || silence || (!doing && state.bad && state.note) ? "bad" : "";
   }
