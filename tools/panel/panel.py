@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fresa_host import MachineError, Place
+from fresa_host.port import find_ports
 from fresa_host.positioner_lines import AXES, MEANINGS, STEPS_PER_UM, Limit, Refusal, Steps
 
 from ..console import UserError
@@ -14,7 +15,6 @@ from .jogging import NOWHERE, Jogging
 from .kept import FASTEST, SLOWEST, TRAVEL, load, save
 from .machine import Heard, Machine
 from .orders import read_axis, read_name, read_number, read_point, read_speed, read_ways
-from .ports import find_ports
 
 __all__ = ["Panel"]
 
