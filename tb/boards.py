@@ -2,19 +2,22 @@
 
 """The designs that engines run: machines by their own pins, and boards by theirs."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
+from fresa.machines.positioner import GUARDS, PositionerPace
 from fresa.motion import SerialOrders
 from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
+from fresa_boards.nexys2_positioner import Nexys2Positioner
 
 from .design import Design
 from .vhdl import REFERENCES
 
-__all__ = ["component", "described", "mill", "nexys2_mill"]
+__all__ = ["component", "described", "mill", "nexys2_mill", "nexys2_positioner"]
 
 
 def component(name: str, dut: wiring.Component) -> Design:
@@ -80,3 +83,26 @@ def nexys2_mill(
                 if port.direction is io.Direction.Input and name != "clk"},
         outputs={name: port.o for name, port in ports.items()
                  if port.direction is io.Direction.Output})
+
+
+def nexys2_positioner(
+    *, pace: PositionerPace, debounce: int, inverted: bool = False,
+    backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
+) -> Design:
+    """Return the positioner on a Nexys 2: the wiring that is built, on pins of a simulation.
+
+    Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is pressed; its
+    outputs ``tx``, ``buzzer``, ``leds``, and ``motor_x``, ``motor_y`` and ``motor_z``, each STEP,
+    DIR and ENABLE.
+    """
+    inputs = {"rx": 1, "reset": 1, "limits": 3}
+    outputs = {"tx": 1, "buzzer": 1, "leds": 8, **{f"motor_{name}": 3 for name in "xyz"}}
+    ports = {name: io.SimulationPort("i" if name in inputs else "o", width,
+                                     invert=name == "limits", name=name)
+             for name, width in {**inputs, **outputs}.items()}
+    ports["clk"] = io.SimulationPort("i", 1, name="clk")
+    top = Nexys2Positioner(ports, pace=pace, debounce=debounce, inverted=inverted,
+                           backlash=backlash, guards=guards)
+    return Design("nexys2_positioner", top, ports["clk"].i,
+                  inputs={name: ports[name].i for name in inputs},
+                  outputs={name: ports[name].o for name in outputs})

@@ -65,7 +65,7 @@ class Listener:
 
 
 class SerialLine:
-    """A serial line to a design that runs.
+    """A serial line to a design that runs. It is high for a byte's time before anything is sent.
 
     Parameters
     ----------
@@ -80,7 +80,8 @@ class SerialLine:
     def __init__(self, engine: Engine, period: int, *, rx: str = "rx", tx: str = "tx") -> None:
         self._engine, self._period, self._rx, self._tx = engine, period, rx, tx
         self._waiting: deque[int] = deque()
-        self._levels: deque[tuple[int, int]] = deque()  # of the byte under way, and for how long
+        # Of the byte under way, and for how long. First it rests, so that the first byte is seen.
+        self._levels = deque([(1, FRAME * period)])
         self._listener = Listener(period)
         engine.set(**{rx: 1})
 

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from .errors import LineLost
 
-__all__ = ["BAUD", "Port"]
+__all__ = ["BAUD", "Port", "find_ports"]
 
 T = TypeVar("T")
 
@@ -49,7 +49,8 @@ class Port:
         self._lock = threading.Lock()
         try:
             self._serial: Any = serial.serial_for_url(
-                name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE)
+                name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE,
+                exclusive=True)  # two programs on one line would mix their words
         except (OSError, ValueError) as error:  # SerialException is an OSError
             raise LineLost(f"{name} cannot be opened: {_reason(error)}") from error
 
@@ -90,6 +91,14 @@ class Port:
         """Let go of it. Closing twice does nothing."""
         with suppress(OSError):
             self._serial.close()
+
+
+def find_ports() -> list[str]:
+    """Give the names of the serial ports that the system knows, those on USB first."""
+    from serial.tools.list_ports import comports
+
+    found = sorted(comports(), key=lambda port: (port.vid is None, port.device))
+    return [port.device for port in found]
 
 
 def _reason(error: Exception) -> str:

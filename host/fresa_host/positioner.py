@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import NamedTuple, Self
 
 from . import positioner_lines as lines
-from .errors import LimitReached, LineLost, MachineError, Refused, TimedOut
-from .lines import LineSplitter
+from .errors import LimitReached, LineLost, Refused, TimedOut
 from .port import BAUD, Port
 from .positioner_lines import AXES, STEPS_PER_UM, Limit, Refusal, Steps
+from .positioner_link import PositionerLink
 
 __all__ = ["Place", "Positioner"]
 
@@ -86,7 +86,6 @@ class Positioner:
                  reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout = timeout
         self._reported = reported or (lambda steps: None)
-        self._port = Port(port) if isinstance(port, str) else port
         self._changed = threading.Condition()
         self._call = threading.RLock()
         self._connected = False
@@ -97,18 +96,14 @@ class Positioner:
         self._limits: set[str] = set()
         self._untold: set[str] = set()
         self._target: Steps | None = None
-        self._lost: MachineError | None = None
-        self._closed = False
-        self._thread = threading.Thread(target=self._listen, daemon=True)
-        self._thread.start()
+        self._lost: LineLost | None = None
+        self._link = PositionerLink(port, heard=self._hear, lost=self._lose)
 
     # The port
 
     def close(self) -> None:
         """Let go of the port. What moves goes on: `stop` first."""
-        self._closed = True
-        self._thread.join()
-        self._port.close()
+        self._link.close()
 
     def __enter__(self) -> Self:
         return self
@@ -116,20 +111,12 @@ class Positioner:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _listen(self) -> None:
-        splitter = LineSplitter()
-        while not self._closed:
-            try:
-                heard = splitter.feed(self._port.read())
-            except LineLost as error:
-                with self._changed:
-                    self._lost = error
-                    self._changed.notify_all()
-                return
-            for line in heard:
-                self._hear(lines.read_line(line))
+    def _lose(self, error: LineLost) -> None:
+        with self._changed:
+            self._lost = error
+            self._changed.notify_all()
 
-    def _hear(self, said: Steps | Refusal | Limit | None) -> None:
+    def _hear(self, said: Steps | Refusal | Limit) -> None:
         with self._changed:
             match said:
                 case Steps():
@@ -168,7 +155,7 @@ class Positioner:
                 lambda: self._reports > seen or self._refusals or self._lost, self._timeout)
             if self._reports == seen and not self._refusals and self._lost is None:
                 self._connected = False
-                raise TimedOut(f"no machine reports at {self._port.name}: is it on?")
+                raise TimedOut(f"no machine reports at {self._link.name}: is it on?")
         self._complain()
 
     def disconnect(self) -> None:
@@ -320,7 +307,7 @@ class Positioner:
     def _send(self, orders: bytes) -> None:
         if self._lost is not None:
             raise self._lost
-        self._port.write(orders)
+        self._link.send(orders)
 
     def _settle(self, size: int) -> None:
         """Wait until the machine would have refused what was just sent; raise if it did."""

@@ -1,6 +1,8 @@
 """What asks for steps, in plain Python: motors, loads and where they are."""
 
-__all__ = ["BacklashModel", "LimitsModel", "MoveToModel"]
+from .drive import RateModel, StepDirModel
+
+__all__ = ["AxisModel", "BacklashModel", "LimitsModel", "MoveToModel"]
 
 
 class BacklashModel:
@@ -66,3 +68,34 @@ class MoveToModel:
             self.position = place
         elif moved:
             self.position += 1 if direction else -1
+
+
+class AxisModel:
+    """An axis with the pins of a driver module: who asks, who lets through, who counts.
+
+    `times` are those of the driver module.
+    """
+
+    def __init__(self, *, times: dict[str, int], modulus: int, max_rate: int, settle: int,
+                 width: int = 32) -> None:
+        self.move = MoveToModel(width=width)
+        self.rate = RateModel(modulus=modulus, max_rate=max_rate)
+        self.limits = LimitsModel(axes=1, period=settle)
+        self.driver = StepDirModel(**times)
+        self.backlash = BacklashModel()
+
+    def clock(self, *, target: int, run: int, load: int, place: int, rate: int, play: int,
+              enable: int, low: int, high: int, rst: int = 0) -> dict[str, int]:
+        """Make a clock."""
+        position = self.move.position
+        step, direction = self.move.asks(target=target, run=run, load=load)
+        asked = step & self.rate.due
+        allowed = self.limits.clock(step=asked, direction=direction, low=low, high=high)["allowed"]
+        seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
+        moved = seen["moved"]
+        self.rate.clock(rate=rate, moved=moved)
+        counted = self.backlash.clock(play=play, moved=moved, direction=direction)["counted"]
+        self.move.clock(moved=counted, direction=direction, load=load, place=place, rst=rst)
+        del seen["ready"]
+        return {**seen, "position": position, "there": int(position == target),
+                "blocked": asked & ~allowed}

@@ -1,8 +1,108 @@
 """What a serial line carries, in plain Python."""
 
-__all__ = ["bits"]
+from collections import deque
+
+__all__ = ["DAMAGED", "GOOD", "LONG", "LineModel", "ReceiverModel", "bits"]
+
+GOOD, LONG, DAMAGED = 0x100, 0x101, 0x102
+"""Ends of lines, as items of a line."""
 
 
 def bits(byte: int, *, stop: int = 1) -> list[int]:
     """Return the ten bits of a byte on a line, 8N1, in the order in which they are sent."""
     return [0, *(byte >> n & 1 for n in range(8)), stop]
+
+
+class ReceiverModel:
+    """A receiver: who knows when the start bit began looks three times into each bit, and votes."""
+
+    def __init__(self, *, period: int) -> None:
+        self.period, self.spread = period, period // 16
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew; a line must be high for a moment first."""
+        self.levels: list[int] = []  # since the start bit began
+        self.high: int | None = 0  # clocks for which it is, or None when that was long enough
+        self.byte: tuple[int, bool] | None = None  # that waits, and whether it is not to be trusted
+        self.lost = False
+
+    def clock(self, rx: int, taken: bool) -> None:
+        """Make a clock, in which the byte that waits was taken or not."""
+        found = self._look(rx)
+        if self.byte and not taken:
+            self.lost |= found is not None
+        elif found:
+            self.byte, self.lost = (found[0], found[1] or self.lost), False
+        else:
+            self.byte = None
+
+    def _look(self, rx: int) -> tuple[int, bool] | None:
+        """Look at the line; return the byte that is complete, and whether its stop bit lacks."""
+        if self.high is not None:
+            self.high = self.high + 1 if rx else 0
+            if self.high > 2 * self.spread:
+                self.high = None
+            return None
+        if self.levels or not rx:
+            self.levels.append(rx)
+        if len(self.levels) == 1 + self._last(0) and self._vote(0):
+            self.levels = []
+        if len(self.levels) <= self._last(9):
+            return None
+        byte, stop = sum(self._vote(n + 1) << n for n in range(8)), self._vote(9)
+        self.levels, self.high = [], None if stop else 0
+        return byte, not stop
+
+    def _last(self, bit: int) -> int:
+        return bit * self.period + self.period // 2 + self.spread
+
+    def _vote(self, bit: int) -> int:
+        return int(sum(self.levels[self._last(bit) - n * self.spread] for n in range(3)) >= 2)
+
+
+class LineModel:
+    """A buffer for lines: bytes and ends in the order in which they are to be read."""
+
+    def __init__(self, *, length: int, depth: int, end: int) -> None:
+        self.length, self.depth, self.end = length, depth, end
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all lines."""
+        self.line: list[int] = []
+        self.verdict = GOOD
+        self.waiting: deque[int] = deque()
+        self.offered = False
+
+    @property
+    def room(self) -> bool:
+        """A byte can be taken."""
+        return len(self.waiting) + len(self.line) < self.depth - 1
+
+    @property
+    def head(self) -> int | None:
+        """What is to be read next, if it is offered already."""
+        return self.waiting[0] if self.offered else None
+
+    def clock(self, byte: tuple[int, bool] | None, taken: bool) -> None:
+        """Make a clock, in which a byte comes if there is room, and the head was taken or not."""
+        room = self.room
+        if taken:
+            self.waiting.popleft()
+        self.offered = bool(self.waiting)
+        if byte and room:
+            self._read(*byte)
+
+    def _read(self, byte: int, error: bool) -> None:
+        if error:
+            self.verdict = DAMAGED
+        elif byte != self.end and len(self.line) == self.length and self.verdict == GOOD:
+            self.verdict = LONG
+        if self.verdict != GOOD:
+            self.line = []
+        if byte == self.end:
+            self.waiting += [*self.line, self.verdict]
+            self.line, self.verdict = [], GOOD
+        elif self.verdict == GOOD:
+            self.line.append(byte)

@@ -17,11 +17,10 @@ from pathlib import Path
 from ..console import UserError
 from .messages import Window
 
-__all__ = ["MOST_CLOCKS", "MOST_SIGNALS", "Windows"]
+__all__ = ["MOST_CLOCKS", "Windows"]
 
-#: Clocks of a window, and signals of a drawing, at most.
+#: Clocks of a window at most. How many signals a drawing can have is for `tools.wave` to say.
 MOST_CLOCKS = 1_000_000
-MOST_SIGNALS = 24
 
 #: Seconds that looking into a window may take.
 PATIENCE = 60
@@ -89,8 +88,8 @@ class Windows:
         UserError
             If there is no window, no such signal, or too many are asked for.
         """
-        if not signals or len(signals) > MOST_SIGNALS:
-            raise UserError(f"choose 1 to {MOST_SIGNALS} signals")
+        if not signals:
+            raise UserError("choose a signal")
         drawing = self.place().with_suffix(".svg")
         try:
             await self._look("draw", "-o", str(drawing), "--", self._path(), *signals)

@@ -4,7 +4,7 @@ import argparse
 import asyncio
 import sys
 
-from tb.engines import ENGINES, Engine
+from tb.engines import Engine
 
 from ..console import Parser, UserError, command, known, say, whole
 from ..web import stopping
@@ -30,8 +30,9 @@ machines:
 
 examples:
   python -m tools.serve single
-      Open the path that it prints, in another terminal:  picocom --omap crcrlf /dev/pts/7
-      Type :x100 and Return: the motor goes to 100, and it answers ok.
+      Open the path that it prints, in another terminal:  picocom --echo /dev/pts/7
+      Type :x100 and Return: the motor goes to 100, and it answers ok. For the positioner, whose
+      lines end with line feed:  picocom --echo --omap crlf /dev/pts/7
 
   python -m tools.serve positioner --tcp 4000
       Also for  nc 127.0.0.1 4000,  and as socket://127.0.0.1:4000 for pyserial. Any program and
@@ -44,7 +45,8 @@ engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
   amaranth   Amaranth's own simulator; always there; slower than real time
 
-The simulated clock is lower than the board's, {BAUD} baud are not: a bit takes fewer clocks.
+The simulated clock is lower than the board's, so a bit takes fewer clocks: the line has {BAUD} baud
+all the same, and a motor its speed.
 """
 
 
@@ -57,7 +59,7 @@ def main(argv: list[str] | None = None) -> int:
                         help="also listen there; 0 for any port that is free")
     parser.add_argument("--speed", metavar="TIMES", type=_speed, default=1.0,
                         help="times as fast as the real machine, or max (default: 1)")
-    parser.add_argument("--engine", metavar="NAME", choices=sorted(ENGINES),
+    parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest that runs here)")
     args = parser.parse_args(argv)
     served = MACHINES[known(args.machine, MACHINES, "machine")]

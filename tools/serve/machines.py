@@ -1,10 +1,19 @@
+# amaranth: UnusedElaboratable=no
+
 """The machines that can be served: how each is built, and at which clock it runs here."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from fresa.machines.mill import MillPace
+from fresa.machines.positioner import Positioner, PositionerPace
+from fresa.machines.single import Single, SinglePace
+from fresa.motion import SerialOrders
+from fresa_boards.nexys2_mill import debounce_period
+from tb.boards import component, nexys2_mill
 from tb.design import Design
-from tb.engines import AmaranthEngine, Engine, EngineError, choose
+from tb.engines import AmaranthEngine, Engine, EngineError, made_on
+from tb.milling import AUTOMATIC
 
 from ..console import FIRST_TIME, Progress, UserError, warn
 
@@ -38,7 +47,26 @@ class Served:
     levels: Mapping[str, int] = field(default_factory=dict)
 
 
-MACHINES: dict[str, Served] = {}
+def _single(clock: int, baud: int) -> Design:
+    return component("single", Single(pace=SinglePace.real(clock=clock, baud=baud)))
+
+
+def _positioner(clock: int, baud: int) -> Design:
+    return component("positioner", Positioner(pace=PositionerPace.real(clock=clock, baud=baud)))
+
+
+def _mill(clock: int, baud: int) -> Design:
+    source = SerialOrders(clock=clock, baud=baud)
+    return nexys2_mill(source, pace=MillPace.real(clock=clock),
+                       debounce=debounce_period(clock=clock))
+
+
+MACHINES = {
+    "single": Served("one motor; commands such as  :x100  and Return", _single),
+    "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner),
+    "mill": Served("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
+                   _mill, {"switches": AUTOMATIC}),
+}
 
 
 def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
@@ -58,16 +86,12 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
     """
     with Progress(1, "machines", f"building the machine{FIRST_TIME}"):
         try:
-            kind = choose(name)
-            try:
-                return _make(served, kind)
-            except EngineError as error:
-                if name is not None or kind is AmaranthEngine:
-                    raise
-                warn(f"{error}; going on with the slow engine, amaranth")
-                return _make(served, AmaranthEngine)
+            made, note = made_on(name, lambda kind: _make(served, kind))
         except EngineError as error:
             raise UserError(str(error)) from error
+    if note:
+        warn(note)
+    return made
 
 
 def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:

@@ -1,6 +1,7 @@
 """Orders to steps: sequencers, counters, order sources."""
 
 from .automatic import AutomaticControl
+from .axis import Axis
 from .backlash import MAX_PLAY, Backlash
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
@@ -11,7 +12,9 @@ from .manual import ManualControl
 from .order_control import OrderControl
 from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
+from .points import PointStore
 from .position import MoveTo
+from .positioning import Positioning
 from .sequencer import MotionSequencer
 from .serial_orders import SerialOrders
 from .spiral import PICTURE_LIMIT, SpiralWalk
@@ -19,9 +22,9 @@ from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "MAX_PLAY", "PICTURE_LIMIT", "Answer", "AutomaticControl", "Backlash",
+    "MAX_PLAY", "PICTURE_LIMIT", "Answer", "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "Request", "RequestKind", "SerialOrders", "SpiralWalk", "SquareGenerator", "StartHandshake",
-    "StepCounter",
+    "PointStore", "Positioning", "Request", "RequestKind", "SerialOrders", "SpiralWalk",
+    "SquareGenerator", "StartHandshake", "StepCounter",
 ]

@@ -3,16 +3,20 @@
 from .baud import bit_period
 from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
+from .frames import FrameInterpreter
 from .hex_reader import CHECK_DIGITS, HexReader
 from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
+from .positioner import MOTORS, Answer, Command, PositionerCommands, PositionerOrder
 from .receiver import Received, UARTReceiver
+from .reporter import Reporter
 from .text import TextSource
 from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "CHECK_DIGITS", "DecimalReader", "DecimalWriter", "HexReader", "HexWriter", "LineEnd",
-    "LineItem", "LineReader", "NumberError", "Received", "TextSource", "UARTReceiver",
-    "UARTTransmitter", "WordReader", "bit_period",
+    "CHECK_DIGITS", "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter",
+    "FrameInterpreter", "HexReader", "HexWriter", "LineEnd", "LineItem", "LineReader",
+    "NumberError", "PositionerCommands", "PositionerOrder", "Received", "Reporter", "TextSource",
+    "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]

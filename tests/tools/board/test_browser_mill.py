@@ -12,6 +12,7 @@ from PIL import Image
 from tb.plant import STEP, WORDS
 from tests.tools.board.browser import seen, shown, speed
 from tools.picture import CUT, FRAME
+from tools.wave.draw import MOST_ROWS
 
 pytestmark = pytest.mark.browser
 
@@ -291,6 +292,25 @@ class TestWaveform:
         signals = json.loads(get(page.address + "wave.json"))
         boxes = page.script("return document.querySelectorAll('#signals input').length")
         assert boxes == len(signals["signals"]) > 5
+
+    def test_as_many_signals_as_a_figure_can_have(self, fresh):
+        page = fresh
+        page.script("document.getElementById('signals').replaceChildren()")
+        page.find("record").click()
+        paths = page.until(lambda: page.script(
+            "return [...document.querySelectorAll('#signals input')].map(({value}) => value)"),
+            "a list of signals")
+        assert len(paths) > MOST_ROWS
+        longest = sorted(paths, key=len)[-MOST_ROWS:]
+        for chosen, error in [(paths, f"at most {MOST_ROWS} rows"), (longest, "")]:
+            page.script("""
+                for (const box of document.querySelectorAll('#signals input'))
+                    box.checked = arguments[0].includes(box.value);
+                document.getElementById('draw').click();""", chosen)
+            page.until(lambda error=error: error in page.find("wave-error").text, "what is wrong")
+            page.until(lambda error=error: page.find("wave").is_displayed() != bool(error), error)
+        page.until(lambda: page.script("return document.getElementById('wave').naturalHeight")
+                   > 10 * MOST_ROWS, "all rows")
 
     def test_no_signal_no_drawing(self, fresh):
         page = fresh

@@ -21,6 +21,7 @@ from tools.board.board import Board
 from tools.board.messages import PIXEL, Job
 from tools.board.routes import board_site
 from tools.board.scene import PARTS, unpack
+from tools.wave.draw import MOST_ROWS
 from tools.web import serve
 
 FIGURE = np.array([[1, 0], [1, 1]], bool)
@@ -151,7 +152,7 @@ async def press(page: Page, button: str) -> None:
 
 async def mill(page: Page) -> None:
     """Set SW7, press BTN1, and wait until the job is done."""
-    await page.do("switches", value=AUTOMATIC)
+    await page.do("switches", mask=0xFF, value=AUTOMATIC)
     await press(page, "start")
     await page.until(lambda: page.leds[5])
     await page.until(lambda: page.state["done"] and not page.leds[5])
@@ -250,7 +251,7 @@ class TestTime:
                 at += count
                 await page.until(lambda at=at: page.clock == at)
                 assert await clock(served) == at
-            await page.do("switches", value=0b01)
+            await page.do("switches", mask=0xFF, value=0b01)
             await page.do("step")
             await page.until(lambda: page.places[0] == 1)
             at = await clock(served)
@@ -305,9 +306,9 @@ class TestTime:
     def test_power_and_step_period(self):
         async def test(served):
             page = await served.page()
-            await page.do("switches", value=0b01)
+            await page.do("switches", mask=0xFF, value=0b01)
             await page.until(lambda: page.places[0] > 5)
-            await page.do("switches", value=AUTOMATIC)
+            await page.do("switches", mask=0xFF, value=AUTOMATIC)
             await page.do("power")
             await page.ready(2)
             await page.until(lambda: page.clock < 50_000 and page.leds[7])  # the switch stayed
@@ -324,9 +325,10 @@ class TestTime:
         run(test)
 
     @pytest.mark.parametrize("message", [
-        {"do": "dance"}, {"do": "switches"}, {"do": "switches", "value": 256},
-        {"do": "switches", "value": -1}, {"do": "switches", "value": 1.0},
-        {"do": "switches", "value": True}, {"do": "switches", "value": "1"},
+        {"do": "dance"}, {"do": "switches"}, {"do": "switches", "value": 1},
+        *({"do": "switches", "mask": 255, "value": value} for value in (256, -1, 1.0, True, "1")),
+        *({"do": "switches", "mask": mask, "value": 0} for mask in (0, 256, None)),
+        {"do": "switches", "mask": 2, "value": 1},
         {"do": "buttons", "value": 16}, {"do": "clock", "count": 0},
         {"do": "clock", "count": 10**9}, {"do": "speed", "clocks_per_second": 0},
         *({"do": "speed", "clocks_per_second": speed}
@@ -373,9 +375,9 @@ class TestPages:
     def test_two_pages_agree(self):
         async def test(served):
             first, second = await served.page(), await served.page()
-            await first.do("switches", value=0b01)
+            await first.do("switches", mask=0xFF, value=0b01)
             await second.until(lambda: second.fixed["inputs"] == b"\1\0")
-            await second.do("switches", value=AUTOMATIC)
+            await second.do("switches", mask=0xFF, value=AUTOMATIC)
             await press(second, "start")
             await asyncio.gather(*(page.until(lambda page=page: page.cut == {0, 2, 3}
                                               and page.state["done"]) for page in (first, second)))
@@ -392,10 +394,32 @@ class TestPages:
 
         run(test)
 
+    def test_a_page_moves_the_switches_that_it_names(self):
+        async def test(served):
+            first, second = await served.page(), await served.page()
+            for page, mask, value in [(first, 0b0101, 0b0101), (second, 0b1010, 0b0010),
+                                      (first, 0b0001, 0)]:
+                await page.do("switches", mask=mask, value=value)
+            await first.until(lambda: first.fixed["inputs"] == bytes([0b0110, 0]))
+
+        run(test)
+
+    def test_a_button_is_down_while_any_page_holds_it(self):
+        async def test(served):
+            pages = first, second = await served.page(), await served.page()
+            for page, held, down in [(first, 0b01, 0b01), (second, 0b10, 0b11), (first, 0b11, 0b11),
+                                     (second, 0, 0b11), (first, 0, 0)]:
+                await page.do("buttons", value=held)
+                for each in pages:
+                    await each.until(lambda each=each, down=down:
+                                     each.fixed["inputs"] == bytes([0, down]))
+
+        run(test)
+
     def test_the_machine_goes_on_without_pages(self):
         async def test(served):
             page = await served.page()
-            await page.do("switches", value=AUTOMATIC)
+            await page.do("switches", mask=0xFF, value=AUTOMATIC)
             await press(page, "start")
             await page.until(lambda: page.leds[5])
             await page._socket.close()
@@ -409,7 +433,7 @@ class TestPages:
     def test_a_page_that_leaves_lets_go_of_its_buttons(self):
         async def test(served):
             stays, leaves = await served.page(), await served.page()
-            await leaves.do("switches", value=AUTOMATIC)
+            await leaves.do("switches", mask=0xFF, value=AUTOMATIC)
             await leaves.do("buttons", value=BUTTON["stop"])
             await stays.until(lambda: stays.fixed["inputs"] == bytes([AUTOMATIC, 8]))
             await leaves._socket.close()
@@ -442,7 +466,7 @@ class TestWaves:
             for path in ("wave.vcd", "wave.json", "wave.svg?signals=leds"):
                 status, answer = await served.get(path)
                 assert status >= 400 and "record" in json.loads(answer)["error"]
-            await page.do("switches", value=AUTOMATIC)
+            await page.do("switches", mask=0xFF, value=AUTOMATIC)
             await page.do("record", clocks=300)
             await page.do("record", clocks=300)
             await page.until(lambda: page.errors)
@@ -458,7 +482,8 @@ class TestWaves:
             assert signals["bench.top.switches"] == 8
             status, drawn = await served.get("wave.svg?signals=bench.top.switches,leds")
             assert status == 200 and b"<svg" in drawn and b"switches" in drawn
-            for names, error in [("none", "no signal"), ("", "1 to 24"), ("a," * 30, "1 to 24"),
+            for names, error in [("none", "no signal"), ("", "choose a signal"),
+                                 (",".join(signals), f"at most {MOST_ROWS} rows"),
                                  ("--help", "no signal"), ("-o", "no signal")]:
                 status, answer = await served.get(f"wave.svg?signals={names}")
                 assert status == 400
@@ -487,7 +512,7 @@ class TestLife:
     def test_the_simulation_dies(self):
         async def test(served):
             page = await served.page()
-            await page.do("switches", value=0b01)
+            await page.do("switches", mask=0xFF, value=0b01)
             await page.until(lambda: page.places[0] > 2)
             os.kill(served.board._simulation.pid, signal.SIGKILL)
             await page.until(lambda: page.state["error"])

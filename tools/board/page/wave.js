@@ -10,7 +10,6 @@ const FIRST = ["switches", "buttons", "leds", "digits", "axis_x", "axis_y", "axi
 /** The panel of waveforms. */
 export class Wave {
   #window = null;
-  #most = Infinity;
 
   /** @param {function(string, object?)} send - tells the server */
   constructor(send) {
@@ -23,11 +22,8 @@ export class Wave {
     find("wave").addEventListener("error", () => this.#failed());
   }
 
-  /** Take the most clocks of a window, and the most signals of a drawing. */
-  limits({ most_clocks: clocks, most_signals: signals }) {
-    find("record-clocks").max = clocks;
-    this.#most = signals;
-  }
+  /** Take the most clocks of a window. */
+  limits({ most_clocks: clocks }) { find("record-clocks").max = clocks; }
 
   stateChanged({ recording, wave }) {
     find("record").disabled = Boolean(recording);
@@ -68,9 +64,7 @@ export class Wave {
   #draw() {
     const signals = this.#chosen();
     const drawing = find("wave").parentElement;
-    find("wave-error").textContent = signals.length > this.#most
-      ? `Choose at most ${this.#most} signals: ${signals.length} are chosen.`
-      : signals.length ? "" : "Choose a signal.";
+    find("wave-error").textContent = signals.length ? "" : "Choose a signal.";
     drawing.hidden = find("wave-error").textContent !== "";
     if (drawing.hidden) return;
     const query = new URLSearchParams({ signals: signals.join(","), at: Date.now() });

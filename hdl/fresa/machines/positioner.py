@@ -1,0 +1,264 @@
+"""`positioner`: three geared steppers at the screws of a micropositioner."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from amaranth import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from ..checks import in_range
+from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
+from ..motion import MAX_PLAY, Axis, Positioning
+from ..protocol import (
+    MOTORS,
+    Answer,
+    LineReader,
+    PositionerCommands,
+    Reporter,
+    UARTReceiver,
+    UARTTransmitter,
+    bit_period,
+)
+
+__all__ = ["ANSWERS", "BAUD", "CLOCK", "ENDS", "GUARDS", "LINE_LENGTH", "STEPS_PER_UM",
+           "TOP_SPEED", "Positioner", "PositionerPace"]
+
+CLOCK = 50_000_000
+"""Clock of the board, in Hz."""
+
+BAUD = 9600
+"""Bits a second on the line."""
+
+TOP_SPEED = 1500
+"""Most steps a second that the motors follow."""
+
+STEPS_PER_UM = 200 * 90.25 / 318
+"""Steps of a motor's turn, reduction of its gear, um of a turn of the screw."""
+
+LINE_LENGTH = 254
+"""Most bytes of a command; the longest one needs 39."""
+
+ENDS = ("X-", "X+", "Y-", "Y+", "Z-", "Z+")
+"""The ends of the axes. Clockwise leads to +."""
+
+GUARDS = ("X+", "Y+", "Z+")
+"""The end at which the switch of each limit input is, unless told otherwise."""
+
+ANSWERS = tuple(f"! {answer.name.replace('_', ' ')}\n".encode() for answer in Answer)
+"""What is said, by the numbers of `Answer`. The first is never said."""
+
+
+@dataclass(frozen=True)
+class PositionerPace:
+    """How fast the machine is.
+
+    A board sets it from physical units with :meth:`real`. A simulation may have a slower clock, and
+    any time shortened, without another change to the gateware.
+
+    Attributes
+    ----------
+    clock : int
+        Clock in Hz.
+    baud : int
+        Bits a second on the line.
+    top_speed : int
+        Highest speed of a motor, in steps/s.
+    width, low, setup, hold : int
+        Times of the driver modules in clocks, see :class:`StepDirDriver`.
+    settle : int
+        Clocks in which a limit switch settles.
+    report : int
+        Clocks from report to report.
+    """
+
+    clock: int
+    baud: int
+    top_speed: int
+    width: int
+    low: int
+    setup: int
+    hold: int
+    settle: int
+    report: int
+
+    @classmethod
+    def real(cls, *, clock: int = CLOCK, baud: int = BAUD, top_speed: int = TOP_SPEED,
+             width_ns: int = 1900, low_ns: int = 1900, setup_ns: int = 650, hold_ns: int = 650,
+             settle_us: int = 10_000, report_us: int = 100_000) -> "PositionerPace":
+        """Return the pace for a clock in Hz, a speed in steps/s, and least times in ns and us.
+
+        The times of the driver modules are those of the DRV8825 unless told otherwise. With them
+        no more than 263 157 steps/s can be made; modules for more need shorter ones.
+
+        Raises
+        ------
+        ValueError
+            If a time is not over 0, or longer than can be counted.
+        """
+        in_range("clock", clock, 1, 10**9)
+
+        def clocks(name: str, time: int, units: int, most: int) -> int:
+            in_range(name, time, 1, most * units // clock)
+            return -(-time * clock // units)
+
+        driver = {name: clocks(f"{name}_ns", time, 10**9, MAX_PULSE) for name, time in [
+            ("width", width_ns), ("low", low_ns), ("setup", setup_ns), ("hold", hold_ns)]}
+        return cls(clock=clock, baud=baud, top_speed=top_speed, **driver,
+                   settle=clocks("settle_us", settle_us, 10**6, MAX_PERIOD),
+                   report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
+
+
+class Positioner(wiring.Component):
+    """Three-axis micropositioner on a serial line, without a board.
+
+    All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
+    feed: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``, ``STOP MOTn``, ``VEL MOTn
+    v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What they do is said by
+    :class:`Positioning`. A line that is obeyed is answered by nothing, any other changes nothing
+    and is answered by exactly one line ``! reason``:
+
+    ====================  ==========================================================================
+    ``! COMMAND``         its first word is no command
+    ``! ARGUMENT``        what follows is not what the command takes, or is missing, or too much
+    ``! RANGE``           a number is less or more than it may be
+    ``! DISCONNECTED``    ``MOV`` or ``GOTO`` before ``CONNECT``
+    ``! EMPTY``           ``GOTO`` to a point that was never stored
+    ``! LONG``            it has more than ``LINE_LENGTH`` bytes
+    ``! DAMAGED``         a byte of it was not to be trusted, or is missing
+    ====================  ==========================================================================
+
+    While connected it reports ``# POS x y z :`` and a line feed, at fixed times that no answer
+    delays, see :class:`Reporter`. A limit switch lets no step out towards its end, and all away
+    from it. It ends the movement that it blocks, which is told once, by ``! LIMIT MOTn``, and by
+    the buzzer, for one report period to two. A register of a state machine that is upset holds all
+    movement, and shows ``fault``.
+
+    Parameters
+    ----------
+    pace : PositionerPace
+        Times. The drivers must be able to make steps at the top speed.
+    inverted : bool
+        STEP and DIR go through optocouplers that invert them.
+    backlash : sequence of int
+        Steps that each axis needs to take up the play of its gears after a reversal.
+    guards : sequence of str
+        For each limit input the end at which its switch is, of ``ENDS``, each once.
+
+    Members
+    -------
+    rx : In(1)
+        The line from the host.
+    limits : In(3)
+        Limit switches, 1 where one is pressed.
+    tx : Out(1)
+        The line to the host.
+    step, direction : Out(3)
+        STEP and DIR of the motors; DIR is on for clockwise.
+    enable : Out(3)
+        On where a motor shall have power.
+    buzzer : Out(1)
+        A switch has just ended a movement.
+    connected : Out(1)
+        Between ``CONNECT`` and ``DISCONNECT``.
+    moving : Out(3)
+        Motors that have a movement.
+    fault : Out(1)
+        A register was upset. No step is made until reset.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range, or the parts of the pace do not go together.
+    """
+
+    rx: In(1)
+    limits: In(MOTORS)
+    tx: Out(1)
+    step: Out(MOTORS)
+    direction: Out(MOTORS)
+    enable: Out(MOTORS)
+    buzzer: Out(1)
+    connected: Out(1)
+    moving: Out(MOTORS)
+    fault: Out(1)
+
+    def __init__(self, *, pace: PositionerPace | None = None, inverted: bool = False,
+                 backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS) -> None:
+        pace = pace or PositionerPace.real()
+        in_range("top speed", pace.top_speed, 1, pace.clock)
+        shortest = pace.width + max(pace.low, pace.hold)
+        if pace.clock // pace.top_speed < shortest:
+            raise ValueError(f"top speed must be at most {pace.clock // shortest} steps/s with "
+                             f"pulses {shortest} clocks apart, not {pace.top_speed}")
+        if len(backlash) != MOTORS or len(guards) != MOTORS:
+            raise ValueError(f"there is a backlash and a guard for each of {MOTORS} axes, "
+                             f"not {backlash!r} and {guards!r}")
+        if len(set(guards)) < MOTORS or not set(guards) <= set(ENDS):
+            raise ValueError(f"guards must be different ends of {', '.join(ENDS)}, not {guards!r}")
+        self._inverted, self._guards = inverted, tuple(guards)
+        self._backlash = [in_range("backlash", play, 0, MAX_PLAY) for play in backlash]
+        self._axes = [Axis(
+            driver=StepDirDriver(width=pace.width, low=pace.low, setup=pace.setup, hold=pace.hold),
+            modulus=pace.clock, max_rate=pace.top_speed, max_play=max(1, play),
+            settle=pace.settle) for play in self._backlash]
+        self._receiver = UARTReceiver(clock=pace.clock, baud=pace.baud)
+        self._transmitter = UARTTransmitter(clock=pace.clock, baud=pace.baud)
+        self._lines = LineReader(length=LINE_LENGTH, ends=b"\n")
+        self._commands = PositionerCommands(top_speed=pace.top_speed)
+        self._positioning = Positioning(top_speed=pace.top_speed)
+        self._reporter = Reporter(answers=ANSWERS, period=pace.report,
+                                  byte=10 * bit_period(pace.clock, pace.baud))
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        # From the line to orders
+        m.submodules.receiver = receiver = self._receiver
+        m.submodules.lines = lines = self._lines
+        m.submodules.commands = commands = self._commands
+        m.submodules.positioning = positioning = self._positioning
+        connect(m, receiver.bytes, lines.bytes)
+        connect(m, lines.items, commands.items)
+        connect(m, commands.orders, positioning.orders)
+        m.d.comb += receiver.rx.eq(self.rx)
+
+        # From positions and answers to the line
+        m.submodules.reporter = reporter = self._reporter
+        m.submodules.transmitter = transmitter = self._transmitter
+        connect(m, positioning.answers, reporter.answers)
+        connect(m, reporter.bytes, transmitter.bytes)
+        m.d.comb += [
+            reporter.enable.eq(positioning.connected),
+            positioning.tick.eq(reporter.tick),
+            self.tx.eq(transmitter.tx),
+            self.buzzer.eq(positioning.buzzer),
+            self.connected.eq(positioning.connected),
+            self.moving.eq(positioning.run),
+            self.fault.eq(receiver.fault | commands.fault | reporter.fault),
+        ]
+
+        pressed = {end: self.limits[number] for number, end in enumerate(self._guards)}
+        for index, (name, axis) in enumerate(zip("xyz", self._axes, strict=True)):
+            m.submodules[name] = axis
+            m.d.comb += [
+                positioning.numbers[index].eq(commands.numbers[index]),
+                positioning.there[index].eq(axis.there),
+                positioning.blocked[index].eq(axis.blocked),
+                reporter.position[index].eq(axis.position),
+                axis.target.eq(positioning.target[index]),
+                axis.run.eq(positioning.run[index] & ~self.fault),
+                axis.load.eq(positioning.load),
+                axis.place.eq(positioning.place[index]),
+                axis.rate.eq(positioning.rate[index]),
+                axis.play.eq(self._backlash[index]),
+                axis.enable.eq(positioning.connected),
+                axis.low.eq(pressed.get(f"{name.upper()}-", 0)),
+                axis.high.eq(pressed.get(f"{name.upper()}+", 0)),
+                self.step[index].eq(axis.step_pin ^ self._inverted),
+                self.direction[index].eq(axis.direction_pin ^ self._inverted),
+                self.enable[index].eq(axis.enable_pin),
+            ]
+
+        return m

@@ -1,0 +1,123 @@
+"""An axis: everything between a target and the pins of its motor."""
+
+from amaranth import Module, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..drive import PhaseDriver, RateGenerator, StepDirDriver
+from .backlash import Backlash
+from .limits import Limits
+from .position import MoveTo
+
+__all__ = ["Axis"]
+
+
+class Axis(wiring.Component):
+    """Takes a load to a target, at a set rate, past the play of its gears, up to its switches.
+
+    A step is made where the position is not the target, ``run`` is on, the rate says that it is
+    time, no switch is on in that direction, and the driver is ready: in that order, so that the
+    switches are the last thing before the driver. What the driver makes is what is counted, less
+    the steps that only take up play.
+
+    Steps of a movement come at the exact rate, see :class:`RateGenerator`: all of them as late as
+    the first, which comes at once after a rest, or when the driver has turned DIR for it.
+
+    Parameters
+    ----------
+    driver : PhaseDriver or StepDirDriver
+        Drives the motor. Its pins are pins of the axis, under their names.
+    modulus, max_rate : int
+        See :class:`RateGenerator`. The driver must be able to make steps at the highest rate.
+    max_play : int
+        Most steps of play, see :class:`Backlash`.
+    settle : int
+        Clocks in which a switch settles, see :class:`Limits`.
+    width : int
+        Bits of positions, see :class:`MoveTo`.
+
+    Members
+    -------
+    target : In(signed(width))
+        Where to go.
+    run : In(1)
+        Go there.
+    load : In(1)
+        Call this place ``place``. No step is made in this clock.
+    place : In(signed(width))
+        What to call it.
+    rate : In(range(max_rate + 1))
+        Steps in ``modulus`` clocks.
+    play : In(range(max_play + 1))
+        Steps that a reversal takes up.
+    enable : In(1)
+        Give the motor power. Without it no step is made.
+    low, high : In(1)
+        The switch at that end is pressed. Synchronous to the clock.
+    position : Out(signed(width))
+        Where the load is.
+    there : Out(1)
+        That is the target.
+    moved : Out(1)
+        A step is being made.
+    blocked : Out(1)
+        It is time for a step, and a switch does not let it out.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, driver: PhaseDriver | StepDirDriver, modulus: int, max_rate: int,
+                 max_play: int, settle: int, width: int = 32) -> None:
+        self._driver = driver
+        self._move = MoveTo(width=width)
+        self._backlash = Backlash(max_play=max_play)
+        self._limits = Limits(axes=1, period=settle)
+        self._rate = RateGenerator(modulus=modulus, max_rate=max_rate)
+        self.pins = [name for name in driver.signature.members
+                     if name.endswith("_pin") or name == "coils"]
+        super().__init__({
+            "target": In(signed(width)), "run": In(1), "load": In(1), "place": In(signed(width)),
+            "rate": In(range(max_rate + 1)), "play": In(range(max_play + 1)), "enable": In(1),
+            "low": In(1), "high": In(1),
+            "position": Out(signed(width)), "there": Out(1), "moved": Out(1), "blocked": Out(1),
+            **{name: Out(driver.signature.members[name].shape) for name in self.pins},
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.move = move = self._move
+        m.submodules.rate = rate = self._rate
+        m.submodules.limits = limits = self._limits
+        m.submodules.driver = driver = self._driver
+        m.submodules.backlash = backlash = self._backlash
+        m.d.comb += [
+            move.target.eq(self.target),
+            move.run.eq(self.run),
+            move.load.eq(self.load),
+            move.place.eq(self.place),
+            move.moved.eq(backlash.counted),
+            rate.rate.eq(self.rate),
+            rate.moved.eq(driver.moved),
+            limits.step.eq(move.step & rate.due),
+            limits.direction.eq(move.direction),
+            limits.low.eq(self.low),
+            limits.high.eq(self.high),
+            driver.step.eq(limits.allowed),
+            driver.direction.eq(move.direction),
+            driver.enable.eq(self.enable),
+            backlash.play.eq(self.play),
+            backlash.direction.eq(move.direction),
+            backlash.moved.eq(driver.moved),
+
+            self.position.eq(move.position),
+            self.there.eq(move.position == self.target),
+            self.moved.eq(driver.moved),
+            self.blocked.eq(limits.step & ~limits.allowed),
+            *(getattr(self, name).eq(getattr(driver, name)) for name in self.pins),
+        ]
+
+        return m

@@ -1,0 +1,81 @@
+"""Positions that are kept under a number."""
+
+from amaranth import Cat, Module, Signal, signed
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+
+__all__ = ["MAX_POINTS", "PointStore"]
+
+MAX_POINTS = 1023
+"""Most points that can be asked for."""
+
+
+class PointStore(wiring.Component):
+    """Keeps points, and knows which there are.
+
+    Whether there is a point is known in the clock in which its number is given, and where it is in
+    the next; a point that is stored is there the clock after. Reset forgets all of them.
+
+    Parameters
+    ----------
+    points : int
+        Number of points, from 1 to ``MAX_POINTS``. They are counted from 1.
+    axes : int
+        Numbers of a point, from 1 to 8.
+    width : int
+        Bits of each, signed, from 2 to 64.
+
+    Members
+    -------
+    number : In(range(points + 1))
+        The point that is meant. There is no point 0, and nothing is stored there.
+    store : In(1)
+        Keep ``place`` under this number.
+    place : In(signed(width)).array(axes)
+        What to keep.
+    stored : Out(1)
+        There is such a point.
+    found : Out(signed(width)).array(axes)
+        Where the point is whose number was given in the clock before.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, points: int = 7, axes: int = 3, width: int = 32) -> None:
+        self.points = in_range("points", points, 1, MAX_POINTS)
+        self.axes = in_range("axes", axes, 1, 8)
+        self.width = in_range("width", width, 2, 64)
+        super().__init__({
+            "number": In(range(self.points + 1)),
+            "store": In(1),
+            "place": In(signed(self.width)).array(self.axes),
+            "stored": Out(1),
+            "found": Out(signed(self.width)).array(self.axes),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.places = places = memory.Memory(
+            shape=self.axes * self.width, depth=1 << len(self.number), init=[])
+        write, read = places.write_port(), places.read_port()
+        there = Signal(1 << len(self.number))
+        exists = Signal()
+        m.d.comb += [
+            exists.eq((self.number != 0) & (self.number <= self.points)),
+            self.stored.eq(there.bit_select(self.number, 1)),
+            write.addr.eq(self.number),
+            write.data.eq(Cat(self.place)),
+            write.en.eq(self.store & exists),
+            read.addr.eq(self.number),
+            Cat(self.found).eq(read.data),
+        ]
+        with m.If(write.en):
+            m.d.sync += there.bit_select(self.number, 1).eq(1)
+
+        return m

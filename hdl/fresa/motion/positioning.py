@@ -1,0 +1,194 @@
+"""What the orders of the positioner do."""
+
+from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..protocol.positioner import MOTORS, POINTS, Answer, Command, PositionerOrder
+from .points import PointStore
+
+__all__ = ["START_SPEED", "Positioning"]
+
+START_SPEED = 200
+"""Speed of every motor until it is told another, in steps/s."""
+
+UP, DOWN = 2**31 - 1, -2**31
+"""Where a movement without end ends."""
+
+
+class Positioning(wiring.Component):
+    """Obeys orders: holds what is connected, how fast and where to, and keeps points.
+
+    ===============  ==============================================================================
+    ``CONNECT``      gives the motors power
+    ``DISCONNECT``   takes it, and ends every movement
+    ``MOV``          the motor moves on, up if clockwise, until something ends that
+    ``STOP``         ends the movement of a motor
+    ``VEL``          sets its speed, also while it moves
+    ``P``            stores a point
+    ``GOTO``         all motors go to a point, each by itself
+    ``ORIGIN``       this place is (0, 0, 0); ends going to a point
+    ``POS``          this place is another; ends going to a point, which was meant in the old places
+    ===============  ==============================================================================
+
+    A motor has one movement, the one it was ordered last. It ends where it arrives, and where a
+    switch blocks it, which is answered ``LIMIT_MOTn``; none goes on by itself. ``MOV`` and ``GOTO``
+    are refused while nothing is connected, ``GOTO`` also to a point never stored. An order that is
+    refused changes nothing and has one answer; the others have none.
+
+    An order is taken in the clock after the one in which it is offered first, and shows in the
+    next. One that is refused waits until the answers before it are taken, and those behind it wait
+    with it.
+
+    Parameters
+    ----------
+    top_speed : int
+        Highest speed, in steps/s, from 1 to 2 ** 31 - 1.
+
+    Members
+    -------
+    orders : In(stream.Signature(PositionerOrder))
+        Orders, and lines that are none.
+    numbers : In(signed(32)).array(3)
+        Their numbers, see :class:`PositionerCommands`.
+    there, blocked : In(3)
+        Motors that are at their target; motors that a switch blocks.
+    tick : In(1)
+        Beats the time of the buzzer.
+    answers : Out(stream.Signature(Answer))
+        What to say. Never ``NONE``.
+    connected : Out(1)
+        The motors have power.
+    rate : Out(range(top_speed + 1)).array(3)
+        Their speeds.
+    run : Out(3)
+        Motors that move.
+    target : Out(signed(32)).array(3)
+        Where to.
+    load : Out(1)
+        This place is called ``place``, by the edge that ends this clock.
+    place : Out(signed(32)).array(3)
+        What to call it.
+    buzzer : Out(1)
+        On from where a switch ended a movement to the second tick from there.
+
+    Raises
+    ------
+    ValueError
+        If ``top_speed`` is out of range.
+    """
+
+    def __init__(self, *, top_speed: int) -> None:
+        self.top_speed = in_range("top_speed", top_speed, 1, 2**31 - 1)
+        super().__init__({
+            "orders": In(stream.Signature(PositionerOrder)),
+            "numbers": In(signed(32)).array(MOTORS),
+            "there": In(MOTORS), "blocked": In(MOTORS), "tick": In(1),
+            "answers": Out(stream.Signature(Answer)),
+            "connected": Out(1),
+            "rate": Out(range(self.top_speed + 1), init=min(START_SPEED, self.top_speed)).array(
+                MOTORS),
+            "run": Out(MOTORS),
+            "target": Out(signed(32)).array(MOTORS),
+            "load": Out(1),
+            "place": Out(signed(32)).array(MOTORS),
+            "buzzer": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.points = points = PointStore(points=POINTS, axes=MOTORS)
+        order = self.orders.p
+        command = order.command
+        looked = Signal()  # at this order, for a clock: so the point is found
+        refusal = Signal(Answer)
+        obeyed = Signal()
+        m.d.comb += points.number.eq(order.point)
+        m.d.comb += refusal.eq(order.answer)
+        with m.If(order.answer == Answer.NONE):
+            with m.If(((command == Command.MOV) | (command == Command.GOTO)) & ~self.connected):
+                m.d.comb += refusal.eq(Answer.DISCONNECTED)
+            with m.Elif((command == Command.GOTO) & ~points.stored):
+                m.d.comb += refusal.eq(Answer.EMPTY)
+        m.d.sync += looked.eq(self.orders.valid & ~self.orders.ready)
+        m.d.comb += obeyed.eq(self.orders.valid & looked & (refusal == Answer.NONE))
+
+        # A switch ends a movement, and is told of before any refusal.
+        stopped = Signal(MOTORS)
+        hits = Signal(MOTORS)  # still to be told
+        free = ~self.answers.valid | self.answers.ready
+        refused = Signal()
+        m.d.comb += [
+            stopped.eq(self.run & self.blocked),
+            refused.eq(self.orders.valid & looked & (refusal != Answer.NONE) & free
+                       & ~hits.any()),
+            self.orders.ready.eq(obeyed | refused),
+        ]
+        first = hits & (~hits + 1)[:MOTORS]
+        with m.If(free):
+            m.d.sync += [
+                self.answers.valid.eq(hits.any() | refused),
+                self.answers.payload.eq(Mux(hits.any(), _limit(first), refusal)),
+            ]
+        m.d.sync += hits.eq(Mux(free, hits & ~first, hits) | stopped)
+        self._sound(m, stopped)
+
+        going = Signal(MOTORS)  # to a point
+        m.d.sync += self.run.eq(self.run & ~self.there & ~stopped)
+        with m.If(obeyed):
+            self._obey(m, going, points)
+        return m
+
+    def _obey(self, m: Module, going: Signal, points: PointStore) -> None:
+        """Do what an order says."""
+        order = self.orders.p
+        left = self.run & ~self.there & ~self.blocked  # movements that do not end anyway
+        with m.Switch(order.command):
+            with m.Case(Command.CONNECT):
+                m.d.sync += self.connected.eq(1)
+            with m.Case(Command.DISCONNECT):
+                m.d.sync += [self.connected.eq(0), self.run.eq(0)]
+            with m.Case(Command.MOV):
+                for motor in range(MOTORS):
+                    with m.If(order.motor == motor):
+                        m.d.sync += [
+                            self.run[motor].eq(1), going[motor].eq(0),
+                            self.target[motor].eq(Mux(order.clockwise, UP, DOWN)),
+                        ]
+            with m.Case(Command.STOP):
+                for motor in range(MOTORS):
+                    with m.If(order.motor == motor):
+                        m.d.sync += self.run[motor].eq(0)
+            with m.Case(Command.VEL):
+                for motor in range(MOTORS):
+                    with m.If(order.motor == motor):
+                        m.d.sync += self.rate[motor].eq(self.numbers[-1])
+            with m.Case(Command.P):
+                m.d.comb += points.store.eq(1)
+            with m.Case(Command.GOTO):
+                m.d.sync += [self.run.eq(~0), going.eq(~0), Cat(self.target).eq(Cat(points.found))]
+            with m.Case(Command.ORIGIN, Command.POS):
+                m.d.comb += self.load.eq(1)
+                m.d.sync += self.run.eq(left & ~going)
+
+        for point, place, number in zip(points.place, self.place, self.numbers, strict=True):
+            m.d.comb += point.eq(number)
+            with m.If(order.command == Command.POS):
+                m.d.comb += place.eq(number)
+
+    def _sound(self, m: Module, stopped: Signal) -> None:
+        """Sound for two ticks."""
+        ticks = Signal(unsigned(2))
+        m.d.comb += self.buzzer.eq(ticks != 0)
+        with m.If(stopped.any()):
+            m.d.sync += ticks.eq(2)
+        with m.Elif(self.tick & self.buzzer):
+            m.d.sync += ticks.eq(ticks - 1)
+
+
+def _limit(first: Signal):
+    """Return the answer for the one bit that is set."""
+    return Mux(first[0], Answer.LIMIT_MOT1,
+               Mux(first[1], Answer.LIMIT_MOT2, Answer.LIMIT_MOT3))

@@ -1,0 +1,258 @@
+"""The commands of the positioner: a line of words and numbers to an order, or to a reason."""
+
+from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from .decimal_reader import DecimalReader, NumberError
+from .line import LineEnd, LineItem
+from .words import WordReader
+
+__all__ = ["MOTORS", "POINTS", "Answer", "Command", "PositionerCommands", "PositionerOrder"]
+
+MOTORS, POINTS = 3, 7
+"""Motors, MOT1 to MOT3, and points, 1 to 7."""
+
+
+class Command(enum.Enum, shape=unsigned(4)):
+    """The commands. Their names are the words that begin a line."""
+
+    CONNECT = 0
+    DISCONNECT = 1
+    MOV = 2
+    STOP = 3
+    VEL = 4
+    P = 5
+    GOTO = 6
+    ORIGIN = 7
+    POS = 8
+
+
+class Answer(enum.Enum, shape=unsigned(4)):
+    """What is said back. All but ``NONE`` and the limits are reasons to refuse a line."""
+
+    NONE = 0  # nothing: the command is obeyed
+    DAMAGED = 1  # a byte of the line was not to be trusted, or is missing
+    LONG = 2  # the line had more bytes than there is room for
+    COMMAND = 3  # its first word is no command
+    ARGUMENT = 4  # what follows is not what the command takes: too little, too much, another word
+    RANGE = 5  # a number is less or more than it may be
+    DISCONNECTED = 6  # nothing moves before CONNECT
+    EMPTY = 7  # the point was never stored
+    LIMIT_MOT1 = 8  # a switch stops motor 1
+    LIMIT_MOT2 = 9
+    LIMIT_MOT3 = 10
+
+
+class PositionerOrder(data.Struct):
+    """What a line says. The rest means something only where `answer` is ``NONE``."""
+
+    answer: Answer
+    command: Command
+    motor: unsigned(2)  # from 0
+    clockwise: unsigned(1)
+    point: unsigned(3)  # from 1
+
+
+class Kind(enum.Enum, shape=unsigned(3)):
+    """What comes next in a line."""
+
+    END = 0
+    MOTOR = 1
+    WAY = 2
+    POINT = 3
+    RATE = 4
+    NUMBER = 5
+
+
+ARGUMENTS = {
+    Command.MOV: (Kind.MOTOR, Kind.WAY),
+    Command.STOP: (Kind.MOTOR,),
+    Command.VEL: (Kind.MOTOR, Kind.RATE),
+    Command.P: (Kind.POINT, Kind.NUMBER, Kind.NUMBER, Kind.NUMBER),
+    Command.GOTO: (Kind.POINT,),
+    Command.POS: (Kind.NUMBER, Kind.NUMBER, Kind.NUMBER),
+}
+"""What follows the word of a command, if anything."""
+
+WORDS = (*(command.name.encode() for command in Command), b"MOT", b"C", b"CC")
+MOT, CLOCKWISE, COUNTER_CLOCKWISE = range(len(Command), len(WORDS))
+
+
+class PositionerCommands(wiring.Component):
+    """Reads lines, and makes of each exactly one order, or one refusal with its reason.
+
+    Words are in capitals and there is one space between them. A number may have a sign and leading
+    zeros. The first thing that is wrong in a line is its reason; the rest of it is swallowed.
+
+    ==========  ===============================================================  =================
+    state       does                                                             next
+    ==========  ===============================================================  =================
+    COMMAND     reads the first word                                             SEPARATE
+    SEPARATE    takes a space where something is to follow                       WORD, NUMBER, or
+                                                                                 SKIP at the end
+    WORD        reads ``MOT``, or ``C`` or ``CC``                                DIGIT, SEPARATE
+    DIGIT       takes the digit behind ``MOT``                                   SEPARATE
+    NUMBER      reads a number                                                   SEPARATE
+    SKIP        takes what is left of the line, its end included                 OFFER
+    OFFER       offers the order                                                 COMMAND
+    FAULT       shows ``fault``, reads nothing, offers nothing                   stays until reset
+    ==========  ===============================================================  =================
+
+    From each of the first five it goes to SKIP where something is wrong. A byte takes a clock, a
+    word or a number two more, and SEPARATE and OFFER one each at least.
+
+    Parameters
+    ----------
+    top_speed : int
+        Most steps a second that ``VEL`` takes, from 1 to 2 ** 31 - 1.
+
+    Members
+    -------
+    items : In(stream.Signature(LineItem))
+        Lines.
+    orders : Out(stream.Signature(PositionerOrder))
+        What each of them says.
+    numbers : Out(signed(32)).array(3)
+        The three positions of ``P`` and ``POS``; the last is the speed of ``VEL``. They stay while
+        an order is offered.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``top_speed`` is out of range.
+    """
+
+    items: In(stream.Signature(LineItem))
+    orders: Out(stream.Signature(PositionerOrder))
+    numbers: Out(signed(32)).array(3)
+    fault: Out(1)
+
+    def __init__(self, *, top_speed: int) -> None:
+        self.top_speed = in_range("top_speed", top_speed, 1, 2**31 - 1)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.words = words = WordReader(WORDS, fold=False)
+        m.submodules.number = number = DecimalReader(is_signed=True)
+        items, order = self.items, self.orders.p
+        for reader in (words, number):
+            m.d.comb += reader.items.payload.eq(items.payload)
+
+        place = Signal(range(1 + max(map(len, ARGUMENTS.values()))))
+        kind = Signal(Kind)
+        with m.Switch(Cat(place, order.command)):
+            for command, kinds in ARGUMENTS.items():
+                for at, what in enumerate(kinds):
+                    with m.Case(command.value << len(place) | at):
+                        m.d.comb += kind.eq(what)
+
+        value = number.numbers.p.value
+        high = Signal()  # the number is more than it may be
+        m.d.comb += high.eq(Mux(kind == Kind.POINT, value > POINTS, value > self.top_speed))
+        out_of_range = (kind != Kind.NUMBER) & ((value < 1) | high)
+
+        def refuse(answer: Answer) -> None:
+            m.d.sync += order.answer.eq(answer)
+            m.next = "SKIP"
+
+        def proceed() -> None:
+            m.d.sync += place.eq(place + 1)
+            m.next = "SEPARATE"
+
+        with m.FSM(name="commands_state") as fsm:
+            with m.State("COMMAND"):
+                m.d.comb += [
+                    words.items.valid.eq(items.valid),
+                    items.ready.eq(words.items.ready),
+                    words.words.ready.eq(1),
+                ]
+                with m.If(words.words.valid):
+                    m.d.sync += order.command.eq(words.words.p.index)
+                    m.next = "SEPARATE"
+                    with m.If(~words.words.p.known | (words.words.p.index >= len(Command))):
+                        refuse(Answer.COMMAND)
+
+            with m.State("SEPARATE"):
+                with m.If(items.valid & (kind == Kind.END) & items.p.end):
+                    m.next = "SKIP"
+                with m.Elif(items.valid & (kind != Kind.END) & ~items.p.end
+                            & (items.p.byte == ord(" "))):
+                    m.d.comb += items.ready.eq(1)
+                    m.next = "NUMBER"
+                    with m.If((kind == Kind.MOTOR) | (kind == Kind.WAY)):
+                        m.next = "WORD"
+                with m.Elif(items.valid):
+                    refuse(Answer.ARGUMENT)
+
+            with m.State("WORD"):
+                m.d.comb += [
+                    words.items.valid.eq(items.valid),
+                    items.ready.eq(words.items.ready),
+                    words.words.ready.eq(1),
+                ]
+                index = words.words.p.index
+                with m.If(words.words.valid):
+                    with m.If(~words.words.p.known):
+                        refuse(Answer.ARGUMENT)
+                    with m.Elif((kind == Kind.MOTOR) & (index == MOT)):
+                        m.next = "DIGIT"
+                    with m.Elif((kind == Kind.WAY) & (index >= CLOCKWISE)):
+                        m.d.sync += order.clockwise.eq(index == CLOCKWISE)
+                        proceed()
+                    with m.Else():
+                        refuse(Answer.ARGUMENT)
+
+            with m.State("DIGIT"):
+                with m.If(items.valid & ~items.p.end & (items.p.byte >= ord("1"))
+                          & (items.p.byte < ord("1") + MOTORS)):
+                    m.d.comb += items.ready.eq(1)
+                    m.d.sync += order.motor.eq(items.p.byte - ord("1"))
+                    proceed()
+                with m.Elif(items.valid):
+                    refuse(Answer.ARGUMENT)
+
+            with m.State("NUMBER"):
+                m.d.comb += [
+                    number.items.valid.eq(items.valid),
+                    items.ready.eq(number.items.ready),
+                    number.numbers.ready.eq(1),
+                ]
+                with m.If(number.numbers.valid):
+                    with m.If(number.numbers.p.error == NumberError.NO_DIGITS):
+                        refuse(Answer.ARGUMENT)
+                    with m.Elif((number.numbers.p.error == NumberError.OVERFLOW) | out_of_range):
+                        refuse(Answer.RANGE)
+                    with m.Else():
+                        with m.If(kind == Kind.POINT):
+                            m.d.sync += order.point.eq(value)
+                        with m.Else():
+                            m.d.sync += Cat(self.numbers).eq(Cat(*self.numbers[1:], value))
+                        proceed()
+
+            with m.State("SKIP"):
+                m.d.comb += items.ready.eq(1)
+                with m.If(items.valid & items.p.end):
+                    m.next = "OFFER"
+                    with m.If(items.p.byte == LineEnd.LONG):
+                        m.d.sync += order.answer.eq(Answer.LONG)
+                    with m.Elif(items.p.byte != LineEnd.GOOD):
+                        m.d.sync += order.answer.eq(Answer.DAMAGED)
+
+            with m.State("OFFER"):
+                m.d.comb += self.orders.valid.eq(1)
+                with m.If(self.orders.ready):
+                    m.d.sync += [order.answer.eq(Answer.NONE), place.eq(0)]
+                    m.next = "COMMAND"
+
+            with m.State("FAULT"):
+                pass
+
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        return m

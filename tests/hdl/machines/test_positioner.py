@@ -1,0 +1,394 @@
+# amaranth: UnusedElaboratable=no
+
+"""The positioner on its pins: as its model at every clock, and as its users rely on it."""
+
+import gc
+import random
+import re
+
+import numpy as np
+import pytest
+
+from fresa.machines import Positioner
+from fresa.machines.positioner import ANSWERS, GUARDS, PositionerPace
+from tb.boards import component
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.models.positioner import PositionerModel
+from tb.models.protocol import bits
+
+NO_COMPILER = CXXRTLEngine.missing()
+PINS = ["tx", "step", "direction", "enable", "buzzer", "connected", "moving", "fault"]
+BIT = 16
+PACE = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
+                      settle=30, report=10_000)
+REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :\n")
+ON_THE_WIRE = BIT * 10
+
+
+def engine_of(pace: PositionerPace = PACE, **options):
+    kind = AmaranthEngine if NO_COMPILER else CXXRTLEngine
+    return kind(component("positioner", Positioner(pace=pace, **options)))
+
+
+def wave(text: bytes, period: int = BIT) -> list[int]:
+    """Put bytes on a line, one after the other."""
+    return [level for byte in text for bit in bits(byte) for level in [bit] * period]
+
+
+def decoded(line, period: int = BIT) -> list[tuple[int, int]]:
+    """Read the bytes on a line, and the clock in which each begins."""
+    line, found, clock = np.asarray(line), [], 0
+    while (low := np.flatnonzero(line[clock:] == 0)).size:
+        clock += int(low[0])
+        middles = line[clock + period // 2: clock + 10 * period: period]
+        if len(middles) < 10:
+            break
+        assert middles[9] == 1
+        found.append((clock, int(sum(int(level) << n for n, level in enumerate(middles[1:9])))))
+        clock += 10 * period - 1
+    return found
+
+
+class Desk:
+    """The machine with someone at the line."""
+
+    def __init__(self, **options) -> None:
+        self.engine = engine_of(**options)
+        self.inverted = options.get("inverted", False)
+        self.seen = {name: np.empty(0, int) for name in PINS}
+        self.engine.set(rx=1)
+        self.wait(60)
+
+    def play(self, rx: list[int]) -> None:
+        for name, values in self.engine.play({"rx": rx}, PINS).items():
+            self.seen[name] = np.concatenate([self.seen[name], values])
+
+    def wait(self, clocks: int) -> None:
+        self.play([1] * clocks)
+
+    def say(self, *lines: str) -> None:
+        self.play(wave("".join(f"{line}\n" for line in lines).encode()) + [1] * 60)
+
+    @property
+    def text(self) -> bytes:
+        return bytes(byte for _, byte in decoded(self.seen["tx"]))
+
+    @property
+    def answers(self) -> list[str]:
+        return [line.decode() for line in self.text.split(b"\n")[:-1] if not line.startswith(b"#")]
+
+    def motors(self) -> list[int]:
+        """Count what left the pins."""
+        flip = 7 if self.inverted else 0
+        step, way = self.seen["step"] ^ flip, self.seen["direction"] ^ flip
+        rises = ~step[:-1] & step[1:]
+        return [int((np.where(way[1:] >> n & 1, 1, -1) * (rises >> n & 1)).sum())
+                for n in range(3)]
+
+    def reported(self) -> list[int]:
+        """Wait for a report, and return it."""
+        self.wait(PACE.report + 50 * ON_THE_WIRE)
+        return [int(number) for number in REPORT.findall(self.text)[-1]]
+
+
+@pytest.fixture
+def desk():
+    made = Desk()
+    yield made
+    made.engine.close()
+
+
+class TestSession:
+    def test_points_and_reports(self, desk):
+        desk.say("CONNECT", "VEL MOT1 1500", "VEL MOT2 1000", "P 1 40 -30 5", "GOTO 1")
+        assert desk.reported() == [40, -30, 5] == desk.motors()
+        desk.say("ORIGIN", "P 2 -10 0 7", "GOTO 2")
+        assert desk.reported() == [-10, 0, 7]
+        assert desk.motors() == [30, -30, 12]
+        desk.say("POS 1000000 -2147483648 2147483647")
+        assert desk.reported() == [1000000, -2**31, 2**31 - 1]
+        assert desk.answers == [] and desk.motors() == [30, -30, 12]
+
+    def test_jog_is_pressed_and_released(self, desk):
+        desk.say("CONNECT", "MOV MOT1 C", "MOV MOT3 CC")
+        desk.wait(3000)
+        assert desk.engine.get("moving") == 0b101
+        desk.say("STOP MOT1", "STOP MOT3")
+        x, y, z = desk.motors()
+        assert x > 20 and y == 0 and z < -20
+        assert desk.reported() == [x, 0, z] == desk.motors()
+
+    def test_nothing_is_reported_and_nothing_moves_before_connect(self, desk):
+        desk.say("P 1 5 5 5", "GOTO 1", "MOV MOT2 C")
+        desk.wait(2 * PACE.report)
+        assert desk.answers == ["! DISCONNECTED"] * 2
+        assert b"#" not in desk.text and desk.motors() == [0, 0, 0]
+        assert not desk.seen["enable"].any()
+
+    def test_disconnect_ends_movement_and_reports(self, desk):
+        desk.say("CONNECT", "MOV MOT1 C")
+        desk.wait(2 * PACE.report)
+        desk.say("DISCONNECT")
+        desk.wait(PACE.report)
+        before, said = desk.motors(), len(desk.text)
+        assert desk.engine.get("enable") == 0
+        desk.wait(3 * PACE.report)
+        desk.say("CONNECT")
+        assert desk.motors() == before and len(desk.text) == said
+
+    @pytest.mark.parametrize(("line", "answer"), [
+        ("", "COMMAND"), ("VEL MOT1 0", "RANGE"), ("P 99 1 2 3", "RANGE"), ("GOTO 1", "EMPTY"),
+        ("STOP", "ARGUMENT"), ("x" * 255, "LONG"), ("P 1 0 0 2147483648", "RANGE"),
+    ])
+    def test_a_bad_line_has_one_answer_and_changes_nothing(self, desk, line, answer):
+        desk.say("CONNECT", "VEL MOT2 700", "POS 1 2 3", line)
+        assert desk.reported() == [1, 2, 3]
+        assert desk.answers == [f"! {answer}"] and desk.motors() == [0, 0, 0]
+
+    def test_a_byte_without_stop_bit_damages_its_line_alone(self, desk):
+        desk.say("CONNECT")
+        desk.play(wave(b"MOV MOT1") + [0] * 10 * BIT + [1] * 20 + wave(b" C\nPOS 7 8 9\n"))
+        assert desk.reported() == [7, 8, 9]
+        assert desk.answers == ["! DAMAGED"]
+
+    def test_all_answers_are_whole_lines_at_any_time(self, desk):
+        """A flood of bad lines, with movements under it: nothing is garbled, no report is late."""
+        desk.say("CONNECT", "MOV MOT1 C", "MOV MOT2 CC")
+        for _ in range(15):
+            desk.say("MOV MOT9 C", "GOTO 99", "FOO")
+        desk.wait(12 * PACE.report)
+        starts = dict(decoded(desk.seen["tx"]))
+        reports = [clock for clock, byte in starts.items() if byte == ord("#")]
+        assert set(np.diff(reports)) == {PACE.report}
+        lines = desk.text.split(b"\n")[:-1]
+        assert all(REPORT.fullmatch(line + b"\n") or line + b"\n" in ANSWERS for line in lines)
+        answers = [line for line in lines if line.startswith(b"!")]
+        assert answers == [b"! ARGUMENT", b"! RANGE", b"! COMMAND"] * 15
+
+    def test_more_bad_lines_than_can_be_answered(self, desk):
+        """Bytes are lost, no line of which one is lost is obeyed, and then all is well."""
+        desk.say("CONNECT", *["MOV MOT9 C"] * 90)
+        desk.wait(12 * PACE.report)
+        assert set(desk.answers) == {"! ARGUMENT", "! DAMAGED"} and len(desk.answers) < 90
+        desk.say("POS 4 5 6")
+        assert desk.reported() == [4, 5, 6] and desk.motors() == [0, 0, 0]
+
+
+class TestLimits:
+    @pytest.mark.parametrize("guards", [GUARDS, ("Z-", "X-", "Y+"), ("X-", "X+", "Z+")])
+    def test_a_limit_blocks_one_way_of_one_axis(self, guards):
+        for number, guard in enumerate(guards):
+            axis, up = "XYZ".index(guard[0]), guard[1] == "+"
+            towards, away = ("C", "CC") if up else ("CC", "C")
+            desk = Desk(guards=guards)
+            desk.engine.set(limits=1 << number)
+            desk.say("CONNECT", *(f"MOV MOT{n} {towards}" for n in (1, 2, 3)))
+            desk.wait(1000)
+            moved = desk.motors()
+            assert moved[axis] == 0 and all(moved[n] for n in range(3) if n != axis)
+            assert desk.engine.get("buzzer")
+            desk.say(f"MOV MOT{axis + 1} {away}")
+            desk.wait(1000)
+            assert desk.motors()[axis] * (1 if up else -1) < 0
+            desk.wait(2 * PACE.report)
+            assert desk.answers == [f"! LIMIT MOT{axis + 1}"] and not desk.engine.get("buzzer")
+            desk.engine.close()
+
+    def test_a_movement_that_was_blocked_does_not_go_on(self, desk):
+        desk.say("CONNECT", "P 1 50 50 50", "GOTO 1")
+        desk.engine.set(limits=1)
+        desk.wait(200)
+        at = desk.motors()[0]
+        desk.engine.set(limits=0)
+        assert desk.reported() == [at, 50, 50] and 0 < at < 50
+
+
+class TestTimes:
+    def check(self, seen, pace: PositionerPace, motor: int, *, inverted: bool = False) -> int:
+        """Lay a ruler on the pins of a motor; return its steps."""
+        def level(name):
+            return (seen[name] >> motor & 1) ^ (inverted and name != "enable")
+
+        step = level("step")
+        edges = np.diff(step.astype(int))
+        rises, falls = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
+        assert (falls - rises[:len(falls)] == pace.width).all()
+        assert (rises[1:] - falls[:len(rises) - 1] >= pace.low).all()
+        assert level("enable")[rises].all()
+        for name in ("direction", "enable"):
+            for change in np.flatnonzero(np.diff(level(name).astype(int))) + 1:
+                assert not step[change - 1:change + 1].any()
+                after, before = rises[rises >= change], falls[falls <= change]
+                assert not after.size or after[0] - change >= pace.setup
+                assert not before.size or change - before[-1] >= pace.hold
+        return len(rises)
+
+    @pytest.mark.parametrize("inverted", [False, True])
+    def test_of_the_driver_modules(self, inverted):
+        desk = Desk(inverted=inverted, backlash=(3, 0, 2))
+        rng = random.Random(inverted)
+        desk.say("CONNECT", *(f"VEL MOT{n} 1500" for n in (1, 2, 3)))
+        for _ in range(60):
+            n = rng.randint(1, 3)
+            desk.say(rng.choice([f"MOV MOT{n} C", f"MOV MOT{n} CC", f"STOP MOT{n}", "CONNECT"]))
+            desk.wait(rng.randrange(300))
+        desk.say("DISCONNECT")
+        assert min(self.check(desk.seen, PACE, n, inverted=inverted) for n in range(3)) > 40
+        assert desk.engine.get("step", "direction")[0] == (7 if inverted else 0)
+        desk.engine.close()
+
+    def test_backlash_is_taken_up_and_not_counted(self):
+        desk = Desk(backlash=(3, 0, 12))
+        desk.say("CONNECT", "P 1 20 20 20", "P 2 0 0 0", "GOTO 1")
+        assert desk.reported() == [20, 20, 20] and desk.motors() == [23, 20, 32]
+        desk.say("GOTO 2")
+        assert desk.reported() == [0, 0, 0] == desk.motors()
+        desk.engine.close()
+
+    @pytest.mark.parametrize("rates", [(1, 1500, 200), (7, 1499, 997), (313, 26, 750),
+                                       (1234, 571, 3), (1500, 1500, 1500), (1001, 640, 1477)])
+    def test_steps_have_no_jitter_beyond_the_rounding_of_the_rate(self, rates):
+        """All axes at once, while the line is busy both ways: less than a clock, for every step."""
+        pace = PositionerPace.real(clock=153_600)
+        with engine_of(pace) as engine:
+            orders = "CONNECT\n" + "".join(
+                f"VEL MOT{n} {rate}\nMOV MOT{n} {'CC' if n == 2 else 'C'}\n"
+                for n, rate in enumerate(rates, 1))
+            engine.set(rx=1)
+            engine.run(60)
+            engine.play({"rx": wave(orders.encode()) + [1] * 100}, PINS)
+            busy = wave(b"FOO\nPOS 1 2\nP 1 2 3 4\nVEL MOT1 0\nSTOP MOT4\nCONNECT\n")
+            seen = engine.play({"rx": (busy * (400_000 // len(busy) + 1))[:400_000]}, PINS)
+        times = decoded(seen["tx"])
+        assert len(times) > 400_000 // 160 * 0.8
+        for motor, rate in enumerate(rates):
+            step = seen["step"] >> motor & 1
+            rises = np.flatnonzero(np.diff(step.astype(int)) == 1)
+            assert len(rises) >= 400_000 * rate // pace.clock - 1
+            # Each is the first clock at or after the time when it should be.
+            late = rises * rate - np.arange(len(rises)) * pace.clock
+            assert late.max() - late.min() < rate if len(rises) else rate < 5
+
+    @pytest.mark.compiler
+    def test_a_million_steps_a_second(self):
+        """At the board's clock, with pulses for such a module, while it reports at 9600 baud."""
+        if NO_COMPILER:
+            pytest.skip(NO_COMPILER)
+        pace = PositionerPace.real(top_speed=1_000_000, width_ns=400, low_ns=400, setup_ns=200,
+                                   hold_ns=200)
+        rates = (1_000_000, 999_983, 31_415)
+        orders = "CONNECT\n" + "".join(f"VEL MOT{n} {rate}\nMOV MOT{n} C\n"
+                                       for n, rate in enumerate(rates, 1))
+        with engine_of(pace) as engine:
+            engine.set(rx=1)
+            engine.run(20_000)
+            for byte in orders.encode() + b"BUSY\n":
+                for level in bits(byte):
+                    engine.set(rx=level)
+                    changes = engine.run(5208, ["step"])
+            changes = engine.run(1_000_000, ["step"])
+        for motor, rate in enumerate(rates):
+            step = changes.values["step"] >> motor & 1
+            rises = changes.clock[1:][np.diff(step.astype(int)) == 1]
+            assert abs(len(rises) - rate // 50) <= 1
+            late = rises * rate - np.arange(len(rises)) * pace.clock
+            assert late.max() - late.min() < rate
+
+
+def order(rng: random.Random) -> str:
+    """Give a line, most of them good."""
+    n, way = rng.randint(1, 3), rng.choice(["C", "CC"])
+    near = [rng.randrange(-60, 60) for _ in range(3)]
+    anywhere = [rng.choice([0, 1, -1, 5, 30, -30, 2**31 - 1, -2**31, 2**31]) for _ in range(3)]
+    return rng.choice([
+        "CONNECT", "CONNECT", f"MOV MOT{n} {way}", f"MOV MOT{n} {way}", f"STOP MOT{n}",
+        f"VEL MOT{n} {rng.choice([1, 50, 900, 1499, 1500, 1501, 0])}",
+        "P {} {} {} {}".format(n, *near), "P {} {} {} {}".format(rng.randrange(9), *anywhere),
+        f"GOTO {n}", f"GOTO {n}", "POS {} {} {}".format(*near), "POS {} {} {}".format(*anywhere),
+        rng.choice(["ORIGIN", "ORIGIN", "FOO", "", "MOV MOT4 C", "CONNECT ", "GOTO -",
+                    "DISCONNECT\nCONNECT", "DISCONNECT", *["x" * 260] * (rng.random() < 0.1)])])
+
+
+def stimulus(seed: int, clocks: int) -> dict[str, np.ndarray]:
+    """A terminal, a line with noise, switches, and now and then a reset."""
+    rng = random.Random(seed)
+    rx, limits = [1] * 40 + wave(b"CONNECT\n"), []
+    while len(rx) < clocks:
+        line = bytearray(order(rng).encode() + b"\n")
+        if rng.random() < 0.1:
+            line[rng.randrange(len(line))] = rng.randrange(256)
+        for byte in line:
+            rx += [level for bit in bits(byte, stop=int(rng.random() > 0.001))
+                   for level in [bit] * BIT]
+        rx += [1] * rng.choice([0, 1, 7, 100, 1000, 3000])
+        if rng.random() < 0.03:
+            rx += [rng.randrange(2) for _ in range(rng.randrange(200))] + [1] * 20
+    while len(limits) < clocks:
+        limits += [rng.randrange(8) if rng.random() < 0.2 else 0] * rng.randrange(1, 3000)
+    rst = [int(rng.random() < 1 / 50_000) for _ in range(clocks)]
+    return {name: np.array(row[:clocks]) for name, row in
+            {"rx": rx, "limits": limits, "rst": rst}.items()}
+
+
+class TestModel:
+    @pytest.mark.parametrize(("seed", "options"), [
+        (0, {}), (1, {"inverted": True, "backlash": (3, 0, 12)}),
+        (2, {"guards": ("X-", "Y+", "X+"), "backlash": (0, 1, 0)}),
+        (3, {"guards": ("Z-", "Z+", "Y-")})])
+    def test_is_its_model_in_every_clock(self, seed, options):
+        clocks = 12_000 if NO_COMPILER else 120_000
+        given = stimulus(seed, clocks)
+        with engine_of(**options) as engine:
+            seen = engine.play(given, PINS)
+        model = PositionerModel(pace=PACE, bit=BIT, **options)
+        rows = np.array([list(model.clock(rx=rx, limits=limits, rst=rst).values())
+                         for rx, limits, rst in zip(*(row.tolist() for row in given.values()),
+                                                    strict=True)])
+        names = list(model.clock(rx=1, limits=0))
+        for name in PINS:
+            differs = np.flatnonzero(seen[name] != rows[:, names.index(name)])
+            assert not differs.size, (name, differs[0])
+        assert NO_COMPILER or np.count_nonzero(np.diff(seen["step"])) > 40
+
+
+class TestPace:
+    def test_real(self):
+        assert PositionerPace.real() == PositionerPace(
+            clock=50_000_000, baud=9600, top_speed=1500, width=95, low=95, setup=33, hold=33,
+            settle=500_000, report=5_000_000)
+
+    @pytest.mark.parametrize(("given", "says"), [
+        ({"clock": 0}, "clock must be a whole number from 1 to 1000000000, not 0"),
+        ({"width_ns": 0}, "width_ns must be a whole number from 1 to 1310720, not 0"),
+        ({"hold_ns": 1.5}, "hold_ns must be a whole number from 1 to 1310720, not 1.5"),
+        ({"report_us": 10**7}, "report_us must be a whole number from 1 to 1342177, not 10000000"),
+    ])
+    def test_impossible_times(self, given, says):
+        with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
+            PositionerPace.real(**given)
+
+    @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
+    @pytest.mark.parametrize(("pace", "options", "says"), [
+        ({"top_speed": 1_000_000}, {}, "top speed must be at most 263157 steps/s with pulses 190 "
+         "clocks apart, not 1000000"),
+        ({"top_speed": 0}, {}, "top speed must be a whole number from 1 to 50000000, not 0"),
+        ({"report_us": 60_000}, {}, "report period must be a whole number from 3176888 to "
+         "67108864, not 3000000"),
+        ({"baud": 0}, {}, "baud at a clock of 50000000 Hz must be a whole number from 1 to "
+         "3125000, not 0"),
+        ({}, {"backlash": (1, 2)}, "there is a backlash and a guard for each of 3 axes, not "
+         "(1, 2) and ('X+', 'Y+', 'Z+')"),
+        ({}, {"backlash": (1, 2, -1)}, "backlash must be a whole number from 0 to 1048576, not -1"),
+        ({}, {"guards": ("X+", "X+", "Y-")}, "guards must be different ends of X-, X+, Y-, Y+, "
+         "Z-, Z+, not ('X+', 'X+', 'Y-')"),
+        ({}, {"guards": ("X+", "Y", "Z-")}, "guards must be different ends of X-, X+, Y-, Y+, "
+         "Z-, Z+, not ('X+', 'Y', 'Z-')"),
+    ])
+    def test_what_does_not_go_together(self, pace, options, says):
+        message = None
+        try:  # what was made before the refusal is let go of here, not later
+            Positioner(pace=PositionerPace.real(**pace), **options)
+        except ValueError as error:
+            message = str(error)
+        gc.collect()
+        assert message == says

@@ -1,0 +1,175 @@
+# amaranth: UnusedElaboratable=no
+
+"""The positioner on its board: each pin, in simulation and in the netlist."""
+
+import re
+
+import numpy as np
+import pytest
+from amaranth import Fragment
+from amaranth.hdl import _nir as nir
+from amaranth.hdl._ir import build_netlist
+
+from fresa.machines.positioner import PositionerPace
+from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
+from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
+from tb.boards import nexys2_positioner
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.models.positioner import PositionerModel
+from tb.models.protocol import bits
+
+BIT = 16
+PACE = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
+                      settle=30, report=10_000)
+MOTORS = ["motor_x", "motor_y", "motor_z"]
+OUTPUTS = ["tx", "buzzer", "leds", *MOTORS]
+RELEASED = 7
+
+
+class Board:
+    """A board on the bench, with someone at its line."""
+
+    def __init__(self, **options) -> None:
+        kind = AmaranthEngine if CXXRTLEngine.missing() else CXXRTLEngine
+        self.engine = kind(nexys2_positioner(pace=PACE, debounce=3, **options))
+        self.engine.set(rx=1, limits=RELEASED)
+        self.seen = {name: np.empty(0, int) for name in OUTPUTS}
+        self.play([1] * 80)
+
+    def play(self, rx: list[int]) -> None:
+        for name, values in self.engine.play({"rx": rx}, OUTPUTS).items():
+            self.seen[name] = np.concatenate([self.seen[name], values])
+
+    def say(self, text: str, wait: int = 80) -> None:
+        self.play([level for byte in text.encode() for bit in bits(byte) for level in [bit] * BIT]
+                  + [1] * wait)
+
+    def steps(self) -> list[int]:
+        return [int((np.diff(self.seen[name] & 1) == 1).sum()) for name in MOTORS]
+
+
+class TestBoard:
+    def test_leds_and_motors(self):
+        board = Board()
+        assert board.engine.get("leds", *MOTORS) == (0, 0, 0, 0)
+        board.say("CONNECT\nMOV MOT2 C\n", 1000)
+        assert board.engine.get("leds") == 0b10000010
+        assert board.engine.get(*MOTORS)[::2] == (0b100, 0b100)
+        assert board.steps()[0] == board.steps()[2] == 0 < board.steps()[1]
+        assert board.engine.get("motor_y") >> 1 == 0b11
+
+    def test_a_limit_is_on_where_its_pin_is_pulled_down(self):
+        board = Board()
+        board.engine.set(limits=0b101)
+        board.say("CONNECT\nMOV MOT2 C\nMOV MOT1 C\n", 1000)
+        assert board.steps()[1] == 0 < board.steps()[0]
+        assert board.engine.get("leds") == 0b10010001 and board.engine.get("buzzer")
+
+    def test_the_button_resets_when_it_is_still(self):
+        board = Board()
+        board.say("CONNECT\nMOV MOT2 C\n")
+        board.engine.set(reset=1)
+        board.play([1] * 2)
+        board.engine.set(reset=0)
+        board.play([1] * 10)
+        assert board.engine.get("leds") == 0b10000010
+        board.engine.set(reset=1)
+        board.play([1] * 20)
+        assert board.engine.get("leds") == 0
+        board.engine.set(reset=0)
+        board.play([1] * 20)
+        board.say("CONNECT\n")
+        assert board.engine.get("leds") == 0b10000000
+
+    @pytest.mark.parametrize("inverted", [False, True])
+    def test_pins_are_those_of_the_model_a_clock_later(self, inverted):
+        """And two clocks later what comes in."""
+        options = {"inverted": inverted, "backlash": (2, 0, 1)}
+        board, model = Board(**options), PositionerModel(pace=PACE, bit=BIT, **options)
+        text = "CONNECT\nP 1 9 -4 6\nGOTO 1\nGOTO 2\nMOV MOT3 CC\n"
+        board.say(text, 12_000)
+        rx = [1] * 80 + [level for byte in text.encode() for bit in bits(byte)
+                         for level in [bit] * BIT] + [1] * 12_000
+        rows = [model.clock(rx=level, limits=0) for level in [1, 1, *rx[:-2]]]
+        for name in ("tx", "buzzer"):
+            assert board.seen[name][1:].tolist() == [row[name] for row in rows[:-1]]
+        for index, name in enumerate(MOTORS):
+            assert board.seen[name][1:].tolist() == [
+                sum((row[pin] >> index & 1) << place
+                    for place, pin in enumerate(("step", "direction", "enable")))
+                for row in rows[:-1]]
+        assert board.seen["motor_x"][0] == (0b011 if inverted else 0)
+
+
+@pytest.fixture(scope="module")
+def netlist() -> nir.Netlist:
+    platform = Nexys2Platform()
+    return build_netlist(Fragment.get(Nexys2Positioner(positioner_ports(platform)), platform),
+                         ports=[])
+
+
+def buffers(netlist: nir.Netlist, name: str) -> list[tuple[int, nir.IOBuffer]]:
+    """The I/O buffers of a resource, with the numbers of their cells."""
+    return [(n, cell) for n, cell in enumerate(netlist.cells) if isinstance(cell, nir.IOBuffer)
+            and all(netlist.io_ports[net.port].name.startswith(name) for net in cell.port)]
+
+
+def users(netlist: nir.Netlist, numbers: set[int]) -> set[int]:
+    """The cells that look at what some cells give."""
+    return {n for n, cell in enumerate(netlist.cells)
+            if any(net.is_cell and net.cell in numbers for net in cell.input_nets())}
+
+
+class TestNetlist:
+    @pytest.mark.parametrize("name", ["motor_0", "motor_1", "motor_2", "buzzer_0", "uart_0__tx"])
+    def test_what_goes_out_comes_straight_from_a_flip_flop_in_its_block(self, netlist, name):
+        [(number, buffer)] = buffers(netlist, name)
+        assert buffer.o is not None
+        for net in buffer.o:
+            cell = netlist.cells[net.cell]
+            assert isinstance(cell, nir.FlipFlop) and cell.attributes["IOB"] == "TRUE"
+            assert cell.arst == nir.Net.from_const(0)
+            # A flip-flop in an I/O block serves its pin alone.
+            assert users(netlist, {net.cell}) == {number}
+
+    @pytest.mark.parametrize("name", ["button_0", "limits_0", "uart_0__rx"])
+    def test_what_comes_in_passes_two_flip_flops(self, netlist, name):
+        cells = {n for n, _ in buffers(netlist, name)}
+        for _ in range(2):
+            cells = {user for n in cells for user in self.behind_inverters(netlist, n)}
+            assert cells
+            for n in cells:
+                cell = netlist.cells[n]
+                assert isinstance(cell, nir.FlipFlop)
+                assert cell.attributes["ASYNC_REG"] == "TRUE"
+
+    @staticmethod
+    def behind_inverters(netlist: nir.Netlist, number: int) -> set[int]:
+        """The cells that look at what a cell gives, through an inverter as well."""
+        found = set()
+        for n in users(netlist, {number}):
+            cell = netlist.cells[n]
+            found |= users(netlist, {n}) if isinstance(cell, nir.Operator) else {n}
+        return found
+
+    def test_pins(self):
+        ports = positioner_ports(Nexys2Platform())
+        pins = {name: [bit.name for bit in ports[name].io.metadata]
+                for name in (*MOTORS, "buzzer", "limits", "rx", "tx")}
+        assert pins == {
+            "motor_x": ["L15", "K12", "L17"], "motor_y": ["K13", "L16", "M14"],
+            "motor_z": ["M13", "R18", "R15"], "buzzer": ["T17"], "limits": ["G15", "J16", "G13"],
+            "rx": ["U6"], "tx": ["P9"]}
+        assert set(ports["limits"].invert) == {True}
+
+    @pytest.mark.parametrize("board", [Nexys2Platform, Nexys2_1200Platform])
+    def test_verilog_and_constraints(self, board):
+        platform = board()
+        files = platform.prepare(Nexys2Positioner(positioner_ports(platform)), "positioner").files
+        verilog, ucf = (text if isinstance(text, str) else text.decode()
+                        for text in (files["positioner.v"], files["positioner.ucf"]))
+        assert len(re.findall(r'\(\* IOB = "TRUE" \*\)\s+reg', verilog)) == 5
+        registers = re.findall(r"^  reg (?:\[\d+:0\] )?(\w+);$", verilog, re.M)
+        memories = re.findall(r"^ +(\w+) <= (?:ring|rom|places)\[\w+\];$", verilog, re.M)
+        assert {*registers} == {*memories}, "registers without a value at power-up"
+        assert ucf.count("PULLUP") == 3
