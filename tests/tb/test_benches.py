@@ -33,6 +33,8 @@ from fresa.motion import (
     MoveTo,
     NumericalController,
     OrderControl,
+    OrderLedger,
+    SerialOrders,
     SpiralWalk,
     SquareGenerator,
     StartHandshake,
@@ -42,6 +44,8 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    HexReader,
+    HexWriter,
     LineReader,
     TextSource,
     UARTReceiver,
@@ -55,7 +59,8 @@ from tb.benches import BENCHES, GROUPS
 STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
-    "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "decimal-writer",
+    "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "serial-orders",
+    "decimal-writer",
 }
 
 BUGS = {
@@ -78,6 +83,8 @@ BUGS = {
     "spiral-walk": (SpiralWalk, "near", 1),
     "square-generator": (SquareGenerator, "busy", 0),
     "coordinate-generator": (CoordinateGenerator, "busy", 1),
+    "order-ledger": (OrderLedger, "orders.valid", 1),
+    "serial-orders": (SerialOrders, "orders.valid", 1),
     "debouncer": (Debouncer, "o", 0),
     "seven-segment": (SevenSegment, "digits", 0b1110),
     "monitor": (Monitor, "leds", 0),
@@ -88,6 +95,8 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
+    "hex-reader": (HexReader, "messages.payload.good", 1),
+    "hex-writer": (HexWriter, "bytes.payload", 0x30),
     "mill": (Mill, "error", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),

@@ -13,10 +13,10 @@ from pathlib import Path
 
 from tb.engines import EngineError
 
+from ..pace import Pace, Rate
 from .build import Builder
 from .machine import Machine
 from .messages import Job
-from .pace import Pace, Rate
 
 __all__ = ["work"]
 

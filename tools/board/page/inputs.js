@@ -1,5 +1,7 @@
 /** Switches that toggle, buttons that are held: by mouse, touch and keyboard. */
 
+import { isPress, isTyping } from "./hold.js";
+
 /** No finger is quicker: the gateware must have time to see a button that was only tapped. */
 const LEAST_HOLD = 80;
 
@@ -97,34 +99,6 @@ export function bindSwitch(element, bit, inputs) {
   });
 }
 
-/** Make an element hold a button for as long as a pointer or a key is down on it. */
-export function bindButton(element, bit, inputs) {
-  element.addEventListener("pointerdown", (event) => {
-    if (event.button !== 0) return;
-    element.setPointerCapture(event.pointerId);
-    inputs.press(bit, event.pointerId);
-  });
-  for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-    element.addEventListener(end, (event) => inputs.release(bit, event.pointerId));
-  }
-  element.addEventListener("contextmenu", (event) => event.preventDefault());
-  element.addEventListener("keydown", (event) => {
-    if (!isPress(event)) return;
-    event.preventDefault();
-    if (!event.repeat) inputs.press(bit, "focus");
-  });
-  element.addEventListener("keyup", (event) => {
-    if (isPress(event)) inputs.release(bit, "focus");
-  });
-  element.addEventListener("blur", () => inputs.release(bit, "focus"));
-  element.addEventListener("click", (event) => {
-    // A screen reader clicks without pointer and key.
-    if (event.detail > 0) return;
-    inputs.press(bit, "click");
-    inputs.release(bit, "click");
-  });
-}
-
 /**
  * Let keys work anywhere on the page, but where text is typed.
  * @param {Inputs} inputs
@@ -149,11 +123,4 @@ export function bindKeys(inputs, wanted, others) {
   document.addEventListener("visibilitychange", () => {
     if (document.hidden) inputs.releaseAll();
   });
-}
-
-const isPress = ({ key }) => key === " " || key === "Enter";
-
-function isTyping(target) {
-  return target.closest("input:not([type=checkbox], [type=range]), select, textarea, dialog")
-    !== null;
 }
