@@ -49,8 +49,7 @@ class Terminal:
         with suppress(OSError, termios.error):
             theirs = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
             try:
-                tty.setraw(theirs)
-                termios.tcflush(theirs, termios.TCIOFLUSH)
+                tty.setraw(theirs, termios.TCSAFLUSH)
             finally:
                 os.close(theirs)
 
