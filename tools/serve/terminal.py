@@ -66,7 +66,7 @@ class Terminal:
 
     def write(self, data: bytes) -> None:
         """Send bytes to whoever has it open."""
-        if not self.open:
+        if self._ours < 0 or not self.open:
             return
         for _ in range(2):
             try:

@@ -231,5 +231,6 @@ def test_the_terminal_hears_the_end():
         with pytest.raises(OSError):
             os.write(program.file, b"hello?")
         program.close()
+        served._heard(b"its last words", 1)  # were on their way through the loop
 
     asyncio.run(session())
