@@ -79,6 +79,7 @@ def test_a_limit_ends_the_wait_and_is_told_once(positioner, fake):
         positioner.wait(timeout=10)
     assert caught.value.axes == positioner.limits == {"x"}
     positioner.check()
+    positioner.wait(timeout=0.01)  # it goes nowhere any more
     positioner.jog("x", -1)
     assert positioner.limits == frozenset()
 

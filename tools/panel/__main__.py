@@ -7,7 +7,7 @@ import sys
 import webbrowser
 from contextlib import AsyncExitStack, nullcontext
 
-from tb.engines import Engine
+from tb.engines import CXXRTLEngine, Engine
 
 from ..console import Parser, UserError, command, say, whole
 from ..serve import MACHINES, Service, build
@@ -37,8 +37,8 @@ examples:
       This port is chosen already; a browser is opened.
 
   python -m tools.panel --simulate
-      No machine needed: its gateware runs in simulation, in real time. What is kept of that is
-      kept apart.
+      No machine needed: its gateware runs in simulation, in real time, if there is a C++ compiler.
+      What is kept of that is kept apart.
 
   python -m tools.panel socket://127.0.0.1:4000
       A machine that python -m tools.serve positioner --tcp 4000 runs.
@@ -63,7 +63,8 @@ def main(argv: list[str] | None = None) -> int:
         raise UserError("with --simulate there is no PORT: leave out one of them")
     if importlib.util.find_spec("serial") is None:
         raise UserError("pyserial is missing: pip install -e '.[host]'")
-    machine = build(MACHINES["positioner"]) if args.simulate else None
+    # Nobody can hold a button on the slow engine.
+    machine = build(MACHINES["positioner"], CXXRTLEngine.name) if args.simulate else None
     asyncio.run(_serve(machine, args))
     return 0
 

@@ -91,6 +91,9 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
             raise UserError(str(error)) from error
     if note:
         warn(note)
+    if isinstance(made[0], AmaranthEngine):
+        warn("a second of the machine will take half a minute or so; with a C++ compiler "
+             "(g++ or clang++) it takes a second")
     return made
 
 

@@ -108,8 +108,8 @@ class Service:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        self._terminal.close()
         await asyncio.to_thread(self._running.stop)
+        self._terminal.close()
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a TCP connection until it is closed."""

@@ -49,8 +49,7 @@ class Terminal:
         with suppress(OSError, termios.error):
             theirs = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
             try:
-                tty.setraw(theirs)
-                termios.tcflush(theirs, termios.TCIOFLUSH)
+                tty.setraw(theirs, termios.TCSAFLUSH)
             finally:
                 os.close(theirs)
 
@@ -67,7 +66,7 @@ class Terminal:
 
     def write(self, data: bytes) -> None:
         """Send bytes to whoever has it open."""
-        if not self.open:
+        if self._ours < 0 or not self.open:
             return
         for _ in range(2):
             try:

@@ -92,12 +92,22 @@ def test_connecting_tells_the_machine_what_was_kept(fake, path):
     assert fake.closed and load(path).port == PORT
 
 
-def test_a_machine_that_was_off_is_told_where_it_is(fake, path):
+def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
     save(path, Kept("", Steps(500, -500, 7)))
 
+    def obey(line: bytes) -> bytes:
+        late = b"# POS 0 0 0 :\n" * 2 if line.startswith(b"POS") else b""  # was on its way already
+        return late + fake.obey(line)
+
     async def what(site):
+        fake.answer = obey
+        tell, places = site.panel.pages.tell, []
+        monkeypatch.setattr(site.panel.pages, "tell", lambda about, fields: (
+            tell(about, fields), places.append(fields["steps"]) if about == "place" else None))
         assert site.told("place")["steps"] == [500, -500, 7]  # before anything is connected
         await site.connect()
+        await site.until(lambda: site.told("place")["reports"] > 3)
+        assert set(places) == {(500, -500, 7)}
         assert b"POS 500 -500 7\n" in fake.written
         assert "had forgotten" in site.told("state")["note"]
         assert site.told("place")["steps"] == [500, -500, 7]

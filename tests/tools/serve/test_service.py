@@ -86,9 +86,10 @@ def test_who_comes_later_finds_nothing_of_who_was_there_before():
             attributes = termios.tcgetattr(first.file)
             attributes[3] |= termios.ECHO | termios.ICANON
             termios.tcsetattr(first.file, termios.TCSANOW, attributes)
-            os.write(first.file, b"secret\n")
             reader, writer = await connect(served)
-            first.close()
+            os.write(first.file, b"secret\n")
+            assert await reader.readline() == b"secret\n"
+            first.close()  # and has not read it
             writer.write(b"nobody has it open\n")
             assert (await reader.readuntil(b"open\n")).endswith(b"nobody has it open\n")
             await asyncio.sleep(5 * 0.02)
@@ -230,5 +231,6 @@ def test_the_terminal_hears_the_end():
         with pytest.raises(OSError):
             os.write(program.file, b"hello?")
         program.close()
+        served._heard(b"its last words", 1)  # were on their way through the loop
 
     asyncio.run(session())
