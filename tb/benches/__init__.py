@@ -1,13 +1,13 @@
 """The benches, a module a room."""
 
 from ..bench import Bench
-from . import board, control, drive, mill, motion, orders, panel, protocol, serial_line
+from . import board, control, drive, mill, motion, orders, panel, protocol, serial_line, single
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
     "components": (drive, motion, control, orders, panel, serial_line, protocol),
-    "machine": (mill,),
+    "machine": (mill, single),
     "board": (board,),
 }
 

@@ -13,6 +13,7 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .frames import FRAMES
 from .guard import GUARD
 from .limits import LIMITS
 from .line import LINE
@@ -24,6 +25,7 @@ from .phase import PHASE
 from .position import POSITION
 from .rate import RATE
 from .sequencer import SEQUENCER
+from .single import SINGLE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -66,6 +68,8 @@ COMPONENTS = {
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
     "text": TEXT,
+    "frames": FRAMES,
     "mill": MILL,
+    "single": SINGLE,
 }
 """Components by name, in the order in which they are best read."""

@@ -21,7 +21,7 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill
+from fresa.machines import Mill, Single
 from fresa.motion import (
     AutomaticControl,
     Backlash,
@@ -41,6 +41,7 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    FrameInterpreter,
     LineReader,
     TextSource,
     UARTReceiver,
@@ -55,7 +56,7 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
     "jog-combinations", "square", "image", "uart-receiver",
-    "decimal-writer",
+    "decimal-writer", "frame-interpreter", "single",
 }
 
 BUGS = {
@@ -87,7 +88,9 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
+    "frame-interpreter": (FrameInterpreter, "enable", 1),
     "mill": (Mill, "error", 0),
+    "single": (Single, "tx", 1),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),
