@@ -84,8 +84,9 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
     c.holds("answers-what-it-is", "The answer is the one that the frame deserves: `ok`, or the "
             "right `err`, and the greeting after reset.", when=answers,
             then=owed & (texts.numbers.payload == due),
-            bug=(Bug(frames, "command.eq(words.words.p.index)", "command.eq(words.words.p.index ^ 1)"),
-                 Bug(frames, "POSITIONS - 1", "POSITIONS"), Bug(frames, "SPEEDS - 1", "SPEEDS"),
+            bug=(Bug(frames, "command.eq(words.words.p.index)",
+                     "command.eq(words.words.p.index ^ 1)"),
+                 Bug(frames, "POSITIONS - 1", "7"), Bug(frames, "SPEEDS - 1", "7"),
                  Bug(frames, "(number.value == 0)", "(number.value == 3)"),
                  Bug(frames, "Answer.OK, Answer.RANGE, Answer.NUMBER", "Answer.RANGE"),
                  Bug(frames, "self.items.p.byte == LineEnd.LONG", "0")))
@@ -139,8 +140,9 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
                         f"self.{'enable' if name == 'power' else name}._reset_less = True"))
     c.always("in-range", "Set-point and speed are always such as may be.",
              (dut.target < POSITIONS) & (dut.speed > 0) & (dut.speed < SPEEDS),
-             seen=dut.target == POSITIONS - 1,
-             bug=Bug(frames, "number.value > most", "number.value > most + 1"))
+             seen=dut.target == 9,
+             bug=(Bug(frames, "self.target.eq(value)", "self.target.eq(~value)"),
+                  Bug(frames, "self.speed.eq(value)", "self.speed.eq(~value)")))
 
     # What is sent
     writer = c.state("writer.writer_state")
@@ -187,7 +189,8 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
                  (c.signal("reader.value") == 0) & ~c.signal("reader.overflow")
                  & ~c.signal("reader.digits") & ~number) & ~c.signal("reader.negative"),
              seen=number,
-             bug=Bug(frames, "reader.numbers.ready.eq(1)", "reader.numbers.ready.eq(command == 0)"))
+             bug=Bug(frames, "reader.items.valid.eq(self.items.valid)",
+                             "reader.items.valid.eq(self.items.valid & ~self.items.p.byte[0])"))
     c.holds("knows-what-to-answer", "Behind it, it knows what the frame is if nothing follows.",
             when=state("END"), then=(answer == frame.good)
             & (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
@@ -205,7 +208,8 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
              ((count > 0) | (frame.digits & (frame.value == 0) & ~frame.large))
              & ((count != 1) | (frame.digits & (frame.value == 0) & ~frame.large))
              & (~owed | (count == 0)), seen=count == 3,
-             bug=Bug(frames, 'm.next = "COMMAND"', 'm.next = "NUMBER"'))
+             bug=Bug(frames, "texts.numbers.payload.eq(answer)]",
+                     "texts.numbers.payload.eq(answer), self.items.ready.eq(1)]"))
     texts, busy = c.part("texts"), c.signal("texts.busy")
     rom, place = Array(b"".join(texts.texts)), c.signal("texts.place")
     c.always("knows-the-text", "A byte of a text is the one where it is.",
