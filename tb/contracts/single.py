@@ -90,7 +90,8 @@ def _watch_times(c: Contract, dut: Single) -> None:
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
     late, rest = c.signal("rate.late"), c.signal("driver.rest")
     c.always("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
-             speed.rate == (c.part("commands").speed * dut.rpm)[:len(speed.rate)], seen=dut.position == 1,
+             speed.rate == (c.part("commands").speed * dut.rpm)[:len(speed.rate)],
+             seen=dut.position == 1,
              bug=Bug(single, "rate.rate.eq(commands.speed * self.rpm)",
                      "rate.rate.eq(commands.speed[1:] * self.rpm)"))
     settled = c.keep(1, name="settled")  # since power came

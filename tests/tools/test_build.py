@@ -14,9 +14,10 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillPace, step_period
+from fresa.machines.single import SinglePace
 from tools import build
 from tools.cut_picture import duration
-from tools.machines import mill
+from tools.machines import mill, single
 from tools.synthesis import Resources, synthesise
 
 REPOSITORY = Path(__file__).parents[2]
@@ -262,6 +263,14 @@ class TestSize:
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 930
         assert 2 * 400 * 400 / 18432 < resources.block_rams <= 20
+        assert in_readme(resources)
+
+
+    def test_single_on_its_board(self):
+        built = single.build_single("nexys2-500", pace=SinglePace.real())
+        resources = synthesise(built.rtlil, built.top)
+        assert resources.luts <= 900
+        assert resources.block_rams == 2  # frames, and texts
         assert in_readme(resources)
 
 
