@@ -1,13 +1,26 @@
 """The benches, a module a room."""
 
 from ..bench import Bench
-from . import axis, board, control, drive, guard, mill, motion, orders, panel, protocol, serial_line
+from . import (
+    axis,
+    board,
+    control,
+    drive,
+    guard,
+    mill,
+    motion,
+    orders,
+    panel,
+    protocol,
+    serial_line,
+    single,
+)
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
     "components": (drive, motion, control, guard, orders, panel, axis, serial_line, protocol),
-    "machine": (mill,),
+    "machine": (mill, single),
     "board": (board,),
 }
 

@@ -13,6 +13,7 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .frames import FRAMES
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
@@ -26,6 +27,7 @@ from .phase import PHASE
 from .position import POSITION
 from .rate import RATE
 from .sequencer import SEQUENCER
+from .single import SINGLE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -71,6 +73,8 @@ COMPONENTS = {
     "text": TEXT,
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,
+    "frames": FRAMES,
     "mill": MILL,
+    "single": SINGLE,
 }
 """Components by name, in the order in which they are best read."""

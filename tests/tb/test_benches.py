@@ -21,7 +21,7 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill
+from fresa.machines import Mill, Single
 from fresa.motion import (
     AutomaticControl,
     Backlash,
@@ -44,6 +44,7 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    FrameInterpreter,
     HexReader,
     HexWriter,
     LineReader,
@@ -60,7 +61,7 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
     "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "serial-orders",
-    "decimal-writer",
+    "decimal-writer", "frame-interpreter", "single",
 }
 
 BUGS = {
@@ -97,7 +98,9 @@ BUGS = {
     "text-source": (TextSource, "bytes.payload", 0x6F),
     "hex-reader": (HexReader, "messages.payload.good", 1),
     "hex-writer": (HexWriter, "bytes.payload", 0x30),
+    "frame-interpreter": (FrameInterpreter, "enable", 1),
     "mill": (Mill, "error", 0),
+    "single": (Single, "tx", 1),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),
