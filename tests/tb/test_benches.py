@@ -88,7 +88,7 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
-    "frame-interpreter": (FrameInterpreter, "enable", 1),
+    "frame-interpreter": (FrameInterpreter, "bytes.payload", 0x6F),
     "mill": (Mill, "error", 0),
     "single": (Single, "tx", 1),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
