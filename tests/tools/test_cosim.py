@@ -217,6 +217,13 @@ class TestCommand:
         outcome = lockstep({"a": first, "b": again}, stimuli(MACHINES["coil"], 1, 900), outputs)
         assert outcome.finding is None and outcome.tallies["b"].clocks == 900
 
+    def test_another_machine(self, capsys):
+        """It has a model of its own, and no VHDL."""
+        assert run("--machine", "single", "--engines", "model,amaranth", "--cycles", 4000) == 0
+        assert "agree      6 outputs" in capsys.readouterr().out
+        assert run("--machine", "single", "--engines", "model,ghdl") == 2
+        assert "no engine is named 'ghdl'" in capsys.readouterr().err
+
     @pytest.mark.ghdl
     @needs("ghdl")
     @pytest.mark.parametrize("machine", ["mill", "sequencer"])
