@@ -2,6 +2,7 @@
 
 from .automatic import AUTOMATIC
 from .axes import AXES
+from .axis import AXIS
 from .backlash import BACKLASH
 from .coil import COIL
 from .contract import Component
@@ -21,6 +22,7 @@ from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .phase import PHASE
+from .points import POINTS
 from .position import POSITION
 from .rate import RATE
 from .sequencer import SEQUENCER
@@ -46,6 +48,8 @@ COMPONENTS = {
     "position": POSITION,
     "backlash": BACKLASH,
     "limits": LIMITS,
+    "axis": AXIS,
+    "points": POINTS,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,

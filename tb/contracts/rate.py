@@ -5,9 +5,9 @@ from amaranth import Mux
 from fresa.drive import RateGenerator, rate
 
 from .coil import watch_spacing
-from .contract import Bug, Case, Component, Contract
+from .contract import Bits, Bug, Case, Component, Contract
 
-__all__ = ["RATE"]
+__all__ = ["RATE", "watch_spaced"]
 
 RESET_LESS = "init=-self.modulus, reset_less=True"
 
@@ -47,6 +47,12 @@ def describe(c: Contract, dut: RateGenerator) -> None:
             when=c.past(~dut.due & (dut.rate == 0)), then=~dut.due,
             bug=Bug(rate, "self.max_rate, self.rate", "self.max_rate, self.rate | 1"))
 
+    watch_spaced(c, dut, owed)
+
+
+def watch_spaced(c: Contract, dut: RateGenerator, owed: Bits) -> None:
+    """Promise that steps are not too close; `owed` is the sum, less nothing for what is due."""
+    made = dut.due & dut.moved
     least = dut.modulus // dut.max_rate
     rested = watch_spacing(c, made, least)
     if least > 1:

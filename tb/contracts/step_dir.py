@@ -7,7 +7,7 @@ from fresa.drive import StepDirDriver, step_dir
 from .coil import watch_spacing
 from .contract import Bits, Bug, Case, Component, Contract
 
-__all__ = ["STEP_DIR"]
+__all__ = ["STEP_DIR", "watch_driver"]
 
 READY = "over & ~high & right & power & ~ResetSignal()"
 RIGHT = "(sense == self.direction) & (power == self.enable)"
@@ -17,6 +17,11 @@ TURNS = "(power != self.enable) | (self.step & ~right)"
 
 def describe(c: Contract, dut: StepDirDriver) -> None:
     """The times of a driver module hold for every input, and each pulse is counted once."""
+    watch_driver(c, dut)
+
+
+def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
+    """Promise that of a driver at any place of a component; `path` is that of its inside."""
     pause = max(dut.low, dut.hold)
     since = watch_spacing(c, dut.moved, dut.width, "since_rise")  # clocks since STEP rose
     low = _count(c, ~dut.step_pin, pause, "low_for")  # clocks before this for which it is low
@@ -46,7 +51,7 @@ def describe(c: Contract, dut: StepDirDriver) -> None:
              c.past(1) | ~(dut.step_pin | dut.direction_pin | dut.enable_pin), seen=~c.past(1),
              bug=Bug(step_dir, "power = Signal(reset_less=True)",
                      "power = Signal(reset_less=True, init=1)"))
-    waiting(c, dut, since, low, still)
+    waiting(c, dut, since, low, still, c.signal(f"{path}wait"))
 
 
 def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits) -> None:
@@ -80,9 +85,10 @@ def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits)
             bug=Bug(step_dir, "self.step & self.ready", "self.step & self.ready & sense"))
 
 
-def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits) -> None:
+def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, wait: Bits
+            ) -> None:
     """How long anything has to wait, and what the timer has to do with it."""
-    wait, high = c.signal("wait"), dut.step_pin
+    high = dut.step_pin
     pause = max(dut.low, dut.hold)
     whole = max(dut.width + pause, dut.setup)
     left = -wait + Mux(high, pause, 0)  # clocks until all is over, after this
