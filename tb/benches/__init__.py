@@ -1,18 +1,32 @@
 """The benches, a module a room."""
 
 from ..bench import Bench
-from . import board, control, drive, mill, motion, orders, panel, protocol, serial_line
+from . import (
+    board,
+    control,
+    drive,
+    mill,
+    motion,
+    orders,
+    panel,
+    positioner,
+    protocol,
+    serial_line,
+)
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
-    "components": (drive, motion, control, orders, panel, serial_line, protocol),
-    "machine": (mill,),
+    "components": (drive, motion, control, orders, panel, serial_line, protocol, positioner),
+    "machine": (mill, positioner),
     "board": (board,),
 }
 
+MACHINES = ("mill", "positioner")
+
 GROUPS = {
-    group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)]
+    group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)
+            and (bench.name in MACHINES) == (group == "machine")]
     for group, rooms in ROOMS.items()
 }
 """Benches, in the order in which they are best read."""

@@ -24,6 +24,7 @@ from .order_control import ORDER_CONTROL
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
+from .positioning import POSITIONING
 from .rate import RATE
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
@@ -50,6 +51,7 @@ COMPONENTS = {
     "limits": LIMITS,
     "axis": AXIS,
     "points": POINTS,
+    "positioning": POSITIONING,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,

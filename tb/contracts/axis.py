@@ -3,6 +3,7 @@
 from amaranth import Mux, signed
 
 from fresa.drive import StepDirDriver
+from fresa.drive import rate as rate_module
 from fresa.motion import Axis, axis
 
 from .contract import Bits, Bug, Case, Component, Contract
@@ -51,7 +52,7 @@ def describe(c: Contract, dut: Axis) -> None:
     late = c.signal("rate.late")
     c.always("no-more-is-owed", "The sum of the rate is in its range.",
              (late >= -dut.modulus) & (late < dut.max_rate), seen=late >= 0,
-             bug=Bug(axis, "rate.moved.eq(driver.moved)", "rate.moved.eq(driver.ready)"))
+             bug=Bug(rate_module, "late >= 0", "late > 0"))
     watch_spaced(c, rate, late + dut.modulus)
 
 
@@ -83,11 +84,12 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
     c.holds("within-the-play", "The pulses and the position are never further apart than the play, "
             "for ever: without play they are the same.", when=is_steady,
             then=(now >= 0) & (now <= dut.play) & ~lost,
-            bug=(Bug(axis, "move.moved.eq(backlash.counted)", "move.moved.eq(driver.moved)"),
+            bug=(Bug(axis, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.ready)"),
                  Bug(axis, "backlash.direction.eq(move.direction)", "backlash.direction.eq(1)")))
     c.holds("play-is-left", "What is left of the play is what is missing to its end.",
             when=is_steady, then=(left <= dut.play) & (now == Mux(way, dut.play - left, left)),
-            bug=Bug(axis, "backlash.play.eq(self.play)", "backlash.play.eq(self.play >> 1)"))
+            bug=(Bug(axis, "move.moved.eq(backlash.counted)", "move.moved.eq(driver.moved)"),
+                 Bug(axis, "backlash.play.eq(self.play)", "backlash.play.eq(self.play >> 1)")))
 
 
 def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
@@ -101,7 +103,7 @@ def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
 
 AXIS = Component(
     make=make, describe=describe, depth=18,
-    cases=(Case({"times": (2, 4, 2, 3), "modulus": 13, "max_rate": 2, "max_play": 3, "settle": 2,
+    cases=(Case({"times": (1, 2, 2, 1), "modulus": 13, "max_rate": 2, "max_play": 3, "settle": 2,
                  "bits": 4}),
            Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_play": 1, "settle": 1,
                  "bits": 3}),

@@ -21,9 +21,10 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill
+from fresa.machines import Mill, Positioner
 from fresa.motion import (
     AutomaticControl,
+    Axis,
     Backlash,
     CoordinateGenerator,
     Limits,
@@ -32,6 +33,8 @@ from fresa.motion import (
     MoveTo,
     NumericalController,
     OrderControl,
+    PointStore,
+    Positioning,
     SpiralWalk,
     SquareGenerator,
     StartHandshake,
@@ -42,6 +45,8 @@ from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
     LineReader,
+    PositionerCommands,
+    Reporter,
     TextSource,
     UARTReceiver,
     UARTTransmitter,
@@ -55,7 +60,7 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
     "jog-combinations", "square", "image", "uart-receiver",
-    "decimal-writer",
+    "decimal-writer", "positioner-commands", "reporter", "positioner",
 }
 
 BUGS = {
@@ -87,7 +92,13 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
+    "axis": (Axis, "there", 0),
+    "point-store": (PointStore, "stored", 0),
+    "positioner-commands": (PositionerCommands, "orders.valid", 0),
+    "positioning": (Positioning, "buzzer", 0),
+    "reporter": (Reporter, "bytes.payload", 0x21),
     "mill": (Mill, "error", 0),
+    "positioner": (Positioner, "enable", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),
