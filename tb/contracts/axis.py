@@ -22,8 +22,8 @@ def describe(c: Contract, dut: Axis) -> None:
     c.always("counts-what-leaves", "STEP rises in the clock after a step is made, and at no other "
              "time.", rises == c.past(moved), seen=rises,
              bug=Bug(axis, "self.moved.eq(driver.moved)", "self.moved.eq(driver.step)"))
-    c.holds("asked-by-a-target", "A step is made only on the way to a target: with `run`, in no load, and not "
-            "there.", when=moved, then=dut.run & ~dut.load & ~dut.there,
+    c.holds("asked-by-a-target", "A step is made only on the way to a target: with `run`, in no "
+            "load, and not there.", when=moved, then=dut.run & ~dut.load & ~dut.there,
             bug=(Bug(axis, "move.run.eq(self.run)", "move.run.eq(1)"),
                  Bug(axis, "move.load.eq(self.load)", "move.load.eq(0)")))
     c.holds("there", "It is there where the position is the target.",

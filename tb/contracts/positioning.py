@@ -41,7 +41,8 @@ def describe(c: Contract, dut: Positioning) -> None:
         c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
     c.always("knows-its-points", "It knows which points were stored.",
              c.signal("points.there") == stored, seen=stored[3],
-             bug=Bug(positioning, "with m.Case(Command.P):", "with m.Case(Command.P, Command.POS):"))
+             bug=Bug(positioning, "with m.Case(Command.P):",
+                     "with m.Case(Command.P, Command.POS):"))
     _changes(c, dut, obeyed)
     _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
         apart, Answer.DISCONNECTED, Answer.EMPTY)))
@@ -104,14 +105,14 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
                 bug=(Bug(positioning, MOVES, "self.run & ~self.there"),
                      Bug(positioning, MOVES, "self.run & ~stopped"),
                      Bug(positioning, "self.run & ~self.there & ~self.blocked", "self.run")))
-        c.holds(f"{name}-target", f"The target of motor {motor + 1} changes only by MOV of it, to an "
-                "end, and by GOTO.", when=target != c.past(target),
+        c.holds(f"{name}-target", f"The target of motor {motor + 1} changes only by MOV of it, "
+                "to an end, and by GOTO.", when=target != c.past(target),
                 then=was_reset | then(Command.GOTO) | then(Command.MOV, motor=motor)
                 & (target == Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN)),
                 bug=Bug(positioning, "self.target[motor].eq(Mux(order.clockwise, UP, DOWN))",
                         "self.target[motor].eq(Mux(order.clockwise, DOWN, UP))"))
-        c.holds(f"{name}-rate", f"The speed of motor {motor + 1} changes only by VEL of it, to what "
-                "it says.", when=rate != c.past(rate, init=positioning.START_SPEED),
+        c.holds(f"{name}-rate", f"The speed of motor {motor + 1} changes only by VEL of it, to "
+                "what it says.", when=rate != c.past(rate, init=positioning.START_SPEED),
                 then=was_reset | then(Command.VEL, motor=motor)
                 & (rate == c.past(dut.numbers[2])[:len(rate)]),
                 bug=(Bug(positioning, "self.rate[motor].eq(self.numbers[-1])",
@@ -166,8 +167,8 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                 "ended a movement, and once for that.", when=mine & ~kept,
                 then=c.past(hits[motor]) & (~hits[motor] | c.past(ended)),
                 bug=Bug(positioning, "Mux(free, hits & ~first, hits)", "hits"))
-        c.holds(f"limit-{motor + 1}-has-a-cause", f"Nothing is to be told of motor {motor + 1} that "
-                "did not happen.", when=hits[motor] & ~c.past(hits[motor]), then=c.past(ended),
+        c.holds(f"limit-{motor + 1}-has-a-cause", f"Nothing is to be told of motor {motor + 1} "
+                "that did not happen.", when=hits[motor] & ~c.past(hits[motor]), then=c.past(ended),
                 bug=Bug(positioning, "stopped.eq(self.run & self.blocked)",
                         "stopped.eq(self.blocked)"))
     c.holds("sounds", "The buzzer is on after a switch ended a movement.",
