@@ -24,6 +24,7 @@ from .order_control import ORDER_CONTROL
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
+from .positioner_commands import POSITIONER_COMMANDS
 from .positioning import POSITIONING
 from .rate import RATE
 from .sequencer import SEQUENCER
@@ -72,6 +73,7 @@ COMPONENTS = {
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
     "text": TEXT,
+    "positioner_commands": POSITIONER_COMMANDS,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""
