@@ -5,20 +5,25 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from os import PathLike
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from amaranth import Value
 from numpy.typing import NDArray
 
+from fresa.machines import Single
 from fresa.machines.mill import MillPace
+from fresa.machines.single import SinglePace
 
 from . import boards
 from .design import Design
 from .engines import ENGINES, Engine, source
 from .engines.pysim import AmaranthEngine
-from .models.mill import MillInputs, MillModel
+from .models.mill import MillModel
+from .models.single import SingleModel
 from .stimulus import Chance, Stimulus, chance, directed, held, moods, random_blocks
+from .terminal import chance as typed_by_chance
+from .terminal import directed as typed_in_turn
 from .vhdl import REFERENCES
 
 __all__ = ["FAST", "MACHINES", "MODEL", "Machine", "ModelPlayer", "Player", "close_all",
@@ -45,6 +50,20 @@ class Player(Protocol):
         """Be done."""
 
 
+class Model(Protocol):
+    """A machine in plain Python, clock by clock."""
+
+    Inputs: ClassVar[type]
+    """A dataclass of its input pins, all 0 unless given."""
+
+    def outputs(self, pins, /) -> object:
+        """Return the outputs in this clock, as attributes."""
+        ...
+
+    def edge(self, pins, /) -> None:
+        """Go to the next clock."""
+
+
 @dataclass(frozen=True)
 class Machine:
     """A machine that can be cosimulated.
@@ -68,7 +87,7 @@ class Machine:
     design: Callable[[], Design]
     directed: Callable[[int, int], Stimulus]
     chance: Chance
-    model: Callable[[], MillModel] | None = None
+    model: Callable[[], Model] | None = None
 
     @functools.cached_property
     def shared(self) -> Design:
@@ -96,6 +115,21 @@ def _mill(name: str, guard: bool) -> Machine:
         directed=lambda seed, clocks: directed(model(), seed, clocks), chance=chance, model=model)
 
 
+def _single() -> Machine:
+    """Shorten bits and texts; the speed of the motor is real beside the clock."""
+    pace, greeting, help_text = SinglePace.real(clock=48_000, baud=3000), b"!\r\n", b"?\r\n"
+
+    def model() -> SingleModel:
+        return SingleModel(bit=pace.bit, modulus=pace.modulus, rate=pace.rate, greeting=greeting,
+                           help_text=help_text)
+
+    return Machine(
+        "single", lambda: boards.component(
+            "single", Single(pace=pace, greeting=greeting, help_text=help_text)),
+        directed=lambda seed, clocks: typed_in_turn(model(), seed, clocks),
+        chance=functools.partial(typed_by_chance, pace.bit), model=model)
+
+
 def _described(name: str) -> Machine:
     """Take a component and its first parameters from the table of the VHDL."""
     reference = REFERENCES[name]
@@ -114,26 +148,26 @@ def _described(name: str) -> Machine:
 MACHINES = {
     "mill": _mill("mill", guard=False),
     "mill-guarded": _mill("mill-guarded", guard=True),
+    "single": _single(),
     **{name: _described(name) for name in REFERENCES if name != "mill"},
 }
-"""The mill, guarded and not, and the components of which there is a description in VHDL."""
+"""The machines, the mill also guarded, and the components of which there is one in VHDL."""
 
 
 class ModelPlayer:
     """A model as a `Player`."""
 
-    _INPUTS = [field.name for field in fields(MillInputs)]
-
-    def __init__(self, model: MillModel) -> None:
+    def __init__(self, model: Model) -> None:
         self._model = model
+        self._inputs = [field.name for field in fields(model.Inputs)]
 
     def play(self, stimulus: Stimulus, outputs: Sequence[str], /) -> dict[str, NDArray]:
         """Play some rows; give the outputs."""
-        model, pins = self._model, MillInputs()
-        columns = [stimulus[name].astype(int).tolist() for name in self._INPUTS]
+        model, pins = self._model, self._model.Inputs()
+        columns = [stimulus[name].astype(int).tolist() for name in self._inputs]
         seen = []
         for row in zip(*columns, strict=True):
-            for name, level in zip(self._INPUTS, row, strict=True):
+            for name, level in zip(self._inputs, row, strict=True):
                 setattr(pins, name, level)
             seen.append(model.outputs(pins))
             model.edge(pins)

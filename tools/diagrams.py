@@ -290,6 +290,14 @@ DIAGRAMS = (
         "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
         "bytes_payload inside: dut.place", 0, 24, radix=("bytes_payload=hex", "dut.place=dec")),
     Diagram(
+        "frame-interpreter",
+        "The frame `x57`, in which a word is read, a number and the end. The set-point is there "
+        "with the clock after the end was taken, and not before; then `ok` and the end of the line "
+        "are sent.",
+        "frames: items_valid items_ready items_payload.byte items_payload.end "
+        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 12, 32,
+        radix=("items_payload.byte=hex", "bytes_payload=hex", "target=dec")),
+    Diagram(
         "positioner-commands",
         "`MOV MOT1 C`, a byte a clock where it is read; two clocks after its last letter a word is "
         "known. With the end of the line the order is there.",
@@ -308,6 +316,12 @@ DIAGRAMS = (
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
         "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
         "axis_z positions: x.count y.count z.count", 0, 115),
+    Diagram(
+        "single",
+        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
+        "way: the first step is made at once, the others 10 clocks apart, 6000 rpm at the 48 kHz "
+        "of this bench. `tx` falls when the answer begins.",
+        "line: rx tx outputs: moving coils position enable", 11940, 12040, radix=("position=dec",)),
     Diagram(
         "positioner",
         "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "

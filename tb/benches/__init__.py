@@ -12,17 +12,18 @@ from . import (
     positioner,
     protocol,
     serial_line,
+    single,
 )
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
     "components": (drive, motion, control, orders, panel, serial_line, protocol, positioner),
-    "machine": (mill, positioner),
+    "machine": (mill, single, positioner),
     "board": (board,),
 }
 
-MACHINES = ("mill", "positioner")
+MACHINES = ("mill", "single", "positioner")
 
 GROUPS = {
     group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)

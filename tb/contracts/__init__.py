@@ -14,6 +14,7 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .frames import FRAMES
 from .guard import GUARD
 from .limits import LIMITS
 from .line import LINE
@@ -28,6 +29,7 @@ from .positioner_commands import POSITIONER_COMMANDS
 from .positioning import POSITIONING
 from .rate import RATE
 from .sequencer import SEQUENCER
+from .single import SINGLE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -73,7 +75,9 @@ COMPONENTS = {
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
     "text": TEXT,
+    "frames": FRAMES,
     "positioner_commands": POSITIONER_COMMANDS,
     "mill": MILL,
+    "single": SINGLE,
 }
 """Components by name, in the order in which they are best read."""

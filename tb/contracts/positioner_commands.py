@@ -19,7 +19,7 @@ OUT_OF_RANGE = "(number.numbers.p.error == NumberError.OVERFLOW) | out_of_range"
 def describe(c: Contract, dut: PositionerCommands) -> None:
     """What is offered is what was read, and is in its range."""
     items, order = dut.items, dut.orders.p
-    answer, command = order.answer.as_value(), order.command.as_value()
+    answer = order.answer.as_value()
     offered, payload = dut.orders.valid, dut.orders.payload.as_value()
     taken, said = items.valid & items.ready, offered & dut.orders.ready
     state = c.state("commands_state")
@@ -173,8 +173,8 @@ def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
                               idle + (idle <= STALL)))
     c.always("goes-on", f"Of a line that waits something is taken at least every {STALL + 1} "
              "clocks, until its order is offered.", idle <= STALL, seen=idle == 2,
-             bug=Bug(positioner, "words.words.ready.eq(1),\n                ]\n                with",
-                     "words.words.ready.eq(place != 0),\n                ]\n                with"))
+             bug=Bug(positioner, "ready.eq(1),\n                ]\n                with m.If(words",
+                     "ready.eq(place != 0),\n                ]\n                with m.If(words"))
     reading = state("COMMAND", "WORD", "NUMBER")
     c.always("goes-on-in-its-state", "Each state takes something, or leaves, in its time.",
              idle <= Mux(reading, word | number, Mux(state("SEPARATE", "DIGIT"), 2, STALL)),

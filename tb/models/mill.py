@@ -6,6 +6,7 @@ are clock numbers, movements are lists of what is still to do.
 
 from collections import deque
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 __all__ = ["COILS", "MillInputs", "MillModel", "MillOutputs"]
 
@@ -84,6 +85,8 @@ class MillModel:
     jog_period : int
         Clocks from one step request by hand to the next.
     """
+
+    Inputs: ClassVar[type] = MillInputs
 
     def __init__(self, *, period: int, scan_bits: int, z_travel: int, jog_period: int = 1) -> None:
         self.period = period

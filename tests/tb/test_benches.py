@@ -21,7 +21,7 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill, Positioner
+from fresa.machines import Mill, Positioner, Single
 from fresa.motion import (
     AutomaticControl,
     Axis,
@@ -44,6 +44,7 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    FrameInterpreter,
     LineReader,
     PositionerCommands,
     Reporter,
@@ -60,7 +61,8 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
     "jog-combinations", "square", "image", "uart-receiver",
-    "decimal-writer", "positioner-commands", "reporter", "positioner",
+    "decimal-writer", "frame-interpreter", "single", "positioner-commands", "reporter",
+    "positioner",
 }
 
 BUGS = {
@@ -97,7 +99,9 @@ BUGS = {
     "positioner-commands": (PositionerCommands, "orders.valid", 0),
     "positioning": (Positioning, "buzzer", 0),
     "reporter": (Reporter, "bytes.payload", 0x21),
+    "frame-interpreter": (FrameInterpreter, "enable", 1),
     "mill": (Mill, "error", 0),
+    "single": (Single, "tx", 1),
     "positioner": (Positioner, "enable", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),

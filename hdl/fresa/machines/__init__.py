@@ -2,5 +2,6 @@
 
 from .mill import Mill
 from .positioner import Positioner
+from .single import Single
 
-__all__ = ["Mill", "Positioner"]
+__all__ = ["Mill", "Positioner", "Single"]

@@ -3,6 +3,7 @@
 from .baud import bit_period
 from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
+from .frames import FrameInterpreter
 from .line import LineEnd, LineItem, LineReader
 from .positioner import MOTORS, Answer, Command, PositionerCommands, PositionerOrder
 from .receiver import Received, UARTReceiver
@@ -12,7 +13,7 @@ from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter", "LineEnd", "LineItem",
-    "LineReader", "NumberError", "PositionerCommands", "PositionerOrder", "Received", "Reporter",
-    "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
+    "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter", "FrameInterpreter", "LineEnd",
+    "LineItem", "LineReader", "NumberError", "PositionerCommands", "PositionerOrder", "Received",
+    "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]

@@ -1,0 +1,168 @@
+"""`single`: one stepper, commanded from a terminal."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from amaranth import Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from ..checks import in_range
+from ..drive import PhaseDriver, RateGenerator, bipolar
+from ..motion import MoveTo
+from ..protocol import FrameInterpreter, LineReader, UARTReceiver, UARTTransmitter, bit_period
+from ..protocol.baud import MAX_CLOCK
+from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
+from .mill import CLOCK
+
+__all__ = ["BAUD", "FRAME", "PHASES", "TURN", "Single", "SinglePace"]
+
+BAUD = 9600
+"""Bits a second on the line."""
+
+TURN = 48
+"""Steps of a turn of the motor, by which a speed in rpm becomes a time of steps."""
+
+FRAME = 126
+"""Longest frame, in bytes between its start and its end."""
+
+PHASES = (0b0001, 0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001)
+"""Coil words of a bipolar motor behind an H-bridge, in half steps, forward."""
+
+
+@dataclass(frozen=True)
+class SinglePace:
+    """How fast the machine is, in clocks.
+
+    Attributes
+    ----------
+    bit : int
+        Clocks of a bit of the line.
+    modulus, rate : int
+        At 1 rpm there are ``rate`` steps in ``modulus`` clocks: exactly, for ever.
+    """
+
+    bit: int
+    modulus: int
+    rate: int = 1
+
+    @classmethod
+    def real(cls, *, clock: int = CLOCK, baud: int = BAUD, turn: int = TURN) -> "SinglePace":
+        """Return the pace of a clock in Hz, a line in bits/s and a motor of so many steps a turn.
+
+        A simulation takes a lower clock: 48 kHz and 3000 baud do.
+
+        Raises
+        ------
+        ValueError
+            If the clock is too slow or too fast for them.
+        """
+        turn = in_range("turn", turn, 1, 10_000)
+        clock = in_range("clock", clock, -(-turn * (SPEEDS - 1) // 60), MAX_CLOCK)
+        step = Fraction(60 * clock, turn)
+        return cls(bit=bit_period(clock, baud), modulus=step.numerator, rate=step.denominator)
+
+
+class Single(wiring.Component):
+    """Position controller for one stepper, without a board.
+
+    What comes over the line is in :class:`FrameInterpreter`. Nothing on the line delays a step:
+    when the next is due is counted beside it, and a new set-point or speed counts from the clock
+    after the end of its frame, also for the step under way.
+
+    Reset makes no step: this place is 0 from then on, and the set-point too.
+
+    Parameters
+    ----------
+    pace : SinglePace
+        Times, in clocks.
+    unipolar : bool
+        The motor is unipolar: the coil words are in the order of its wires, see
+        :mod:`fresa.drive.sequences`.
+    full_step : bool
+        Take every other phase, those with both windings on; a step is then twice as long.
+    greeting, help_text : bytes
+        See :class:`FrameInterpreter`.
+
+    Members
+    -------
+    rx : In(1)
+        The line from the terminal, synchronous to the clock.
+    tx : Out(1)
+        The line to it.
+    coils : Out(4)
+        Coil word, or 0 without power.
+    enable : Out(1)
+        Power for the bridge.
+    position : Out(14)
+        Steps from where it was reset.
+    moving : Out(1)
+        It has power, and is not at its set-point.
+    fault : Out(1)
+        A state register was upset: no step is made until reset.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    rx: In(1)
+    tx: Out(1)
+    coils: Out(4)
+    enable: Out(1)
+    position: Out(range(POSITIONS))
+    moving: Out(1)
+    fault: Out(1)
+
+    def __init__(self, *, pace: SinglePace | None = None, unipolar: bool = False,
+                 full_step: bool = False, greeting: bytes = GREETING,
+                 help_text: bytes = HELP) -> None:
+        pace = pace or SinglePace.real()
+        self.rpm = pace.rate
+        self._receiver = UARTReceiver(clock=pace.bit, baud=1)
+        self._transmitter = UARTTransmitter(clock=pace.bit, baud=1)
+        self._lines = LineReader(length=FRAME, start=b":")
+        self._commands = FrameInterpreter(greeting=greeting, help_text=help_text)
+        self._rate = RateGenerator(modulus=pace.modulus, max_rate=pace.rate * (SPEEDS - 1))
+        phases = PHASES[1::2] if full_step else PHASES
+        self._driver = PhaseDriver(sequence=bipolar(phases) if unipolar else phases,
+                                   period=self._rate.modulus // self._rate.max_rate)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.receiver = receiver = self._receiver
+        m.submodules.lines = lines = self._lines
+        m.submodules.commands = commands = self._commands
+        m.submodules.transmitter = transmitter = self._transmitter
+        connect(m, receiver.bytes, lines.bytes)
+        connect(m, lines.items, commands.items)
+        connect(m, commands.bytes, transmitter.bytes)
+
+        m.submodules.rate = rate = self._rate
+        m.submodules.move = move = MoveTo(width=len(self.position) + 1)
+        m.submodules.driver = driver = self._driver
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            self.tx.eq(transmitter.tx),
+            self.fault.eq(receiver.fault | commands.fault),
+
+            move.target.eq(commands.target),
+            move.run.eq(commands.enable & ~self.fault),
+            move.moved.eq(driver.moved),
+            commands.position.eq(move.position),
+            rate.rate.eq(commands.speed * self.rpm),
+            rate.moved.eq(driver.moved),
+            driver.step.eq(move.step & rate.due),
+            driver.direction.eq(move.direction),
+            driver.enable.eq(commands.enable),
+
+            self.coils.eq(driver.coils),
+            self.enable.eq(commands.enable),
+            self.position.eq(move.position),
+            self.moving.eq(move.step),
+        ]
+
+        return m

@@ -1,0 +1,235 @@
+# amaranth: UnusedElaboratable=no
+
+"""`single`: every pin at every clock as the model says, and promises that need no model."""
+
+import random
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fresa.drive import FULL_STEP, HALF_STEP, bipolar
+from fresa.machines import Single
+from fresa.machines.single import PHASES, SinglePace
+from tb.boards import component
+from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
+from tb.models.single import BIPOLAR, UNIPOLAR, SingleModel
+from tb.players import ModelPlayer
+from tb.terminal import chance, directed, shown, typed
+
+NO_COMPILER = CXXRTLEngine.missing()
+OUTPUTS = ["tx", "coils", "enable", "position", "moving", "fault"]
+PACE = SinglePace.real(clock=48_000, baud=3000)
+HELLO = b"hi\r\n?\r\n"
+KINDS = {  # parameters, and the phases that they give
+    "bipolar": ({}, BIPOLAR), "unipolar": ({"unipolar": True}, UNIPOLAR),
+    "full steps": ({"full_step": True}, BIPOLAR[1::2]),
+    "unipolar full steps": ({"unipolar": True, "full_step": True}, UNIPOLAR[1::2]),
+}
+RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
+
+
+def single(engine: type[Engine] = AmaranthEngine, *, pace: SinglePace = PACE,
+           **options: bool) -> Engine:
+    return engine(component("single", Single(pace=pace, greeting=HELLO[:4], help_text=HELLO[4:],
+                                             **options)))
+
+
+def model(*, pace: SinglePace = PACE, phases=BIPOLAR) -> SingleModel:
+    return SingleModel(bit=pace.bit, modulus=pace.modulus, rate=pace.rate, phases=phases,
+                       greeting=HELLO[:4], help_text=HELLO[4:])
+
+
+def fast() -> type[Engine]:
+    """Return the engine for long lines."""
+    if NO_COMPILER:
+        pytest.skip(NO_COMPILER)
+    return CXXRTLEngine
+
+
+def check(stimulus, *, engine: type[Engine] = AmaranthEngine, pace: SinglePace = PACE,
+          kind: str = "bipolar"):
+    options, phases = KINDS[kind]
+    stimulus = {"rst": np.zeros(len(stimulus["rx"]), int), **stimulus}
+    with single(engine, pace=pace, **options) as machine:
+        seen = machine.play(stimulus, OUTPUTS)
+    expected = ModelPlayer(model(pace=pace, phases=phases)).play(
+        {name: np.asarray(row) for name, row in stimulus.items()}, OUTPUTS)
+    for name in OUTPUTS:
+        differ = np.flatnonzero(seen[name] != expected[name])
+        assert not differ.size, (name, differ[0])
+    return seen
+
+
+def session(*frames: bytes, after: int = 0, engine: type[Engine] = AmaranthEngine,
+            pace: SinglePace = PACE, pause: int = 20):
+    """Type frames one after the other, `pause` bits apart; give all pins."""
+    line = [1] * 4 * pace.bit
+    for frame in frames:
+        line += typed(b":" + frame + b"\r", pace.bit) + [1] * pause * pace.bit
+    with single(engine, pace=pace) as machine:
+        return machine.play({"rx": line + [1] * after}, OUTPUTS)
+
+
+class TestEveryClock:
+    @pytest.mark.compiler
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_frames_in_turn(self, kind):
+        _, phases = KINDS[kind]
+        seen = check(directed(model(phases=phases), 1, 100_000), engine=fast(), kind=kind)
+        assert seen["position"].max() > 100
+        assert set(seen["coils"].tolist()) == {0, *phases}
+
+    @pytest.mark.compiler
+    @pytest.mark.parametrize("seed", range(2))
+    def test_lines_of_any_kind(self, seed):
+        check(chance(PACE.bit, seed, 0), engine=fast())
+
+    @pytest.mark.compiler
+    def test_another_clock(self):
+        """One with which a speed is no whole number of steps in a whole number of clocks."""
+        pace = SinglePace.real(clock=50_001, baud=1923)
+        assert (pace.bit, pace.modulus, pace.rate) == (26, 250_005, 4)
+        check(chance(pace.bit, 7, 0), engine=fast(), pace=pace)
+
+    def test_on_amaranths_own_simulator(self):
+        check(chance(PACE.bit, 3, 0, 9000))
+
+    def test_any_line(self):
+        @RANDOM
+        @given(st.lists(st.one_of(
+            st.tuples(st.integers(0, 1), st.integers(1, 60)).map(lambda run: [run[0]] * run[1]),
+            st.sampled_from([b":x9\r", b":v59999\r", b":e0\r", b":x?\r"]).map(
+                lambda text: typed(text, PACE.bit))), max_size=6),
+            st.lists(st.integers(0, 2000), max_size=2))
+        def run(pieces, resets) -> None:
+            line = [1] * 5 + [level for piece in pieces for level in piece] + [1] * 900
+            check({"rx": line, "rst": [int(clock in resets) for clock in range(len(line))]},
+                  engine=fast())
+
+        run()
+
+
+class TestSession:
+    def test_says_hello_and_does_nothing(self):
+        seen = session(after=3000)
+        assert shown(seen["tx"], PACE.bit) == HELLO
+        assert not seen["position"].any() and not seen["moving"].any()
+        assert seen["enable"].all() and set(seen["coils"][1:]) == {PHASES[0]}
+
+    def test_goes_there_and_back(self):
+        seen = session(b"v50000", b"x20", b"x?", b"x3", b"x?", pause=120)
+        assert shown(seen["tx"], PACE.bit)[len(HELLO):].split() == [
+            b"ok", b"ok", b"x:20", b"ok", b"ok", b"x:3", b"ok"]
+        assert seen["position"].max() == 20 and seen["position"][-1] == 3
+
+    def test_forward_is_the_order_of_the_phases(self):
+        seen = session(b"v59999", b"x9", pause=40)
+        words = seen["coils"][1:]
+        changed = [words[0], *words[1:][np.diff(words) != 0]]
+        assert changed == [*PHASES, *PHASES[:2]]
+
+    def test_a_bad_frame_changes_nothing(self):
+        seen = session(b"e2", b"x10000", b"v0", b"x5a", b"", b"y", b"x" + b"0" * 126, pause=30,
+                       after=2000)
+        assert shown(seen["tx"], PACE.bit)[len(HELLO):].split(b"\r\n") == [
+            b"err range"] * 3 + [b"err number"] + [b"err command"] * 2 + [b"err length", b""]
+        assert not seen["position"].any() and seen["enable"].all()
+
+    def test_without_power_no_step_and_the_set_point_stays(self):
+        seen = session(b"v50000", b"e0", b"x6", b"x?", b"e1", pause=120)
+        off = np.flatnonzero(seen["enable"] == 0)
+        assert not seen["coils"][off[1:]].any()
+        assert not seen["position"][:off[-1] + 2].any() and seen["position"][-1] == 6
+        assert not seen["moving"][off].any()
+        assert b"x:0\r\n" in shown(seen["tx"], PACE.bit)
+
+    def test_a_new_set_point_is_turned_to_at_once(self):
+        """In the middle of the way, with the next step."""
+        seen = session(b"v6000", b"x900", b"x0", after=9000)
+        place = seen["position"].astype(int)
+        top = place.max()
+        assert 0 < top < 900 and place[-1] == 0
+        steps = np.flatnonzero(np.diff(place))
+        assert set(np.diff(steps[1:])) == {10}
+
+    def test_more_frames_than_can_be_answered(self):
+        """Nothing hangs: what does not fit is lost or refused, and then all is well again."""
+        seen = session(*[b"x?"] * 200, pause=0, after=300_000, engine=fast())
+        lines = shown(seen["tx"], PACE.bit)[len(HELLO):].split(b"\r\n")
+        assert set(lines) == {b"x:0", b"ok", b"err command", b""}
+        assert lines.count(b"x:0") == lines.count(b"ok") > 40
+
+    def test_a_reset_moves_nothing(self):
+        rx = typed(b":v30000\r:x40\r", PACE.bit) + [1] * 300
+        rst = [0] * (len(rx) - 250) + [1] + [0] * 249
+        with single() as machine:
+            seen = machine.play({"rx": [1] * 9 + rx, "rst": [0] * 9 + rst}, OUTPUTS)
+        at = 9 + len(rx) - 250
+        assert seen["position"][at] > 5 and seen["position"][at + 1] == 0
+        assert len(set(seen["coils"][at:])) == 1 and seen["tx"][at + 1] == 1
+
+
+class TestTimes:
+    @pytest.mark.compiler
+    @pytest.mark.parametrize("speed", [1, 7, 100, 333, 1000, 4999, 7001, 59_999])
+    def test_steps_are_exact_while_the_line_is_busy(self, speed):
+        """The n-th step is less than a clock after its time, for all n, whatever is typed."""
+        clocks = max(120_000, 4 * PACE.modulus // speed)
+        line = typed(b":v%d\r:x9999\r" % speed, PACE.bit)
+        rng = random.Random(speed)
+        while len(line) < clocks:  # nothing that changes speed or set-point
+            line += typed(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), PACE.bit)
+        with single(fast()) as machine:
+            seen = machine.play({"rx": [1] * 9 + line}, OUTPUTS)
+        steps = np.flatnonzero(np.diff(seen["coils"].astype(int))[2:])
+        step = Fraction(60 * 48_000, 48 * speed)
+        assert len(steps) > 2
+        # When the sum began is known to a clock, from the first step of all that are alike.
+        due = [-(-n * step.numerator // step.denominator) for n in range(len(steps))]
+        late = steps[1:] - steps[1] - (np.array(due)[1:] - due[1])
+        assert late.max() - late.min() <= 1, speed
+        assert abs(int(steps[-1] - steps[1]) - float(step * (len(steps) - 2))) < 1
+
+    @pytest.mark.compiler
+    def test_a_new_speed_counts_for_the_step_under_way(self):
+        """At 1 rpm a step takes 60 000 clocks; the rest of one at 10 000 takes 6 or fewer."""
+        frames = [b"v1", b"x5", b"v10000"]
+        seen = session(*frames, pause=60, after=600, engine=fast())
+        steps = np.flatnonzero(np.diff(seen["position"].astype(int)))
+        ended = sum(len(frame) + 2 + 6 for frame in frames) * 160
+        assert len(steps) == 5 and steps[1] - ended < 1200
+        assert set(np.diff(steps[1:])) == {6}
+
+    @pytest.mark.parametrize(("clock", "baud", "pace"), [
+        (50_000_000, 9600, SinglePace(5208, 62_500_000, 1)),
+        (48_000, 3000, SinglePace(16, 60_000, 1)),
+        (1_000_001, 9600, SinglePace(104, 5_000_005, 4)),
+    ])
+    def test_pace(self, clock, baud, pace):
+        assert SinglePace.real(clock=clock, baud=baud) == pace
+        assert Fraction(pace.modulus, pace.rate) == Fraction(60 * clock, 48)
+
+    @pytest.mark.parametrize(("facts", "message"), [
+        ({"clock": 47_999}, "clock must be a whole number from 48000 to 1000000000, not 47999"),
+        ({"clock": 5e7}, "clock must be a whole number from 48000 to 1000000000, not 50000000.0"),
+        ({"turn": 0}, "turn must be a whole number from 1 to 10000, not 0"),
+        ({"baud": 0}, "baud at a clock of 50000000 Hz must be a whole number from 1 to 3125000, "
+                      "not 0"),
+    ])
+    def test_impossible_paces(self, facts, message):
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+            SinglePace.real(**facts)
+
+
+class TestPhases:
+    def test_tables_are_those_of_the_drivers_the_other_way(self):
+        """A motor that is wired as sequences say turns the other way: so it is told which it is."""
+        half = [*reversed(bipolar(HALF_STEP))]
+        start = half.index(PHASES[0])
+        assert tuple(half[start:] + half[:start]) == PHASES == BIPOLAR
+        assert bipolar(PHASES) == UNIPOLAR
+        assert set(UNIPOLAR[1::2]) == set(FULL_STEP)
