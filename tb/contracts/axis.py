@@ -102,8 +102,8 @@ def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
 
 
 AXIS = Component(
-    make=make, describe=describe, depth=18,
-    cases=(Case({"times": (1, 2, 2, 1), "modulus": 13, "max_rate": 2, "max_play": 3, "settle": 2,
+    make=make, describe=describe, depth=22,
+    cases=(Case({"times": (2, 3, 2, 3), "modulus": 15, "max_rate": 2, "max_play": 3, "settle": 2,
                  "bits": 4}),
            Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_play": 1, "settle": 1,
                  "bits": 3}),

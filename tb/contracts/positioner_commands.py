@@ -23,7 +23,7 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
     offered, payload = dut.orders.valid, dut.orders.payload.as_value()
     taken, said = items.valid & items.ready, offered & dut.orders.ready
     state = c.state("commands_state")
-    c.usual(items.valid & ~c.rst)
+    c.usual(items.valid)
     # A stream keeps what it offers.
     left = items.valid & ~items.ready & ~c.rst
     item = items.payload.as_value()
@@ -185,5 +185,5 @@ def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
 
 POSITIONER_COMMANDS = Component(
     make=PositionerCommands, describe=describe, depth=24,
-    cases=(Case({"top_speed": 9}), Case({"top_speed": 1500}, real=True),
+    cases=(Case({"top_speed": 9}, real=True), Case({"top_speed": 1500}, real=True),
            Case({"top_speed": 9}, upset=True)))
