@@ -11,6 +11,7 @@ from . import (
     motion,
     orders,
     panel,
+    positioner,
     protocol,
     serial_line,
     single,
@@ -19,13 +20,17 @@ from . import (
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
-    "components": (drive, motion, control, guard, orders, panel, axis, serial_line, protocol),
-    "machine": (mill, single),
+    "components": (drive, motion, control, guard, orders, panel, axis, serial_line, protocol,
+                   positioner),
+    "machine": (mill, single, positioner),
     "board": (board,),
 }
 
+MACHINES = ("mill", "single", "positioner")
+
 GROUPS = {
-    group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)]
+    group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)
+            and (bench.name in MACHINES) == (group == "machine")]
     for group, rooms in ROOMS.items()
 }
 """Benches, in the order in which they are best read."""

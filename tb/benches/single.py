@@ -20,7 +20,7 @@ SESSION = [
 
 @bench
 def single(run: Run) -> str:
-    """A session at a terminal: every command, every error, power off and on, a reset."""
+    """A session at a terminal: every command and error, power off and on, a reset."""
     dut = Single(pace=SinglePace.real(clock=48_000, baud=3000), greeting=HELLO, help_text=HELP)
     said = bytearray()
 

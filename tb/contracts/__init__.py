@@ -2,6 +2,7 @@
 
 from .automatic import AUTOMATIC
 from .axes import AXES
+from .axis import AXIS
 from .backlash import BACKLASH
 from .coil import COIL
 from .contract import Component
@@ -24,7 +25,10 @@ from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
+from .points import POINTS
 from .position import POSITION
+from .positioner_commands import POSITIONER_COMMANDS
+from .positioning import POSITIONING
 from .rate import RATE
 from .sequencer import SEQUENCER
 from .single import SINGLE
@@ -50,6 +54,9 @@ COMPONENTS = {
     "position": POSITION,
     "backlash": BACKLASH,
     "limits": LIMITS,
+    "axis": AXIS,
+    "points": POINTS,
+    "positioning": POSITIONING,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,
@@ -74,6 +81,7 @@ COMPONENTS = {
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,
     "frames": FRAMES,
+    "positioner_commands": POSITIONER_COMMANDS,
     "mill": MILL,
     "single": SINGLE,
 }

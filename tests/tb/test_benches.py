@@ -21,9 +21,10 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill, Single
+from fresa.machines import Mill, Positioner, Single
 from fresa.motion import (
     AutomaticControl,
+    Axis,
     Backlash,
     CoordinateGenerator,
     GuardedController,
@@ -34,6 +35,8 @@ from fresa.motion import (
     NumericalController,
     OrderControl,
     OrderLedger,
+    PointStore,
+    Positioning,
     SerialOrders,
     SpiralWalk,
     SquareGenerator,
@@ -48,6 +51,8 @@ from fresa.protocol import (
     HexReader,
     HexWriter,
     LineReader,
+    PositionerCommands,
+    Reporter,
     TextSource,
     UARTReceiver,
     UARTTransmitter,
@@ -61,7 +66,8 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
     "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "serial-orders",
-    "decimal-writer", "frame-interpreter", "single",
+    "decimal-writer", "frame-interpreter", "single", "positioner-commands", "reporter",
+    "positioner",
 }
 
 BUGS = {
@@ -98,9 +104,15 @@ BUGS = {
     "text-source": (TextSource, "bytes.payload", 0x6F),
     "hex-reader": (HexReader, "messages.payload.good", 1),
     "hex-writer": (HexWriter, "bytes.payload", 0x30),
-    "frame-interpreter": (FrameInterpreter, "enable", 1),
+    "axis": (Axis, "there", 0),
+    "point-store": (PointStore, "stored", 0),
+    "positioner-commands": (PositionerCommands, "orders.valid", 0),
+    "positioning": (Positioning, "buzzer", 0),
+    "reporter": (Reporter, "bytes.payload", 0x21),
+    "frame-interpreter": (FrameInterpreter, "bytes.payload", 0x6F),
     "mill": (Mill, "error", 0),
     "single": (Single, "tx", 1),
+    "positioner": (Positioner, "enable", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),

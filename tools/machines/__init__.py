@@ -2,6 +2,7 @@
 
 from .job import BOARDS, Built, Job, Kind
 from .mill import MILL
+from .positioner import POSITIONER
 from .single import SINGLE
 
 __all__ = ["BOARDS", "MACHINES", "Built", "Job", "Kind"]
@@ -9,5 +10,6 @@ __all__ = ["BOARDS", "MACHINES", "Built", "Job", "Kind"]
 MACHINES: dict[str, Kind] = {
     "mill": MILL,
     "single": SINGLE,
+    "positioner": POSITIONER,
 }
 """How each is built, by its name."""
