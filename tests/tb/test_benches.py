@@ -102,7 +102,7 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
-    "hex-reader": (HexReader, "messages.payload.good", 1),
+    "hex-reader": (HexReader, "items.ready", 1),
     "hex-writer": (HexWriter, "bytes.payload", 0x30),
     "axis": (Axis, "there", 0),
     "point-store": (PointStore, "stored", 0),
