@@ -182,6 +182,13 @@ DIAGRAMS = (
         "inputs: mode jog start order.x order.y outputs: ready axis_x axis_y counts: x.count "
         "y.count", 0, 36),
     Diagram(
+        "guarded-controller",
+        "Two controllers side by side, of which the first drives the motors. At clock 31 a bit of "
+        "its count of X is upset. A clock later the error shows, and the coils stay as they are, "
+        "in manual mode too, until a reset; then the next order is carried out.",
+        "inputs: rst mode jog start order.x outputs: ready error axis_x "
+        "drives: main.automatic.x.count watches: shadow.automatic.x.count", 18, 67),
+    Diagram(
         "start-handshake",
         "An order is handed on by `start`, which holds until `ready` falls; it is taken from its "
         "source only when `ready` has risen again. After an error no order is taken or started.",

@@ -26,6 +26,7 @@ from fresa.motion import (
     AutomaticControl,
     Backlash,
     CoordinateGenerator,
+    GuardedController,
     Limits,
     ManualControl,
     MotionSequencer,
@@ -53,9 +54,8 @@ from tb.benches import BENCHES, GROUPS
 
 STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
-    "start-handshake", "square-generator", "coordinate-generator", "mill", "jog-axes",
-    "jog-combinations", "square", "image", "uart-receiver",
-    "decimal-writer",
+    "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
+    "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "decimal-writer",
 }
 
 BUGS = {
@@ -73,6 +73,7 @@ BUGS = {
     "automatic-control": (AutomaticControl, "shown", 0),
     "manual-control": (ManualControl, "direction", 0b111),
     "numerical-controller": (NumericalController, "ready", 1),
+    "guarded-controller": (GuardedController, "error", 0),
     "start-handshake": (StartHandshake, "start", 1),
     "spiral-walk": (SpiralWalk, "near", 1),
     "square-generator": (SquareGenerator, "busy", 0),

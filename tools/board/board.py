@@ -68,7 +68,8 @@ class Board:
         self._speed: float | None = None
         self._state: dict[str, object] = {"running": True, "building": "starting", "speed": None,
                                           "recording": False, "done": False, "error": None,
-                                          "advancing": False, "stopped": False}
+                                          "advancing": False, "stopped": False,
+                                          "unrecorded": None}
         self._jobs: dict[int, Job] = {}
         self._newest = 0
         self._wanted = self._good = job
@@ -131,6 +132,8 @@ class Board:
         now = asyncio.get_running_loop().time()
         if now < self._recorded_at + RECORD_INTERVAL:
             raise UserError("a waveform was asked for just now: wait a moment")
+        if self._state["recording"]:
+            raise UserError("a waveform is being recorded: wait for its end")
         self._tell("record", str(self.windows.place()), clocks)
         self._recorded_at = now
 
@@ -232,6 +235,8 @@ class Board:
 
     def _heard_ended(self, status: int | None) -> None:
         message = f"the simulation has ended unexpectedly ({status}): switch the power off and on"
+        if self._state["recording"]:
+            self._state["unrecorded"] = "The waveform is lost with the simulation: record again"
         self._state |= {"running": False, "building": False, "recording": False, "error": message,
                         "advancing": False, "stopped": False}
         self._wanted = self._good  # what was being built may have been the reason

@@ -54,7 +54,7 @@ class Builder:
             self._wanted = number, job
             if not self._building:
                 self._building = True
-                threading.Thread(target=self._work, daemon=True).start()
+                threading.Thread(target=self._work, name="board builder", daemon=True).start()
 
     def built(self) -> tuple[int, Job, int, Engine | EngineError] | None:
         """Give the number, the job with its period, the scan, and what came of it; once."""

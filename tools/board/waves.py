@@ -73,7 +73,8 @@ class Windows:
     def about(self) -> dict[str, int] | None:
         """Describe the last window for pages."""
         window = self.last
-        return window and {"from": window.clock, "clocks": window.clocks, "bytes": window.size}
+        return window and {"from": window.clock, "clocks": window.clocks, "asked": window.asked,
+                           "bytes": window.size}
 
     async def signals(self) -> list[dict[str, object]]:
         """List the signals of the last window: path and width in bits."""

@@ -1,5 +1,6 @@
 """A real board behind a real browser."""
 
+import threading
 from collections.abc import Iterator
 
 import numpy as np
@@ -20,6 +21,17 @@ FIGURE = [
 def figure() -> np.ndarray:
     """Give a small picture that looks different however it is turned or mirrored."""
     return np.array([[pixel == "#" for pixel in row] for row in FIGURE])
+
+
+@pytest.fixture(autouse=True)
+def no_thread_is_left() -> Iterator[None]:
+    """See that the threads of a board end with it."""
+    before = threading.enumerate()
+    yield
+    for thread in threading.enumerate():
+        if thread not in before and thread.name.startswith("board "):
+            thread.join(10)
+            assert not thread.is_alive(), f"{thread.name} is left"
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from PIL import Image
 from tb.engines import CXXRTLEngine
 from tb.milling import AUTOMATIC, BUTTON
 from tools.board import scene as scenes
-from tools.board.board import Board
+from tools.board.board import RECORD_INTERVAL, Board
 from tools.board.messages import PIXEL, Job
 from tools.board.routes import board_site
 from tools.board.scene import PARTS, unpack
@@ -156,6 +156,25 @@ async def mill(page: Page) -> None:
     await press(page, "start")
     await page.until(lambda: page.leds[5])
     await page.until(lambda: page.state["done"] and not page.leds[5])
+
+
+async def record(page: Page, clocks: int, *, end: bool = False) -> None:
+    """Record, and wait until that is under way, or has ended."""
+    before = page.state["wave"]
+    await page.do("record", clocks=clocks)
+    await page.until(lambda: page.state["recording"] or page.state["wave"] != before)
+    if end:
+        await page.until(lambda: page.state["wave"] != before and not page.state["recording"])
+
+
+async def another(served: Served, page: Page, how: str) -> None:
+    """Make another machine, in one of the ways, and wait until it is there."""
+    number = page.said["job"]["number"]
+    if how == "job":
+        assert (await served.post("job", png(FIGURE)))[0] == 200
+    else:
+        await page.do(how, **({"clocks": 7} if how == "step_period" else {}))
+    await page.ready(number + 1)
 
 
 class TestJob:
@@ -493,17 +512,67 @@ class TestWaves:
 
         run(test)
 
-    def test_another_machine_ends_it_early(self):
+    @pytest.mark.parametrize("how", ["power", "step_period", "job"])
+    def test_another_machine_ends_it_early(self, how):
         async def test(served):
             page = await served.page()
             await page.do("speed", clocks_per_second=2000)
-            await page.do("record", clocks=1_000_000)
-            await page.until(lambda: page.state["recording"])
-            await page.do("power")
-            await page.ready(2)
+            at = page.clock
+            await record(page, 1_000_000)
+            with pytest.raises(TimeoutError):  # it goes on, with more than a clock
+                async with asyncio.timeout(0.1):
+                    await page.until(lambda: not page.state["recording"])
+            await another(served, page, how)
             await page.until(lambda: page.state["wave"])
-            assert page.state["wave"]["clocks"] < 1_000_000
+            wave = page.state["wave"]
+            assert at <= wave["from"] and 0 < wave["clocks"] < wave["asked"] == 1_000_000
             assert (await served.get("wave.vcd"))[1].startswith(b"$")
+            assert (await served.get("wave.svg?signals=leds"))[0] == 200
+            await page.until(lambda: not page.state["recording"])
+            assert page.state["unrecorded"] is page.state["error"] is None
+
+        run(test)
+
+    @pytest.mark.parametrize("how", ["power", "step_period", "job"])
+    def test_one_that_another_machine_ends_before_its_first_clock(self, how):
+        async def test(served):
+            page = await served.page()
+            await record(page, 10, end=True)
+            good = page.state["wave"]
+            await page.do("pause")
+            await asyncio.sleep(RECORD_INTERVAL)
+            await record(page, 20)
+            await another(served, page, how)
+            await page.until(lambda: page.state["unrecorded"])
+            assert "before its first clock" in page.state["unrecorded"]
+            # Nothing else suffers: the machine runs, and the waveform before is still there.
+            assert page.state["error"] is None and page.state["wave"] == good
+            assert (await served.get("wave.svg?signals=leds"))[0] == 200
+            await page.do("run")
+            await record(page, 20, end=True)
+            await page.until(lambda: page.state["unrecorded"] is None)
+            assert page.state["wave"]["clocks"] == 20
+
+        run(test)
+
+    def test_one_without_a_machine_and_one_that_dies_with_it(self):
+        async def test(served):
+            page = await served.page()
+            await page.do("power")
+            await page.do("record", clocks=10)
+            await page.until(lambda: page.state["unrecorded"])
+            assert "no machine" in page.state["unrecorded"]
+            await page.ready(2)
+            await page.do("pause")
+            await asyncio.sleep(RECORD_INTERVAL)
+            await record(page, 10)
+            await asyncio.sleep(RECORD_INTERVAL)
+            await page.do("record", clocks=10)
+            await page.until(lambda: page.errors)
+            assert "wait for its end" in page.errors[0]
+            os.kill(served.board._simulation.pid, signal.SIGKILL)
+            await page.until(lambda: page.state["error"])
+            assert "lost" in page.state["unrecorded"] and not page.state["recording"]
 
         run(test)
 

@@ -25,11 +25,9 @@ export class Wave {
   /** Take the most clocks of a window. */
   limits({ most_clocks: clocks }) { find("record-clocks").max = clocks; }
 
-  stateChanged({ recording, wave }) {
+  stateChanged({ recording, unrecorded, wave }) {
     find("record").disabled = Boolean(recording);
-    // It may have ended early: with its machine, or because it grew too large.
-    find("wave-state").textContent = recording ? "recording"
-      : wave ? `${short(wave.clocks)} clocks` : "";
+    find("wave-state").textContent = recording ? "recording" : unrecorded ?? size(wave);
     if (JSON.stringify(wave) === JSON.stringify(this.#window)) return;
     this.#window = wave;
     find("vcd").hidden = find("wave-view").hidden = !wave;
@@ -86,6 +84,13 @@ function pins(signals) {
   const depth = (path) => path.split(".").length;
   const paths = signals.map(({ path }) => path).sort((a, b) => depth(a) - depth(b));
   return FIRST.map((name) => paths.find((path) => path.split(".").at(-1) === name)).filter(Boolean);
+}
+
+/** Say how long a window is. It may have ended early: with its machine, or grown too large. */
+function size(wave) {
+  if (!wave) return "";
+  const early = wave.clocks < wave.asked ? ` of ${short(wave.asked)}, ended early` : "";
+  return `${short(wave.clocks)} clocks${early}`;
 }
 
 function choice(path, width, checked) {
