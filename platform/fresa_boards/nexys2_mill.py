@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import reduce
 from math import ceil
-from operator import add
 
 from amaranth import (
     Cat,
@@ -26,7 +24,7 @@ from fresa.machines.mill import CLOCK, Z_TRAVEL, Mill, MillPace
 from fresa.motion import CoordinateGenerator, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
 
-from .nexys2 import request_ports
+from .nexys2 import display_segments, request_ports
 
 __all__ = ["DEBOUNCE", "Nexys2Mill", "debounce_period", "mill_ports"]
 
@@ -65,12 +63,10 @@ def mill_ports(platform) -> dict:
         "buttons": [("button", index) for index in range(4)],
         "leds": [("led", index) for index in range(8)],
         "digits": "display_7seg_an",
-        "display": "display_7seg",
+        "segments": "display_7seg",
         **{f"axis_{name}": ("coils", index) for index, name in enumerate("xyz")},
     })
-    display = ports.pop("display")
-    segments = [getattr(display, name) for name in ("a", "b", "c", "d", "e", "f", "g", "dp")]
-    return {**ports, "segments": reduce(add, segments)}
+    return {**ports, "segments": display_segments(ports["segments"])}
 
 
 class Nexys2Mill(Elaboratable):

@@ -21,9 +21,10 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill
+from fresa.machines import Mill, Positioner, Single
 from fresa.motion import (
     AutomaticControl,
+    Axis,
     Backlash,
     CoordinateGenerator,
     GuardedController,
@@ -33,6 +34,8 @@ from fresa.motion import (
     MoveTo,
     NumericalController,
     OrderControl,
+    PointStore,
+    Positioning,
     SpiralWalk,
     SquareGenerator,
     StartHandshake,
@@ -42,7 +45,10 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    FrameInterpreter,
     LineReader,
+    PositionerCommands,
+    Reporter,
     TextSource,
     UARTReceiver,
     UARTTransmitter,
@@ -56,6 +62,7 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
     "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "decimal-writer",
+    "frame-interpreter", "single", "positioner-commands", "reporter", "positioner",
 }
 
 BUGS = {
@@ -88,7 +95,15 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
+    "axis": (Axis, "there", 0),
+    "point-store": (PointStore, "stored", 0),
+    "positioner-commands": (PositionerCommands, "orders.valid", 0),
+    "positioning": (Positioning, "buzzer", 0),
+    "reporter": (Reporter, "bytes.payload", 0x21),
+    "frame-interpreter": (FrameInterpreter, "enable", 1),
     "mill": (Mill, "error", 0),
+    "single": (Single, "tx", 1),
+    "positioner": (Positioner, "enable", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),
