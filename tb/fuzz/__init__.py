@@ -6,5 +6,6 @@ legal, what each is answered, and where the motors may go. Nothing here runs a m
 
 from .play import Outcome, fuzz, play, shortest
 from .targets import TARGETS, Target
+from .times import Times, measure, spread
 
-__all__ = ["TARGETS", "Outcome", "Target", "fuzz", "play", "shortest"]
+__all__ = ["TARGETS", "Outcome", "Target", "Times", "fuzz", "measure", "play", "shortest", "spread"]

@@ -7,9 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Broken", "Heard", "Text", "high", "hear", "levels", "said"]
+__all__ = ["CUT", "FRAME", "Broken", "Heard", "Text", "high", "hear", "levels", "said"]
 
 Levels = NDArray[np.uint8]
+
+#: A clock that is never reached.
+CUT = 1 << 60
 
 #: Bits of a byte on the line: start, eight, stop.
 FRAME = 10
@@ -116,7 +119,7 @@ def said(line: Levels, period: int) -> Text:
     row, text, starts, clock = line.tobytes(), bytearray(), [], 0
     while (start := row.find(b"\0", clock)) >= 0 and start + FRAME * period <= len(row):
         byte = row[start:start + FRAME * period]
-        value = _BYTES.get((middle := int.from_bytes(byte[period // 2::period], "little")))
+        value = _BYTES.get(middle := int.from_bytes(byte[period // 2::period], "little"))
         if value is None or byte != _repeated(middle, period):
             raise Broken(start)
         text.append(value)

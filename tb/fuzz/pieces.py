@@ -8,7 +8,11 @@ import numpy as np
 
 from .line import FRAME, Levels, high, levels
 
-__all__ = ["Dialect", "Piece", "pieces"]
+__all__ = ["OPENING", "Dialect", "Piece", "pieces"]
+
+
+#: Pieces at the begin of each session.
+OPENING = 3
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..engines import CXXRTLEngine, Engine
-from .line import Levels
-from .pieces import Piece, pieces
+from .line import CUT, FRAME, Levels, high
+from .pieces import OPENING, Piece, pieces
 from .targets import Judgement, Target
 
 __all__ = ["SESSION", "Outcome", "fuzz", "play", "shortest"]
@@ -65,7 +65,7 @@ def play(target: Target, engine: Engine, sent: Sequence[Piece],
     """Send pieces to a machine that has just been switched on, and look at what it does."""
     line = np.concatenate([piece.levels for piece in sent])
     ends = np.cumsum([len(piece.levels) for piece in sent])
-    floods = [(int(end) - len(piece.levels), int(end))
+    floods = [(int(end) - len(piece.levels), int(end) if end < len(line) else CUT)
               for piece, end in zip(sent, ends, strict=True) if piece.kind == "flood"]
     engine.set(**target.inputs)
     seen = _played(target, engine, line)
@@ -91,6 +91,8 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
         What found something.
     seconds : float
         Time for it. What is the shortest by then is given.
+    kind : type of Engine
+        What plays it.
     """
     design, limit = target.design(), time.monotonic() + seconds
 
@@ -99,25 +101,31 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
             return play(target, engine, some)
 
     best = test(sent)
-    clock = best.judgement.failures[0].clock
-    ends = np.cumsum([len(piece.levels) for piece in sent])
-    most = [*sent[:int(np.searchsorted(ends, clock)) + 1], _REST]
-    cut = test(most)
-    best = cut if cut.judgement.failures else best
-    size = max(1, len(best.pieces) // 2)
+    clock, what, _ = best.judgement.failures[0]
+    reached = int(np.searchsorted(np.cumsum([len(piece.levels) for piece in sent]), clock)) + 1
+    for more in (0, 10, 100):
+        cut = test(_framed(target, sent, sent[OPENING:reached + more]))
+        if any(failure.kind == what for failure in cut.judgement.failures):
+            best = cut
+            break
+    some = best.pieces[OPENING:-1]
+    size = max(1, len(some) // 2)
     while time.monotonic() < limit:
-        start, before = 0, len(best.pieces)
-        while start < len(best.pieces) and time.monotonic() < limit:
-            fewer = best.pieces[:start] + best.pieces[start + size:]
-            found = test(fewer) if fewer else None
-            if found and found.judgement.failures:
-                best = found
+        start, before = 0, len(some)
+        while start < len(some) and time.monotonic() < limit:
+            fewer = some[:start] + some[start + size:]
+            found = test(_framed(target, sent, fewer))
+            if any(failure.kind == what for failure in found.judgement.failures):
+                best, some = found, fewer
             else:
                 start += size
-        if size == 1 and len(best.pieces) == before:
+        if size == 1 and len(some) == before:
             break
         size = max(1, size // 2)
     return best
 
 
-_REST = Piece("rest", b"", np.ones(20_000, np.uint8))
+def _framed(target: Target, sent: Sequence[Piece], some: Sequence[Piece]) -> list[Piece]:
+    """Put the opening before some pieces, and time for answers behind them."""
+    clocks = target.dialect.room * target.dialect.answer * FRAME * target.period // 8
+    return [*sent[:OPENING], *some, Piece("rest", b"", high(clocks))]

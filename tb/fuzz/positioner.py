@@ -1,6 +1,4 @@
-"""`positioner` at the level of lines: which are legal, which are refused and why, where the motors
-may go, and what must be reported.
-"""
+"""`positioner` at the level of lines: which are legal, what is said, where the motors may go."""
 
 import random
 import re
@@ -12,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .line import Heard, Text
+from .line import CUT, Heard, Text
 from .pieces import Dialect
 from .ways import Effect, Failure, Mode, Steps
 
-__all__ = ["DIALECT", "Line", "LineSession", "lines", "motors", "refusal"]
+__all__ = ["DIALECT", "Line", "LineSession", "begin", "lines", "motors", "refusal"]
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
 UP, DOWN = 2**31 - 1, -2**31
@@ -89,7 +87,7 @@ def motors(seen: Mapping[str, NDArray]) -> tuple[list[Steps], list[Failure]]:
         clock = np.flatnonzero(~step[:-1] & step[1:]) + 1
         way = np.where(seen["direction"][clock] >> axis & 1, 1, -1)
         found.append(Steps.of(clock, way))
-        failures += [Failure(int(clock[n]), f"motor {axis + 1} steps without power")
+        failures += [Failure(int(clock[n]), "pins", f"motor {axis + 1} steps without power")
                      for n in np.flatnonzero(seen["enable"][clock] >> axis & 1 == 0)[:1]]
     return found, failures
 
@@ -107,14 +105,20 @@ class _Motor:
     rate: int = START_SPEED
     goes: str = ""  # "", "C", "CC" or "GOTO"
     point: int = 0
+    sure: bool = True
 
     def mode(self, earliest: int, latest: int) -> None:
         """Begin what it is to do now."""
         target = {"C": UP, "CC": DOWN}.get(self.goes, self.point)
-        # Who is where its range ends has nowhere to go, and stops.
-        sure = self.goes == "GOTO" or max(abs(self.low), abs(self.high)) < 2**30
+        if self.goes != "GOTO" and max(abs(self.low), abs(self.high)) > 2**30:
+            self.sure = False  # it may have come to where its range ends, and then it stops
         self.effects.append(Effect(earliest, latest, Mode(
-            target - self.high, target - self.low, self.rate, bool(self.goes), sure)))
+            target - self.high, target - self.low, self.rate, bool(self.goes), self.sure)))
+
+    def go(self, goes: str, earliest: int, latest: int) -> None:
+        """Begin a movement, or end it."""
+        self.goes, self.sure = goes, True
+        self.mode(earliest, latest)
 
     def call(self, place: int, earliest: int, latest: int) -> None:
         """Call where it is a place, some time between two clocks."""
@@ -149,7 +153,8 @@ class LineSession:
     steps : sequence of Steps
         What its motors did.
     floods : sequence of pairs
-        From which clock to which there were more lines than could be answered.
+        From which clock to which there were more lines than could be answered. One that goes on
+        when the session ends has its end at ``CUT``, or later.
     byte, report : int
         Clocks of a byte, and from report to report.
 
@@ -200,7 +205,8 @@ class LineSession:
             self._flood(flooded, end)
         self._compare(1 << 62)
         if self._said and not self.failures:
-            self.failures.append(Failure(self._said[0][0], f"an answer to no line: {self._said[0][1]!r}"))
+            clock, text = self._said[0]
+            self.failures.append(Failure(clock, "answer", f"an answer to no line: {text!r}"))
 
     # What is said
 
@@ -213,7 +219,7 @@ class LineSession:
             elif ANSWER.fullmatch(text):
                 self._said.append((clock, text))
             else:
-                self.failures.append(Failure(clock, f"it says {text!r}"))
+                self.failures.append(Failure(clock, "answer", f"it says {text!r}"))
                 break
             place = end + 1
         self._reports.reverse()
@@ -224,8 +230,9 @@ class LineSession:
         clock, text = self._said[0] if self._said else (1 << 62, b"")
         due = max(line.clock, self._last_answer) + 130 * self.byte
         if text != b"! %s\n" % wrong.encode() or not line.clock < clock <= due:
-            self.failures.append(Failure(min(clock, due), f"line {line.text[:40]!r} is answered by "
-                                         f"{text!r}, not {wrong}"))
+            self.failures.append(Failure(
+                min(clock, due), "answer",
+                f"line {line.text[:40]!r} is answered by {text!r}, not {wrong}"))
             return
         self._said.pop(0)
         self._last_answer = clock
@@ -239,9 +246,10 @@ class LineSession:
         count = bisect_left(self._said, (end, b""))
         for clock, text in self._said[:count]:
             if text not in right:
-                self.failures.append(Failure(clock, f"a flood is answered by {text!r}"))
-        if not 0 < count <= len(flooded):
-            self.failures.append(Failure(end, f"{len(flooded)} lines have {count} answers"))
+                self.failures.append(Failure(clock, "answer", f"a flood is answered by {text!r}"))
+        if not (end < CUT) <= count <= len(flooded):
+            self.failures.append(Failure(
+                end, "answer", f"{len(flooded)} lines have {count} answers"))
         self.answers += count
         self._said = self._said[count:]
 
@@ -251,13 +259,14 @@ class LineSession:
             at, places = self._reports.pop()
             for number, (one, place) in enumerate(zip(self._motors, places, strict=True), 1):
                 if could := one.report(at, place):
-                    self.failures.append(Failure(at, f"motor {number} is reported at {place}, and "
-                                                 f"is at {could[0]} to {could[1]}"))
+                    self.failures.append(Failure(
+                        at, "place", f"motor {number} is reported at {place}, and is at "
+                        f"{could[0]} to {could[1]}"))
 
     def _clock_of_reports(self) -> None:
         wrong = [clock for clock in self._told if (clock - self._told[0]) % self.report]
         if wrong:
-            self.failures.append(Failure(wrong[0], "a report is not at its time"))
+            self.failures.append(Failure(wrong[0], "answer", "a report is not at its time"))
 
     def missing_reports(self, clocks: int) -> list[Failure]:
         """Say where a report is that must not be, or none where one must be."""
@@ -267,7 +276,7 @@ class LineSession:
             count = bisect_left(self._told, last) - bisect_left(self._told, first)
             least = (last - first) // self.report if connected else 0
             if last > first and not least <= count <= (least + 1 if connected else 0):
-                return [Failure(first, f"{count} reports in {last - first} clocks, "
+                return [Failure(first, "answer", f"{count} reports in {last - first} clocks, "
                                 f"{'' if connected else 'not '}connected")]
         return []
 
@@ -320,8 +329,14 @@ class LineSession:
 
     def _move(self, chosen: Sequence[int], goes: str, earliest: int, latest: int) -> None:
         for number in chosen:
-            self._motors[number].goes = goes
-            self._motors[number].mode(earliest, latest)
+            self._motors[number].go(goes, earliest, latest)
+
+
+def begin(rates: Sequence[int]) -> bytes:
+    """Give the lines that set rates and begin to move, one of the motors the other way."""
+    return b"CONNECT\n" + b"".join(
+        b"VEL MOT%d %d\nMOV MOT%d %s\n" % (motor, rate, motor, b"CC" if motor == 2 else b"C")
+        for motor, rate in enumerate(rates, 1))
 
 
 def _legal(rng: random.Random) -> bytes:

@@ -19,7 +19,7 @@ from .line import Broken, Levels, hear, said
 from .pieces import Dialect
 from .ways import Failure, Steps, Verdict, walk
 
-__all__ = ["TARGETS", "Judgement", "Target"]
+__all__ = ["TARGETS", "Judgement", "Rates", "Target"]
 
 Seen = Mapping[str, NDArray]
 Floods = Sequence[tuple[int, int]]
@@ -58,6 +58,28 @@ class Judgement:
 
 
 @dataclass(frozen=True)
+class Rates:
+    """The rates of a machine's motors.
+
+    Attributes
+    ----------
+    most : int
+        The highest; the least is 1.
+    modulus : int
+        Clocks in which there are as many steps as the rate says.
+    motors : int
+        How many there are, each with its own.
+    begin : callable
+        Gives the lines that set the rates and begin to move, all motors for long.
+    """
+
+    most: int
+    modulus: int
+    motors: int
+    begin: Callable[[Sequence[int]], bytes]
+
+
+@dataclass(frozen=True)
 class Target:
     """A machine with a serial line.
 
@@ -78,6 +100,8 @@ class Target:
         flooded; notes what it finds.
     inputs : mapping of str to int
         Levels of the other inputs.
+    rates : Rates, optional
+        If its motors have any.
     """
 
     name: str
@@ -87,17 +111,18 @@ class Target:
     outputs: tuple[str, ...]
     inspect: Callable[[Judgement, Levels, Seen, Floods], None]
     inputs: Mapping[str, int] = field(default_factory=dict)
+    rates: Rates | None = None
 
     def judge(self, line: Levels, seen: Seen, floods: Floods = ()) -> Judgement:
         """Look at a session."""
         judgement = Judgement()
         fault = np.flatnonzero(seen["fault"])
         if fault.size:
-            judgement.failures.append(Failure(int(fault[0]), "it shows a fault"))
+            judgement.failures.append(Failure(int(fault[0]), "pins", "it shows a fault"))
         try:
             self.inspect(judgement, line, seen, floods)
         except Broken as broken:
-            judgement.failures.append(Failure(broken.clock, str(broken)))
+            judgement.failures.append(Failure(broken.clock, "pins", str(broken)))
         judgement.failures.sort()
         return judgement
 
@@ -118,8 +143,8 @@ def _single(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> N
         judgement.add(steps, walk(steps, session.effects, _SINGLE.modulus, len(line), 8))
 
 
-_POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner.TOP_SPEED, width=2, low=3,
-                             setup=2, hold=4, settle=30, report=40_000)
+_POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner.TOP_SPEED, width=2,
+                             low=3, setup=2, hold=4, settle=30, report=40_000)
 
 
 def _positioner(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
@@ -143,10 +168,12 @@ _BIT = 16
 TARGETS = {target.name: target for target in (
     Target("positioner", _BIT, positioner.DIALECT,
            lambda: boards.component("positioner", Positioner(pace=_POSITIONER)),
-           ("tx", "step", "direction", "enable", "fault"), _positioner),
+           ("tx", "step", "direction", "enable", "fault"), _positioner,
+           rates=Rates(positioner.TOP_SPEED, _POSITIONER.clock, positioner.AXES, positioner.begin)),
     Target("single", _SINGLE.bit, single.DIALECT,
            lambda: boards.component("single", Single(pace=_SINGLE, greeting=single.GREETING,
                                                      help_text=single.HELP)),
-           ("tx", "coils", "enable", "position", "fault"), _single),
+           ("tx", "coils", "enable", "position", "fault"), _single,
+           rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
 )}
 """What can be fuzzed, by name."""

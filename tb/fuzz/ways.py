@@ -14,9 +14,20 @@ __all__ = ["Effect", "Failure", "Mode", "Steps", "Verdict", "lateness", "walk"]
 
 
 class Failure(NamedTuple):
-    """Something that must not be: from which clock on it is seen, and what it is."""
+    """Something that must not be.
+
+    Attributes
+    ----------
+    clock : int
+        From when on it is seen.
+    kind : str
+        ``step``, ``time``, ``place``, ``answer`` or ``pins``.
+    says : str
+        What it is.
+    """
 
     clock: int
+    kind: str
     says: str
 
 
@@ -138,8 +149,9 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     of = np.searchsorted(begins, steps.clock, "right") - 1
     before = steps.place[:-1]
     astray = np.where(steps.way > 0, before >= highest[of], before <= lowest[of])
-    failures = [Failure(int(steps.clock[n]), f"a step {'up' if steps.way[n] > 0 else 'down'} from "
-                        f"{before[n]} that no command asked for")
+    failures = [Failure(int(steps.clock[n]), "step",
+                        f"a step {'up' if steps.way[n] > 0 else 'down'} from {before[n]} that no "
+                        "command asked for")
                 for n in np.flatnonzero(astray)[:1]]
 
     # Steps that must be there
@@ -148,8 +160,9 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     due = np.maximum(0, (ends - begins - slack) * rate // modulus - 1)
     left = np.abs(highest - steps.place[begin])
     for n in np.flatnonzero(sure & (made < np.minimum(due, left)))[:1]:
-        failures.append(Failure(int(begins[n]), f"{made[n]} steps where {min(due[n], left[n])} "
-                                f"were asked for by clock {ends[n]}"))
+        failures.append(Failure(
+            int(begins[n]), "step", f"{made[n]} steps where {min(due[n], left[n])} were asked for "
+            f"by clock {ends[n]}"))
 
     # Steps that must come at their time, as late as the first
     timed = sure[of]
@@ -161,14 +174,14 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     heads = np.flatnonzero(np.r_[True, at[1:] != at[:-1]])
     apart = (np.maximum.reduceat(late, heads) - np.minimum.reduceat(late, heads)) / rate[at[heads]]
     for n in np.flatnonzero(apart >= 1)[:1]:
-        failures.append(Failure(int(clock[heads[n]]), "steps are not at their times: one is "
-                                f"{apart[n]:.3f} clocks later than another"))
+        failures.append(Failure(
+            int(clock[heads[n]]), "time", "steps are not at their times: one is "
+            f"{apart[n]:.3f} clocks later than another"))
     return Verdict(failures, len(clock), float(apart.max()))
 
 
 def _spans(effects: Sequence[Effect], clocks: int) -> tuple[NDArray[np.int64], list[list[Mode]]]:
-    """Give the clocks at which what may be asked for changes, and what it is from each to the next.
-    """
+    """Give the clocks at which what is asked for changes, and what it may be from each on."""
     latest = effects[0].latest
     starts, ends = [effects[0].earliest], []
     for effect in effects[1:]:  # in order, so none begins before the one before it
