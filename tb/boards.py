@@ -10,8 +10,8 @@ from amaranth.lib import io, wiring
 
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
 from fresa.machines.positioner import GUARDS, PositionerPace
-from fresa.motion import CoordinateGenerator, SquareGenerator
-from fresa_boards.nexys2_mill import Nexys2Mill
+from fresa.motion import SerialOrders
+from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
 from fresa_boards.nexys2_positioner import Nexys2Positioner
 
 from .design import Design
@@ -55,29 +55,34 @@ def mill(*, pace: MillPace, z_travel: int = Z_TRAVEL, guard: bool = False) -> De
 
 
 def nexys2_mill(
-    source: CoordinateGenerator | SquareGenerator, *, pace: MillPace, debounce: int,
+    source: OrderSource, *, pace: MillPace, debounce: int,
     z_travel: int = Z_TRAVEL, guard: bool = False,
 ) -> Design:
     """Return the mill on a Nexys 2: the wiring that is built, on pins of a simulation.
 
     Its inputs are ``switches`` and ``buttons``; its outputs ``leds``, ``segments``, ``digits``,
-    ``axis_x``, ``axis_y`` and ``axis_z``, all with the levels of the board.
+    ``axis_x``, ``axis_y`` and ``axis_z``, all with the levels of the board. `SerialOrders` have
+    ``rx`` and ``tx`` besides.
     """
+    serial = isinstance(source, SerialOrders)
+    line = [("rx", "i", 1, False), ("tx", "o", 1, False)] if serial else []
     ports = {
         name: io.SimulationPort(direction, width, invert=invert, name=name)
         for name, direction, width, invert in [
             ("clk", "i", 1, False), ("switches", "i", 8, False), ("buttons", "i", 4, False),
             ("leds", "o", 8, False), ("segments", "o", 8, True), ("digits", "o", 4, True),
             ("axis_x", "o", 4, False), ("axis_y", "o", 4, False), ("axis_z", "o", 4, False),
+            *line,
         ]
     }
     top = Nexys2Mill(ports, source=source, pace=pace, debounce=debounce, z_travel=z_travel,
                      guard=guard)
     return Design(
         "nexys2_mill", top, ports["clk"].i,
-        inputs={name: ports[name].i for name in ("switches", "buttons")},
+        inputs={name: port.i for name, port in ports.items()
+                if port.direction is io.Direction.Input and name != "clk"},
         outputs={name: port.o for name, port in ports.items()
-                 if name not in ("clk", "switches", "buttons")})
+                 if port.direction is io.Direction.Output})
 
 
 def nexys2_positioner(

@@ -12,9 +12,10 @@ ROOT = Path(__file__).parent.parent
 ROOMS = {  # what each may import beside the standard library and itself
     "hdl/fresa": {"amaranth"},
     "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
+    "host/fresa_host": {"serial"},
     "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
     "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa",
-              "fresa_boards", "tb"},
+              "fresa_boards", "fresa_host", "tb"},
 }
 
 

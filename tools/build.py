@@ -10,10 +10,10 @@ from pathlib import Path
 from amaranth.back import rtlil
 from PIL import Image
 
-from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
-from fresa.motion import CoordinateGenerator, SquareGenerator
+from fresa.machines.mill import BAUD, CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
+from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
 from fresa_boards.nexys2 import Capacity, Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_mill import Nexys2Mill, debounce_period, mill_ports
+from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource, debounce_period, mill_ports
 from fresa_boards.verilog import from_rtlil
 from tb.boards import nexys2_mill
 from tb.engines import ENGINES
@@ -70,6 +70,10 @@ examples:
   python -m tools.build --orders square
       The thesis's first test: BTN1 walks the four corners of a square in the air.
 
+  python -m tools.build --orders serial
+      Orders come over the RS-232 port: python -m tools.send JOB streams pictures to it, of any
+      number of pixels and without a new bitstream for each.
+
   python -m tools.build --board pins -o build/pins --no-report
       mill.v alone, at once.
 
@@ -99,7 +103,7 @@ class Built:
 
 
 def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
-               guard: bool = False) -> Built:
+               guard: bool = False, serial: bool = False) -> Built:
     """Make the sources of the mill.
 
     Parameters
@@ -112,19 +116,23 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
         What to mill. Without one a board walks a square; the raw machine has no order source.
     guard : bool
         Make position errors visible, see :class:`Mill`.
+    serial : bool
+        Orders come over the RS-232 port of the board instead.
     """
     platform_class = BOARDS[board]
     if platform_class is None:
         text = rtlil.convert(Mill(pace=pace, guard=guard), name="mill", emit_src=False)
         return Built({"mill.v": from_rtlil(text).encode()}, text, "mill")
 
-    def source() -> CoordinateGenerator | SquareGenerator:
+    def source() -> OrderSource:
+        if serial:
+            return SerialOrders(clock=CLOCK, baud=BAUD)
         if picture is None:
             return SquareGenerator(side=SQUARE_SIDE)
         return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
 
     platform = platform_class()
-    top = Nexys2Mill(mill_ports(platform), source=source(), pace=pace, guard=guard)
+    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), pace=pace, guard=guard)
     plan = platform.prepare(top, "mill")
     files = {name: text.encode() if isinstance(text, str) else text
              for name, text in plan.files.items()}
@@ -208,9 +216,9 @@ def main(argv: list[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     if args.board == "pins" and (args.image or args.orders):
         raise UserError("the raw machine has no order source: leave out --image and --orders")
-    if args.orders == "square" and args.image:
-        raise UserError("--orders square mills no picture: leave out --image")
-    with_picture = args.board != "pins" and args.orders != "square"
+    if args.orders in ("square", "serial") and args.image:
+        raise UserError(f"--orders {args.orders} has no picture built in: leave out --image")
+    with_picture = args.board != "pins" and args.orders in (None, "image")
     args.image = args.image or EXAMPLE
     picture = picture_from_arguments(args) if with_picture else None
     capacity = (BOARDS[args.board] or Nexys2Platform).capacity
@@ -219,7 +227,8 @@ def main(argv: list[str] | None = None) -> int:
     folder = args.output or Path("build", f"{args.machine}-{args.board}")
     pace = MillPace.real(step_rate=args.step_rate)
 
-    built = build_mill(args.board, pace=pace, picture=picture, guard=args.guard)
+    built = build_mill(args.board, pace=pace, picture=picture, guard=args.guard,
+                       serial=args.orders == "serial")
     facts = figures(args.board, pace, args.step_rate, built.files) | {"guard": args.guard}
 
     def write(extra: Mapping[str, bytes]) -> None:
@@ -264,8 +273,9 @@ def _parser() -> argparse.ArgumentParser:
                         help=f"one of: {', '.join(BOARDS)} (default: %(default)s)")
     parser.add_argument("--image", metavar="FILE", type=Path,
                         help="picture to mill (default: examples/strawberry.png)")
-    parser.add_argument("--orders", metavar="SOURCE", choices=("image", "square"),
-                        help="what BTN1 starts: image (default) or square")
+    parser.add_argument("--orders", metavar="SOURCE", choices=("image", "square", "serial"),
+                        help="what BTN1 starts: image (default) or square; or serial: orders come "
+                             "over the RS-232 port")
     parser.add_argument("--step-rate", metavar="HZ", type=step_rate, default=TOP_SPEED,
                         help="most steps a second that the motors follow (default: 101.376)")
     parser.add_argument("--guard", action="store_true",

@@ -182,6 +182,13 @@ DIAGRAMS = (
         "inputs: mode jog start order.x order.y outputs: ready axis_x axis_y counts: x.count "
         "y.count", 0, 36),
     Diagram(
+        "guarded-controller",
+        "Two controllers side by side, of which the first drives the motors. At clock 31 a bit of "
+        "its count of X is upset. A clock later the error shows, and the coils stay as they are, "
+        "in manual mode too, until a reset; then the next order is carried out.",
+        "inputs: rst mode jog start order.x outputs: ready error axis_x "
+        "drives: main.automatic.x.count watches: shadow.automatic.x.count", 18, 67),
+    Diagram(
         "start-handshake",
         "An order is handed on by `start`, which holds until `ready` falls; it is taken from its "
         "source only when `ready` has risen again. After an error no order is taken or started.",
@@ -205,6 +212,20 @@ DIAGRAMS = (
         "inputs: orders_ready outputs: busy orders_valid orders_payload.x orders_payload.y "
         "orders_payload.up orders_payload.down state: dut.coordinates_state_state "
         "picture: dut.row dut.column", 32, 60),
+    Diagram(
+        "order-ledger",
+        "A session is opened behind order 4; order 5 is taken, and again does nothing. Then come "
+        "the session once more, a damaged line, and 7, which is too early; 6 is taken, and with "
+        "it there is no room. An answer is there with the clock after its request.",
+        "requests: requests_valid requests_payload.good requests_payload.value.number "
+        "answers: answers_valid answers_payload.outcome answers_payload.taken answers_payload.done "
+        "orders: orders_valid orders_ready orders_payload.x", 4, 30),
+    Diagram(
+        "serial-orders",
+        "Lines come and answers go, 34 bytes and 33, of 16 clocks a bit here: a session is opened, "
+        "order 1 is taken and carried out, order 2 comes damaged, and then undamaged.",
+        "line: rx tx orders: orders_valid orders_ready orders_payload.x orders_payload.up "
+        "numbers: ledger.taken ledger.done", 0, 45_000),
     Diagram(
         "debouncer",
         "Bounces do not pass. A level that lasts does, at the second tick after it began; a gap of "
@@ -270,6 +291,23 @@ DIAGRAMS = (
         "clock. The first byte is there two clocks after the number was taken.",
         "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
         "bytes_payload inside: dut.place", 0, 24, radix=("bytes_payload=hex", "dut.place=dec")),
+    Diagram(
+        "hex-reader",
+        "`3C`, then the eight digits of its CRC; the end of the line gives a message that is good. "
+        "The register of the CRC is then at the residue that every right line leaves. The next "
+        "line is as right, but damaged on its way.",
+        "line: items_valid items_ready items_payload.end items_payload.byte "
+        "messages: messages_valid messages_ready messages_payload.good messages_payload.value "
+        "inside: dut.count crc.crc_reg", 0, 29,
+        radix=("items_payload.byte=hex", "messages_payload.value=hex", "dut.count=dec",
+               "crc.crc_reg=hex")),
+    Diagram(
+        "hex-writer",
+        "`=`, the digits 09AF, their CRC from its lowest digit, CR and LF. Each byte holds until "
+        "it is taken.",
+        "messages: messages_valid messages_ready messages_payload bytes: bytes_valid bytes_ready "
+        "bytes_payload inside: dut.left", 0, 28,
+        radix=("messages_payload=hex", "bytes_payload=hex", "dut.left=dec")),
     Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "

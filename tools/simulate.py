@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from fresa.machines.mill import RESOLUTION, TOP_SPEED, step_period
-from tb.engines import ENGINES, AmaranthEngine, EngineError, choose
+from tb.engines import ENGINES, EngineError, made_on
 from tb.milling import Cut, ready_to_mill, run_job
 
 from .console import (
@@ -89,14 +89,12 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
         place = stack.enter_context(staged(vcd)) if vcd else None
         with Progress(1, "engine", f"preparing the simulation{FIRST_TIME}"):
             try:
-                run = ready_to_mill(prepared.pixels, choose(engine), period=period, vcd=place,
-                                    guard=guard)
+                run, note = made_on(engine, lambda kind: ready_to_mill(
+                    prepared.pixels, kind, period=period, vcd=place, guard=guard))
             except EngineError as error:
-                if engine is not None or choose() is AmaranthEngine:
-                    raise UserError(str(error)) from error
-                warn(f"{error}; going on with the slow engine, amaranth")
-                run = ready_to_mill(prepared.pixels, AmaranthEngine, period=period, vcd=place,
-                                    guard=guard)
+                raise UserError(str(error)) from error
+        if note is not None:
+            warn(note)
         with run, Progress(prepared.count, "pixels", "milling") as progress:
             return run_job(run, prepared.pixels, period=period, progress=progress.advance)
 

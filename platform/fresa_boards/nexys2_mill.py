@@ -5,6 +5,7 @@ from fractions import Fraction
 from functools import reduce
 from math import ceil
 from operator import add
+from typing import TypeAlias
 
 from amaranth import (
     Cat,
@@ -15,6 +16,7 @@ from amaranth import (
     ResetInserter,
     ResetSignal,
     Signal,
+    Value,
 )
 from amaranth.build import Attrs, Pins, Resource
 from amaranth.lib import io
@@ -23,12 +25,15 @@ from amaranth.lib.wiring import connect
 
 from fresa.drive import FULL_STEP, MAX_PERIOD
 from fresa.machines.mill import CLOCK, Z_TRAVEL, Mill, MillPace
-from fresa.motion import CoordinateGenerator, SquareGenerator, StartHandshake
+from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
 
 from .nexys2 import request_ports
 
-__all__ = ["DEBOUNCE", "Nexys2Mill", "debounce_period", "mill_ports"]
+__all__ = ["DEBOUNCE", "Nexys2Mill", "OrderSource", "debounce_period", "mill_ports"]
+
+OrderSource: TypeAlias = CoordinateGenerator | SquareGenerator | SerialOrders
+"""Where the orders of a mill may come from."""
 
 DEBOUNCE = Fraction(1, 100)
 """Time for which a contact must be still, in seconds."""
@@ -48,11 +53,11 @@ def debounce_period(seconds: Fraction | float = DEBOUNCE, clock: int = CLOCK) ->
     return ceil(Fraction(seconds) * clock)
 
 
-def mill_ports(platform) -> dict:
+def mill_ports(platform, *, serial: bool = False) -> dict:
     """Request the pins of the mill from a Nexys 2, under the names that :class:`Nexys2Mill` knows.
 
     The coil words go to the Pmod connectors with bit 0, YELLOW, on the lowest pin: X on JA1 to JA4,
-    Y on JA7 to JA10, Z on JB1 to JB4.
+    Y on JA7 to JA10, Z on JB1 to JB4. With `serial` the pins of the RS-232 port are among them.
     """
     platform.add_resources([
         Resource("coils", index, Pins(pins, dir="o", conn=("pmod", pmod)),
@@ -68,6 +73,9 @@ def mill_ports(platform) -> dict:
         "display": "display_7seg",
         **{f"axis_{name}": ("coils", index) for index, name in enumerate("xyz")},
     })
+    if serial:
+        line = request_ports(platform, {"line": "uart"})["line"]
+        ports |= {"rx": line.rx, "tx": line.tx}
     display = ports.pop("display")
     segments = [getattr(display, name) for name in ("a", "b", "c", "d", "e", "f", "g", "dp")]
     return {**ports, "segments": reduce(add, segments)}
@@ -83,7 +91,7 @@ class Nexys2Mill(Elaboratable):
     SW0 to SW5       manual: jog x up, x down, y up, y down, z up, z down
     SW0, SW1         automatic: the count to show, 0 main, 1 X, 2 Y, 3 Z
     BTN0             reset
-    BTN1             automatic: starts the order source
+    BTN1             automatic: starts the order source, unless that is the RS-232 port
     BTN3             stop: no step until reset; an upset state register of the source does so too
     LD0 to LD3       manual: coil word
     LD5              the order source is at work
@@ -94,16 +102,17 @@ class Nexys2Mill(Elaboratable):
     Every input goes through two flip-flops and a debouncer. Every coil comes from a flip-flop in
     its I/O block, a clock after the machine's own. (``io.FFBuffer`` would do that too, but powers
     up at 0, which is no word of the coil table.) In manual mode the order source is held in reset,
-    as the automatic part of the machine is.
+    as the automatic part of the machine is; the RS-232 port is told, and goes on to answer.
 
     Parameters
     ----------
     ports : mapping of str to PortLike
         ``clk``; inputs ``switches`` (8) and ``buttons`` (4), active high; outputs ``leds`` (8),
         active high; ``segments`` (8: a to g, point) and ``digits`` (4), which light with 1 or are
-        declared inverted; ``axis_x``, ``axis_y``, ``axis_z`` (4 each).
-    source : CoordinateGenerator or SquareGenerator
-        What to do when BTN1 is pressed.
+        declared inverted; ``axis_x``, ``axis_y``, ``axis_z`` (4 each). With `SerialOrders` also
+        ``rx`` and ``tx``.
+    source : CoordinateGenerator, SquareGenerator or SerialOrders
+        What to do when BTN1 is pressed; or where orders come from.
     pace : MillPace
         See :class:`Mill`.
     debounce : int
@@ -115,7 +124,7 @@ class Nexys2Mill(Elaboratable):
     """
 
     def __init__(
-        self, ports: Mapping[str, io.PortLike], *, source: CoordinateGenerator | SquareGenerator,
+        self, ports: Mapping[str, io.PortLike], *, source: OrderSource,
         pace: MillPace | None = None, debounce: int | None = None, z_travel: int = Z_TRAVEL,
         guard: bool = False,
     ) -> None:
@@ -147,13 +156,17 @@ class Nexys2Mill(Elaboratable):
 
         # The machine, and where its orders come from
         m.submodules.mill = mill = self._mill
-        m.submodules.source = ResetInserter(~automatic)(self._source)
-        m.submodules.handshake = ResetInserter(~automatic)(handshake := StartHandshake())
         source = self._source
+        m.submodules.handshake = ResetInserter(~automatic)(handshake := StartHandshake())
         fault = source.fault | handshake.fault
+        if isinstance(source, SerialOrders):
+            m.submodules.source = source
+            self._wire_line(m, source, automatic, mill.error | fault, stop | fault)
+        else:
+            m.submodules.source = ResetInserter(~automatic)(source)
+            m.d.comb += source.start.eq(begin & ~began)
         connect(m, source.orders, handshake.orders)
         m.d.comb += [
-            source.start.eq(begin & ~began),
             mill.position_x.eq(handshake.order.x),
             mill.position_y.eq(handshake.order.y),
             mill.up.eq(handshake.order.up),
@@ -187,3 +200,19 @@ class Nexys2Mill(Elaboratable):
             m.d.comb += coils.o.eq(pins)
 
         return m
+
+    def _wire_line(self, m: Module, source: SerialOrders, automatic: Value, error: Value,
+                   stop: Value) -> None:
+        """Join the RS-232 port to the source, and tell it how the machine is."""
+        m.submodules.rx = rx = io.Buffer("i", self._ports["rx"])
+        m.submodules.tx = tx = io.Buffer("o", self._ports["tx"])
+        m.submodules.rx_synchronizer = FFSynchronizer(rx.i, source.rx, init=1)
+        stopped = Signal()
+        with m.If(stop):
+            m.d.sync += stopped.eq(1)
+        m.d.comb += [
+            tx.o.eq(source.tx),
+            source.enable.eq(automatic),
+            source.error.eq(error),
+            source.stopped.eq(stop | stopped),
+        ]

@@ -1,12 +1,12 @@
 """The benches, a module a room."""
 
 from ..bench import Bench
-from . import axis, board, control, drive, mill, motion, orders, panel, protocol, serial_line
+from . import axis, board, control, drive, guard, mill, motion, orders, panel, protocol, serial_line
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
-    "components": (drive, motion, control, orders, panel, axis, serial_line, protocol),
+    "components": (drive, motion, control, guard, orders, panel, axis, serial_line, protocol),
     "machine": (mill,),
     "board": (board,),
 }

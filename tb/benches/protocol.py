@@ -3,6 +3,8 @@
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    HexReader,
+    HexWriter,
     LineEnd,
     LineReader,
     NumberError,
@@ -11,6 +13,7 @@ from fresa.protocol import (
 )
 
 from ..bench import Run, bench, put
+from ..models.orders import checked
 
 
 @bench
@@ -178,3 +181,58 @@ def text_source(run: Run) -> str:
 
     run.simulate(dut, test)
     return "4 texts whole, a byte a clock if taken so fast; a number without a text sent nothing"
+
+
+@bench
+def hex_reader(run: Run) -> str:
+    """Lines with a CRC: one that is right, and what can be wrong with it."""
+    dut = HexReader(digits=2)
+    right = checked("3C")
+
+    async def test(ctx):
+        for line, end, good in [
+            (right, LineEnd.GOOD, 1), (right, LineEnd.DAMAGED, 0), (right[:-1], LineEnd.GOOD, 0),
+            (right + "0", LineEnd.GOOD, 0), (checked("3D")[:2] + right[2:], LineEnd.GOOD, 0),
+            (right.lower(), LineEnd.GOOD, 0), ("", LineEnd.GOOD, 0), (right, LineEnd.GOOD, 1),
+        ]:
+            for byte in line.encode():
+                run.see(ctx, dut.messages, valid=0)
+                await put(ctx, dut.items, {"byte": byte})
+            await put(ctx, dut.items, {"byte": end.value, "end": 1})
+            run.see(ctx, dut.items, ready=0)
+            await ctx.tick().repeat(2)  # it holds until it is taken
+            run.see(ctx, dut.messages, valid=1)
+            message = ctx.get(dut.messages.payload)
+            run.expect("good", message.good, good)
+            if good:
+                run.expect("value", message.value, 0x3C)
+            ctx.set(dut.messages.ready, 1)
+            await ctx.tick()
+            ctx.set(dut.messages.ready, 0)
+
+    run.simulate(dut, test)
+    return ("3C twice; damaged, a digit short, a digit long, another digit, small letters and an "
+            "empty line are not good")
+
+
+@bench
+def hex_writer(run: Run) -> str:
+    """Messages to lines, with their CRC behind them."""
+    dut = HexWriter(digits=4, start=b"=")
+    sent = (0x09AF, 0x0000, 0xFFFF)
+
+    async def test(ctx):
+        for number in sent:
+            run.see(ctx, dut.bytes, valid=0)
+            await put(ctx, dut.messages, number)
+            for place, byte in enumerate(f"={checked(f'{number:04X}')}\r\n".encode()):
+                run.see(ctx, dut.messages, ready=0)
+                for _ in range(place % 2):  # a byte holds until it is taken
+                    await ctx.tick()
+                run.see(ctx, dut.bytes, valid=1, payload=byte)
+                ctx.set(dut.bytes.ready, 1)
+                await ctx.tick()
+                ctx.set(dut.bytes.ready, 0)
+
+    run.simulate(dut, test)
+    return "09AF, 0000 and FFFF, each with 8 digits of CRC-32, CR and LF"

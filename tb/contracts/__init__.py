@@ -14,12 +14,14 @@ from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
 from .guard import GUARD
+from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
 from .line import LINE
 from .manual import MANUAL
 from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
+from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
 from .position import POSITION
 from .rate import RATE
@@ -56,6 +58,7 @@ COMPONENTS = {
     "spiral": SPIRAL,
     "coordinates": COORDINATES,
     "square": SQUARE,
+    "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
     "display": DISPLAY,
     "monitor": MONITOR,
@@ -66,6 +69,8 @@ COMPONENTS = {
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
     "text": TEXT,
+    "hex_reader": HEX_READER,
+    "hex_writer": HEX_WRITER,
     "mill": MILL,
 }
 """Components by name, in the order in which they are best read."""

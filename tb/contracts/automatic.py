@@ -100,4 +100,5 @@ def describe(c: Contract, dut: AutomaticControl) -> None:
 
 AUTOMATIC = Component(
     make=AutomaticControl, describe=describe, depth=14,
-    cases=(*(Case({"period": period}) for period in (2, 1)), Case({"period": 493_214}, real=True)))
+    cases=(*(Case({"period": period}) for period in (2, 1)), Case({"period": 493_214}, real=True),
+           Case({"period": 2}, upset=True)))

@@ -303,7 +303,8 @@ class Contract:
         """Find a state machine that begins with any code in a case with `upset`, as all does."""
         return self.state(path)
 
-    def leaves_unused_codes(self, path: str, *, fault: Bits, shows: Bits, reached: Bug) -> None:
+    def leaves_unused_codes(self, path: str, *, fault: Bits, shows: Bits, reached: Bug,
+                            reset: Bits = None) -> None:
         """Promise what every state machine does about an upset register.
 
         Parameters
@@ -316,10 +317,12 @@ class Contract:
             What else there is to see of an upset: that nothing is done.
         reached : Bug
             One that gets to ``FAULT`` without an upset.
+        reset : Value, optional
+            What resets it, if that is more than the reset of the component.
         """
         state = self.any_code(path)
         name = path.rpartition(".")[2].replace("_", "-")
-        known, was_reset = self.past(1), self.past(self.rst)
+        known, was_reset = self.past(1), self.past(self.rst if reset is None else reset)
         if max(state.codes.values()) + 1 < 1 << len(state.register):
             self.holds(f"{name}-leaves-unused-codes",
                        "From a code that no state has, FAULT comes with the next clock.",

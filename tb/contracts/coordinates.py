@@ -53,6 +53,10 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
             when=orders.valid & ~tool & down,
             then=_near(row - at_row) & _near(column - at_column),
             bug=Bug(spiral, "row.eq(row + down),", "row.eq(row + 2 * down),"))
+    c.always("stays-down", "The tool is not raised to go to one of the 8 neighbours.",
+             ~(orders.valid & orders.p.up & down & (milled < 0))
+             | ~_near(row - at_row) | ~_near(column - at_column), seen=orders.valid & ~tool & down,
+             bug=Bug(coordinates, "found & walk.near & lowered", "found & ~walk.near & lowered"))
     c.holds("lowers-at-its-place", "The tool is lowered where the last order went.",
             when=orders.valid & orders.p.down,
             then=~down & (row == at_row) & (column == at_column) & walk.inside,

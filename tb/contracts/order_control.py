@@ -104,6 +104,9 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
         c.holds("divider-at-rest", "At rest the divider has its whole period before it.",
                 when=state("REST"), then=ticks == 1 - period,
                 bug=Bug(order_control, "m.d.comb += divider.clear.eq(1)", "pass"))
+    c.leaves_unused_codes(
+        f"{path}.order_state", fault=orders.fault, shows=~step.any() & ~moves.ready & ~clear,
+        reset=reset, reached=Bug(order_control, 'm.next = "REST"', 'm.next = "FAULT"'))
 
 
 def describe(c: Contract, dut: OrderControl) -> None:
@@ -135,9 +138,6 @@ def describe(c: Contract, dut: OrderControl) -> None:
             then=state("REST") & dut.moves.ready & ~dut.step.any(),
             bug=Bug(order_control, 'with m.FSM(name="order_state") as fsm:',
                     'with m.FSM(name="order_state", init="CLEAR") as fsm:'))
-    c.leaves_unused_codes(
-        "order_state", fault=dut.fault, shows=~dut.step.any() & ~dut.moves.ready & ~dut.clear,
-        reached=Bug(order_control, 'm.next = "REST"', 'm.next = "FAULT"'))
 
 
 ORDER_CONTROL = Component(

@@ -196,6 +196,11 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
             & (steps_x == steps_y) & (moves.p.steps == steps_x),
             bug=Bug(sequencer, "same.eq(steps_x == steps_y)",
                     "same.eq(steps_x[:4] == steps_y[:4])"))
+    if not isinstance(dut, WholeOrders):  # whose proof is long enough without it
+        c.holds("together-moves", "What is gone together is at least a step.",
+                when=state("TOGETHER"), then=steps_x != 0,
+                bug=Bug(sequencer, "with m.If(none_x & none_y):",
+                        "with m.If(none_x & none_y & lowered):"))
     c.holds("diagonal", "Unequal distances begin with a diagonal of the smaller.",
             when=state("DIAGONAL") & moves.valid, then=(moves.p.axes == 0b011)
             & (moves.p.steps == least) & (least != 0),

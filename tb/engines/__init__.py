@@ -1,5 +1,8 @@
 """Engines: what runs a design. All are used alike, see `Engine`."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from .base import PERIOD, Changes, Engine, EngineError
 from .cxxrtl import CXXRTLEngine
 from .ghdl import GHDLEngine
@@ -9,7 +12,10 @@ from .piped import UnknownLevelError
 from .pysim import AmaranthEngine
 from .verilator import VerilatorEngine
 
-__all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError", "choose"]
+__all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError", "choose",
+           "made_on"]
+
+Made = TypeVar("Made")
 
 ENGINES: dict[str, type[Engine]] = {
     engine.name: engine
@@ -33,3 +39,35 @@ def choose(name: str | None = None) -> type[Engine]:
     if reason := ENGINES[name].missing():
         raise EngineError(reason)
     return ENGINES[name]
+
+
+def made_on(name: str | None, make: Callable[[type[Engine]], Made]) -> tuple[Made, str | None]:
+    """Make something on the engine of that name, or on the fastest that works here.
+
+    Parameters
+    ----------
+    name : str, optional
+        The engine. Without it, the slow one serves where the fast one is there but fails.
+    make : callable
+        Makes it on an engine, of which it is given the class.
+
+    Returns
+    -------
+    Made
+        What was made.
+    str or None
+        Why the slow engine serves, for people to read, if it does for a failure.
+
+    Raises
+    ------
+    EngineError
+        As of `choose`, or if it cannot be made.
+    """
+    engine = choose(name)
+    try:
+        return make(engine), None
+    except EngineError as error:
+        if name is not None or engine is AmaranthEngine:
+            raise
+        note = f"{error}; going on with the slow engine, {AmaranthEngine.name}"
+    return make(AmaranthEngine), note

@@ -13,7 +13,7 @@ from amaranth.sim import Simulator
 
 from fresa.fsm import leave_unused_codes
 from fresa.machines.mill import MillPace
-from fresa.motion import CoordinateGenerator, SquareGenerator
+from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
 from tb.boards import mill, nexys2_mill
 from tb.design import Design
 
@@ -32,11 +32,15 @@ MACHINES = {
     "picture": lambda: nexys2_mill(
         CoordinateGenerator(PICTURE, pixel_steps=4), pace=PACE, debounce=DEBOUNCE, z_travel=5
     ),
+    "serial": lambda: nexys2_mill(
+        SerialOrders(clock=16, baud=1), pace=PACE, debounce=DEBOUNCE, z_travel=5
+    ),
 }
 STATE_MACHINES = {
     "mill": {"order_state", "motion_state"},
     "square": {"order_state", "motion_state", "handshake_state", "square_state"},
     "picture": {"order_state", "motion_state", "handshake_state", "coordinates_state"},
+    "serial": {"order_state", "motion_state", "handshake_state", "receiver_state"},
 }
 
 
@@ -77,6 +81,8 @@ def upsets():
     """Every machine, every state machine in it, every code that no working state has."""
     for machine, make in MACHINES.items():
         for name, fsm in elaborated(make)[1].items():
+            if machine == "serial" and name != "receiver_state":
+                continue  # all else is as with a square
             for code in range(1 << len(fsm.state)):
                 # The fault itself may be what an upset register holds.
                 if code not in fsm.encoding.values() or code == fsm.encoding["FAULT"]:
@@ -121,8 +127,14 @@ class Bench:
         return self.ctx.get(self.design.outputs[name])
 
     async def begin(self, under_way: bool) -> None:
-        """Go to automatic mode; `under_way`, have a movement make its first step."""
-        if self.board:
+        """Go to automatic mode; `under_way`, have a movement make its first step.
+
+        Where orders come over a line, it is a movement by hand: an order takes 10 000 clocks.
+        """
+        by_hand = "rx" in self.design.inputs
+        if by_hand:
+            self.set(rx=1, switches=0b000101 if under_way else 0)
+        elif self.board:
             self.set(switches=AUTOMATIC)
             await self.clock(SETTLE)
         else:
@@ -130,11 +142,11 @@ class Bench:
             await self.clock()
         if not under_way:
             return
-        if self.board:
+        if self.board and not by_hand:
             self.set(buttons=START)
             await self.clock(SETTLE)
             self.set(buttons=0)
-        else:
+        elif not self.board:
             self.set(position_x=900, position_y=400, start=1)
             await self.clock()
             self.set(start=0)

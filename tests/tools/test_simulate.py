@@ -123,7 +123,9 @@ class TestNoCompiler:
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # nothing compiled before
         monkeypatch.setenv("YOWASP_CACHE_DIR", str(Path.home() / ".cache" / "YoWASP"))
         assert run("--image", ring, "--png", tmp_path / "cut.png") == 0
-        assert "(amaranth)" in capsys.readouterr().out
+        said = capsys.readouterr()
+        assert "(amaranth)" in said.out
+        assert ("going on with the slow engine" in said.err) == (compiler == "false")
 
     def test_says_so_when_asked_for(self, tmp_path, ring, monkeypatch, capsys):
         monkeypatch.setenv("CXX", "/nowhere/g++")

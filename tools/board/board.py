@@ -4,6 +4,8 @@ import asyncio
 import importlib.metadata
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from fresa.machines.mill import (
@@ -22,7 +24,7 @@ from .messages import Job, Window
 from .orders import LONGEST_PERIOD, read_order
 from .scene import Scene, SceneView
 from .simulation import Simulation
-from .waves import MOST_CLOCKS, MOST_SIGNALS, Windows
+from .waves import MOST_CLOCKS, Windows
 
 __all__ = ["Board"]
 
@@ -61,11 +63,13 @@ class Board:
         self.job: Job | None = None
         self.built: asyncio.Future[str | None] = asyncio.get_running_loop().create_future()
         self._scene = Scene()
-        self._inputs = 0, 0
+        self._switches = 0
+        self._held: dict[View, int] = {}
         self._speed: float | None = None
         self._state: dict[str, object] = {"running": True, "building": "starting", "speed": None,
                                           "recording": False, "done": False, "error": None,
-                                          "advancing": False, "stopped": False}
+                                          "advancing": False, "stopped": False,
+                                          "unrecorded": None}
         self._jobs: dict[int, Job] = {}
         self._newest = 0
         self._wanted = self._good = job
@@ -92,43 +96,44 @@ class Board:
 
     def left(self, view: View) -> None:
         """End a page: what it held is let go of. See `Shown`."""
-        if isinstance(view, SceneView) and view.pressing:
-            self._touch(self._inputs[0], 0)
+        if self._held.pop(view, 0):
+            self._touch()
 
     def do(self, view: View, name: str, message: Mapping[str, object]) -> None:
         """Do what a page asks for. See `Shown`."""
-        value = read_order(name, message)
-        match name:
-            case "switches":
-                self._touch(int(value or 0), self._inputs[1])
-            case "buttons":
-                self._touch(self._inputs[0], int(value or 0))
-                if isinstance(view, SceneView):
-                    view.pressing = bool(value)
-            case "run" | "pause":
+        match name, read_order(name, message):
+            case "switches", (mask, levels):
+                self._switches = self._switches & ~mask | levels
+                self._touch()
+            case "buttons", int(held):
+                self._held[view] = held
+                self._touch()
+            case ("run" | "pause"), _:
                 self._tell("run", name == "run")
-            case "clock":
-                self._tell("clocks", value)
-            case "step":
+            case "clock", int(clocks):
+                self._tell("clocks", clocks)
+            case "step", _:
                 self._tell("step")
-            case "speed":
-                self._speed = value
-                self._tell("speed", value)
-            case "power" if self._simulation.alive:
+            case "speed", (float() | None) as speed:
+                self._speed = speed
+                self._tell("speed", speed)
+            case "power", _ if self._simulation.alive:
                 self._build(self._wanted, "power")
-            case "power":
+            case "power", _:
                 self._start()
-            case "step_period":
-                self._build(replace(self._wanted, period=int(value or 1)),
+            case "step_period", int(period):
+                self._build(replace(self._wanted, period=period),
                             "build", "changing the step rate")
-            case "record":
-                self._record(int(value or 1))
+            case "record", int(clocks):
+                self._record(clocks)
 
     def _record(self, clocks: int) -> None:
         # To begin a waveform takes the simulation as long as thousands of clocks.
         now = asyncio.get_running_loop().time()
         if now < self._recorded_at + RECORD_INTERVAL:
             raise UserError("a waveform was asked for just now: wait a moment")
+        if self._state["recording"]:
+            raise UserError("a waveform is being recorded: wait for its end")
         self._tell("record", str(self.windows.place()), clocks)
         self._recorded_at = now
 
@@ -161,10 +166,11 @@ class Board:
 
     # The simulation
 
-    def _touch(self, switches: int, buttons: int) -> None:
-        self._inputs = switches, buttons
-        self._scene.touch(switches, buttons)
-        self._simulation.tell("inputs", switches, buttons)
+    def _touch(self) -> None:
+        """Put the contacts where pages have them. A button is down while any page holds it."""
+        buttons = reduce(or_, self._held.values(), 0)
+        self._scene.touch(self._switches, buttons)
+        self._simulation.tell("inputs", self._switches, buttons)
 
     def _tell(self, *order: Any) -> None:
         if not self._simulation.alive:
@@ -173,7 +179,7 @@ class Board:
 
     def _start(self) -> None:
         self._simulation.start()
-        self._simulation.tell("inputs", self._inputs[0], 0)
+        self._touch()
         self._simulation.tell("speed", self._speed)
         self._simulation.tell("run", True)
         self._hungry.set()  # pages may have waited for a frame since the process before ended
@@ -229,6 +235,8 @@ class Board:
 
     def _heard_ended(self, status: int | None) -> None:
         message = f"the simulation has ended unexpectedly ({status}): switch the power off and on"
+        if self._state["recording"]:
+            self._state["unrecorded"] = "The waveform is lost with the simulation: record again"
         self._state |= {"running": False, "building": False, "recording": False, "error": message,
                         "advancing": False, "stopped": False}
         self._wanted = self._good  # what was being built may have been the reason
@@ -250,8 +258,8 @@ class Board:
             "engine": self._engine, "clock_hz": CLOCK, "pixel_steps": PIXEL_STEPS,
             "z_travel": Z_TRAVEL, "step_mm": float(RESOLUTION), "longest_period": LONGEST_PERIOD,
             "top_speed": float(TOP_SPEED), "picture_max": PICTURE_MAX,
-            "most_clocks": MOST_CLOCKS, "most_signals": MOST_SIGNALS,
-            "version": importlib.metadata.version("fresa"), "pages": len(self.pages)})
+            "most_clocks": MOST_CLOCKS, "version": importlib.metadata.version("fresa"),
+            "pages": len(self.pages)})
 
     def _tell_state(self) -> None:
         self.pages.tell("state", {**self._state, "wave": self.windows.about()})

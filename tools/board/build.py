@@ -3,7 +3,7 @@
 import threading
 from dataclasses import replace
 
-from tb.engines import AmaranthEngine, Engine, EngineError, choose
+from tb.engines import AmaranthEngine, Engine, EngineError, made_on
 from tb.milling import ready_to_mill
 
 from .messages import Job
@@ -54,7 +54,7 @@ class Builder:
             self._wanted = number, job
             if not self._building:
                 self._building = True
-                threading.Thread(target=self._work, daemon=True).start()
+                threading.Thread(target=self._work, name="board builder", daemon=True).start()
 
     def built(self) -> tuple[int, Job, int, Engine | EngineError] | None:
         """Give the number, the job with its period, the scan, and what came of it; once."""
@@ -79,14 +79,8 @@ class Builder:
 
     def _make(self, job: Job) -> tuple[Job, int, Engine | EngineError]:
         try:
-            kind = choose(self._name)
-            try:
-                return _ready(job, kind)
-            except EngineError as error:
-                if self._name is not None or kind is AmaranthEngine:
-                    raise
-                self.note = f"{error}; going on with the slow engine, amaranth"
-                return _ready(job, AmaranthEngine)
+            made, self.note = made_on(self._name, lambda kind: _ready(job, kind))
+            return made
         except EngineError as error:
             return job, 0, error
         except Exception as error:  # a mistake of ours must be seen, and the page must live

@@ -218,7 +218,8 @@ class Machine:
         Raises
         ------
         EngineError
-            If its file is gone or cannot be written. It ends then, and the machine goes on.
+            If its file is gone or cannot be written, or it ends before its first clock. It ends
+            then, and the machine goes on.
         """
         if self._window is None:
             return None
@@ -229,7 +230,10 @@ class Machine:
         self.engine.trace(None)
         if (size := _size(path)) < 0:
             raise EngineError("The waveform is lost, its file is gone")
-        return Window(str(path), first, self.clock - first, size)
+        if self.clock == first:
+            path.unlink(missing_ok=True)
+            raise EngineError("The waveform has ended before its first clock")
+        return Window(str(path), first, self.clock - first, last - first, size)
 
     def look(self, rate: float) -> Snapshot:
         """Give what has changed since the last look.

@@ -65,9 +65,10 @@ class Snapshot(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A waveform that was recorded: its file, its first clock, its clocks, its bytes."""
+    """A waveform that was recorded: its file, first clock, clocks, clocks asked for, and bytes."""
 
     path: str
     clock: int
     clocks: int
+    asked: int
     size: int

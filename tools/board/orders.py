@@ -20,8 +20,11 @@ MOST_AT_ONCE = 1_000_000
 SPEEDS = (0.1, 1e9)
 
 
-def read_order(name: str, message: Message) -> int | float | None:
-    """Give what an order is about: a level, a number of clocks, a speed; None if nothing.
+def read_order(name: str, message: Message) -> int | float | tuple[int, int] | None:
+    """Give what an order is about: levels, a number of clocks, a speed; None if nothing.
+
+    Of switches it is a mask of those that are put, and their levels: what a page knows of the
+    others may be old.
 
     Raises
     ------
@@ -38,6 +41,14 @@ def _whole(message: Message, *, name: str, least: int, most: int) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
         raise UserError(f"{name} must be a whole number from {least} to {most}")
     return value
+
+
+def _switches(message: Message) -> tuple[int, int]:
+    mask = _whole(message, name="mask", least=1, most=255)
+    value = _whole(message, name="value", least=0, most=255)
+    if value & ~mask:
+        raise UserError("value must have ones only where mask has them")
+    return mask, value
 
 
 def _clocks_at_once(message: Message) -> int:
@@ -59,8 +70,8 @@ def _nothing(_: Message) -> None:
     return None
 
 
-_ORDERS: dict[str, Callable[[Message], int | float | None]] = {
-    "switches": partial(_whole, name="value", least=0, most=255),
+_ORDERS: dict[str, Callable[[Message], int | float | tuple[int, int] | None]] = {
+    "switches": _switches,
     "buttons": partial(_whole, name="value", least=0, most=15),
     "run": _nothing,
     "pause": _nothing,

@@ -26,7 +26,7 @@ class Outbox:
         self._orders: deque[tuple[Any, ...]] = deque()
         self._changed = threading.Condition()
         self._closed = False
-        threading.Thread(target=self._work, daemon=True).start()
+        threading.Thread(target=self._work, name="board outbox", daemon=True).start()
 
     def __len__(self) -> int:
         return len(self._orders)

@@ -63,20 +63,13 @@ class Scene:
 
 
 class SceneView:
-    """What one page has got of a scene.
-
-    Attributes
-    ----------
-    pressing : bool
-        Whether the page was the last to touch the buttons, and holds one.
-    """
+    """What one page has got of a scene."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._got: dict[str, bytes] = {}
         self._path = self._cut = (0, 0)  # generation, items
         self._tip = b""
-        self.pressing = False
 
     def frame(self) -> bytes | None:
         """Give what the page has not got yet, and count it as got; None if nothing."""

@@ -60,8 +60,8 @@ class Simulation:
             process.start()
         its.close()
         self._process, self._connection, self._outbox = process, ours, Outbox(ours)
-        threading.Thread(target=_listen, args=(
-            ours, process, asyncio.get_running_loop(), self._hear), daemon=True).start()
+        threading.Thread(target=_listen, name="board listener", daemon=True, args=(
+            ours, process, asyncio.get_running_loop(), self._hear)).start()
 
     def tell(self, *order: Any) -> None:
         """Send an order. If the process is gone nothing happens; that has been told, or will be."""

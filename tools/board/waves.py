@@ -17,11 +17,10 @@ from pathlib import Path
 from ..console import UserError
 from .messages import Window
 
-__all__ = ["MOST_CLOCKS", "MOST_SIGNALS", "Windows"]
+__all__ = ["MOST_CLOCKS", "Windows"]
 
-#: Clocks of a window, and signals of a drawing, at most.
+#: Clocks of a window at most. How many signals a drawing can have is for `tools.wave` to say.
 MOST_CLOCKS = 1_000_000
-MOST_SIGNALS = 24
 
 #: Seconds that looking into a window may take.
 PATIENCE = 60
@@ -74,7 +73,8 @@ class Windows:
     def about(self) -> dict[str, int] | None:
         """Describe the last window for pages."""
         window = self.last
-        return window and {"from": window.clock, "clocks": window.clocks, "bytes": window.size}
+        return window and {"from": window.clock, "clocks": window.clocks, "asked": window.asked,
+                           "bytes": window.size}
 
     async def signals(self) -> list[dict[str, object]]:
         """List the signals of the last window: path and width in bits."""
@@ -89,8 +89,8 @@ class Windows:
         UserError
             If there is no window, no such signal, or too many are asked for.
         """
-        if not signals or len(signals) > MOST_SIGNALS:
-            raise UserError(f"choose 1 to {MOST_SIGNALS} signals")
+        if not signals:
+            raise UserError("choose a signal")
         drawing = self.place().with_suffix(".svg")
         try:
             await self._look("draw", "-o", str(drawing), "--", self._path(), *signals)

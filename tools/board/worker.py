@@ -13,10 +13,10 @@ from pathlib import Path
 
 from tb.engines import EngineError
 
+from ..pace import Pace, Rate
 from .build import Builder
 from .machine import Machine
 from .messages import Job
-from .pace import Pace, Rate
 
 __all__ = ["work"]
 
@@ -76,6 +76,7 @@ class Worker:
         self._inputs = 0, 0
         self._what = ""
         self._failed: str | None = None
+        self._unrecorded: str | None = None  # why there is no waveform
         self._looked = True
         self._reported = 0.0
         self._told: dict[str, object] = {}
@@ -153,13 +154,14 @@ class Worker:
 
     def record(self, path: str, clocks: int) -> None:
         """Record a waveform."""
+        self._unrecorded = None
         if self._machine is None:
+            self._unrecorded = "There was no machine: record again"
             return
         try:
             self._machine.record(Path(path), clocks)
-            self._failed = None
         except EngineError as error:
-            self._fail(str(error))
+            self._unrecorded = str(error)
         self._slice = FIRST_SLICE
 
     def look(self) -> None:
@@ -242,10 +244,11 @@ class Worker:
         try:
             window = machine.recorded(whole=whole)
         except EngineError as error:
-            return self._fail(f"{error}: record again")
-        if window is not None:
-            self._connection.send(("recorded", window))
-        return None
+            self._unrecorded = f"{error}: record again"
+        else:
+            if window is not None:
+                self._unrecorded = None
+                self._connection.send(("recorded", window))
 
     def _tell_state(self) -> None:
         self._reported = time.monotonic()
@@ -259,6 +262,7 @@ class Worker:
             "recording": machine is not None and machine.recording,
             "done": machine is not None and machine.done,
             "error": self._failed,
+            "unrecorded": self._unrecorded,
         }
         if state != self._told:
             self._told = state

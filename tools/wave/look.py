@@ -33,16 +33,16 @@ examples:
 
 AT_EXAMPLES = """\
 examples:
-  python -m tools.wave at mill.vcd 12.3us ready error
+  python -m tools.wave at mill.vcd 1.23us ready error
       A time, and the ends of the names of signals.
 
-  python -m tools.wave at mill.vcd 300clk 'axis_?' x.count --radix x.count=dec
-      After the rising edge of clock 300: three axes and a counter.
+  python -m tools.wave at mill.vcd 200clk 'axis_?' x.count --radix x.count=dec
+      After the rising edge of clock 200: three axes and a counter.
 """
 
 TABLE_EXAMPLES = """\
 examples:
-  python -m tools.wave table mill.vcd axis_x axis_y --from 300clk --to 1.5us
+  python -m tools.wave table mill.vcd axis_x axis_y --from 20clk --to 1.5us
       What the coils do in that time. The first row is what they are at its start.
 
   python -m tools.wave table mill.vcd 'sequencer*state' | head

@@ -23,8 +23,14 @@ __all__ = ["Refused", "serve", "site", "stopping"]
 
 HOST = "127.0.0.1"
 
+#: What pages share: the connection to the server, and how things look.
+SHARED = Path(__file__).parent / "page"
+
 #: Browsers leave this one out of what they send.
 DEFAULT_PORT = 80
+
+#: Bytes of an address with its query. That of a drawing has the paths of its signals.
+LONGEST_ADDRESS = 1 << 16
 
 HEADERS = {
     # Only what the server itself sends, and nobody may frame it or learn its address.
@@ -69,7 +75,7 @@ def site(pages: Path, routes: Iterable[web.RouteDef], *, largest: int) -> web.Ap
     ----------
     pages : path
         Folder of ``index.html``, which is served at ``./``, and of the files that it needs, at
-        ``page/NAME``. No folder in it is served.
+        ``page/NAME``, beside those that all pages share. No folder in it is served.
     routes : iterable of RouteDef
         What else is served. Their paths begin with ``/`` and lie below the token.
     largest : int
@@ -83,7 +89,8 @@ def site(pages: Path, routes: Iterable[web.RouteDef], *, largest: int) -> web.Ap
     token = secrets.token_urlsafe(16)
     app = web.Application(middlewares=[_errors, _guard], client_max_size=largest)
     app[_TOKEN], app[_LARGEST], app[_PORT] = token, largest, []
-    files = {path.name: path for path in pages.iterdir() if path.is_file()}
+    files = {path.name: path for folder in (SHARED, pages) for path in folder.iterdir()
+             if path.is_file()}
 
     async def index(_: web.Request) -> web.StreamResponse:
         return _file(pages / "index.html")
@@ -175,7 +182,8 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
     UserError
         If the port is taken, or cannot be had for another reason.
     """
-    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1)
+    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1,
+                           max_line_size=LONGEST_ADDRESS)
     await runner.setup()
     try:
         listener = web.TCPSite(runner, HOST, port)

@@ -10,18 +10,21 @@ from .guard import GuardedController
 from .limits import Limits
 from .manual import ManualControl
 from .order_control import OrderControl
+from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
 from .points import PointStore
 from .position import MoveTo
 from .positioning import Positioning
 from .sequencer import MotionSequencer
+from .serial_orders import SerialOrders
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "MAX_PLAY", "PICTURE_LIMIT", "AutomaticControl", "Axis", "Backlash", "CoordinateGenerator",
-    "GuardedController", "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo",
-    "NumericalController", "Order", "OrderControl", "PointStore", "Positioning", "SpiralWalk",
+    "MAX_PLAY", "PICTURE_LIMIT", "Answer", "AutomaticControl", "Axis", "Backlash",
+    "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
+    "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
+    "PointStore", "Positioning", "Request", "RequestKind", "SerialOrders", "SpiralWalk",
     "SquareGenerator", "StartHandshake", "StepCounter",
 ]

@@ -4,6 +4,8 @@ from .baud import bit_period
 from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
 from .frames import FrameInterpreter
+from .hex_reader import CHECK_DIGITS, HexReader
+from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
 from .positioner import MOTORS, Answer, Command, PositionerCommands, PositionerOrder
 from .receiver import Received, UARTReceiver
@@ -13,8 +15,8 @@ from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "Answer", "Command", "DecimalReader", "DecimalWriter", "FrameInterpreter", "LineEnd",
-    "LineItem", "LineReader", "MOTORS", "NumberError", "PositionerCommands", "PositionerOrder",
-    "Received", "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader",
-    "bit_period",
+    "CHECK_DIGITS", "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter",
+    "FrameInterpreter", "HexReader", "HexWriter", "LineEnd", "LineItem", "LineReader",
+    "NumberError", "PositionerCommands", "PositionerOrder", "Received", "Reporter", "TextSource",
+    "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]

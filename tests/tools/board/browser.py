@@ -1,27 +1,20 @@
 """What the tests of the page share: the command that serves it, a person at the page."""
 
-import re
-import signal
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from queue import Empty, Queue
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from fresa.panel.display import HEX_SEGMENTS
+from tests.tools import browsing
+from tests.tools.browsing import resize
+from tests.tools.process import PATIENCE, ROOT, command
 
 __all__ = ["PATIENCE", "ROOT", "Page", "keys", "resize", "save", "seen", "serve", "shown", "speed",
            "tab_to"]
-
-ROOT = Path(__file__).parents[3]
-PATIENCE = 60
-"""Seconds after which something that should have happened is held not to happen."""
 
 TAB, LEFT, END = "\ue004", "\ue012", "\ue010"
 """Keys, as WebDriver names them."""
@@ -36,84 +29,13 @@ def save(pixels: np.ndarray, path: Path) -> Path:
 @contextmanager
 def serve(image: Path, *options: str) -> Iterator[str]:
     """Run the command on a free port, give the address that it prints, and end it by Ctrl-C."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tools.board", "--image", image, "--port", "0", *options],
-        cwd=ROOT, stdout=subprocess.PIPE, text=True)
-    lines: Queue[str] = Queue()
-    assert process.stdout
-    reader = threading.Thread(target=lambda: [lines.put(line) for line in process.stdout or ()])
-    reader.start()
-    try:
-        yield _address(lines, process)
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(PATIENCE)
-        finally:
-            process.kill()
-            reader.join(PATIENCE)
-            process.stdout.close()
+    with command("tools.board", "--image", image, "--port", 0, *options,
+                 says=r"http://127\.0\.0\.1:\d+/\S+") as address:
+        yield address
 
 
-def _address(lines: Queue[str], process: subprocess.Popen) -> str:
-    # The first time on a machine both Yosys must be made ready, which takes long.
-    for _ in range(180):
-        try:
-            found = re.search(r"http://127\.0\.0\.1:\d+/\S+", lines.get(timeout=1))
-        except Empty:
-            assert process.poll() is None, "the command has ended"
-            continue
-        if found:
-            return found[0]
-    raise AssertionError("the command printed no address")
-
-
-def resize(browser, width: int, height: int, *, scheme: str = "light", touch: bool = False) -> None:
-    """Make the page so wide and high, in whole pixels, and light or dark."""
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-        "width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch})
-    browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
-        "features": [{"name": "prefers-color-scheme", "value": scheme}]})
-    # The page draws the board anew when it sees its new size, with the next picture.
-    browser.execute_async_script("const done = arguments[0];"
-                                 "requestAnimationFrame(() => requestAnimationFrame(done))")
-
-
-class Page:
+class Page(browsing.Page):
     """The page of a board, as a person reads and touches it."""
-
-    def __init__(self, browser, address: str) -> None:
-        self.browser = browser
-        self.address = address
-        browser.get(address)
-        self.until(lambda: self.script("return document.body.dataset.connection") == "open")
-
-    def find(self, identifier: str):
-        """Give the element with this id."""
-        return self.browser.find_element("id", identifier)
-
-    def script(self, text: str, *arguments: object):
-        """Run JavaScript; give what it returns."""
-        return self.browser.execute_script(text, *arguments)
-
-    def until(self, holds: Callable[[], object], what: str = "") -> object:
-        """Wait until something holds, and give it; fail with what the page says if it never does.
-
-        An element that is being replaced counts as not there yet.
-        """
-        from selenium.common.exceptions import TimeoutException
-        from selenium.webdriver.support.wait import WebDriverWait
-
-        try:
-            return WebDriverWait(self.browser, PATIENCE, 0.03).until(lambda _: holds())
-        except TimeoutException:
-            pytest.fail(f"{what or 'it'} did not happen; the page says {self.status!r}")
-
-    @property
-    def status(self) -> str:
-        """The line below the four steps."""
-        return self.find("status").text
 
     @property
     def step(self) -> int:

@@ -1,13 +1,12 @@
 """A real board behind a real browser."""
 
-import shutil
+import threading
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
-from tb.engines import ENGINES
-from tests.tools.board.browser import Page, resize, save, serve
+from tests.tools.board.browser import Page, save, serve
 
 FIGURE = [
     "......",
@@ -24,41 +23,23 @@ def figure() -> np.ndarray:
     return np.array([[pixel == "#" for pixel in row] for row in FIGURE])
 
 
+@pytest.fixture(autouse=True)
+def no_thread_is_left() -> Iterator[None]:
+    """See that the threads of a board end with it."""
+    before = threading.enumerate()
+    yield
+    for thread in threading.enumerate():
+        if thread not in before and thread.name.startswith("board "):
+            thread.join(10)
+            assert not thread.is_alive(), f"{thread.name} is left"
+
+
 @pytest.fixture(scope="module")
 def board(libraries, tmp_path_factory, figure) -> Iterator[str]:
     """Give the address of a board with the figure as its job."""
     picture = save(figure, tmp_path_factory.mktemp("board") / "figure.png")
     with serve(picture, "--period", "10") as address:
         yield address
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    """Give a function that opens a browser; all are closed in the end."""
-    webdriver = pytest.importorskip(
-        "selenium.webdriver", reason="selenium missing: pip install -e '.[browser]'")
-    if reason := ENGINES["cxxrtl"].missing():
-        pytest.skip(reason)  # on the slow engine a job takes minutes
-    binary = shutil.which("chromium") or shutil.which("google-chrome")
-    driver = shutil.which("chromedriver")
-    if not (binary and driver):
-        pytest.skip("Chromium or its driver missing: apt install chromium chromium-driver")
-    opened = []
-
-    def start(width: int = 1280, height: int = 800):
-        options = webdriver.ChromeOptions()
-        options.binary_location = binary
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"):
-            options.add_argument(argument)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        service = webdriver.ChromeService(executable_path=driver)
-        opened.append(browser := webdriver.Chrome(options=options, service=service))
-        resize(browser, width, height)
-        return browser
-
-    yield start
-    for browser in opened:
-        browser.quit()
 
 
 @pytest.fixture(scope="module")

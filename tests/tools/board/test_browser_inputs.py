@@ -1,5 +1,7 @@
 """The page of the virtual board in a real browser: keyboard, mouse and fingers."""
 
+import time
+
 import pytest
 
 from tests.tools.board.browser import keys, resize, tab_to
@@ -62,6 +64,34 @@ class TestKeyboard:
         assert page.find("sw7").get_attribute("aria-label") == "SW7 manual"
         keys(page, " ")
         page.until(lambda: page.find("sw7").get_attribute("aria-label") == "SW7 auto")
+
+
+class TestTwoPages:
+    def test_switches_put_in_the_same_moment_all_count(self, fresh):
+        page = fresh
+        first = page.browser.current_window_handle
+        page.script("window.other = open(location.href, '', 'popup')")
+        try:
+            page.until(lambda: page.script(
+                "return other.document.body?.dataset.connection === 'open'"
+                " && other.document.getElementById('sw1') !== null"), "another page")
+            # Between two clicks of one script neither page hears of the other's.
+            page.script("""
+                const click = (page, id) =>
+                    page.document.getElementById(id).dispatchEvent(new MouseEvent('click'));
+                for (const [page, id] of [[window, 'sw0'], [other, 'sw1'], [other, 'sw2'],
+                                          [window, 'sw3'], [other, 'sw2']]) click(page, id);""")
+            wanted = [True, True, False, True]
+            for shown in ("window", "other"):
+                page.until(lambda shown=shown: wanted == page.script(f"""
+                    return [0, 1, 2, 3].map((bit) => {shown}.document.getElementById('sw' + bit)
+                        .getAttribute('aria-checked') === 'true')"""), f"that in {shown}")
+            # What a page shows of its own change it has by now from the board.
+            time.sleep(0.6)
+            assert [page.is_on(bit) for bit in range(4)] == wanted
+        finally:
+            page.script("other.close()")
+            page.browser.switch_to.window(first)
 
 
 class TestHolding:

@@ -12,6 +12,7 @@ from PIL import Image
 from tb.plant import STEP, WORDS
 from tests.tools.board.browser import seen, shown, speed
 from tools.picture import CUT, FRAME
+from tools.wave.draw import MOST_ROWS
 
 pytestmark = pytest.mark.browser
 
@@ -126,10 +127,11 @@ class TestMilling:
             page.until(lambda: page.position("z") > 0, "a movement")
             page.find("btn3").click()
             page.until(lambda: "Stopped" in page.status, "stop")
+        # What is told is here at once; the picture of the machine may be of shortly before.
+        goes_on(page, 2)
         assert 0 < page.position("z") < 1152
         before = [page.position(axis) for axis in "xyz"]
-        clock = page.find("clock").text
-        page.until(lambda: page.find("clock").text != clock, "time going on")
+        goes_on(page, 1)
         assert [page.position(axis) for axis in "xyz"] == before
         # A page that comes later knows it too, and so does manual mode.
         page.browser.refresh()
@@ -292,6 +294,39 @@ class TestWaveform:
         boxes = page.script("return document.querySelectorAll('#signals input').length")
         assert boxes == len(signals["signals"]) > 5
 
+    def test_one_that_ends_early_says_so(self, fresh):
+        page = fresh
+        field = page.find("record-clocks")
+        with speed(page, "1 k clocks/s"):
+            field.clear()
+            field.send_keys("1000000\n")
+            page.until(lambda: page.find("wave-state").text == "recording", "a recording")
+            page.programmed(page.find("power").click)
+            page.until(lambda: page.find("wave-state").text.endswith(" of 1 M, ended early"), "end")
+            page.until(lambda: page.find("wave").is_displayed(), "a drawing")
+        field.clear()
+        field.send_keys("2000\n")
+        page.until(lambda: page.find("wave-state").text == "2 k clocks", "another")
+
+    def test_as_many_signals_as_a_figure_can_have(self, fresh):
+        page = fresh
+        page.script("document.getElementById('signals').replaceChildren()")
+        page.find("record").click()
+        paths = page.until(lambda: page.script(
+            "return [...document.querySelectorAll('#signals input')].map(({value}) => value)"),
+            "a list of signals")
+        assert len(paths) > MOST_ROWS
+        longest = sorted(paths, key=len)[-MOST_ROWS:]
+        for chosen, error in [(paths, f"at most {MOST_ROWS} rows"), (longest, "")]:
+            page.script("""
+                for (const box of document.querySelectorAll('#signals input'))
+                    box.checked = arguments[0].includes(box.value);
+                document.getElementById('draw').click();""", chosen)
+            page.until(lambda error=error: error in page.find("wave-error").text, "what is wrong")
+            page.until(lambda error=error: page.find("wave").is_displayed() != bool(error), error)
+        page.until(lambda: page.script("return document.getElementById('wave').naturalHeight")
+                   > 10 * MOST_ROWS, "all rows")
+
     def test_no_signal_no_drawing(self, fresh):
         page = fresh
         page.find("record").click()
@@ -301,6 +336,13 @@ class TestWaveform:
                     " box.checked = false")
         page.find("draw").click()
         page.until(lambda: page.find("wave-error").text == "Choose a signal.", "advice")
+
+
+def goes_on(page, frames: int) -> None:
+    """Wait until the page has shown so many later times."""
+    for _ in range(frames):
+        at = page.find("clock").text
+        page.until(lambda at=at: page.find("clock").text != at, "time going on")
 
 
 def clock(page) -> int:

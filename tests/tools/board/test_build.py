@@ -29,7 +29,7 @@ def test_the_slow_engine_serves_and_that_is_told_for_as_long_as_it_is_so(monkeyp
             raise EngineError("The compiler failed")
         return ready(job, AmaranthEngine)
 
-    monkeypatch.setattr(build, "choose", lambda name: CXXRTLEngine)
+    monkeypatch.setattr("tb.engines.choose", lambda name: CXXRTLEngine)
     monkeypatch.setattr(build, "_ready", breaks)
     builder = Builder(None)
     number, job, _, engine = make(builder, 1)
@@ -46,7 +46,7 @@ def test_an_engine_that_was_asked_for_is_not_replaced(monkeypatch):
     def breaks(job, kind):
         raise EngineError("The compiler failed")
 
-    monkeypatch.setattr(build, "choose", lambda name: CXXRTLEngine)
+    monkeypatch.setattr("tb.engines.choose", lambda name: CXXRTLEngine)
     monkeypatch.setattr(build, "_ready", breaks)
     builder = Builder("cxxrtl")
     assert str(make(builder, 1)[3]) == "The compiler failed"

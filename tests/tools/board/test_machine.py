@@ -236,7 +236,7 @@ class TestRecord:
             machine.run(100)
         assert machine.clock == 350
         assert not machine.recording and machine.recorded() is None
-        assert window == (str(tmp_path / "it.vcd"), 100, 250,
+        assert window == (str(tmp_path / "it.vcd"), 100, 250, 250,
                           (tmp_path / "it.vcd").stat().st_size)
         text = (tmp_path / "it.vcd").read_text()
         assert "#2000000000\n" in text and "#1980000000\n" not in text  # 100 clocks of 20 ns
@@ -262,8 +262,15 @@ class TestRecord:
         machine.record(tmp_path / "it.vcd", 200)
         machine.run(50)
         window = machine.recorded(whole=False)
-        assert window is not None and window.clocks == 50
+        assert window is not None and (window.clocks, window.asked) == (50, 200)
         assert not machine.recording and "#1000000000\n" in (tmp_path / "it.vcd").read_text()
+
+    def test_without_a_clock_there_is_none(self, machine, tmp_path):
+        machine.run(50)
+        machine.record(tmp_path / "it.vcd", 200)
+        with pytest.raises(EngineError, match="before its first clock"):
+            machine.recorded(whole=False)
+        assert not machine.recording and list(tmp_path.iterdir()) == []
 
     def test_a_file_that_is_gone_ends_it(self, machine, tmp_path):
         machine.record(tmp_path / "it.vcd", 200)

@@ -17,10 +17,11 @@ from PIL import Image
 from tb.engines import CXXRTLEngine
 from tb.milling import AUTOMATIC, BUTTON
 from tools.board import scene as scenes
-from tools.board.board import Board
+from tools.board.board import RECORD_INTERVAL, Board
 from tools.board.messages import PIXEL, Job
 from tools.board.routes import board_site
 from tools.board.scene import PARTS, unpack
+from tools.wave.draw import MOST_ROWS
 from tools.web import serve
 
 FIGURE = np.array([[1, 0], [1, 1]], bool)
@@ -151,10 +152,29 @@ async def press(page: Page, button: str) -> None:
 
 async def mill(page: Page) -> None:
     """Set SW7, press BTN1, and wait until the job is done."""
-    await page.do("switches", value=AUTOMATIC)
+    await page.do("switches", mask=0xFF, value=AUTOMATIC)
     await press(page, "start")
     await page.until(lambda: page.leds[5])
     await page.until(lambda: page.state["done"] and not page.leds[5])
+
+
+async def record(page: Page, clocks: int, *, end: bool = False) -> None:
+    """Record, and wait until that is under way, or has ended."""
+    before = page.state["wave"]
+    await page.do("record", clocks=clocks)
+    await page.until(lambda: page.state["recording"] or page.state["wave"] != before)
+    if end:
+        await page.until(lambda: page.state["wave"] != before and not page.state["recording"])
+
+
+async def another(served: Served, page: Page, how: str) -> None:
+    """Make another machine, in one of the ways, and wait until it is there."""
+    number = page.said["job"]["number"]
+    if how == "job":
+        assert (await served.post("job", png(FIGURE)))[0] == 200
+    else:
+        await page.do(how, **({"clocks": 7} if how == "step_period" else {}))
+    await page.ready(number + 1)
 
 
 class TestJob:
@@ -250,7 +270,7 @@ class TestTime:
                 at += count
                 await page.until(lambda at=at: page.clock == at)
                 assert await clock(served) == at
-            await page.do("switches", value=0b01)
+            await page.do("switches", mask=0xFF, value=0b01)
             await page.do("step")
             await page.until(lambda: page.places[0] == 1)
             at = await clock(served)
@@ -305,9 +325,9 @@ class TestTime:
     def test_power_and_step_period(self):
         async def test(served):
             page = await served.page()
-            await page.do("switches", value=0b01)
+            await page.do("switches", mask=0xFF, value=0b01)
             await page.until(lambda: page.places[0] > 5)
-            await page.do("switches", value=AUTOMATIC)
+            await page.do("switches", mask=0xFF, value=AUTOMATIC)
             await page.do("power")
             await page.ready(2)
             await page.until(lambda: page.clock < 50_000 and page.leds[7])  # the switch stayed
@@ -324,9 +344,10 @@ class TestTime:
         run(test)
 
     @pytest.mark.parametrize("message", [
-        {"do": "dance"}, {"do": "switches"}, {"do": "switches", "value": 256},
-        {"do": "switches", "value": -1}, {"do": "switches", "value": 1.0},
-        {"do": "switches", "value": True}, {"do": "switches", "value": "1"},
+        {"do": "dance"}, {"do": "switches"}, {"do": "switches", "value": 1},
+        *({"do": "switches", "mask": 255, "value": value} for value in (256, -1, 1.0, True, "1")),
+        *({"do": "switches", "mask": mask, "value": 0} for mask in (0, 256, None)),
+        {"do": "switches", "mask": 2, "value": 1},
         {"do": "buttons", "value": 16}, {"do": "clock", "count": 0},
         {"do": "clock", "count": 10**9}, {"do": "speed", "clocks_per_second": 0},
         *({"do": "speed", "clocks_per_second": speed}
@@ -373,9 +394,9 @@ class TestPages:
     def test_two_pages_agree(self):
         async def test(served):
             first, second = await served.page(), await served.page()
-            await first.do("switches", value=0b01)
+            await first.do("switches", mask=0xFF, value=0b01)
             await second.until(lambda: second.fixed["inputs"] == b"\1\0")
-            await second.do("switches", value=AUTOMATIC)
+            await second.do("switches", mask=0xFF, value=AUTOMATIC)
             await press(second, "start")
             await asyncio.gather(*(page.until(lambda page=page: page.cut == {0, 2, 3}
                                               and page.state["done"]) for page in (first, second)))
@@ -392,10 +413,32 @@ class TestPages:
 
         run(test)
 
+    def test_a_page_moves_the_switches_that_it_names(self):
+        async def test(served):
+            first, second = await served.page(), await served.page()
+            for page, mask, value in [(first, 0b0101, 0b0101), (second, 0b1010, 0b0010),
+                                      (first, 0b0001, 0)]:
+                await page.do("switches", mask=mask, value=value)
+            await first.until(lambda: first.fixed["inputs"] == bytes([0b0110, 0]))
+
+        run(test)
+
+    def test_a_button_is_down_while_any_page_holds_it(self):
+        async def test(served):
+            pages = first, second = await served.page(), await served.page()
+            for page, held, down in [(first, 0b01, 0b01), (second, 0b10, 0b11), (first, 0b11, 0b11),
+                                     (second, 0, 0b11), (first, 0, 0)]:
+                await page.do("buttons", value=held)
+                for each in pages:
+                    await each.until(lambda each=each, down=down:
+                                     each.fixed["inputs"] == bytes([0, down]))
+
+        run(test)
+
     def test_the_machine_goes_on_without_pages(self):
         async def test(served):
             page = await served.page()
-            await page.do("switches", value=AUTOMATIC)
+            await page.do("switches", mask=0xFF, value=AUTOMATIC)
             await press(page, "start")
             await page.until(lambda: page.leds[5])
             await page._socket.close()
@@ -409,7 +452,7 @@ class TestPages:
     def test_a_page_that_leaves_lets_go_of_its_buttons(self):
         async def test(served):
             stays, leaves = await served.page(), await served.page()
-            await leaves.do("switches", value=AUTOMATIC)
+            await leaves.do("switches", mask=0xFF, value=AUTOMATIC)
             await leaves.do("buttons", value=BUTTON["stop"])
             await stays.until(lambda: stays.fixed["inputs"] == bytes([AUTOMATIC, 8]))
             await leaves._socket.close()
@@ -442,7 +485,7 @@ class TestWaves:
             for path in ("wave.vcd", "wave.json", "wave.svg?signals=leds"):
                 status, answer = await served.get(path)
                 assert status >= 400 and "record" in json.loads(answer)["error"]
-            await page.do("switches", value=AUTOMATIC)
+            await page.do("switches", mask=0xFF, value=AUTOMATIC)
             await page.do("record", clocks=300)
             await page.do("record", clocks=300)
             await page.until(lambda: page.errors)
@@ -458,7 +501,8 @@ class TestWaves:
             assert signals["bench.top.switches"] == 8
             status, drawn = await served.get("wave.svg?signals=bench.top.switches,leds")
             assert status == 200 and b"<svg" in drawn and b"switches" in drawn
-            for names, error in [("none", "no signal"), ("", "1 to 24"), ("a," * 30, "1 to 24"),
+            for names, error in [("none", "no signal"), ("", "choose a signal"),
+                                 (",".join(signals), f"at most {MOST_ROWS} rows"),
                                  ("--help", "no signal"), ("-o", "no signal")]:
                 status, answer = await served.get(f"wave.svg?signals={names}")
                 assert status == 400
@@ -468,17 +512,67 @@ class TestWaves:
 
         run(test)
 
-    def test_another_machine_ends_it_early(self):
+    @pytest.mark.parametrize("how", ["power", "step_period", "job"])
+    def test_another_machine_ends_it_early(self, how):
         async def test(served):
             page = await served.page()
             await page.do("speed", clocks_per_second=2000)
-            await page.do("record", clocks=1_000_000)
-            await page.until(lambda: page.state["recording"])
-            await page.do("power")
-            await page.ready(2)
+            at = page.clock
+            await record(page, 1_000_000)
+            with pytest.raises(TimeoutError):  # it goes on, with more than a clock
+                async with asyncio.timeout(0.1):
+                    await page.until(lambda: not page.state["recording"])
+            await another(served, page, how)
             await page.until(lambda: page.state["wave"])
-            assert page.state["wave"]["clocks"] < 1_000_000
+            wave = page.state["wave"]
+            assert at <= wave["from"] and 0 < wave["clocks"] < wave["asked"] == 1_000_000
             assert (await served.get("wave.vcd"))[1].startswith(b"$")
+            assert (await served.get("wave.svg?signals=leds"))[0] == 200
+            await page.until(lambda: not page.state["recording"])
+            assert page.state["unrecorded"] is page.state["error"] is None
+
+        run(test)
+
+    @pytest.mark.parametrize("how", ["power", "step_period", "job"])
+    def test_one_that_another_machine_ends_before_its_first_clock(self, how):
+        async def test(served):
+            page = await served.page()
+            await record(page, 10, end=True)
+            good = page.state["wave"]
+            await page.do("pause")
+            await asyncio.sleep(RECORD_INTERVAL)
+            await record(page, 20)
+            await another(served, page, how)
+            await page.until(lambda: page.state["unrecorded"])
+            assert "before its first clock" in page.state["unrecorded"]
+            # Nothing else suffers: the machine runs, and the waveform before is still there.
+            assert page.state["error"] is None and page.state["wave"] == good
+            assert (await served.get("wave.svg?signals=leds"))[0] == 200
+            await page.do("run")
+            await record(page, 20, end=True)
+            await page.until(lambda: page.state["unrecorded"] is None)
+            assert page.state["wave"]["clocks"] == 20
+
+        run(test)
+
+    def test_one_without_a_machine_and_one_that_dies_with_it(self):
+        async def test(served):
+            page = await served.page()
+            await page.do("power")
+            await page.do("record", clocks=10)
+            await page.until(lambda: page.state["unrecorded"])
+            assert "no machine" in page.state["unrecorded"]
+            await page.ready(2)
+            await page.do("pause")
+            await asyncio.sleep(RECORD_INTERVAL)
+            await record(page, 10)
+            await asyncio.sleep(RECORD_INTERVAL)
+            await page.do("record", clocks=10)
+            await page.until(lambda: page.errors)
+            assert "wait for its end" in page.errors[0]
+            os.kill(served.board._simulation.pid, signal.SIGKILL)
+            await page.until(lambda: page.state["error"])
+            assert "lost" in page.state["unrecorded"] and not page.state["recording"]
 
         run(test)
 
@@ -487,7 +581,7 @@ class TestLife:
     def test_the_simulation_dies(self):
         async def test(served):
             page = await served.page()
-            await page.do("switches", value=0b01)
+            await page.do("switches", mask=0xFF, value=0b01)
             await page.until(lambda: page.places[0] > 2)
             os.kill(served.board._simulation.pid, signal.SIGKILL)
             await page.until(lambda: page.state["error"])

@@ -20,7 +20,7 @@ def test_keep_deletes_only_what_came_before():
         places = [windows.place() for _ in range(11)]
         for place in places:
             place.touch()
-        windows.keep(Window(str(places[9]), 0, 1, 0))
+        windows.keep(Window(str(places[9]), 0, 1, 1, 0))
         assert [place.exists() for place in places] == [False] * 9 + [True] * 2
         windows.close()
         assert not places[10].parent.exists()
@@ -38,7 +38,7 @@ def test_what_takes_too_long_is_ended_with_all_that_it_started(monkeypatch, tmp_
 
     async def test():
         windows = Windows()
-        windows.last = Window("it.vcd", 0, 1, 0)
+        windows.last = Window("it.vcd", 0, 1, 1, 0)
         with pytest.raises(UserError, match="too long"):
             await windows.signals()
         windows.close()

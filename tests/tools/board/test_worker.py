@@ -1,10 +1,13 @@
 """Orders on their way to the process that runs, and what it does with too many."""
 
 import threading
-import time
+from collections.abc import Iterator
+from contextlib import closing
 from multiprocessing import Pipe
+from multiprocessing.connection import Connection
 
 import numpy as np
+import pytest
 
 from tb.engines import AmaranthEngine
 from tb.milling import ready_to_mill
@@ -57,10 +60,17 @@ def test_a_step_that_does_not_come_is_given_up(monkeypatch):
     worker._switch_off()
 
 
+@pytest.fixture
+def pair() -> Iterator[tuple[Outbox, Connection]]:
+    """Give an outbox and the other end of its connection."""
+    ours, its = Pipe()
+    with closing(Outbox(ours)) as outbox:
+        yield outbox, its
+
+
 class TestOutbox:
-    def test_nobody_waits_and_the_newest_counts(self):
-        ours, its = Pipe()
-        outbox = Outbox(ours)
+    def test_nobody_waits_and_the_newest_counts(self, pair):
+        outbox, its = pair
 
         def put() -> None:
             for n in range(20_000):
@@ -83,9 +93,8 @@ class TestOutbox:
             assert numbers[0] == 0 and numbers[-1] == 19_999
         assert len(got) < 20_000
 
-    def test_few_orders_all_arrive(self):
-        ours, its = Pipe()
-        outbox = Outbox(ours)
+    def test_few_orders_all_arrive(self, pair):
+        outbox, its = pair
         orders = [("inputs", 0, n % 2) for n in range(MOST_WAITING)]
         for order in orders:
             outbox.put(*order)
@@ -94,12 +103,11 @@ class TestOutbox:
     def test_a_broken_connection_is_nothing_to_it(self):
         ours, its = Pipe()
         its.close()
+        before = threading.enumerate()
         outbox = Outbox(ours)
-        before = threading.active_count()
+        thread, = (thread for thread in threading.enumerate() if thread not in before)
         outbox.put("run")
-        end = time.monotonic() + 30
-        while threading.active_count() >= before:
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        thread.join(30)
+        assert not thread.is_alive()
         outbox.put("run")
         outbox.close()

@@ -2,6 +2,8 @@
 
 import json
 import os
+import shlex
+import shutil
 import signal
 import struct
 import subprocess
@@ -300,3 +302,24 @@ class TestManners:
             (tmp_path / name).mkdir()
             (tmp_path / name / "__main__.py").write_text(text)
         assert commands(tmp_path) == {"one": "Do one."}
+
+
+@pytest.mark.parametrize("subcommand", ["list", "at", "table", "find", "stats", "steps", "draw",
+                                        "view"])
+def test_examples_of_the_help_work(wave, mill, tmp_path, monkeypatch, capsys, subcommand):
+    """Those that look into the waveform of the bench, which the help tells how to make."""
+    for name in ("mill.vcd", "mill.gtkw"):
+        shutil.copy(mill.with_name(name), tmp_path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        main([subcommand, "--help"])
+    lines = [line.removeprefix("  python -m tools.wave ")
+             for line in capsys.readouterr().out.splitlines()
+             if line.startswith(f"  python -m tools.wave {subcommand} mill.vcd")]
+    assert lines
+    for line in lines:
+        arguments = shlex.split(line.partition(" | ")[0])
+        if subcommand == "view" and "--no-open" not in arguments:
+            arguments.append("--no-open")
+        status, _, err = wave(*arguments)
+        assert (status, err) == (0, ""), line

@@ -1,7 +1,8 @@
 /** The Nexys 2, drawn: what people touch, and what it shows them. */
 
 import { digit, chips } from "./drawing.js";
-import { BUTTON_KEYS, bindButton, bindSwitch } from "./inputs.js";
+import { bindButton } from "./hold.js";
+import { BUTTON_KEYS, bindSwitch } from "./inputs.js";
 import { group, label, svg } from "./svg.js";
 
 /** Where the parts stand, and how far apart, on a wide page and on a phone. */

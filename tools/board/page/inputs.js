@@ -1,10 +1,14 @@
 /** Switches that toggle, buttons that are held: by mouse, touch and keyboard. */
 
+import { isPress, isTyping } from "./hold.js";
+
 /** No finger is quicker: the gateware must have time to see a button that was only tapped. */
 const LEAST_HOLD = 80;
 
 /** For so long the page trusts its own change, until what the server shows has caught up. */
 const OWN = 400;
+
+const SWITCHES = 8;
 
 /** Keys, in the order in which the buttons stand on the board: BTN3 is leftmost. */
 export const BUTTON_KEYS = ["r", "e", "w", "q"];
@@ -13,7 +17,7 @@ export const BUTTON_KEYS = ["r", "e", "w", "q"];
 export class Inputs {
   #holders = [0, 1, 2, 3].map(() => new Set());
   #since = [0, 0, 0, 0];
-  #changed = -Infinity;
+  #toggled = Array(SWITCHES).fill(-Infinity);
 
   /**
    * @param {function(string, object)} send - tells the server, see `Link.send`
@@ -26,9 +30,11 @@ export class Inputs {
     this.board = { switches: 0, buttons: 0 };
   }
 
-  /** What to show: the board's switches, or this page's if it has just changed them. */
+  /** What to show: the board's switches, and this page's where it has just changed them. */
   get switches() {
-    return performance.now() - this.#changed < OWN ? this.own.switches : this.board.switches;
+    const since = performance.now() - OWN;
+    const mine = this.#toggled.reduce((mask, at, bit) => mask | (at > since) << bit, 0);
+    return this.own.switches & mine | this.board.switches & ~mine;
   }
 
   get buttons() { return this.own.buttons | this.board.buttons; }
@@ -39,10 +45,12 @@ export class Inputs {
     this.shown();
   }
 
+  /** Put one switch the other way. Only that is told: the others may be another page's by now. */
   toggle(bit) {
-    this.own.switches = this.switches ^ (1 << bit);
-    this.#changed = performance.now();
-    this.send("switches", { value: this.own.switches });
+    const mask = 1 << bit;
+    this.own.switches = this.switches ^ mask;
+    this.#toggled[bit] = performance.now();
+    this.send("switches", { mask, value: this.own.switches & mask });
     this.shown();
     setTimeout(this.shown, OWN + 1);
   }
@@ -91,34 +99,6 @@ export function bindSwitch(element, bit, inputs) {
   });
 }
 
-/** Make an element hold a button for as long as a pointer or a key is down on it. */
-export function bindButton(element, bit, inputs) {
-  element.addEventListener("pointerdown", (event) => {
-    if (event.button !== 0) return;
-    element.setPointerCapture(event.pointerId);
-    inputs.press(bit, event.pointerId);
-  });
-  for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-    element.addEventListener(end, (event) => inputs.release(bit, event.pointerId));
-  }
-  element.addEventListener("contextmenu", (event) => event.preventDefault());
-  element.addEventListener("keydown", (event) => {
-    if (!isPress(event)) return;
-    event.preventDefault();
-    if (!event.repeat) inputs.press(bit, "focus");
-  });
-  element.addEventListener("keyup", (event) => {
-    if (isPress(event)) inputs.release(bit, "focus");
-  });
-  element.addEventListener("blur", () => inputs.release(bit, "focus"));
-  element.addEventListener("click", (event) => {
-    // A screen reader clicks without pointer and key.
-    if (event.detail > 0) return;
-    inputs.press(bit, "click");
-    inputs.release(bit, "click");
-  });
-}
-
 /**
  * Let keys work anywhere on the page, but where text is typed.
  * @param {Inputs} inputs
@@ -143,11 +123,4 @@ export function bindKeys(inputs, wanted, others) {
   document.addEventListener("visibilitychange", () => {
     if (document.hidden) inputs.releaseAll();
   });
-}
-
-const isPress = ({ key }) => key === " " || key === "Enter";
-
-function isTyping(target) {
-  return target.closest("input:not([type=checkbox], [type=range]), select, textarea, dialog")
-    !== null;
 }

@@ -1,6 +1,7 @@
 /** Joins the parts of the page. */
 
 import { Board, legend } from "./board.js";
+import { decode } from "./frames.js";
 import { Guide } from "./guide.js";
 import { Inputs, bindKeys } from "./inputs.js";
 import { Job } from "./job.js";
@@ -46,7 +47,7 @@ class Page {
       opened: () => this.#connected(true),
       closed: () => this.#connected(false),
       said: (message) => this.#said(message),
-      frame: (frame) => this.#frame(frame),
+      frame: (data) => this.#frame(decode(data)),
     });
   }
 

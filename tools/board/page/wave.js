@@ -10,7 +10,6 @@ const FIRST = ["switches", "buttons", "leds", "digits", "axis_x", "axis_y", "axi
 /** The panel of waveforms. */
 export class Wave {
   #window = null;
-  #most = Infinity;
 
   /** @param {function(string, object?)} send - tells the server */
   constructor(send) {
@@ -23,17 +22,12 @@ export class Wave {
     find("wave").addEventListener("error", () => this.#failed());
   }
 
-  /** Take the most clocks of a window, and the most signals of a drawing. */
-  limits({ most_clocks: clocks, most_signals: signals }) {
-    find("record-clocks").max = clocks;
-    this.#most = signals;
-  }
+  /** Take the most clocks of a window. */
+  limits({ most_clocks: clocks }) { find("record-clocks").max = clocks; }
 
-  stateChanged({ recording, wave }) {
+  stateChanged({ recording, unrecorded, wave }) {
     find("record").disabled = Boolean(recording);
-    // It may have ended early: with its machine, or because it grew too large.
-    find("wave-state").textContent = recording ? "recording"
-      : wave ? `${short(wave.clocks)} clocks` : "";
+    find("wave-state").textContent = recording ? "recording" : unrecorded ?? size(wave);
     if (JSON.stringify(wave) === JSON.stringify(this.#window)) return;
     this.#window = wave;
     find("vcd").hidden = find("wave-view").hidden = !wave;
@@ -68,9 +62,7 @@ export class Wave {
   #draw() {
     const signals = this.#chosen();
     const drawing = find("wave").parentElement;
-    find("wave-error").textContent = signals.length > this.#most
-      ? `Choose at most ${this.#most} signals: ${signals.length} are chosen.`
-      : signals.length ? "" : "Choose a signal.";
+    find("wave-error").textContent = signals.length ? "" : "Choose a signal.";
     drawing.hidden = find("wave-error").textContent !== "";
     if (drawing.hidden) return;
     const query = new URLSearchParams({ signals: signals.join(","), at: Date.now() });
@@ -92,6 +84,13 @@ function pins(signals) {
   const depth = (path) => path.split(".").length;
   const paths = signals.map(({ path }) => path).sort((a, b) => depth(a) - depth(b));
   return FIRST.map((name) => paths.find((path) => path.split(".").at(-1) === name)).filter(Boolean);
+}
+
+/** Say how long a window is. It may have ended early: with its machine, or grown too large. */
+function size(wave) {
+  if (!wave) return "";
+  const early = wave.clocks < wave.asked ? ` of ${short(wave.asked)}, ended early` : "";
+  return `${short(wave.clocks)} clocks${early}`;
 }
 
 function choice(path, width, checked) {

@@ -1,7 +1,5 @@
 /** The connection to the server: lost and found again by itself. */
 
-import { decode } from "./frames.js";
-
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 4000;
 
@@ -9,7 +7,7 @@ const LONGEST_WAIT = 4000;
 export class Link {
   /**
    * @param {{opened: function(), closed: function(), said: function(object),
-   *   frame: function(object)}} heard - what to do with what comes
+   *   frame: function(ArrayBuffer)?}} heard - what to do with what comes
    */
   constructor(heard) {
     this.heard = heard;
@@ -46,7 +44,7 @@ export class Link {
   #hear(data) {
     try {
       if (typeof data === "string") this.heard.said(JSON.parse(data));
-      else this.heard.frame(decode(data));
+      else this.heard.frame?.(data);
     } catch (error) {
       // A page that has lost the thread starts anew: everything is sent to a new connection.
       if (!(error instanceof RangeError || error instanceof SyntaxError)) throw error;

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tools.board.pace import BREATH, Pace, Rate
+from tools.pace import BREATH, Pace, Rate
 
 
 def run(pace: Pace, seconds: float, *, most: int, each: float = 0.0) -> tuple[int, int]:

@@ -1,0 +1,31 @@
+#!/usr/bin/env python3
+"""Turn the motor of `single` there and back: `python examples/turn_single.py PORT`.
+
+Without the machine: `python -m tools.serve single` prints a PORT to use.
+"""
+
+import sys
+
+from fresa_host import MachineError, Single
+
+TURN = 96
+"""Half steps of a turn."""
+
+
+def main(port: str) -> None:
+    """Make a turn, slowly, and come back fast."""
+    with Single(port) as motor:
+        print(f"at {motor.position}, {motor.speed} turns a minute")
+        for rpm, there in ((60, TURN), (240, 0)):
+            motor.speed = rpm
+            motor.move_to(there)
+            print(f"at {motor.wait(timeout=30)}, with {rpm} turns a minute")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    try:
+        main(sys.argv[1])
+    except MachineError as error:
+        sys.exit(f"error: {error}")

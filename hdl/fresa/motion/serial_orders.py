@@ -1,0 +1,118 @@
+"""Orders that come over a serial line."""
+
+from amaranth import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from ..protocol import (
+    CHECK_DIGITS,
+    HexReader,
+    HexWriter,
+    LineReader,
+    UARTReceiver,
+    UARTTransmitter,
+    bit_period,
+)
+from .order_ledger import Answer, OrderLedger, Request, valid_depth
+from .orders import Order
+
+__all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
+
+REQUEST_START, ANSWER_START = b":", b"="
+"""What lines start with; a line that comes back from its own end is no answer, nor a request."""
+
+
+class SerialOrders(wiring.Component):
+    """Takes orders as lines over RS-232, and answers each line.
+
+    However bytes are dropped, doubled or changed on the way, both ways, every order is carried out
+    once and in its turn, as long as its host repeats what it got no answer to; `OrderLedger` says
+    why, and docs/serial-orders.md what the lines are. Behind a request that waits to be read there
+    is room for most of another; of more, bytes are lost, and what is left of their lines is
+    answered as damaged.
+
+    Parameters
+    ----------
+    clock : int
+        Clock rate in Hz.
+    baud : int
+        Bits a second; see :func:`fresa.protocol.bit_period`.
+    depth : int
+        Orders that may wait, see `OrderLedger`.
+
+    Attributes
+    ----------
+    period : int
+        Clocks of a bit.
+
+    Members
+    -------
+    rx : In(1)
+        The line from the host, synchronous to the clock.
+    tx : Out(1)
+        The line to the host.
+    orders : Out(stream.Signature(Order))
+        Orders. Each must be taken only once it has been carried out.
+    enable : In(1)
+        Orders are wanted. Without it none waits and no session is open; lines are answered.
+    error, stopped : In(1)
+        What else is so with the machine, to be told.
+    busy : Out(1)
+        An order waits, or is carried out.
+    fault : Out(1)
+        The state register of the receiver was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If the rate cannot be had from the clock, or ``depth`` is none.
+    """
+
+    rx: In(1)
+    tx: Out(1, init=1)
+    orders: Out(stream.Signature(Order))
+    enable: In(1)
+    error: In(1)
+    stopped: In(1)
+    busy: Out(1)
+    fault: Out(1)
+
+    def __init__(self, *, clock: int, baud: int, depth: int = 2) -> None:
+        self._rate = {"clock": clock, "baud": baud}
+        self.period = bit_period(clock, baud)
+        self.depth = valid_depth(depth)
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
+        m.submodules.receiver = receiver = UARTReceiver(**self._rate)
+        m.submodules.lines = lines = LineReader(
+            length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
+        m.submodules.reader = reader = HexReader(digits=request)
+        m.submodules.ledger = ledger = OrderLedger(depth=self.depth)
+        m.submodules.writer = writer = HexWriter(digits=answer, start=ANSWER_START)
+        m.submodules.transmitter = transmitter = UARTTransmitter(**self._rate)
+        connect(m, receiver.bytes, lines.bytes)
+        connect(m, lines.items, reader.items)
+        connect(m, writer.bytes, transmitter.bytes)
+        connect(m, ledger.orders, wiring.flipped(self.orders))
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            self.tx.eq(transmitter.tx),
+            # The bits of a message are the fields of a request, and those of an answer a message.
+            ledger.requests.valid.eq(reader.messages.valid),
+            ledger.requests.payload.eq(reader.messages.payload.as_value()),
+            reader.messages.ready.eq(ledger.requests.ready),
+            writer.messages.valid.eq(ledger.answers.valid),
+            writer.messages.payload.eq(ledger.answers.payload.as_value()),
+            ledger.answers.ready.eq(writer.messages.ready),
+            ledger.enable.eq(self.enable),
+            ledger.error.eq(self.error),
+            ledger.stopped.eq(self.stopped),
+            self.busy.eq(ledger.busy),
+            self.fault.eq(receiver.fault),
+        ]
+
+        return m

@@ -1,0 +1,13 @@
+"""The machines of Fresa from Python: what is at the other end of their serial lines.
+
+`Single` is one motor, `Positioner` three axes of a micropositioner. Both are opened with the name
+of a serial port and closed like a file. What goes wrong is raised as a `MachineError`.
+"""
+
+from .errors import LimitReached, LineLost, MachineError, Refused, TimedOut, WasReset
+from .port import Port
+from .positioner import Place, Positioner
+from .single import Single
+
+__all__ = ["LimitReached", "LineLost", "MachineError", "Place", "Port", "Positioner", "Refused",
+           "Single", "TimedOut", "WasReset"]

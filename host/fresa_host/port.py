@@ -1,0 +1,105 @@
+"""Serial ports, by pyserial."""
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, TypeVar
+
+from .errors import LineLost
+
+__all__ = ["BAUD", "Port", "find_ports"]
+
+T = TypeVar("T")
+
+#: Bits a second of every machine's line.
+BAUD = 9600
+
+#: Seconds that a read waits for the first byte.
+PATIENCE = 0.05
+
+MOST_AT_ONCE = 4096
+
+#: Seconds that a write may wait for a line that takes nothing.
+WRITE_PATIENCE = 2.0
+
+
+class Port:
+    """A serial port that is open.
+
+    Parameters
+    ----------
+    name : str
+        What pyserial's ``serial_for_url`` takes: ``/dev/ttyUSB0``, ``COM3``,
+        ``socket://127.0.0.1:4000``.
+    baud : int
+        Bits a second.
+
+    Raises
+    ------
+    LineLost
+        If it cannot be opened, or pyserial is missing.
+    """
+
+    def __init__(self, name: str, baud: int = BAUD) -> None:
+        self.name = name
+        try:
+            import serial  # only who talks to a machine needs it
+        except ImportError as error:
+            raise LineLost("pyserial is missing: pip install 'fresa[host]'") from error
+        self._lock = threading.Lock()
+        try:
+            self._serial: Any = serial.serial_for_url(
+                name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE,
+                exclusive=True)  # two programs on one line would mix their words
+        except (OSError, ValueError) as error:  # SerialException is an OSError
+            raise LineLost(f"{name} cannot be opened: {_reason(error)}") from error
+
+    @property
+    def waiting(self) -> bool:
+        """Whether something has come."""
+        return bool(self._gone(lambda: self._serial.in_waiting))
+
+    def read(self) -> bytes:
+        """Give what has come; wait a moment if that is nothing.
+
+        Raises
+        ------
+        LineLost
+            If the port is gone or closed.
+        """
+        return self._gone(lambda: self._serial.read(
+            max(1, min(MOST_AT_ONCE, self._serial.in_waiting))))
+
+    def write(self, data: bytes) -> None:
+        """Send bytes.
+
+        Raises
+        ------
+        LineLost
+            If the port is gone or closed, or takes nothing.
+        """
+        with self._lock:
+            self._gone(lambda: self._serial.write(data))
+
+    def _gone(self, work: Callable[[], T]) -> T:
+        try:
+            return work()
+        except (OSError, TypeError, AttributeError) as error:  # the last two: closed meanwhile
+            raise LineLost(f"{self.name} is gone: {_reason(error)}") from error
+
+    def close(self) -> None:
+        """Let go of it. Closing twice does nothing."""
+        with suppress(OSError):
+            self._serial.close()
+
+
+def find_ports() -> list[str]:
+    """Give the names of the serial ports that the system knows, those on USB first."""
+    from serial.tools.list_ports import comports
+
+    found = sorted(comports(), key=lambda port: (port.vid is None, port.device))
+    return [port.device for port in found]
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error) or type(error).__name__

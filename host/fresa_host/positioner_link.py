@@ -1,0 +1,73 @@
+"""A line to `positioner` that is open: what is sent, and what is heard in between."""
+
+import threading
+from collections.abc import Callable
+
+from .errors import LineLost
+from .lines import LineSplitter
+from .port import Port
+from .positioner_lines import Limit, Refusal, Steps, read_line
+
+__all__ = ["PositionerLink"]
+
+
+class PositionerLink:
+    """A line to a positioner. It never waits for the machine; see `Positioner` for what does.
+
+    Parameters
+    ----------
+    port : str or Port
+        The serial port; see `Port`.
+    heard : callable
+        Called with all that the machine says, in a thread of its own.
+    lost : callable
+        Called there, once, if the port is gone.
+
+    Attributes
+    ----------
+    name : str
+        Name of the port.
+
+    Raises
+    ------
+    LineLost
+        If the port cannot be opened.
+    """
+
+    def __init__(self, port: str | Port, *, heard: Callable[[Steps | Refusal | Limit], None],
+                 lost: Callable[[LineLost], None]) -> None:
+        self._port = Port(port) if isinstance(port, str) else port
+        self._heard, self._lost = heard, lost
+        self.name = self._port.name
+        self._closed = False
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def send(self, orders: bytes) -> None:
+        """Send orders, of `positioner_lines`.
+
+        Raises
+        ------
+        LineLost
+            If the port is gone.
+        """
+        self._port.write(orders)
+
+    def close(self) -> None:
+        """Let go of the port. What moves goes on."""
+        self._closed = True
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+        self._port.close()
+
+    def _listen(self) -> None:
+        splitter = LineSplitter()
+        while not self._closed:
+            try:
+                lines = splitter.feed(self._port.read())
+            except LineLost as error:
+                self._lost(error)
+                return
+            for line in lines:
+                if (said := read_line(line)) is not None:
+                    self._heard(said)

@@ -1,0 +1,183 @@
+"""Contracts of the reader and the writer of hexadecimal lines.
+
+Their CRC is watched beside a register that shifts a bit at a time, as the standard describes it.
+"""
+
+from amaranth import Array, Cat, Const, Mux
+
+from fresa.protocol import HexReader, HexWriter, hex_reader, hex_writer
+from fresa.protocol.hex_reader import CHECK, CHECK_DIGITS
+from fresa.protocol.line import LineEnd
+
+from .contract import Bits, Bug, Case, Component, Contract
+
+__all__ = ["HEX_READER", "HEX_WRITER"]
+
+POLYNOMIAL, RESIDUE = 0xEDB88320, 0xDEBB20E3
+"""Of the CRC-32, the highest power in bit 0; and what is left behind a line that is right."""
+
+
+def with_digit(crc: Bits, digit: Bits) -> Bits:
+    """Return the register of the CRC after a digit of four bits."""
+    for bit in range(4):
+        crc = (crc >> 1) ^ Mux(crc[0] ^ digit[bit], POLYNOMIAL, 0)
+    return crc[:32]
+
+
+def describe_reader(c: Contract, dut: HexReader) -> None:
+    """Every line gives a message, which is good if the line was, and then is what it said."""
+    byte, end = dut.items.p.byte, dut.items.p.end
+    message = dut.messages.payload.as_value()
+    value, good = dut.messages.p.value, dut.messages.p.good
+    waits, longest = dut.messages.valid, dut.digits + CHECK_DIGITS
+    read = dut.items.valid & dut.items.ready
+    over = waits & dut.messages.ready
+    ends = read & end
+
+    digits = {ord(digit): number for number, digit in enumerate("0123456789ABCDEF")}
+    is_digit = Cat(byte == code for code in digits).any()
+    digit = sum((Mux(byte == code, number, 0) for code, number in digits.items()), Const(0, 4))[:4]
+    count = c.keep(range(longest + 2), name="digits_so_far")
+    other = c.keep(1, name="not_digits")
+    crc = c.keep(32, init=0xFFFFFFFF, name="crc_so_far")
+    said = [c.keep(4, name=f"digit_{place}") for place in range(dut.digits)]
+    right = c.keep(1, name="line_is_right")
+    with c.m.If(c.rst | over):
+        c.m.d.sync += [count.eq(0), other.eq(0), crc.eq(crc.init)]
+    with c.m.Elif(ends):
+        c.m.d.sync += right.eq((byte == LineEnd.GOOD) & (count == longest) & ~other
+                               & (crc == RESIDUE))
+    with c.m.Elif(read & ~is_digit):
+        c.m.d.sync += other.eq(1)
+    with c.m.Elif(read & (count <= longest)):
+        c.m.d.sync += count.eq(count + 1)
+        with c.m.If(count < longest):
+            c.m.d.sync += crc.eq(with_digit(crc, digit))
+        for place, at in enumerate(said):
+            with c.m.If(count == place):
+                c.m.d.sync += at.eq(digit)
+
+    # Covers look for a line that is right, but for its first digit: to find one is a long search.
+    check = CHECK.compute([0xA] * dut.digits)
+    line = Array([0xA] * dut.digits + [check >> 4 * place & 15 for place in range(CHECK_DIGITS)])
+    c.usual(~c.rst & dut.items.valid
+            & (~is_digit | (count == 0) | (count >= longest) | (digit == line[count])))
+
+    c.holds("answers-every-line", "A line that ends is a message with the next clock.",
+            when=c.past(ends & ~c.rst), then=waits,
+            bug=Bug(hex_reader, "self.messages.valid.eq(1)", "self.messages.valid.eq(~wrong)"))
+    c.holds("and-nothing-else", "Nothing else is.", when=waits & ~c.past(waits),
+            then=c.past(ends & ~c.rst),
+            bug=Bug(hex_reader, "with m.If(end):", "with m.If(end | (count == longest)):"))
+    c.always("one-at-a-time", "While a message waits nothing is read, and else all is.",
+             dut.items.ready == ~waits, seen=waits,
+             bug=Bug(hex_reader, "self.items.ready.eq(~self.messages.valid)",
+                     "self.items.ready.eq(~self.messages.valid | self.messages.ready)"))
+    c.holds("stream-keeps", "A message stays until it is taken.",
+            when=c.past(waits & ~dut.messages.ready & ~c.rst),
+            then=waits & (message == c.past(message)),
+            bug=Bug(hex_reader, "self.messages.valid & self.messages.ready",
+                    "self.messages.valid"))
+    c.holds("taken-is-gone", "A message that was taken, and after reset any, is not there again.",
+            when=c.past(over | c.rst), then=~waits,
+            bug=Bug(hex_reader, "self.messages.valid.eq(0), ", ""))
+    c.holds("good-is-right", "What is good has its digits, a CRC that is right, and no other byte, "
+            "and its line came whole.", when=waits & good, then=right,
+            bug=(Bug(hex_reader, "& crc.match_detected", ""),
+                 Bug(hex_reader, "& ~wrong", ""),
+                 Bug(hex_reader, "(byte == LineEnd.GOOD) & ", "")))
+    c.holds("right-is-good", "A line that has all of that is good.", when=waits & right, then=good,
+            bug=(Bug(hex_reader, "wrong.eq(0)]", "wrong.eq(wrong)]"),
+                 Bug(hex_reader, "byte[:3] + 9", "byte[:3] + 8"),
+                 Bug(hex_reader, "crc.start.eq(1)", "crc.start.eq(0)")))
+    c.holds("says-what-was-said", "What is good is the digits of the line.", when=waits & good,
+            then=Cat(reversed(said)) == value,
+            bug=Bug(hex_reader, "value.eq(Cat(crc.data, value))", "value.eq(Cat(byte[:4], value))"))
+    c.always("knows-the-line", "It knows how much has come, and whether all of it were digits.",
+             (c.signal("count") == Mux(count > longest, longest, count))
+             & (c.signal("wrong") == (other | (count > longest)))
+             & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
+             & Cat((place >= count) | (at == value.word_select(
+                 (Mux(count > dut.digits, dut.digits, count) - 1 - place)[:8], 4))
+                 for place, at in enumerate(said)).all()
+             & (~waits | (good == right)),
+             seen=count > longest, bug=Bug(hex_reader, "with m.If(count < self.digits):",
+                                           "with m.If(count <= self.digits):"))
+
+
+HEX_READER = Component(
+    make=HexReader, describe=describe_reader, depth=15,
+    cases=(Case({"digits": 1}), Case({"digits": 2}), Case({"digits": 24}, real=True)))
+
+
+def describe_writer(c: Contract, dut: HexWriter) -> None:
+    """A message that is taken becomes its line, whole, and nothing else is sent."""
+    offered, byte = dut.bytes.valid, dut.bytes.payload
+    given = offered & dut.bytes.ready
+    taken = dut.messages.valid & dut.messages.ready
+    length = 1 + dut.digits + CHECK_DIGITS + 2
+
+    message = c.keep(4 * dut.digits, name="message")
+    sending, sent = c.keep(1, name="sending"), c.keep(range(length + 1), name="sent")
+    crc = c.keep(32, init=0xFFFFFFFF, name="crc_so_far")
+    digits = [message.word_select(dut.digits - 1 - place, 4) for place in range(dut.digits)]
+    text = [Const(dut.start[0], 8), *map(_character, digits),
+            *(_character((~crc).word_select(place, 4)) for place in range(CHECK_DIGITS)),
+            Const(ord("\r"), 8), Const(ord("\n"), 8)]
+    expected = Const(0, 8)
+    for place, character in enumerate(text):
+        expected = Mux(sent == place, character, expected)
+    last = given & (sent == length - 1)
+    with c.m.If(c.rst | last):
+        c.m.d.sync += sending.eq(0)
+    with c.m.Elif(taken):
+        c.m.d.sync += [sending.eq(1), sent.eq(0), message.eq(dut.messages.payload),
+                       crc.eq(crc.init)]
+    with c.m.Elif(given):
+        c.m.d.sync += sent.eq(sent + 1)
+        for place, digit in enumerate(digits, start=1):
+            with c.m.If(sent == place):
+                c.m.d.sync += crc.eq(with_digit(crc, digit))
+
+    c.holds("is-the-line", "The bytes are the start, the digits, their CRC and the end.",
+            when=offered, then=sending & (byte == expected),
+            bug=(Bug(hex_writer, 'ord("A") - 10', 'ord("a") - 10'),
+                 Bug(hex_writer, "crc.valid.eq(given & body)", "crc.valid.eq(given)"),
+                 Bug(hex_writer, "crc.start.eq(self.messages.valid & self.messages.ready)",
+                     "crc.start.eq(0)")))
+    c.always("at-once", "A byte is offered from the clock after the message to the last.",
+             offered == sending, seen=sending,
+             bug=Bug(hex_writer, "self.bytes.valid.eq(left != 0)", "self.bytes.valid.eq(left > 1)"))
+    c.always("one-at-a-time", "The next message is taken when the last byte has been.",
+             dut.messages.ready == ~sending, seen=sending,
+             bug=Bug(hex_writer, "self.messages.ready.eq(left == 0)",
+                     "self.messages.ready.eq(left <= 1)"))
+    c.holds("stream-keeps", "A byte stays until it is taken.",
+            when=c.past(offered & ~dut.bytes.ready & ~c.rst),
+            then=offered & (byte == c.past(byte)),
+            bug=Bug(hex_writer, "given.eq(self.bytes.valid & self.bytes.ready)",
+                    "given.eq(self.bytes.valid)"))
+    c.holds("reset-ends-it", "Reset ends a line.", when=c.past(c.rst),
+            then=dut.messages.ready & ~offered,
+            bug=Bug(hex_writer, "left = Signal(range(first + 1))",
+                    "left = Signal(range(first + 1), reset_less=True)"))
+    rest = c.signal("rest")
+    c.always("knows-the-place", "It knows what is left of the line.",
+             (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
+             & (~sending | (c.signal("crc.crc_reg") == Cat(reversed(crc))))
+             & Cat((sent > place + 1) | ~sending | (digit == rest.word_select(
+                 (dut.digits - 1 - place + Mux(sent > 0, sent - 1, 0))[:8], 4))
+                 for place, digit in enumerate(digits)).all(),
+             seen=sending & (sent == length - 1),
+             bug=Bug(hex_writer, "with m.If(body):\n                m.d.sync += rest",
+                     "with m.If(body | check):\n                m.d.sync += rest"))
+
+
+def _character(digit: Bits) -> Bits:
+    return Mux(digit < 10, 0x30 + digit, 0x41 - 10 + digit)[:8]
+
+
+HEX_WRITER = Component(
+    make=HexWriter, describe=describe_writer, depth=15,
+    cases=(Case({"digits": 1, "start": b"="}), Case({"digits": 2, "start": b":"}),
+           Case({"digits": 22, "start": b"="}, real=True)))

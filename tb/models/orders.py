@@ -1,0 +1,119 @@
+"""What takes orders over a line, in plain Python."""
+
+import zlib
+from collections import deque
+
+__all__ = ["LedgerModel", "OrdersModel", "checked", "unchecked"]
+
+TELL, OPEN, GO, UP, DOWN = range(5)
+(TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
+
+NUMBERS = 1 << 24
+REQUEST_DIGITS, CHECK_DIGITS = 24, 8
+
+
+def checked(digits: str) -> str:
+    """Return digits, an even number, with their CRC behind them."""
+    packed = bytes(int(digits[at + 1] + digits[at], 16) for at in range(0, len(digits), 2))
+    return digits + f"{zlib.crc32(packed):08X}"[::-1]
+
+
+def unchecked(line: str, digits: int) -> str | None:
+    """Return so many digits of a line, or None if anything is not right with it."""
+    body = line[:digits]
+    right = (len(line) == digits + CHECK_DIGITS and set(line) <= set("0123456789ABCDEF")
+             and checked(body) == line)
+    return body if right else None
+
+
+class LedgerModel:
+    """Sessions and numbers; what waits is a list."""
+
+    def __init__(self, *, depth: int = 2) -> None:
+        self.depth = depth
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everything, as reset and manual mode do."""
+        self.session = self.done = 0
+        self.waiting: deque[tuple[int, int, int]] = deque()
+
+    @property
+    def taken(self) -> int:
+        """The last order taken."""
+        return (self.done + len(self.waiting)) % NUMBERS
+
+    def carry_out(self) -> tuple[int, int, int]:
+        """Do the first order that waits, and give it back: kind, x and y."""
+        self.done = (self.done + 1) % NUMBERS
+        return self.waiting.popleft()
+
+    def request(self, kind: int | None, session: int = 0, number: int = 0, x: int = 0, y: int = 0,
+                *, enable: int = 1) -> int:
+        """Take a request, or None for a line that was not right; return its outcome."""
+        if kind is None:
+            return DAMAGED
+        if kind == TELL:
+            return TOLD
+        if kind == OPEN:
+            if not enable:
+                return MANUAL
+            if session != self.session:
+                if self.waiting:
+                    return BUSY
+                self.session, self.done = session, number
+            return OPENED
+        if kind > DOWN:
+            return UNKNOWN
+        if not (enable and self.session and session == self.session):
+            return CLOSED
+        if number == self.taken:
+            return AGAIN
+        if number != (self.taken + 1) % NUMBERS:
+            return UNEXPECTED
+        if len(self.waiting) == self.depth:
+            return FULL
+        self.waiting.append((kind, x, y))
+        return TAKEN
+
+
+class OrdersModel:
+    """Bytes in, bytes out: lines to the ledger, and its answers.
+
+    Attributes
+    ----------
+    ledger : LedgerModel
+        What was ordered.
+    enable, error, stopped : int
+        As the machine's.
+    """
+
+    def __init__(self, *, depth: int = 2) -> None:
+        self.ledger = LedgerModel(depth=depth)
+        self.enable, self.error, self.stopped = 1, 0, 0
+        self._line: bytearray | None = None
+
+    def hear(self, data: bytes) -> bytes:
+        """Take bytes; give the answers to the lines that end in them."""
+        answers = b""
+        for byte in data:
+            if byte == ord(":"):
+                self._line = bytearray()
+            elif self._line is not None:
+                if byte in b"\r\n":
+                    answers += self._answer(self._line.decode("latin-1"))
+                    self._line = None
+                elif len(self._line) <= REQUEST_DIGITS + CHECK_DIGITS:  # one more than is right
+                    self._line.append(byte)
+        return answers
+
+    def _answer(self, line: str) -> bytes:
+        body = unchecked(line, REQUEST_DIGITS)
+        fields = [] if body is None else [
+            int(body[at:to], 16) for at, to in [(2, 10), (10, 16), (16, 20), (20, 24)]]
+        kind = None if body is None else int(body[:2], 16)
+        outcome = self.ledger.request(kind, *fields, enable=self.enable)
+        state = self.error | self.stopped << 1 | (not self.enable) << 2
+        said = (f"{outcome:X}{state:X}{self.ledger.session:08X}{self.ledger.taken:06X}"
+                f"{self.ledger.done:06X}")
+        return f"={checked(said)}\r\n".encode()

@@ -1,0 +1,98 @@
+"""A port with something at its other end that says what a test wants."""
+
+import threading
+import time
+from collections.abc import Callable
+
+from fresa_host import LineLost
+
+__all__ = ["FakePort", "FakePositioner"]
+
+
+class FakePort:
+    """A port. What is written to it is answered by a function, if at all.
+
+    Parameters
+    ----------
+    answer : callable
+        Given a line or frame with its end, gives what comes back.
+    ends : bytes
+        What ends one.
+    """
+
+    name = "fake"
+
+    def __init__(self, answer: Callable[[bytes], bytes], ends: bytes = b"\n") -> None:
+        self.answer, self.ends = answer, ends
+        self.written: list[bytes] = []
+        self.coming = b""
+        self.gone = self.closed = False
+        self._lock = threading.Lock()
+
+    @property
+    def waiting(self) -> bool:
+        return bool(self.coming)
+
+    def say(self, data: bytes) -> None:
+        """Let something come that nobody asked for."""
+        with self._lock:
+            self.coming += data
+
+    def idle(self) -> None:
+        """Let some time pass."""
+        time.sleep(0.002)
+
+    def read(self) -> bytes:
+        self.idle()
+        if self.gone:
+            raise LineLost("fake is gone: unplugged")
+        with self._lock:
+            data, self.coming = self.coming[:7], self.coming[7:]
+        return data
+
+    def write(self, data: bytes) -> None:
+        for part in data.splitlines(keepends=True):
+            assert part.endswith(self.ends)
+            self.written.append(part)
+            self.say(self.answer(part))
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class FakePositioner(FakePort):
+    """A positioner that is quick: it goes a thousand steps from one report to the next."""
+
+    def __init__(self) -> None:
+        super().__init__(self.obey)
+        self.connected = False
+        self.steps, self.target = [0, 0, 0], [0, 0, 0]
+        self.points: dict[str, list[int]] = {}
+        self.refuse: dict[bytes, bytes] = {}
+
+    def obey(self, line: bytes) -> bytes:
+        if (word := line.split()[0]) in self.refuse:
+            return self.refuse[word]
+        match line.decode().split():
+            case ["CONNECT"]:
+                self.connected = True
+            case ["DISCONNECT"]:
+                self.connected = False
+            case ["P", point, *place]:
+                self.points[point] = [int(number) for number in place]
+            case ["GOTO", point]:
+                self.target = self.points[point]
+            case ["POS", *place]:
+                self.steps = self.target = [int(number) for number in place]
+            case ["ORIGIN"]:
+                self.steps = self.target = [0, 0, 0]
+            case ["STOP", _]:
+                self.target = list(self.steps)
+        return b""
+
+    def idle(self) -> None:
+        super().idle()
+        if self.connected and not self.coming:
+            self.steps = [at + max(-1000, min(1000, to - at))
+                          for at, to in zip(self.steps, self.target, strict=True)]
+            self.say(b"# POS %d %d %d :\n" % tuple(self.steps))

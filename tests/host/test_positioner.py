@@ -1,0 +1,167 @@
+"""`Positioner`: what is sent, what is waited for, and what is raised."""
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from fresa_host import LimitReached, LineLost, Place, Positioner, Refused, TimedOut
+from fresa_host import positioner as module
+from tests.host.fake import FakePositioner
+
+
+@pytest.fixture
+def fake(monkeypatch) -> FakePositioner:
+    monkeypatch.setattr(module, "SILENCE", 0.02)
+    monkeypatch.setattr(module, "BAUD", 10**6)
+    return FakePositioner()
+
+
+@pytest.fixture
+def positioner(fake) -> Iterator[Positioner]:
+    with opened(fake) as positioner:
+        yield positioner
+
+
+def opened(fake: FakePositioner, **options: Any) -> Positioner:
+    port: Any = fake
+    return Positioner(port, **options)
+
+
+def test_it_goes_where_it_is_sent_and_says_where_it_is(positioner, fake):
+    assert positioner.connect() == (0, 0, 0)
+    positioner.move_to(100, -50, 0.5)
+    assert positioner.wait(timeout=10).steps == Place(100, -50, 0.5).steps == (5676, -2838, 28)
+    assert fake.written == [b"CONNECT\n", b"P 7 5676 -2838 28\n", b"GOTO 7\n"]
+    positioner.move_by(y=50)
+    assert positioner.wait(timeout=10).steps == (5676, 0, 28)
+    positioner.origin()
+    assert positioner.position == (0, 0, 0)
+    positioner.call_place(1, 2, 3)
+    assert positioner.steps == (57, 114, 170)
+
+
+def test_single_commands(positioner, fake):
+    assert positioner.velocity("y", 10) == pytest.approx(10, abs=0.01)
+    positioner.jog("x", -1)
+    positioner.stop("x")
+    positioner.store(3, 1, 1, 1)
+    assert fake.written == [b"VEL MOT2 568\n", b"MOV MOT1 CC\n", b"STOP MOT1\n", b"P 3 57 57 57\n"]
+    with pytest.raises(ValueError, match="speed must be 1 to 1500 steps/s, not 1703"):
+        positioner.velocity("y", 30)
+    with pytest.raises(ValueError, match="a number of um/s"):
+        positioner.velocity("y", float("inf"))
+
+
+def test_what_is_refused_is_raised(positioner, fake):
+    fake.refuse = {b"P": b"! RANGE\n", b"MOV": b"! DISCONNECTED\n"}
+    with pytest.raises(Refused, match=r"less or more than it may be \(RANGE\)") as caught:
+        positioner.store(1, 0, 0, 0)
+    assert caught.value.reason == "RANGE"
+    positioner.jog("x", 1)  # at once: it is told later
+    with pytest.raises(Refused, match="DISCONNECTED"):
+        positioner.velocity("x", 1)
+    positioner.velocity("x", 1)
+    positioner.connect()
+    fake.refuse = {b"GOTO": b"! EMPTY\n"}
+    with pytest.raises(Refused, match="EMPTY"):
+        positioner.move_to(1, 2, 3)
+    positioner.wait(timeout=5)  # it goes nowhere
+
+
+def test_a_limit_ends_the_wait_and_is_told_once(positioner, fake):
+    positioner.connect()
+    fake.target = [10**9, 0, 0]
+    positioner.move_to(10_000, 0, 0)
+    threading.Timer(0.02, fake.say, [b"! LIMIT MOT1\n"]).start()
+    with pytest.raises(LimitReached, match="x: move away from it") as caught:
+        positioner.wait(timeout=10)
+    assert caught.value.axes == positioner.limits == {"x"}
+    positioner.check()
+    positioner.wait(timeout=0.01)  # it goes nowhere any more
+    positioner.jog("x", -1)
+    assert positioner.limits == frozenset()
+
+
+def test_stopping_ends_the_wait(positioner, fake):
+    positioner.connect()
+    positioner.move_to(10**6, 0, 0)
+    threading.Timer(0.02, positioner.stop).start()
+    assert positioner.wait(timeout=10).x < 10**6
+    assert fake.written[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
+
+
+def test_waiting_has_an_end(positioner):
+    positioner.connect()
+    positioner.move_to(10**6, 0, 0)
+    with pytest.raises(TimedOut, match="after 0.05 s it is at Place"):
+        positioner.wait(timeout=0.05)
+    with pytest.raises(TimeoutError):
+        positioner.wait(timeout=0.05)
+
+
+def test_a_machine_that_says_nothing_times_out(fake):
+    with opened(fake, timeout=0.05) as positioner:
+        fake.refuse = {b"CONNECT": b""}
+        with pytest.raises(TimedOut, match="no machine reports at fake: is it on?"):
+            positioner.connect()
+        assert not positioner.connected
+        with pytest.raises(TimedOut, match="reports only while it is connected"):
+            _ = positioner.position
+        fake.refuse = {}
+        positioner.connect()
+        fake.connected = False  # it was reset
+        with pytest.raises(TimedOut, match="has not reported"):
+            positioner.move_to(10**6, 0, 0)
+            positioner.wait()
+
+
+def test_what_was_typed_before_does_not_keep_it_from_connecting(positioner, fake):
+    def obey(line: bytes) -> bytes:
+        fake.answer = fake.obey
+        return b"! COMMAND\n"
+
+    fake.answer = obey
+    assert positioner.connect() == (0, 0, 0)
+    assert fake.written == [b"CONNECT\n", b"CONNECT\n"]
+
+
+def test_noise_is_passed_over(positioner, fake):
+    positioner.connect()
+    fake.say(b"\x00\xff# POS 9 9\n\n# POS 99999999999 1 1 :\n" + b"x" * 1000)
+    positioner.move_to(1, 1, 1)
+    positioner.wait(timeout=10)
+
+
+def test_disconnecting_ends_it(positioner, fake):
+    positioner.connect()
+    positioner.disconnect()
+    assert fake.written[-1] == b"DISCONNECT\n" and not positioner.connected
+    with pytest.raises(TimedOut, match="only while it is connected"):
+        _ = positioner.steps
+
+
+def test_a_lost_line_is_raised_by_all(positioner, fake):
+    positioner.connect()
+    fake.gone = True
+    with pytest.raises(LineLost, match="fake is gone"):
+        positioner.move_to(10**6, 0, 0)
+        positioner.wait()
+    for call in (positioner.connect, positioner.check, positioner.stop, lambda: positioner.steps):
+        with pytest.raises(LineLost):
+            call()
+
+
+def test_reports_are_handed_on(fake):
+    seen = []
+    with opened(fake, reported=seen.append) as positioner:
+        positioner.connect()
+        positioner.move_to(100, 0, 0)
+        positioner.wait(timeout=10)
+    assert seen[0] == (0, 0, 0) and seen[-1] == (5676, 0, 0) and fake.closed
+
+
+def test_a_port_that_is_not_there():
+    with pytest.raises(LineLost, match="/no/such/port cannot be opened"):
+        Positioner("/no/such/port")

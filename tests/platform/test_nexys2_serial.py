@@ -1,0 +1,163 @@
+# amaranth: UnusedElaboratable=no
+
+"""The mill on its board with orders from the RS-232 port: its pins, its switches, whole jobs."""
+
+import pytest
+
+from fresa.machines.mill import MillPace
+from fresa.motion import SerialOrders
+from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
+from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
+from fresa_host.errors import WasReset
+from fresa_host.order_lines import Kind, Order, request
+from fresa_host.orders import NotReady, OrderRefused, Sender
+from tb.boards import nexys2_mill
+from tb.engines.cxxrtl import CXXRTLEngine
+from tb.uart import SerialLine
+
+PERIOD, TRAVEL, STILL = 3, 4, 3
+SETTLE = 2 * STILL + 4
+AUTOMATIC = 1 << 7
+RESET, STOP = 1, 8
+BUSY, ERROR, READY = 1 << 5, 1 << 6, 1 << 7
+AXES = ["axis_x", "axis_y", "axis_z"]
+BIT = 16
+BYTE = 10 * BIT
+
+
+class Board:
+    """A board with a host at its RS-232 port, and someone at its switches."""
+
+    def __init__(self) -> None:
+        source = SerialOrders(clock=BIT, baud=1)
+        self.engine = CXXRTLEngine(
+            nexys2_mill(source, pace=MillPace(PERIOD, 3), debounce=STILL, z_travel=TRAVEL))
+        self.line = SerialLine(self.engine, BIT)
+        self.line.run(4 * BIT)
+        self.turn(AUTOMATIC)
+
+    def turn(self, switches: int) -> None:
+        self.engine.set(switches=switches)
+        self.line.run(SETTLE)
+
+    def press(self, button: int) -> None:
+        for level in (button, 0):
+            self.engine.set(buttons=level)
+            self.line.run(SETTLE)
+
+    @property
+    def now(self) -> float:
+        return self.engine.clock / BIT / 9600
+
+    @property
+    def leds(self) -> int:
+        return self.engine.get("leds")
+
+    def ask(self, line: bytes) -> bytes:
+        self.line.send(line)
+        return self.line.run(80 * BYTE)
+
+    def deliver(self, sender: Sender, *, until: int | None = None) -> None:
+        """Send until the job is finished, or so many of its orders are done."""
+        sender.connected(self.now)
+        while not sender.finished and (until is None or sender.done < until):
+            self.line.send(sender.send(self.now))
+            sender.receive(self.line.run(10 * BYTE), self.now)
+            assert self.engine.clock < 10**6
+
+
+@pytest.fixture
+def board():
+    board = Board()
+    with board.engine:
+        yield board
+
+
+JOB = [Order(Kind.GO, 4, 8), Order(Kind.DOWN), Order(Kind.GO, 8, 12), Order(Kind.UP)]
+
+
+@pytest.mark.compiler
+@pytest.mark.skipif(CXXRTLEngine.missing() is not None, reason=str(CXXRTLEngine.missing()))
+class TestSerialOrders:
+    def test_a_job(self, board):
+        board.deliver(Sender(JOB))
+        assert board.leds == READY
+        # Full steps have four words: 8 and 12 steps away the coils are as they were.
+        assert board.engine.get(*AXES) == (0b0110,) * 3
+
+    def test_orders_go_on_where_a_host_left(self, board):
+        board.deliver(Sender(JOB), until=2)
+        again = Sender(JOB)
+        board.deliver(again)
+        assert again.resumed and again.done == 4
+
+    def test_busy_is_shown_while_an_order_is_carried_out(self, board):
+        board.ask(request(Kind.OPEN, 5))
+        board.line.send(request(Kind.GO, 5, 1, 900, 0))
+        board.line.run(40 * BYTE)
+        assert board.leds & (BUSY | READY) == BUSY
+
+    def test_start_button_does_nothing(self, board):
+        board.press(2)
+        board.line.run(200)
+        assert board.leds == READY
+
+    def test_manual_mode_is_told_and_ends_the_job(self, board):
+        sender = Sender(JOB)
+        board.deliver(sender, until=1)
+        board.turn(0)
+        with pytest.raises(NotReady, match="manual mode after order"):
+            board.deliver(sender)
+        assert board.ask(request(Kind.OPEN, 5)).startswith(b"=84" + b"0" * 20)
+        board.turn(AUTOMATIC)
+        board.deliver(Sender(JOB))
+
+    def test_reset_is_told(self, board):
+        sender = Sender(JOB)
+        board.deliver(sender, until=1)
+        board.press(RESET)
+        with pytest.raises(WasReset):
+            board.deliver(sender)
+
+    def test_stop_is_told_until_reset(self, board):
+        sender = Sender(JOB)
+        board.deliver(sender, until=1)
+        board.press(STOP)
+        before = board.engine.get(*AXES)
+        with pytest.raises(NotReady, match="stopped"):
+            board.deliver(sender)
+        board.turn(0)
+        assert board.ask(request(Kind.TELL))[2:3] == b"6"  # stopped, and manual
+        assert board.engine.get(*AXES) == before
+        board.turn(AUTOMATIC)
+        board.press(RESET)
+        assert board.ask(request(Kind.TELL))[2:3] == b"0"
+
+    def test_a_refused_order_is_told_and_not_passed_over(self, board):
+        job = [Order(Kind.GO, 4, 4), Order(Kind.DOWN), Order(Kind.GO, 5, 9), Order(Kind.UP)]
+        sender = Sender(job)
+        with pytest.raises(OrderRefused) as caught:
+            board.deliver(sender)
+        assert caught.value.number == 3
+        assert board.leds & ERROR
+        before = board.engine.get(*AXES)
+        board.line.run(2000)
+        assert board.engine.get(*AXES) == before
+        assert board.ask(request(Kind.TELL))[1:3] == b"01"
+
+
+class TestPins:
+    @pytest.mark.parametrize("kind", [Nexys2Platform, Nexys2_1200Platform])
+    def test_of_the_port(self, kind):
+        ports = mill_ports(kind(), serial=True)
+        assert [ports[name].io.metadata[0].name for name in ("rx", "tx")] == ["U6", "P9"]
+        assert not {"rx", "tx"} & set(mill_ports(kind()))
+
+    def test_constraints_and_verilog(self):
+        platform = Nexys2Platform()
+        top = Nexys2Mill(mill_ports(platform, serial=True),
+                         source=SerialOrders(clock=50_000_000, baud=9600))
+        files = platform.prepare(top, "mill").files
+        constraints = files["mill.ucf"]
+        constraints = constraints if isinstance(constraints, str) else constraints.decode()
+        assert 'LOC="U6"' in constraints and 'LOC="P9"' in constraints

@@ -1,0 +1,78 @@
+"""What pages may ask for, and who holds which axis."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tools.console import UserError
+from tools.panel import orders
+from tools.panel.jogging import PATIENCE, Jogging
+
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=4))
+READERS = [orders.read_axis, orders.read_speed, orders.read_number, orders.read_name,
+           orders.read_ways, orders.read_point]
+
+
+class TestOrders:
+    def test_what_may_be_asked_for(self):
+        assert orders.read_axis({"axis": 2}) == 2
+        assert orders.read_speed({"speed": 26}) == 26
+        assert orders.read_number({"number": 1}) == 1
+        assert orders.read_name({"port": "COM3"}) == "COM3"
+        assert orders.read_ways({"ways": [-1, 0, 1]}) == (-1, 0, 1)
+        assert orders.read_point({"place": [1, None, -14_000]}) == (1.0, None, -14_000.0)
+
+    @pytest.mark.parametrize(("read", "message", "error"), [
+        (orders.read_axis, {"axis": 3}, "axis must be a whole number from 0 to 2"),
+        (orders.read_axis, {"axis": True}, "axis must be a whole number"),
+        (orders.read_speed, {"speed": 0}, "speed must be a whole number from 1 to 26"),
+        (orders.read_speed, {"speed": 27}, "from 1 to 26"),
+        (orders.read_speed, {"speed": 1.5}, "from 1 to 26"),
+        (orders.read_number, {"number": 8}, "number must be a whole number from 1 to 7"),
+        (orders.read_number, {}, "number must be"),
+        (orders.read_name, {"port": ""}, "choose a port first"),
+        (orders.read_name, {"port": "x" * 201}, "choose a port first"),
+        (orders.read_ways, {"ways": [0, 0]}, "ways must be three of -1, 0 and 1"),
+        (orders.read_ways, {"ways": [0, 0, 2]}, "ways must be three"),
+        (orders.read_ways, {"ways": [0, 0, 0.0]}, "ways must be three"),
+        (orders.read_point, {"place": [0, 0]}, "place must be three numbers of um"),
+        (orders.read_point, {"place": [0, 14_001, 0]}, "y must be from -14000 to 14000 um"),
+        (orders.read_point, {"place": [0, 0, "1"]}, "z must be"),
+        (orders.read_point, {"place": [float("nan"), 0, 0]}, "x must be"),
+    ])
+    def test_what_may_not(self, read, message, error):
+        with pytest.raises(UserError, match=error):
+            read(message)
+
+    @given(st.sampled_from(READERS), st.dictionaries(
+        st.sampled_from(["axis", "speed", "number", "port", "ways", "place"]), ANYTHING))
+    def test_any_message_can_be_read(self, read, message):
+        try:
+            read(message)
+        except UserError:
+            pass
+
+
+class TestJogging:
+    def test_two_axes_make_a_diagonal_and_opposite_ways_stand_still(self):
+        jogging = Jogging()
+        jogging.hold("one", (1, 1, 0), 0.0)
+        assert jogging.ways(0.1) == (1, 1, 0)
+        jogging.hold("two", (-1, 1, -1), 0.1)
+        assert jogging.ways(0.2) == (0, 1, -1)
+        jogging.hold("one", (0, 0, 0), 0.2)
+        assert jogging.ways(0.3) == (-1, 1, -1)
+        jogging.leave("two")
+        jogging.leave("nobody")
+        assert jogging.ways(0.4) == (0, 0, 0)
+
+    def test_who_falls_silent_holds_no_longer(self):
+        jogging = Jogging()
+        jogging.hold("one", (1, 0, 0), 0.0)
+        jogging.refresh("one", 0.9 * PATIENCE)
+        assert jogging.ways(1.8 * PATIENCE) == (1, 0, 0)
+        assert jogging.ways(1.9 * PATIENCE) == (0, 0, 0)
+        jogging.refresh("one", 2 * PATIENCE)
+        assert jogging.ways(2 * PATIENCE) == (0, 0, 0)

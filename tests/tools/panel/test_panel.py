@@ -1,0 +1,287 @@
+"""The panel between pages and a machine: what is sent, what is told, what is kept."""
+
+import asyncio
+import json
+from collections.abc import Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from fresa_host import positioner_link
+from fresa_host.positioner_lines import Steps
+from tests.host.fake import FakePositioner
+from tools.console import UserError
+from tools.panel import Panel, jogging, machine, panel
+from tools.panel.kept import Kept, load, save
+
+PORT = "/dev/fake"
+
+
+@pytest.fixture
+def fake(monkeypatch) -> FakePositioner:
+    fake = FakePositioner()
+    monkeypatch.setattr(positioner_link, "Port", lambda name: fake)
+    monkeypatch.setattr(panel, "LOOK", 0.01)
+    monkeypatch.setattr(panel, "SAVE", 0.01)
+    return fake
+
+
+@pytest.fixture
+def path(tmp_path) -> Path:
+    return tmp_path / "panel.json"
+
+
+class Site:
+    """A panel, and what a page would know of it."""
+
+    def __init__(self, panel: Panel) -> None:
+        self.panel = panel
+        self.page = panel.view()
+
+    def told(self, about: str) -> dict:
+        return json.loads(self.panel.pages.texts[about])
+
+    def do(self, name: str, **fields: object) -> None:
+        self.panel.do(self.page, name, fields)
+
+    async def until(self, holds: Callable[[], object]) -> None:
+        async with asyncio.timeout(20):
+            while not holds():
+                await asyncio.sleep(0.005)
+
+    async def connect(self) -> None:
+        self.do("connect", port=PORT)
+        await self.until(lambda: not self.told("state")["doing"])
+        assert self.told("state")["connected"], self.told("state")
+
+
+@asynccontextmanager
+async def opened(path: Path):
+    panel = Panel(path, PORT, only=True)
+    try:
+        yield Site(panel)
+    finally:
+        await panel.close()
+
+
+def session(path: Path, what: Callable) -> None:
+    async def run() -> None:
+        async with opened(path) as site:
+            await what(site)
+
+    asyncio.run(run())
+
+
+def test_connecting_tells_the_machine_what_was_kept(fake, path):
+    save(path, Kept("", Steps(0, 0, 0), (1, 2, 26)).with_point(2, (1, 1, 1)).with_point(
+        3, (1, None, 1)))
+
+    async def what(site):
+        assert not site.told("state")["connected"]
+        await site.connect()
+        assert fake.written == [
+            b"CONNECT\n", b"CONNECT\n", b"VEL MOT1 57\n", b"VEL MOT2 114\n", b"VEL MOT3 1476\n",
+            b"P 2 57 57 57\n"]
+        assert site.told("state")["note"].startswith("Connected")
+        site.do("disconnect")
+        await site.until(lambda: not site.told("state")["connected"])
+
+    session(path, what)
+    assert fake.written[-4:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n", b"DISCONNECT\n"]
+    assert fake.closed and load(path).port == PORT
+
+
+def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
+    save(path, Kept("", Steps(500, -500, 7)))
+
+    def obey(line: bytes) -> bytes:
+        late = b"# POS 0 0 0 :\n" * 2 if line.startswith(b"POS") else b""  # was on its way already
+        return late + fake.obey(line)
+
+    async def what(site):
+        fake.answer = obey
+        tell, places = site.panel.pages.tell, []
+        monkeypatch.setattr(site.panel.pages, "tell", lambda about, fields: (
+            tell(about, fields), places.append(fields["steps"]) if about == "place" else None))
+        assert site.told("place")["steps"] == [500, -500, 7]  # before anything is connected
+        await site.connect()
+        await site.until(lambda: site.told("place")["reports"] > 3)
+        assert set(places) == {(500, -500, 7)}
+        assert b"POS 500 -500 7\n" in fake.written
+        assert "had forgotten" in site.told("state")["note"]
+        assert site.told("place")["steps"] == [500, -500, 7]
+
+    session(path, what)
+    assert load(path).steps == (500, -500, 7)
+
+
+def test_a_machine_that_was_on_knows_better(fake, path):
+    save(path, Kept("", Steps(500, -500, 7)))
+    fake.steps = fake.target = [1, 2, 3]
+
+    async def what(site):
+        await site.connect()
+        assert not any(line.startswith(b"POS") for line in fake.written)
+        assert site.told("place")["steps"] == [1, 2, 3]
+        assert site.told("place")["um"] == pytest.approx([1 / 56.761, 2 / 56.761, 3 / 56.761],
+                                                         rel=1e-5)
+
+    session(path, what)
+    assert load(path).steps == (1, 2, 3)
+
+
+def test_what_is_held_moves_and_what_is_let_go_stops(fake, path):
+    async def what(site):
+        await site.connect()
+        begun = len(fake.written)
+        site.do("jog", ways=[1, -1, 0])
+        site.do("jog", ways=[0, -1, 0])
+        site.do("jog", ways=[0, 0, 1])
+        site.do("jog", ways=[0, 0, 1])
+        assert site.told("state")["ways"] == [0, 0, 1]
+        site.panel.left(site.page)
+        assert fake.written[begun:] == [
+            b"MOV MOT1 C\n", b"MOV MOT2 CC\n", b"STOP MOT1\n", b"STOP MOT2\n", b"MOV MOT3 C\n",
+            b"STOP MOT3\n"]
+
+    session(path, what)
+
+
+def test_a_page_that_hangs_holds_nothing(fake, path, monkeypatch):
+    monkeypatch.setattr(jogging, "PATIENCE", 60)
+
+    async def what(site):
+        await site.connect()
+        site.do("jog", ways=[1, 0, 0])
+        await asyncio.sleep(0.05)
+        site.do("holding")
+        assert fake.written[-1] == b"MOV MOT1 C\n"
+        monkeypatch.setattr(jogging, "PATIENCE", 0.01)
+        await site.until(lambda: fake.written[-1] == b"STOP MOT1\n")
+        site.do("holding")  # too late: it must be pressed again
+        await asyncio.sleep(0.05)
+        assert fake.written[-1] == b"STOP MOT1\n"
+
+    session(path, what)
+
+
+def test_stop_stops_what_others_hold(fake, path):
+    async def what(site):
+        await site.connect()
+        site.do("jog", ways=[1, 0, 0])
+        site.panel.do(site.panel.view(), "stop", {})
+        site.do("holding")
+        await asyncio.sleep(0.05)
+        assert fake.written[-4:] == [b"MOV MOT1 C\n", b"STOP MOT1\n", b"STOP MOT2\n",
+                                     b"STOP MOT3\n"]
+
+    session(path, what)
+
+
+def test_points_are_stored_and_gone_to(fake, path):
+    async def what(site):
+        site.do("point", number=1, place=[100, 50, None])  # also before it is connected
+        await site.connect()
+        with pytest.raises(UserError, match="point 1 has an empty field"):
+            site.do("go", number=1)
+        site.do("point", number=1, place=[100, 50, 0])
+        site.do("go", number=1)
+        assert fake.written[-2:] == [b"P 1 5676 2838 0\n", b"GOTO 1\n"]
+        assert site.told("state")["goal"] == 1
+        await site.until(lambda: site.told("state")["goal"] is None)
+        assert site.told("state")["note"] == "At point 1."
+        assert site.told("place")["steps"] == [5676, 2838, 0]
+        site.do("origin")
+        await site.until(lambda: site.told("place")["steps"] == [0, 0, 0])
+        fake.steps = fake.target = [57, 0, -57]
+        await site.until(lambda: site.told("place")["steps"] == [57, 0, -57])
+        site.do("here", number=7)
+        assert fake.written[-1] == b"P 7 57 0 -57\n"
+        site.do("speed", axis=1, speed=20)
+        assert fake.written[-1] == b"VEL MOT2 1135\n"
+
+    session(path, what)
+    kept = load(path)
+    assert kept.points[0] == (100, 50, 0) and kept.points[6] == (1, 0, -1)
+    assert kept.speeds == (4, 20, 4) and kept.steps == (57, 0, -57)
+
+
+def test_what_needs_a_machine_says_so(fake, path):
+    async def what(site):
+        for name, fields in [("origin", {}), ("go", {"number": 1}), ("here", {"number": 1}),
+                             ("jog", {"ways": [1, 0, 0]})]:
+            with pytest.raises(UserError, match="not connected"):
+                site.do(name, **fields)
+        site.do("jog", ways=[0, 0, 0])
+        site.do("stop")
+        with pytest.raises(UserError, match="there is no port /etc/passwd: choose one of the list"):
+            site.do("connect", port="/etc/passwd")
+        with pytest.raises(UserError, match="there is no 'explode'"):
+            site.do("explode")
+        assert not fake.written
+
+    session(path, what)
+
+
+def test_what_the_machine_complains_of_is_told(fake, path):
+    async def what(site):
+        await site.connect()
+        site.do("jog", ways=[1, 0, 0])
+        fake.say(b"! LIMIT MOT1\n")
+        await site.until(lambda: site.told("state")["limits"] == ["x"])
+        assert site.told("state")["bad"] and "limit switch stopped X" in site.told("state")["note"]
+        site.do("jog", ways=[-1, 0, 0])
+        assert site.told("state")["limits"] == []
+        fake.say(b"! RANGE\n")
+        await site.until(lambda: "RANGE" in site.told("state")["note"])
+
+    session(path, what)
+
+
+def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
+    monkeypatch.setattr(machine, "SILENCE", 0.1)
+
+    async def what(site):
+        await site.connect()
+        fake.connected = False
+        await site.until(lambda: site.told("state")["silent"])
+        fake.connected = True
+        await site.until(lambda: not site.told("state")["silent"])
+        fake.gone = True
+        await site.until(lambda: not site.told("state")["connected"])
+        assert "fake is gone: unplugged" in site.told("state")["note"]
+        fake.gone = False
+        await site.connect()
+
+    session(path, what)
+
+
+def test_a_port_without_a_machine(fake, path, monkeypatch):
+    monkeypatch.setattr(machine, "PATIENCE", 0.05)
+    fake.refuse = {b"CONNECT": b""}
+
+    async def what(site):
+        site.do("connect", port=PORT)
+        with pytest.raises(UserError, match="connecting: wait a moment"):
+            site.do("connect", port=PORT)
+        await site.until(lambda: site.told("state")["note"])
+        assert site.told("state")["note"] == f"no positioner reports at {PORT}: is it on?"
+        assert site.told("state")["bad"] and not site.told("state")["connected"] and fake.closed
+
+    session(path, what)
+
+
+def test_a_disk_that_is_full_is_told_and_stops_nothing(fake, path, monkeypatch):
+    def full(*_):
+        raise UserError("cannot write panel.json: No space left on device")
+
+    async def what(site):
+        await site.connect()
+        monkeypatch.setattr(panel, "save", full)
+        site.do("speed", axis=0, speed=9)
+        await site.until(lambda: "Nothing is kept" in site.told("state")["note"])
+        site.do("jog", ways=[1, 0, 0])
+        assert fake.written[-1] == b"MOV MOT1 C\n"
+
+    session(path, what)

@@ -1,0 +1,236 @@
+# amaranth: UnusedElaboratable=no
+
+"""A machine's serial line on a pseudo-terminal and by TCP: who talks, who hears, who is too much.
+
+The machine is an echo, so that all who are connected hear what it was told.
+"""
+
+import asyncio
+import os
+import socket
+import termios
+import tty
+from contextlib import asynccontextmanager, suppress
+
+import pytest
+
+from tb.boards import component
+from tb.engines import AmaranthEngine
+from tests.echo import Echo
+from tools.console import UserError
+from tools.serve import Service, running, service
+
+BIT = 16
+PATIENCE = 60
+
+
+@asynccontextmanager
+async def echo(**options):
+    engine = AmaranthEngine(component("echo", Echo(clock=BIT * 1000, baud=1000)))
+    async with asyncio.timeout(PATIENCE), Service(engine, BIT, speed=None, **options) as served:
+        try:
+            yield served
+        finally:
+            while opened:
+                (writer := opened.pop()).close()
+                with suppress(ConnectionError):
+                    await writer.wait_closed()
+
+
+opened: list[asyncio.StreamWriter] = []
+
+
+async def connect(served: Service) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """Connect, until the machine is switched off."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", served.port)
+    opened.append(writer)
+    return reader, writer
+
+
+class Program:
+    """A program that has the pseudo-terminal open."""
+
+    def __init__(self, path: str) -> None:
+        self.file = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+
+    def close(self) -> None:
+        os.close(self.file)
+
+    async def hear(self, count: int) -> bytes:
+        heard = b""
+        while len(heard) < count:
+            await asyncio.sleep(0.005)
+            try:
+                heard += os.read(self.file, count - len(heard))
+            except BlockingIOError:
+                pass
+        return heard
+
+
+def test_a_program_on_the_terminal_talks_to_the_machine_byte_by_byte():
+    async def session():
+        async with echo() as served:
+            program = Program(served.path)
+            data = bytes(range(32))  # nothing is a command of the terminal, not even Ctrl-C
+            os.write(program.file, data)
+            assert await program.hear(len(data)) == data
+            program.close()
+
+    asyncio.run(session())
+
+
+def test_who_comes_later_finds_nothing_of_who_was_there_before():
+    async def session():
+        async with echo(port=0) as served:
+            first = Program(served.path)
+            attributes = termios.tcgetattr(first.file)
+            attributes[3] |= termios.ECHO | termios.ICANON
+            termios.tcsetattr(first.file, termios.TCSANOW, attributes)
+            reader, writer = await connect(served)
+            os.write(first.file, b"secret\n")
+            assert await reader.readline() == b"secret\n"
+            first.close()  # and has not read it
+            writer.write(b"nobody has it open\n")
+            assert (await reader.readuntil(b"open\n")).endswith(b"nobody has it open\n")
+            await asyncio.sleep(5 * 0.02)
+            second = Program(served.path)
+            assert not termios.tcgetattr(second.file)[3] & (termios.ECHO | termios.ICANON)
+            os.write(second.file, b"new\n")
+            assert await second.hear(4) == b"new\n"
+            second.close()
+
+    asyncio.run(session())
+
+
+def test_lines_of_several_never_mix():
+    async def session():
+        async with echo(port=0) as served:
+            everybody = [await connect(served) for _ in range(3)]
+
+            async def speak(letter: str, writer) -> None:
+                for _ in range(4):
+                    for byte in f"{letter * 5}\n".encode():
+                        writer.write(bytes([byte]))
+                        await writer.drain()
+                        await asyncio.sleep(0.001)
+
+            letters = "abc"
+            speaking = [asyncio.create_task(speak(letter, writer))
+                        for letter, (_, writer) in zip(letters, everybody, strict=True)]
+            lines = [[await reader.readline() for _ in range(12)] for reader, _ in everybody]
+            await asyncio.gather(*speaking)
+            assert lines[0] == lines[1] == lines[2]
+            assert sorted(lines[0]) == sorted(f"{letter * 5}\n".encode()
+                                              for letter in letters for _ in range(4))
+
+    asyncio.run(session())
+
+
+def test_who_does_not_end_a_line_loses_the_turn(monkeypatch):
+    monkeypatch.setattr(service, "PATIENCE", 0.05)
+    monkeypatch.setattr(service, "LONGEST_LINE", 16)
+
+    async def session():
+        async with echo(port=0) as served:
+            _, slow = await connect(served)
+            reader, quick = await connect(served)
+            slow.write(b"I think that")
+            assert await reader.readexactly(12) == b"I think that"
+            quick.write(b" yes\n")
+            assert await reader.readline() == b" yes\n"
+            # Nor can somebody talk for ever.
+            slow.write(b"x" * 500)
+            assert await reader.readexactly(1) == b"x"
+            quick.write(b"stop\n")
+            line = await reader.readuntil(b"stop\n")
+            assert len(line) < 500
+
+    asyncio.run(session())
+
+
+def test_what_comes_too_fast_waits_and_is_not_lost(monkeypatch):
+    monkeypatch.setattr(running, "MOST_WAITING", 16)
+
+    async def session():
+        async with echo(port=0) as served:
+            reader, writer = await connect(served)
+            data = b"".join(b"%05d\n" % n for n in range(20))
+            writer.write(data)
+            heard = await reader.readexactly(len(data))
+            assert heard == data
+
+    asyncio.run(session())
+
+
+def test_who_does_not_read_is_cut_off_and_holds_nobody_up(monkeypatch):
+    monkeypatch.setattr(service, "MOST_UNREAD", 100)
+
+    async def session():
+        async with echo(port=0) as served:
+            deaf = socket.create_connection(("127.0.0.1", served.port))
+            deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+            await asyncio.sleep(0.05)
+            writer, = served._clients
+            writer.transport.pause_reading()
+            full = writer.transport.get_extra_info("socket")
+            full.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)
+            for _ in range(1000):
+                served._heard(b"x" * 10_000, 1)
+                await asyncio.sleep(0)
+                if writer.is_closing():
+                    break
+            assert writer.is_closing()
+            reader, writer = await connect(served)
+            writer.write(b"me\n")
+            assert await reader.readline() == b"me\n"
+            deaf.close()
+
+    asyncio.run(session())
+
+
+def test_there_are_only_so_many_connections(monkeypatch):
+    monkeypatch.setattr(service, "MOST_CLIENTS", 1)
+
+    async def session():
+        async with echo(port=0) as served:
+            one, _ = await connect(served)
+            two, _ = await connect(served)
+            assert await two.read() == b"! too many connections\r\n"
+            assert not one.at_eof()
+
+    asyncio.run(session())
+
+
+def test_a_port_that_is_taken_is_said_so():
+    async def session():
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            with pytest.raises(UserError, match="cannot be had: choose another with --tcp"):
+                async with echo(port=taken.getsockname()[1]):
+                    pass
+
+    asyncio.run(session())
+
+
+def test_a_machine_that_fails_says_why(monkeypatch):
+    async def session():
+        async with echo() as served:
+            def fail(clocks):
+                raise RuntimeError("out of steam")
+
+            monkeypatch.setattr(served._running._line, "run", fail)
+            assert await served.ended == "the machine has ended: RuntimeError: out of steam"
+
+    asyncio.run(session())
+
+
+def test_the_terminal_hears_the_end():
+    async def session():
+        async with echo() as served:
+            program = Program(served.path)
+            tty.setraw(program.file)
+        with pytest.raises(OSError):
+            os.write(program.file, b"hello?")
+        program.close()
+        served._heard(b"its last words", 1)  # were on their way through the loop
+
+    asyncio.run(session())

@@ -1,0 +1,99 @@
+"""Show the panel of the positioner on a page, for the machine or for its simulation."""
+
+import argparse
+import asyncio
+import importlib.util
+import sys
+import webbrowser
+from contextlib import AsyncExitStack, nullcontext
+
+from tb.engines import CXXRTLEngine, Engine
+
+from ..console import Parser, UserError, command, say, whole
+from ..serve import MACHINES, Service, build
+from ..serve.machines import BAUD
+from ..web import redirect, serve, stopping
+from .kept import folder
+from .panel import Panel
+from .routes import panel_site
+
+__all__ = ["main"]
+
+ABOUT = """\
+Serves a page to this computer only: the panel of the positioner. It shows where the three axes are,
+moves them while a button or a key is held, and goes to points.
+
+It prints an address; open it in a browser, choose the serial port, and press Connect. Ctrl-C stops
+the machine and ends the panel. What the page shows is kept: where the machine is, its speeds, the
+points. A machine that was off in between is told where it is when it is connected again.
+"""
+
+EPILOG = """\
+examples:
+  python -m tools.panel
+      The page offers all serial ports of this computer.
+
+  python -m tools.panel /dev/ttyUSB0 --open
+      This port is chosen already; a browser is opened.
+
+  python -m tools.panel --simulate
+      No machine needed: its gateware runs in simulation, in real time, if there is a C++ compiler.
+      What is kept of that is kept apart.
+
+  python -m tools.panel socket://127.0.0.1:4000
+      A machine that python -m tools.serve positioner --tcp 4000 runs.
+
+files:
+  ~/.config/fresa/panel.json, or fresa/panel.json in XDG_CONFIG_HOME; with --simulate
+  panel-simulated.json there.
+"""
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.panel", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("serial", metavar="PORT", nargs="?", help="serial port of the machine")
+    parser.add_argument("--simulate", action="store_true", help="run the machine in simulation")
+    parser.add_argument("--port", metavar="N", type=whole(0, 65535), default=0,
+                        help="port of the page (default: any that is free)")
+    parser.add_argument("--open", action="store_true", help="open the page in a browser")
+    args = parser.parse_args(argv)
+    if args.simulate and args.serial:
+        raise UserError("with --simulate there is no PORT: leave out one of them")
+    if importlib.util.find_spec("serial") is None:
+        raise UserError("pyserial is missing: pip install -e '.[host]'")
+    # Nobody can hold a button on the slow engine.
+    machine = build(MACHINES["positioner"], CXXRTLEngine.name) if args.simulate else None
+    asyncio.run(_serve(machine, args))
+    return 0
+
+
+async def _serve(machine: tuple[Engine, int] | None, args: argparse.Namespace) -> None:
+    """Serve until Ctrl-C."""
+    with stopping() as stop:
+        async with AsyncExitStack() as stack:
+            port, name, failed = args.serial, "panel.json", asyncio.Future()
+            if machine is not None:
+                engine, period = machine
+                service = await stack.enter_async_context(
+                    Service(engine, period, speed=period * BAUD))
+                port, name, failed = service.path, "panel-simulated.json", service.ended
+            panel = Panel(folder() / name, port, only=machine is not None)
+            stack.push_async_callback(panel.close)
+            address = await stack.enter_async_context(serve(panel_site(panel), args.port))
+            say(address)
+            if sys.stdout is not None:
+                sys.stdout.flush()
+            stopped = asyncio.create_task(stop.wait())
+            with redirect(address) if args.open else nullcontext() as place:
+                if place is not None and not stop.is_set():
+                    await asyncio.to_thread(webbrowser.open, place)
+                await asyncio.wait([stopped, failed], return_when=asyncio.FIRST_COMPLETED)
+            stopped.cancel()
+            if failed.done():
+                raise UserError(failed.result())
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,77 @@
+"""What pages ask for, checked: a page may say anything."""
+
+from collections.abc import Mapping
+
+from fresa_host.positioner_lines import AXES, POINTS
+
+from ..console import UserError
+from .kept import FASTEST, SLOWEST, TRAVEL, Point
+
+__all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_ways"]
+
+Message = Mapping[str, object]
+
+LONGEST_NAME = 200
+
+
+def _whole(message: Message, name: str, least: int, most: int) -> int:
+    """Give a whole number of a message.
+
+    Raises
+    ------
+    UserError
+        If there is none, or it is less or more than it may be.
+    """
+    value = message.get(name)
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise UserError(f"{name} must be a whole number from {least} to {most}")
+    return value
+
+
+def read_axis(message: Message) -> int:
+    """Give the number of an axis, from 0."""
+    return _whole(message, "axis", 0, len(AXES) - 1)
+
+
+def read_speed(message: Message) -> int:
+    """Give a speed in um/s."""
+    return _whole(message, "speed", SLOWEST, FASTEST)
+
+
+def read_number(message: Message) -> int:
+    """Give the number of a point."""
+    return _whole(message, "number", POINTS[0], POINTS[-1])
+
+
+def read_name(message: Message) -> str:
+    """Give the name of a port."""
+    name = message.get("port")
+    if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
+        raise UserError("choose a port first")
+    return name
+
+
+def read_ways(message: Message) -> tuple[int, ...]:
+    """Give which way each axis shall move: 1, -1, or 0."""
+    ways = message.get("ways")
+    if not isinstance(ways, list) or len(ways) != len(AXES) or not all(
+            isinstance(way, int) and way in (-1, 0, 1) for way in ways):
+        raise UserError("ways must be three of -1, 0 and 1")
+    return tuple(map(int, ways))
+
+
+def read_point(message: Message) -> Point:
+    """Give a point in um; None where a field is empty."""
+    place = message.get("place")
+    if not isinstance(place, list) or len(place) != len(AXES):
+        raise UserError("place must be three numbers of um, or null")
+    return (_read_um(place[0], "x"), _read_um(place[1], "y"), _read_um(place[2], "z"))
+
+
+def _read_um(value: object, axis: str) -> float | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (
+            -TRAVEL <= value <= TRAVEL):
+        raise UserError(f"{axis} must be from {-TRAVEL} to {TRAVEL} um: an axis travels no farther")
+    return float(value)

@@ -1,0 +1,203 @@
+/** Joins the parts of the panel. */
+
+import { bindButton, isTyping } from "./hold.js";
+import { Jog, WAYS } from "./jog.js";
+import { Link } from "./link.js";
+import { Points } from "./points.js";
+
+/** Milliseconds for which a message that something could not be done stays. */
+const NOTICE = 8000;
+
+const find = (id) => document.getElementById(id);
+const create = (tag, fields = {}) => Object.assign(document.createElement(tag), fields);
+
+/** The page: what it was told, and the parts that show it. */
+class Panel {
+  #fading = 0;
+
+  constructor() {
+    this.hello = { axes: ["x", "y", "z"], slowest: 1, fastest: 26, travel: 14000 };
+    this.state = { connected: false, doing: "connecting", ports: [], limits: [], ways: [0, 0, 0] };
+    this.notice = "";
+    const send = (name, fields) => this.link.send(name, fields);
+    this.jog = new Jog(send, () => this.#show());
+    this.points = new Points(find("points"), send);
+    this.#build(send);
+    this.#bindKeys();
+    this.link = new Link({
+      opened: () => this.#linked(true),
+      closed: () => this.#linked(false),
+      said: (message) => this.#said(message),
+    });
+  }
+
+  #build(send) {
+    this.axes = this.hello.axes.map((axis) => this.#axis(axis));
+    this.buttons = WAYS.map((way) => this.#jogButton(way));
+    this.speeds = this.hello.axes.map((axis, index) => this.#speed(axis, index, send));
+    find("port-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      if (this.state.connected) send("disconnect");
+      else send("connect", { port: find("port").value });
+    });
+    find("origin").addEventListener("click", () => send("origin"));
+    find("stop").addEventListener("click", () => this.#stop());
+  }
+
+  #axis(axis) {
+    const row = create("div", { className: "axis" });
+    const place = create("output", { id: `place-${axis}` });
+    const unit = create("span", { className: "unit" });
+    const mark = create("span", { className: "mark", textContent: "limit switch", hidden: true });
+    row.append(create("b", { textContent: axis.toUpperCase() }), place, unit, mark);
+    find("axes").append(row);
+    return { row, place, unit, mark };
+  }
+
+  #jogButton(way) {
+    const button = create("button", { type: "button", id: `jog-${way.name}` });
+    button.style.gridArea = way.name;
+    button.append(create("span", { textContent: `${way.arrow} ${way.label}` }),
+      create("small", { textContent: way.key.toUpperCase() }));
+    button.setAttribute("aria-keyshortcuts", way.key);
+    button.setAttribute("aria-pressed", "false");
+    bindButton(button, way, this.jog);
+    find("jog").append(button);
+    return button;
+  }
+
+  #speed(axis, index, send) {
+    const field = create("div", { className: "field" });
+    const slider = create("input", { id: `speed-${axis}`, type: "range", step: 1,
+      min: this.hello.slowest, max: this.hello.fastest });
+    const shown = create("output");
+    const label = create("label", { htmlFor: slider.id, textContent: axis.toUpperCase() });
+    slider.addEventListener("input", () => {
+      shown.value = `${slider.value} um/s`;
+      send("speed", { axis: index, speed: Number(slider.value) });
+    });
+    field.append(label, slider, shown);
+    find("speeds").append(field);
+    return { slider, shown };
+  }
+
+  #bindKeys() {
+    const ways = new Map(WAYS.map((way) => [way.key, way]));
+    addEventListener("keydown", (event) => {
+      if (event.key === "Escape") this.#stop();
+      const way = ways.get(event.key.toLowerCase());
+      if (!way || event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (find("keys").checked && !isTyping(event.target)) this.jog.press(way, "key");
+    });
+    addEventListener("keyup", ({ key }) => {
+      const way = ways.get(key.toLowerCase());
+      if (way) this.jog.release(way, "key");
+    });
+    addEventListener("blur", () => this.jog.releaseAll());
+    document.addEventListener("visibilitychange", () => {
+      if (document.hidden) this.jog.releaseAll();
+    });
+  }
+
+  #stop() {
+    this.jog.releaseAll();
+    this.link.send("stop");
+  }
+
+  #linked(open) {
+    document.body.dataset.connection = open ? "open" : "lost";
+    find("connection").textContent = open ? "connected" : "connection lost, trying again";
+    if (!open) this.jog.releaseAll();
+    this.#show();
+  }
+
+  #said(message) {
+    if (message.error) this.#notice(message.error);
+    const hear = { hello: this.#hello, state: this.#state, place: this.#place, kept: this.#kept };
+    hear[message.say]?.call(this, message);
+    this.#show();
+  }
+
+  /** Show for a while what the server could not do. */
+  #notice(text) {
+    this.notice = text;
+    clearTimeout(this.#fading);
+    this.#fading = setTimeout(() => {
+      this.notice = "";
+      this.#show();
+    }, NOTICE);
+  }
+
+  #hello(hello) { this.hello = hello; }
+
+  #state(state) {
+    if (this.state.connected && !state.connected) this.jog.releaseAll();
+    this.state = state;
+    this.#ports(state);
+  }
+
+  #ports({ ports, port }) {
+    const select = find("port");
+    if (select.dataset.ports === String(ports)) return;
+    const chosen = ports.includes(select.value) ? select.value : port;
+    select.replaceChildren(...ports.map((name) => create("option", { textContent: name })));
+    if (chosen) select.value = chosen;
+    select.dataset.ports = String(ports);
+  }
+
+  #place({ um, steps, reports }) {
+    find("axes").dataset.reports = reports;
+    this.axes.forEach(({ place, unit }, index) => {
+      place.value = um[index].toFixed(2).replace("-", "−");
+      unit.textContent = `um, ${steps[index]} steps`;
+    });
+  }
+
+  #kept({ speeds, points }) {
+    this.speeds.forEach(({ slider, shown }, index) => {
+      if (slider.matches(":active")) return;
+      slider.value = speeds[index];
+      shown.value = `${speeds[index]} um/s`;
+    });
+    this.points.show(points, this.hello.travel);
+  }
+
+  #show() {
+    const { state } = this;
+    const { connected, silent } = state;
+    document.body.dataset.machine = connected ? "on" : "off";
+    document.body.dataset.silent = Boolean(silent);
+    find("connect").textContent = connected ? "Disconnect" : "Connect";
+    find("connect").classList.toggle("primary", !connected);
+    find("connect").disabled = Boolean(state.doing) || (!connected && !state.ports.length);
+    find("port").disabled = connected || Boolean(state.doing);
+    find("origin").disabled = !connected;
+    find("place-note").textContent = connected ? "" : "as it was left";
+    WAYS.forEach((way, index) => {
+      this.buttons[index].disabled = !connected;
+      this.buttons[index].setAttribute("aria-pressed", String(this.jog.holds(way)));
+    });
+    this.axes.forEach(({ row, mark }, index) => {
+      const limit = state.limits.includes(this.hello.axes[index]);
+      row.classList.toggle("limit", limit);
+      mark.hidden = !limit;
+    });
+    if (this.points.points) this.points.enable(connected, state.goal);
+    this.#status();
+  }
+
+  #status() {
+    const { state, notice } = this;
+    const status = find("status");
+    const waits = state.ports.length ? "Choose the port of the machine, and press Connect."
+      : "There is no serial port: plug the machine in.";
+    const silence = state.silent ? "The machine does not report: is it on?" : "";
+    const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
+    const text = notice || silence || doing || state.note
+      || (state.connected ? "Connected." : waits);
+    if (status.textContent !== text) status.textContent = text;
+    status.dataset.tone = notice || silence || (!doing && state.bad && state.note) ? "bad" : "";
+  }
+}
+
+new Panel();

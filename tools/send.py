@@ -1,0 +1,233 @@
+"""Send a picture, or a list of orders, to a mill over its serial line."""
+
+import argparse
+import contextlib
+import queue
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from fresa_host.errors import LineLost, MachineError
+from fresa_host.orders import Sender, deliver
+from fresa_host.port import BAUD, Port
+
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    say,
+    warn,
+    whole,
+    write_atomically,
+)
+from .image import add_picture_arguments, picture_from_arguments
+from .job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
+
+__all__ = ["main"]
+
+ABOUT = f"""\
+Sends a job to a mill that was built with  python -m tools.build --orders serial,  over RS-232 at
+{BAUD} baud, and sees it done. JOB is a picture, prepared as python -m tools.image does and milled
+the nearest pixel next; or, if its name ends in .txt, a list of orders, one a line:
+
+  go X Y   go there, in steps from the origin (128 are a pixel, 0.56 mm): X rows, Y columns
+  up       raise the tool
+  down     lower it; while it is down, go leads along one of 8 directions
+  # ...    a comment
+
+First bring the tool to the origin by hand, and put SW7 on. Each order is carried out once, over
+whatever line: what is lost or damaged is sent again. If the line is unplugged it goes on when it
+is back. Ctrl-C, or p and Return, stops sending: at most two more orders are carried out. Then
+Return goes on, and Ctrl-C again (or q and Return) ends; the same command goes on later, from any
+computer, for the mill knows the job. It has forgotten it after a reset and in manual mode, when
+the origin is another: then the job begins at order 1, or with --from where you say.
+"""
+
+EPILOG = """\
+examples:
+  python -m tools.send logo.png --port /dev/ttyUSB0
+      Mill a picture.
+
+  python -m tools.send photo.jpg --size 200x200 --thin --port COM3
+      Prepare a photograph first; see python -m tools.image --help.
+
+  python -m tools.send logo.png -o logo.txt
+      Write the list of its orders, send nothing. Change it, and send that.
+
+  python -m tools.send logo.txt --port /dev/ttyUSB0 --from 1200
+      After a power cut, with the tool raised and brought back to the same origin: begin with the
+      stroke that order 1200 is in.
+
+exit status: 0 if all is done, 1 if the mill cannot go on, 2 if the job or the port is not right,
+130 if you ended it.
+"""
+
+SILENCE = 3.0
+"""Seconds without an answer after which that is said."""
+
+PATIENCE = 30.0
+"""Seconds in which a mill that was never heard must answer."""
+
+
+class Ended(Exception):
+    """Whoever is at the keyboard wants no more."""
+
+
+class Keyboard:
+    """Someone who may pause a job, go on, or end it.
+
+    Attributes
+    ----------
+    interrupts : int
+        Times that Ctrl-C was pressed, since the last Return.
+    """
+
+    def __init__(self) -> None:
+        self.interrupts = 0
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+
+    @contextlib.contextmanager
+    def listening(self) -> Iterator[None]:
+        """Count Ctrl-C instead of breaking off, and read lines if there is a terminal."""
+        def count(*_) -> None:
+            self.interrupts += 1
+
+        before = signal.signal(signal.SIGINT, count)
+        try:
+            if sys.stdin is not None and sys.stdin.isatty():
+                threading.Thread(target=self._read, args=(sys.stdin,), daemon=True).start()
+            yield
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    def _read(self, stream) -> None:
+        for line in stream:
+            self._lines.put(line.strip().lower())
+
+    def paused(self, paused: bool) -> bool:
+        """Return whether the job is paused from now on.
+
+        Raises
+        ------
+        Ended
+            If it was paused and Ctrl-C came again, or for ``q``.
+        """
+        while not self._lines.empty():
+            line = self._lines.get()
+            if line == "q":
+                raise Ended
+            self.interrupts = int(line == "p")
+        if self.interrupts > 1:
+            raise Ended
+        return bool(self.interrupts)
+
+
+class Watch:
+    """Shows how a job goes on, and passes on what the keyboard says."""
+
+    def __init__(self, sender: Sender, keyboard: Keyboard, progress: Progress) -> None:
+        self._sender, self._keyboard, self._progress = sender, keyboard, progress
+        self._shown = sender.done
+        self._connected, self._silent, self._resumed = True, False, False
+        self._since = time.monotonic()
+
+    def __call__(self, connected: bool) -> None:
+        sender = self._sender
+        paused = self._keyboard.paused(sender.paused)
+        if paused != sender.paused:
+            warn(f"paused, {sender.done} of {sender.total} orders done; Return goes on, Ctrl-C "
+                 "ends" if paused else "going on")
+        sender.paused = paused
+        if sender.resumed and not self._resumed:
+            self._resumed = True
+            warn(f"the mill is at this job: going on behind order {sender.taken} of {sender.total}")
+        self._progress.advance(sender.done - self._shown)
+        self._shown = sender.done
+        self._line(connected)
+
+    def _line(self, connected: bool) -> None:
+        now, sender = time.monotonic(), self._sender
+        if connected != self._connected:
+            self._connected, self._since = connected, now
+            warn("the line is back" if connected else "the port is gone: waiting for it")
+        quiet = now - max(self._since, sender.heard or 0)
+        if sender.heard is None and quiet > PATIENCE:
+            raise UserError("the mill does not answer: is this its port, is it on, and was it "
+                            "built with --orders serial?")
+        silent = connected and quiet > SILENCE
+        if silent and not self._silent:
+            warn("the mill does not answer: is the line plugged in, and the mill on?")
+        self._silent = silent
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    args = _parser().parse_args(argv)
+    if (args.port is None) == (args.output is None):
+        raise UserError("say either --port, to send the job, or -o, to write its orders")
+    check_output(args.output)
+    orders = _orders(args)
+    check_cuts(orders)
+    if args.output is not None:
+        write_atomically(args.output, write_orders(orders))
+        say(f"wrote {args.output}: {len(orders)} orders")
+        return 0
+    if not args.first <= len(orders):
+        raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none of them")
+    return _send(Sender(orders, first=stroke_start(orders, args.first), again=args.again), args)
+
+
+def _orders(args: argparse.Namespace) -> list:
+    if args.image.suffix.lower() == ".txt":
+        return read_orders(args.image)
+    prepared = picture_from_arguments(args)
+    say(prepared.summary())
+    with Progress(1, "pictures", "ordering the pixels"):
+        return picture_orders(prepared.pixels)
+
+
+def _send(sender: Sender, args: argparse.Namespace) -> int:
+    keyboard = Keyboard()
+    begun = time.monotonic()
+    try:
+        with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
+            progress.advance(sender.done)
+            deliver(sender, lambda: Port(args.port), watch=Watch(sender, keyboard, progress))
+    except Ended:
+        say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; the "
+            "same command goes on")
+        return 130
+    except LineLost as error:
+        raise UserError(str(error)) from error
+    except MachineError as error:
+        say(f"{error}")
+        say(f"{sender.done} of {sender.total} orders are done; once the tool is back at the same "
+            f"origin, --from {min(sender.done + 1, sender.total)} goes on")
+        return 1
+    say(f"done: {sender.total} orders in {time.monotonic() - begun:.0f} s")
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = Parser(prog="python -m tools.send", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("image", metavar="JOB", type=Path, help="a picture, or a list of orders")
+    parser.add_argument("--port", metavar="PORT",
+                        help="serial port: /dev/ttyUSB0, COM3, or what pyserial takes as a URL")
+    parser.add_argument("-o", "--output", metavar="FILE.txt", type=Path,
+                        help="write the list of orders there instead")
+    parser.add_argument("--from", metavar="N", dest="first", type=whole(1), default=1,
+                        help="begin with the stroke that order N is in (default: 1)")
+    parser.add_argument("--again", action="store_true",
+                        help="begin anew, also where the mill is in the middle of this job")
+    add_picture_arguments(parser)
+    return parser
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

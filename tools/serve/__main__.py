@@ -1,0 +1,102 @@
+"""Run a machine in simulation, with its serial line on this computer."""
+
+import argparse
+import asyncio
+import sys
+
+from tb.engines import Engine
+
+from ..console import Parser, UserError, command, known, say, whole
+from ..web import stopping
+from .machines import BAUD, MACHINES, build
+from .service import HOST, Service
+
+__all__ = ["main"]
+
+ABOUT = """\
+Runs the gateware of a machine and puts its serial line on a pseudo-terminal, whose path it prints.
+Open that as you would the serial port of the real machine: with a terminal program, or with
+Python's pyserial. The baud rate that a program sets there does not matter. With --tcp it is a TCP
+port of this computer too.
+
+Time passes as for the real machine: a byte takes a millisecond, a motor its time. Everybody who is
+connected hears what the machine says. They speak one line at a time, and wait for each other.
+What the machine says while nobody listens is lost. Ctrl-C ends it.
+"""
+
+EPILOG = f"""\
+machines:
+{chr(10).join(f"  {name:<12}{served.about}" for name, served in MACHINES.items())}
+
+examples:
+  python -m tools.serve single
+      Open the path that it prints, in another terminal:  picocom --echo /dev/pts/7
+      Type :x100 and Return: the motor goes to 100, and it answers ok. For the positioner, whose
+      lines end with line feed:  picocom --echo --omap crlf /dev/pts/7
+
+  python -m tools.serve positioner --tcp 4000
+      Also for  nc 127.0.0.1 4000,  and as socket://127.0.0.1:4000 for pyserial. Any program and
+      any person on this computer can connect to that port.
+
+  python -m tools.serve positioner --speed 10
+      Ten seconds of the machine in one, if the computer can do that; max is as fast as it can.
+
+engines:
+  cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
+  amaranth   Amaranth's own simulator; always there; slower than real time
+
+The simulated clock is lower than the board's, so a bit takes fewer clocks: the line has {BAUD} baud
+all the same, and a motor its speed.
+"""
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.serve", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
+    parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
+                        help="also listen there; 0 for any port that is free")
+    parser.add_argument("--speed", metavar="TIMES", type=_speed, default=1.0,
+                        help="times as fast as the real machine, or max (default: 1)")
+    parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
+                        help="see below (default: the fastest that runs here)")
+    args = parser.parse_args(argv)
+    served = MACHINES[known(args.machine, MACHINES, "machine")]
+    engine, period = build(served, args.engine)
+    asyncio.run(_serve(engine, period, args))
+    return 0
+
+
+async def _serve(engine: Engine, period: int, args: argparse.Namespace) -> None:
+    """Serve until Ctrl-C."""
+    speed = args.speed and args.speed * period * BAUD
+    with stopping() as stop:
+        async with Service(engine, period, speed=speed, port=args.tcp) as service:
+            say(service.path)
+            if service.port is not None:
+                say(f"socket://{HOST}:{service.port}")
+            if sys.stdout is not None:
+                sys.stdout.flush()
+            stopped = asyncio.create_task(stop.wait())
+            await asyncio.wait([stopped, service.ended], return_when=asyncio.FIRST_COMPLETED)
+            stopped.cancel()
+            if service.ended.done():
+                raise UserError(service.ended.result())
+
+
+def _speed(text: str) -> float | None:
+    """Read how many times as fast it shall run; None for no limit."""
+    if text == "max":
+        return None
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not 0.001 <= speed <= 1000:
+        raise argparse.ArgumentTypeError(f"must be 0.001 to 1000, or max, not {text!r}")
+    return speed
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

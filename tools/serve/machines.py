@@ -1,0 +1,104 @@
+# amaranth: UnusedElaboratable=no
+
+"""The machines that can be served: how each is built, and at which clock it runs here."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from fresa.machines.mill import MillPace
+from fresa.machines.positioner import Positioner, PositionerPace
+from fresa.machines.single import Single, SinglePace
+from fresa.motion import SerialOrders
+from fresa_boards.nexys2_mill import debounce_period
+from tb.boards import component, nexys2_mill
+from tb.design import Design
+from tb.engines import AmaranthEngine, Engine, EngineError, made_on
+from tb.milling import AUTOMATIC
+
+from ..console import FIRST_TIME, Progress, UserError, warn
+
+__all__ = ["BAUD", "MACHINES", "Served", "build"]
+
+#: Bits a second of every machine's serial line.
+BAUD = 9600
+
+#: Clocks of a bit: enough to see a step's place in it, and few enough for real time. On the slow
+#: engine as few as a receiver can do with.
+BIT = 64
+SLOW_BIT = 16
+
+
+@dataclass(frozen=True)
+class Served:
+    """A machine that can be served.
+
+    Attributes
+    ----------
+    about : str
+        What it is, for `--help`.
+    design : callable
+        Makes its design, with ``rx`` and ``tx``, for a clock in Hz and a number of baud.
+    levels : mapping of str to int
+        Its other inputs, where they are not 0.
+    """
+
+    about: str
+    design: Callable[[int, int], Design]
+    levels: Mapping[str, int] = field(default_factory=dict)
+
+
+def _single(clock: int, baud: int) -> Design:
+    return component("single", Single(pace=SinglePace.real(clock=clock, baud=baud)))
+
+
+def _positioner(clock: int, baud: int) -> Design:
+    return component("positioner", Positioner(pace=PositionerPace.real(clock=clock, baud=baud)))
+
+
+def _mill(clock: int, baud: int) -> Design:
+    source = SerialOrders(clock=clock, baud=baud)
+    return nexys2_mill(source, pace=MillPace.real(clock=clock),
+                       debounce=debounce_period(clock=clock))
+
+
+MACHINES = {
+    "single": Served("one motor; commands such as  :x100  and Return", _single),
+    "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner),
+    "mill": Served("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
+                   _mill, {"switches": AUTOMATIC}),
+}
+
+
+def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
+    """Make a machine at power-up; give it and the clocks of a bit of its serial line.
+
+    Parameters
+    ----------
+    served : Served
+        The machine.
+    name : str, optional
+        The engine. None for the fastest that runs here: if it fails, the slow one serves.
+
+    Raises
+    ------
+    UserError
+        If the engine cannot run here.
+    """
+    with Progress(1, "machines", f"building the machine{FIRST_TIME}"):
+        try:
+            made, note = made_on(name, lambda kind: _make(served, kind))
+        except EngineError as error:
+            raise UserError(str(error)) from error
+    if note:
+        warn(note)
+    if isinstance(made[0], AmaranthEngine):
+        warn("a second of the machine will take half a minute or so; with a C++ compiler "
+             "(g++ or clang++) it takes a second")
+    return made
+
+
+def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:
+    bit = SLOW_BIT if kind is AmaranthEngine else BIT
+    engine = kind(served.design(bit * BAUD, BAUD))
+    engine.set(**served.levels)
+    return engine, bit

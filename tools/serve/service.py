@@ -1,0 +1,176 @@
+"""Who talks to a machine: a pseudo-terminal, and connections by TCP, on one serial line.
+
+All hear what the machine says. They speak one at a time: who has begun a line is heard to its end,
+so that the words of two never mix. Who does not go on for a moment, or whose line has no end, loses
+its turn. What comes faster than the line takes it waits with whoever sends it.
+"""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+
+from tb.engines import Engine
+
+from ..console import UserError
+from .running import Running
+from .terminal import Terminal
+
+__all__ = ["Service"]
+
+HOST = "127.0.0.1"
+
+MOST_CLIENTS = 16
+
+#: Bytes that are taken at once, and bytes of the longest line that others wait for.
+CHUNK = 64
+LONGEST_LINE = 256
+
+#: Seconds within which somebody who has begun a line goes on.
+PATIENCE = 1.0
+
+#: Bytes that somebody may be behind in reading before the connection is cut.
+MOST_UNREAD = 1 << 16
+
+ENDS = (b"\r", b"\n")
+
+
+class Service:
+    """A machine and its serial line, served on this computer, as an asynchronous context manager.
+
+    Parameters
+    ----------
+    engine : Engine
+        The machine, at power-up; it is closed in the end.
+    period : int
+        Clocks of a bit of its serial line.
+    speed : float or None
+        Clocks a second; None for as many as can be made.
+    port : int, optional
+        TCP port of the loopback, 0 for any that is free. None for no TCP.
+
+    Attributes
+    ----------
+    path : str
+        The pseudo-terminal.
+    port : int or None
+        The TCP port.
+    ended : asyncio.Future
+        Done when the machine has ended by itself; its result is why.
+
+    Raises
+    ------
+    UserError
+        If there is no pseudo-terminal, or the port is taken.
+    """
+
+    def __init__(self, engine: Engine, period: int, *, speed: float | None,
+                 port: int | None = None) -> None:
+        self._loop = asyncio.get_running_loop()
+        self.ended: asyncio.Future[str] = self._loop.create_future()
+        self._running = Running(engine, period, speed=speed, heard=self._from_thread(self._heard),
+                                ended=self._from_thread(self._over))
+        try:
+            self._terminal = Terminal()
+        except OSError as error:
+            engine.close()
+            raise UserError(f"there is no pseudo-terminal to be had: {error.strerror}") from error
+        self.path = self._terminal.path
+        self.port = port
+        self._server: asyncio.Server | None = None
+        self._clients: dict[asyncio.StreamWriter, asyncio.Task | None] = {}
+        self._turn = asyncio.Lock()
+        self._room = asyncio.Event()
+        self._tasks: set[asyncio.Task] = set()
+
+    async def __aenter__(self) -> "Service":
+        try:
+            if self.port is not None:
+                self._server = await asyncio.start_server(self._client, HOST, self.port,
+                                                          limit=2 * CHUNK)
+                self.port = self._server.sockets[0].getsockname()[1]
+        except OSError as error:
+            await self._close()
+            raise UserError(f"port {self.port} cannot be had: choose another with --tcp, "
+                            "or 0 for any that is free") from error
+        self._tasks.add(asyncio.create_task(self._hear_out(self._terminal.read)))
+        self._running.start()
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self._close()
+
+    async def _close(self) -> None:
+        if self._server is not None:
+            self._server.close()
+        for writer in self._clients:
+            writer.transport.abort()
+        tasks = [*self._tasks, *filter(None, self._clients.values())]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.to_thread(self._running.stop)
+        self._terminal.close()
+
+    async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a TCP connection until it is closed."""
+        if len(self._clients) >= MOST_CLIENTS:
+            writer.write(b"! too many connections\r\n")
+            writer.close()
+            return
+        self._clients[writer] = asyncio.current_task()
+        try:
+            await self._hear_out(lambda: reader.read(CHUNK))
+        except (ConnectionError, asyncio.CancelledError):
+            pass
+        finally:
+            del self._clients[writer]
+            with suppress(ConnectionError):
+                writer.close()
+
+    async def _hear_out(self, read: Callable[[], Awaitable[bytes]]) -> None:
+        """Hand on what somebody says, a line at a time, until there is no more."""
+        while data := await read():
+            async with self._turn:
+                said = 0
+                while True:
+                    await self._send(data)
+                    said += len(data)
+                    if data.endswith(ENDS) or said >= LONGEST_LINE:
+                        break
+                    try:
+                        data = await asyncio.wait_for(read(), PATIENCE)
+                    except TimeoutError:
+                        break
+                    if not data:
+                        return
+
+    async def _send(self, data: bytes) -> None:
+        while data := data[self._running.send(data):]:
+            self._room.clear()
+            await self._room.wait()
+
+    # From the thread of the machine
+
+    def _from_thread(self, call: Callable[..., None]) -> Callable[..., None]:
+        def later(*arguments: object) -> None:
+            with suppress(RuntimeError):  # the loop has ended
+                self._loop.call_soon_threadsafe(call, *arguments)
+
+        return later
+
+    def _heard(self, data: bytes, room: int) -> None:
+        if room:
+            self._room.set()
+        if not data:
+            return
+        self._terminal.write(data)
+        for writer in self._clients:
+            if writer.transport.get_write_buffer_size() > MOST_UNREAD:
+                writer.transport.abort()
+            elif not writer.is_closing():
+                writer.write(data)
+
+    def _over(self, error: Exception | None) -> None:
+        if not self.ended.done():
+            self.ended.set_result("the machine has ended" if error is None
+                                  else f"the machine has ended: {type(error).__name__}: {error}")

@@ -1,0 +1,92 @@
+"""Steps decoded: from coil words, or from STEP and DIR."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tb.plant import Motor
+
+from ..console import UserError
+from .options import Asked
+from .reader import Signal
+
+__all__ = ["Axis", "from_coils", "from_pulses"]
+
+NO_WORD = 1 << 20
+"""Stands for a coil word that is unknown."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What a motor does.
+
+    Attributes
+    ----------
+    name : str
+        Its signal.
+    times, signs : array of int64
+        When it steps, in ticks, and which way: 1 or -1.
+    faults : list of tuple of int and str
+        When it is told what it cannot follow, and what.
+    """
+
+    name: str
+    times: NDArray[np.int64]
+    signs: NDArray[np.int64]
+    faults: list[tuple[int, str]]
+
+
+def from_coils(asked: Asked, signal: Signal) -> Axis:
+    """Decode a signal whose values are coil words.
+
+    Raises
+    ------
+    UserError
+        If its values are no words of four bits.
+    """
+    if signal.kind != "bits" or signal.bits != 4:
+        raise UserError(f"{signal.path} is no coil word: it does not have 4 bits")
+    trace = asked.wave.trace(signal)
+    if not len(trace):
+        return Axis(signal.path, trace.times, trace.times, [])
+    words = np.where(trace.unknown, NO_WORD, trace.numbers.astype(np.int64))
+    rows, signs, illegal, jumps = Motor().feed(trace.times, words)
+
+    def word(row: int) -> str:
+        return asked.radixes.text(signal, trace.value(row))
+
+    faults = [(int(trace.times[row]), f"{word(row)} is no coil word") for row in illegal]
+    faults += [(int(trace.times[row]), f"a jump to {word(row)}, two words on")
+               for row in jumps]
+    return Axis(signal.path, trace.times[rows], signs, sorted(faults))
+
+
+def from_pulses(asked: Asked, step: Signal, direction: Signal) -> list[Axis]:
+    """Decode pulses and directions; words of several bits are an axis each, the lowest first.
+
+    Raises
+    ------
+    UserError
+        If they are not as wide as each other.
+    """
+    if step.bits != direction.bits or not 0 < step.bits <= 64:
+        raise UserError(f"{step.path} has {step.bits} bits and {direction.path} "
+                        f"{direction.bits}: they cannot be STEP and DIR")
+    pulses, ways = asked.wave.trace(step), asked.wave.trace(direction)
+    axes = []
+    for bit in range(step.bits):
+        level = np.where(pulses.codes >= 0, -1, pulses.numbers.astype(np.uint64) >> np.uint64(bit)
+                         & np.uint64(1)).astype(np.int64)
+        times = pulses.times[1:][(level[:-1] == 0) & (level[1:] == 1)]
+        # An unknown direction is told as -1, and as a step forward.
+        way = np.where(ways.codes >= 0, -1, ways.numbers.astype(np.uint64) >> np.uint64(bit)
+                       & np.uint64(1)).astype(np.int64)
+        way = np.append(way, -1)
+        now, before = way[ways.rows(times)], way[ways.rows(times - 1)]
+        name = step.path if step.bits == 1 else f"{step.path}[{bit}]"
+        faults = [(int(time), "a step while the direction is unknown") for time in times[now < 0]]
+        faults += [(int(time), "the direction changes with the step")
+                   for time in times[(now >= 0) & (before >= 0) & (now != before)]]
+        axes.append(Axis(name, times, np.where(now == 0, -1, 1), sorted(faults)))
+    return axes
