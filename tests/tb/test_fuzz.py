@@ -59,7 +59,7 @@ class TestMistakes:
     @pytest.mark.parametrize("name", TARGETS)
     def test_nothing_is_found_where_there_is_none(self, name):
         found = judged(name, b"".join(text for of, text, *_ in MISTAKES.values() if of == name))
-        assert found.failures == [] and found.steps and found.timed
+        assert found.failures == [] and found.steps
 
     @pytest.mark.parametrize("mistake", MISTAKES)
     def test_is_found_with_few_bytes(self, mistake):
@@ -110,7 +110,7 @@ class TestLine:
         for _ in range(120):
             runs = rng.integers(1, rng.choice([3, 20, 60, 300]), 30)
             parts += [(np.arange(30) & 1).repeat(runs).astype(np.uint8),
-                      levels(rng.bytes(rng.integers(4)), BIT)]
+                      levels(rng.bytes(int(rng.integers(4))), BIT)]
         line = np.concatenate(parts)
         model, expected = ReceiverModel(period=BIT), []
         for clock, level in enumerate(line.tolist()):
