@@ -98,6 +98,7 @@ class Part:
 
 _JSON = "--json {folder}/figures.json"
 _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
+_FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
 _PROOFS = ("tb/contracts", "tools/prove.py")
 _RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.py", "tb/script.py",
@@ -123,6 +124,10 @@ PARTS = {part.name: part for part in (
     Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}", _RUNS),
     Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", _RUNS,
          f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
+    *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",
+           ("tb/fuzz", "tb/engines", "tb/boards.py", "tools/fuzz.py"),
+           f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
+      for name, rates in (("single", 1000), ("positioner", 1500))),
     Part("mutants", f"tools.mutate {_OF_THE_MILL} {_STATE} {_JSON}", _MUTANTS,
          f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
          remembers=True),

@@ -115,6 +115,24 @@ def _mutants(*runs: Facts) -> list[str]:
     return text
 
 
+def _fuzz(*runs: Facts) -> list[str]:
+    machines = [machine for run in runs for machine in run["machines"]]
+    counts = ("bytes", "sessions", "clocks", "lines", "answers", "steps")
+    rows = [[one["name"], *(_many(one[count]) for count in counts),
+             "nothing" if one["good"] else "WRONG"] for one in machines]
+    timed = [[one["name"], times["motors"], _many(times["rates"]), _many(times["steps"]),
+              f"{times['deviation']:.4f}", times["beyond_rounding"]]
+             for one in machines if (times := one.get("times"))]
+    kinds = _in_order(kind for one in machines for kind in one["pieces"] if kind != "rest")
+    sent = [[one["name"], *(_many(one["pieces"].get(kind, 0)) for kind in kinds)]
+            for one in machines]
+    return [_table(["machine", *counts, "found"], rows), "What was sent, in pieces:", "",
+            _table(["machine", *kinds], sent),
+            "Step times at the pins, all motors at once, each step compared with its exact time:",
+            "", _table(["machine", "motors", "rates", "steps", "most clocks apart",
+                        "clocks beyond rounding"], timed)]
+
+
 def _resets(resets: Facts) -> list[str]:
     rows = [[_guarded(one), _many(one["resets"]), _many(one["clocks"]), _many(one["steps"]),
              len(one["wrong"])] for one in resets["machines"]]
@@ -187,6 +205,11 @@ it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
 Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
 of the score.""", ("mutants", "mutants-lines"), _mutants),
+    _Section("Lines", """\
+Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
+serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
+comes at its time; the position that is told is that of the steps; all of it from the description of
+lines, with no model of the gateware.""", ("fuzz-single", "fuzz-positioner"), _fuzz),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
 and afterwards all as from power-up that shall be so.""", ("resets",), _resets),
@@ -225,6 +248,12 @@ def _short_mutants(figures: Facts) -> Facts:
     return {name: value for name, value in figures.items() if name != "mutants"}
 
 
+def _short_fuzz(figures: Facts) -> Facts:
+    return {**figures, "machines": [
+        {**one, "times": {key: value for key, value in one["times"].items() if key != "measured"}}
+        if "times" in one else one for one in figures["machines"]]}
+
+
 def _short_flips(figures: Facts) -> Facts:
     return {**figures, "machines": [
         {**one, "silent_ones": one["silent_ones"][:10]} for one in figures["machines"]]}
@@ -242,6 +271,7 @@ def _short_build(figures: Facts) -> Facts:
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
     "mutants": _short_mutants, "mutants-lines": _short_mutants,
+    "fuzz-single": _short_fuzz, "fuzz-positioner": _short_fuzz,
     "flips": _short_flips, "resets": _short_resets,
     "size": _short_build, "size-guard": _short_build, "size-board": _short_build,
 }

@@ -1,0 +1,194 @@
+"""What is sent: lines good and bad, bytes, and what is no byte, in pieces that can be left out."""
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .line import FRAME, Levels, high, levels
+
+__all__ = ["OPENING", "Dialect", "Piece", "pieces"]
+
+
+#: Pieces at the begin of each session.
+OPENING = 3
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of what is sent.
+
+    Attributes
+    ----------
+    kind : str
+        What it is.
+    data : bytes
+        The bytes that it is made of.
+    levels : array of uint8
+        The line, a level a clock.
+    """
+
+    kind: str
+    data: bytes
+    levels: Levels
+
+    def __str__(self) -> str:
+        """Say what is sent."""
+        if not self.data:
+            return f"{self.kind} of {len(self.levels)} clocks"
+        return f"{self.kind} {self.data!r}" if self.kind != "bytes" else repr(self.data)
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What lines of a machine look like.
+
+    Attributes
+    ----------
+    legal : callable
+        Gives a line by chance; most are legal, with their end.
+    quiet : tuple of bytes
+        Lines that change nothing, some of them legal.
+    end : bytes
+        What ends a line.
+    letters : bytes
+        Bytes with which a mutation makes another line out of one.
+    room : int
+        Bytes of lines that can wait.
+    answer : int
+        Bytes of line time in which an answer is out, at worst.
+    begin : bytes
+        What is sent at first.
+    alive : bytes
+        What is sent at last: all of it must be answered, and obeyed.
+    """
+
+    legal: Callable[[random.Random], bytes]
+    quiet: tuple[bytes, ...]
+    end: bytes
+    letters: bytes
+    room: int
+    answer: int
+    begin: bytes
+    alive: bytes
+
+
+def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Piece]:
+    """Give pieces with so many bytes, and what ends a session: the machine must still be there.
+
+    As many lines wait as there is room for, and more only where the machine is flooded on purpose.
+    """
+    rng = random.Random(seed)
+    byte = FRAME * period
+    yield Piece("rest", b"", high(4 * byte))
+    yield Piece("bytes", dialect.begin, levels(dialect.begin, period))
+    answers = (dialect.begin.count(dialect.end) + 2) * dialect.answer * byte
+    yield Piece("rest", b"", high(answers))
+    owed = waiting = partial = 0  # clocks of answers; bytes that may wait; of a line without end
+    while count > 0:
+        piece = _piece(rng, dialect, period)
+        ends = piece.data.count(dialect.end) + (piece.kind == "noise")
+        count -= max(1, len(piece.data))
+        if piece.kind == "flood":
+            yield Piece("rest", b"", high(owed + dialect.answer * byte))
+            owed = waiting = partial = 0
+        elif owed and waiting + partial + len(piece.data) + 2 > dialect.room:
+            yield Piece("rest", b"", high(owed))
+            owed = waiting = 0
+        yield piece
+        if piece.kind == "flood":
+            continue
+        waiting += len(piece.data) + 1
+        tail = piece.data.rpartition(dialect.end)[2]
+        partial = min(dialect.room, len(tail) + (0 if ends else partial))
+        owed = max(0, owed + ends * dialect.answer * byte - len(piece.levels))
+        waiting = waiting if owed else 0
+    end = dialect.end * 2
+    yield Piece("rest", b"", high(owed + 3 * byte))
+    yield Piece("bytes", end, levels(end, period))
+    yield Piece("rest", b"", high(4 * dialect.answer * byte))
+    yield Piece("alive", dialect.alive, levels(dialect.alive, period))
+    answers = (dialect.alive.count(dialect.end) + 8) * dialect.answer * byte
+    yield Piece("rest", b"", high(answers))
+
+
+def _piece(rng: random.Random, dialect: Dialect, period: int) -> Piece:
+    kind = rng.choices(*zip(*_KINDS.items(), strict=True))[0]
+    if kind is _flood:
+        return _flood(rng, dialect, period)
+    name, data, line = kind(rng, dialect, period)
+    pause = rng.choice([0, 0, 0, 1, 3, period, 30 * period])
+    return Piece(name, data, np.concatenate([line, high(pause)]) if pause else line)
+
+
+def _legal(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    data = dialect.legal(rng)
+    return "bytes", data, levels(data, period)
+
+
+def _mutated(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    line = bytearray(dialect.legal(rng))
+    for _ in range(rng.choice([1, 1, 2, 3])):
+        place = rng.randrange(len(line) + 1)
+        line[place:place + rng.randrange(3)] = bytes(
+            rng.choices([*dialect.letters, rng.randrange(256)], k=rng.randrange(3)))
+    return "bytes", bytes(line), levels(bytes(line), period)
+
+
+def _any_bytes(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    data = bytearray(rng.randbytes(rng.choice([1, 3, 10, 40])))
+    if rng.random() < 0.6:
+        data += dialect.end
+    return "bytes", bytes(data), levels(bytes(data), period)
+
+
+def _long(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    """Put zeros, or anything, into a line, about as many as there is room for."""
+    line, zeros = dialect.legal(rng), dialect.room + rng.randrange(-12, 6)
+    place = next((n for n, byte in enumerate(line) if byte in b"0123456789"), len(line) - 1)
+    data = line[:place] + rng.choice([b"0", b"0", b" ", b"A"]) * (zeros - len(line)) + line[place:]
+    return "bytes", data, levels(data, period)
+
+
+def _framing(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    """Leave stop bits out."""
+    data = dialect.legal(rng)
+    line = levels(data, period).reshape(-1, FRAME, period)
+    line[rng.sample(range(len(data)), rng.randint(1, min(2, len(data)))), -1] = 0
+    return "without a stop bit", data, np.concatenate([line.reshape(-1), high(4)])
+
+
+def _glitched(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    """Disturb a line for moments of a sixteenth of a bit, far enough from each other."""
+    data = dialect.legal(rng)
+    line = np.concatenate([high(period), levels(data, period), high(period)])
+    width = period // 16
+    for place in range(rng.randrange(period), len(line) - width, 4 * period):
+        line[place:place + width] ^= 1
+    return "with glitches", data, line
+
+
+def _break(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    clocks = rng.choice([1, 2, 5, FRAME - 1, FRAME, FRAME + 1, 12, 30]) * period
+    return "break", b"", np.concatenate([np.zeros(clocks, np.uint8), high(rng.randrange(40))])
+
+
+def _noise(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    runs = [rng.randint(1, rng.choice([2, 20, 60])) for _ in range(rng.randrange(2, 60))]
+    line = (np.arange(len(runs)) & 1).repeat(runs).astype(np.uint8)
+    return "noise", b"", np.concatenate([line, high(12 * period)])
+
+
+def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
+    """Send more lines than can be answered, none of which changes anything, and let them go by."""
+    data = dialect.end + b"".join(rng.choices(dialect.quiet, k=dialect.room // 2))
+    drained = dialect.room * dialect.answer * FRAME * period
+    end = levels(dialect.end, period)
+    return Piece("flood", data, np.concatenate([
+        end, high(2 * dialect.answer * FRAME * period), levels(data, period), high(drained), end,
+        high(3 * dialect.answer * FRAME * period)]))
+
+
+_KINDS = {_legal: 100, _mutated: 80, _any_bytes: 60, _long: 3, _framing: 10, _glitched: 20,
+          _break: 10, _noise: 10, _flood: 0.3}

@@ -1,0 +1,179 @@
+# amaranth: UnusedElaboratable=no
+
+"""The machines with a serial line: how they are built here, and how one looks at what they did."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fresa.machines import Positioner, Single
+from fresa.machines.positioner import PositionerPace
+from fresa.machines.single import SinglePace
+
+from .. import boards
+from ..design import Design
+from . import positioner, single
+from .line import Broken, Levels, hear, said
+from .pieces import Dialect
+from .ways import Failure, Steps, Verdict, walk
+
+__all__ = ["TARGETS", "Judgement", "Rates", "Target"]
+
+Seen = Mapping[str, NDArray]
+Floods = Sequence[tuple[int, int]]
+
+
+@dataclass
+class Judgement:
+    """What came of a session.
+
+    Attributes
+    ----------
+    failures : list of Failure
+        What must not be, the earliest first.
+    lines, answers : int
+        How many were sent, legal or not; how many answers came.
+    steps : int
+        Steps of all motors.
+    timed, deviation : int, float
+        See `Verdict`.
+    """
+
+    failures: list[Failure] = field(default_factory=list)
+    bytes: int = 0
+    lines: int = 0
+    answers: int = 0
+    steps: int = 0
+    timed: int = 0
+    deviation: float = 0.0
+
+    def add(self, steps: Steps, verdict: Verdict) -> None:
+        """Add what came of a motor."""
+        self.failures += verdict.failures
+        self.steps += len(steps.clock)
+        self.timed += verdict.timed
+        self.deviation = max(self.deviation, verdict.deviation)
+
+
+@dataclass(frozen=True)
+class Rates:
+    """The rates of a machine's motors.
+
+    Attributes
+    ----------
+    most : int
+        The highest; the least is 1.
+    modulus : int
+        Clocks in which there are as many steps as the rate says.
+    motors : int
+        How many there are, each with its own.
+    begin : callable
+        Gives the lines that set the rates and begin to move, all motors for long.
+    """
+
+    most: int
+    modulus: int
+    motors: int
+    begin: Callable[[Sequence[int]], bytes]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A machine with a serial line.
+
+    Attributes
+    ----------
+    name : str
+        What it is called.
+    period : int
+        Clocks of a bit.
+    dialect : Dialect
+        How one speaks to it.
+    design : callable
+        Makes its design.
+    outputs : tuple of str
+        What is looked at.
+    inspect : callable
+        Looks at levels of the line, what was seen at the pins, and from when to when it was
+        flooded; notes what it finds.
+    inputs : mapping of str to int
+        Levels of the other inputs.
+    rates : Rates, optional
+        If its motors have any.
+    """
+
+    name: str
+    period: int
+    dialect: Dialect
+    design: Callable[[], Design]
+    outputs: tuple[str, ...]
+    inspect: Callable[[Judgement, Levels, Seen, Floods], None]
+    inputs: Mapping[str, int] = field(default_factory=dict)
+    rates: Rates | None = None
+
+    def judge(self, line: Levels, seen: Seen, floods: Floods = ()) -> Judgement:
+        """Look at a session."""
+        judgement = Judgement()
+        fault = np.flatnonzero(seen["fault"])
+        if fault.size:
+            judgement.failures.append(Failure(int(fault[0]), "pins", "it shows a fault"))
+        try:
+            self.inspect(judgement, line, seen, floods)
+        except Broken as broken:
+            judgement.failures.append(Failure(broken.clock, "pins", str(broken)))
+        judgement.failures.sort()
+        return judgement
+
+
+_SINGLE = SinglePace.real(clock=48_000, baud=3000)
+
+
+def _single(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+    steps, failures = single.motor(seen)
+    heard = list(hear(line, _SINGLE.bit))
+    frames = list(single.frames(iter(heard)))
+    session = single.FrameSession(said(seen["tx"], _SINGLE.bit), steps, floods, 10 * _SINGLE.bit)
+    session.run(iter(frames))
+    judgement.failures += [*failures, *session.failures]
+    judgement.bytes, judgement.lines = len(heard), len(frames)
+    judgement.answers = session.answers
+    if not session.failures:  # else it is not known what was asked for
+        judgement.add(steps, walk(steps, session.effects, _SINGLE.modulus, len(line), 8))
+
+
+_POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner.TOP_SPEED, width=2,
+                             low=3, setup=2, hold=4, settle=30, report=40_000)
+
+
+def _positioner(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+    steps, failures = positioner.motors(seen)
+    heard = list(hear(line, _BIT))
+    lines = list(positioner.lines(iter(heard)))
+    session = positioner.LineSession(said(seen["tx"], _BIT), steps, floods, 10 * _BIT,
+                                     _POSITIONER.report)
+    session.run(iter(lines))
+    judgement.failures += [*failures, *session.failures]
+    judgement.bytes, judgement.lines = len(heard), len(lines)
+    judgement.answers = session.answers
+    if not session.failures:  # else it is not known what was asked for
+        judgement.failures += session.missing_reports(len(line))
+        for one, effects in zip(steps, session.effects, strict=True):
+            judgement.add(one, walk(one, effects, _POSITIONER.clock, len(line), 30))
+
+
+_BIT = 16
+
+TARGETS = {target.name: target for target in (
+    Target("positioner", _BIT, positioner.DIALECT,
+           lambda: boards.component("positioner", Positioner(pace=_POSITIONER)),
+           ("tx", "step", "direction", "enable", "fault"), _positioner,
+           rates=Rates(positioner.TOP_SPEED, _POSITIONER.clock, positioner.AXES, positioner.begin)),
+    Target("single", _SINGLE.bit, single.DIALECT,
+           lambda: boards.component("single", Single(pace=_SINGLE, greeting=single.GREETING,
+                                                     help_text=single.HELP)),
+           ("tx", "coils", "enable", "position", "fault"), _single,
+           rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
+)}
+"""What can be fuzzed, by name."""

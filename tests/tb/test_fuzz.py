@@ -1,0 +1,201 @@
+# amaranth: UnusedElaboratable=no
+
+"""Fuzzing: mistakes in the gateware are found, with few bytes; and nothing where there is none."""
+
+import numpy as np
+import pytest
+
+from fresa.drive import rate
+from fresa.motion import positioning
+from fresa.protocol import frames
+from fresa.protocol import positioner as commands
+from tb.contracts.contract import Bug
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.fuzz import TARGETS, fuzz, measure, play, positioner, shortest, single, spread
+from tb.fuzz.line import FRAME, Broken, hear, high, levels, said
+from tb.fuzz.pieces import OPENING, Piece, pieces
+from tb.fuzz.targets import Judgement
+from tb.fuzz.ways import Effect, Mode, Steps, walk
+from tb.models.protocol import ReceiverModel
+
+BIT = 16
+SLOW_CLOCK = "rate - self.modulus, rate"
+
+
+def judged(name: str, text: bytes) -> Judgement:
+    """Send some bytes, wait for as long as some more would take, and look at what came of it."""
+    target = TARGETS[name]
+    begin = b"CONNECT\n" if name == "positioner" else b":v50000\r"
+    sent = [Piece("rest", b"", high(99 + 3 * FRAME * BIT)),
+            Piece("bytes", begin + text, levels(begin + text, BIT)),
+            Piece("rest", b"", high(24 * FRAME * BIT))]
+    with AmaranthEngine(target.design()) as engine:
+        return play(target, engine, sent).judgement
+
+
+MISTAKES = {  # machine, few bytes, what is found, the mistake
+    "a wrong answer": ("single", b":x5a\r", "answer", Bug(
+        frames, "m.Case(Answer.OK, Answer.RANGE, Answer.NUMBER)",
+        "m.Case(Answer.RANGE, Answer.NUMBER)")),
+    "a refused frame that is obeyed": ("single", b":x10005\r", "step", Bug(
+        frames, "m.Elif(answer == Answer.OK)", "m.Elif(answer != Answer.COMMAND)")),
+    "a speed that drifts": ("single", b":v20001\r:x9000\r", "time", Bug(
+        rate, SLOW_CLOCK, "rate + 40 - self.modulus, rate")),
+    "a position that is not that of the motor": ("single", b":x9\r:x?\r", "place", Bug(
+        frames, "Mux(of_speed, self.speed, self.position)",
+        "Mux(of_speed, self.speed, self.position ^ 1)")),
+    "no answer": ("positioner", b"P 1 0 0 2147483648\n", "answer", Bug(
+        commands, "(number.numbers.p.error == NumberError.OVERFLOW) | out_of_range",
+        "out_of_range")),
+    "a motor that does not stop": ("positioner", b"MOV MOT2 C\nSTOP MOT2\n", "step", Bug(
+        positioning, "m.d.sync += self.run[motor].eq(0)",
+        "m.d.sync += self.run[motor].eq(motor == 1)")),
+    "a rate that drifts": ("positioner", b"VEL MOT3 1499\nMOV MOT3 C\n", "time", Bug(
+        rate, SLOW_CLOCK, "rate + 40 - self.modulus, rate")),
+}
+
+
+class TestMistakes:
+    @pytest.mark.parametrize("name", TARGETS)
+    def test_nothing_is_found_where_there_is_none(self, name):
+        found = judged(name, b"".join(text for of, text, *_ in MISTAKES.values() if of == name))
+        assert found.failures == [] and found.steps
+
+    @pytest.mark.parametrize("mistake", MISTAKES)
+    def test_is_found_with_few_bytes(self, mistake):
+        name, text, kind, bug = MISTAKES[mistake]
+        with bug.planted():
+            assert kind in {failure.kind for failure in judged(name, text).failures}
+
+    @pytest.mark.compiler
+    def test_what_finds_it_is_made_short(self, libraries):
+        if reason := CXXRTLEngine.missing():
+            pytest.skip(reason)
+        *_, bug = MISTAKES["a refused frame that is obeyed"]
+        with bug.planted():
+            outcome = next(iter(fuzz(TARGETS["single"], 1, 3000)))
+            assert outcome.judgement.failures
+            short = shortest(TARGETS["single"], outcome.pieces, 60)
+        assert short.judgement.failures[0].kind == outcome.judgement.failures[0].kind
+        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 2
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("name", TARGETS)
+class TestMachines:
+    @pytest.fixture(autouse=True)
+    def _built(self, libraries):
+        if reason := CXXRTLEngine.missing():
+            pytest.skip(reason)
+
+    def test_nothing_is_found(self, name):
+        for outcome in fuzz(TARGETS[name], 5, 2000):
+            judgement = outcome.judgement
+            assert judgement.failures == []
+            assert judgement.bytes >= 2000 and judgement.answers > 50 and judgement.steps > 1000
+            assert judgement.timed > judgement.steps // 4
+
+    def test_step_times(self, name):
+        rates = TARGETS[name].rates
+        assert rates
+        chosen = [rates.most, rates.most - 1, 997, 613, 500, 499]
+        for times in measure(TARGETS[name], chosen, 1):
+            assert times.failures == [] and times.beyond == 0 and times.steps > 50
+
+
+class TestLine:
+    def test_hears_what_a_receiver_hears(self):
+        rng = np.random.default_rng(3)
+        parts = [high(40)]
+        for _ in range(120):
+            runs = rng.integers(1, rng.choice([3, 20, 60, 300]), 30)
+            parts += [(np.arange(30) & 1).repeat(runs).astype(np.uint8),
+                      levels(rng.bytes(int(rng.integers(4))), BIT)]
+        line = np.concatenate(parts)
+        model, expected = ReceiverModel(period=BIT), []
+        for clock, level in enumerate(line.tolist()):
+            if model.byte is not None:
+                expected.append((clock - 1, *model.byte))
+            model.clock(level, True)
+        assert expected == list(hear(line, BIT))
+        assert len(expected) > 200 and {error for *_, error in expected} == {0, 1}
+
+    def test_reads_what_is_said_and_refuses_what_is_no_byte(self):
+        line = np.concatenate([high(9), levels(b"ok\r\n", BIT), high(3)])
+        read = said(line, BIT)
+        assert (read.text, read.starts[:2]) == (b"ok\r\n", [9, 9 + FRAME * BIT])
+        assert [byte for _, byte, _ in hear(np.concatenate([high(3), line]), BIT)] == [*b"ok\r\n"]
+        line[9 + BIT - 1] ^= 1  # a start bit a clock too short
+        with pytest.raises(Broken):
+            said(line, BIT)
+
+    def test_the_same_seed_sends_the_same(self):
+        first, again, other = (
+            [str(piece) for piece in pieces(single.DIALECT, seed, 500, BIT)] for seed in (1, 1, 2))
+        assert first == again != other
+
+
+@pytest.mark.parametrize(("text", "wrong"), [
+    (b"x?", ""), (b"V?", ""), (b"d", ""), (b"X0009", ""), (b"e1", ""), (b"v59999", ""),
+    (b"", "command"), (b"x?1", "command"), (b"dd", "command"), (b"y1", "command"),
+    (b"x", "number"), (b"x 1", "number"), (b"x-1", "number"), (b"x12a", "number"),
+    (b"x10000", "range"), (b"v0", "range"), (b"v60000", "range"), (b"e2", "range"),
+])
+def test_frames_that_are_refused(text, wrong):
+    assert single.refusal(text) == wrong
+
+
+@pytest.mark.parametrize(("text", "wrong"), [
+    (b"CONNECT", ""), (b"MOV MOT3 CC", ""), (b"VEL MOT1 +0007", ""), (b"GOTO 7", ""),
+    (b"POS 0 -2147483648 2147483647", ""),
+    (b"", "COMMAND"), (b"connect", "COMMAND"), (b" CONNECT", "COMMAND"), (b"MOT1", "COMMAND"),
+    (b"CONNECT ", "ARGUMENT"), (b"MOV MOT4 C", "ARGUMENT"), (b"MOV MOT1 CCC", "ARGUMENT"),
+    (b"MOV  MOT1 C", "ARGUMENT"), (b"GOTO -", "ARGUMENT"), (b"P 1 2 3", "ARGUMENT"),
+    (b"VEL MOT1 0", "RANGE"), (b"VEL MOT1 1501x", "RANGE"), (b"P 8", "RANGE"),
+    (b"POS 0 0 2147483648", "RANGE"),
+])
+def test_lines_that_are_refused(text, wrong):
+    assert positioner.refusal(text)[0] == wrong
+
+
+class TestWalk:
+    GO = Effect(100, 110, Mode(50, 50, 2, True))
+    REST = Effect(-1, -1, Mode(0, 0, 2, False))
+
+    def walk(self, clocks, ways=None, effects=None):
+        clocks = np.array(clocks)
+        ways = np.ones(len(clocks)) if ways is None else np.array(ways)
+        return walk(Steps.of(clocks, ways), effects or [self.REST, self.GO], 21, 400, 5)
+
+    def test_exact_times(self):
+        clocks = [120 + -(-21 * n // 2) for n in range(26)]
+        found = self.walk(clocks)
+        assert found.failures == [] and found.timed == 26 and 0 < found.deviation < 1
+
+    @pytest.mark.parametrize("place", [1, 12, 25])
+    def test_one_that_is_late_by_a_clock(self, place):
+        clocks = [120 + -(-21 * n // 2) + (n == place) for n in range(26)]
+        found = self.walk(clocks)
+        assert [failure.kind for failure in found.failures] == (
+            ["time"] if place != 12 else []) or found.deviation >= 1
+
+    def test_too_few(self):
+        assert [failure.kind for failure in self.walk([120, 131, 141]).failures] == ["step"]
+
+    def test_before_it_may_and_the_wrong_way(self):
+        steps = [99, *(120 + -(-21 * n // 2) for n in range(26))]
+        assert self.walk(steps).failures[0].clock == 99
+        assert "down from 0" in self.walk([115], [-1]).failures[0].says
+
+    def test_past_where_it_goes(self):
+        effects = [self.REST, Effect(100, 110, Mode(2, 2, 2, True))]
+        assert self.walk([112, 123], effects=effects).failures == []
+        assert self.walk([112, 123, 133], effects=effects).failures[0].clock == 133
+
+
+def test_rates_that_are_chosen():
+    rates = TARGETS["single"].rates
+    assert rates
+    chosen = spread(rates, 60)
+    assert {1, 2, 59_999, 59_998, 997} <= set(chosen) and 40 < len(chosen) <= 70
+    assert spread(rates, 60_000) == list(range(1, 60_000))

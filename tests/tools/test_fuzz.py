@@ -1,0 +1,64 @@
+# amaranth: UnusedElaboratable=no
+
+"""The command that fuzzes: what it says, what it writes, and its exit status."""
+
+import json
+
+import pytest
+
+from fresa.protocol import frames
+from tb.contracts.contract import Bug
+from tb.engines import CXXRTLEngine
+from tools import fuzz
+from tools.fuzz import main
+
+BUG = Bug(frames, "m.Elif(answer == Answer.OK)", "m.Elif(answer != Answer.COMMAND)")
+
+
+@pytest.fixture
+def compiled(libraries):
+    if reason := CXXRTLEngine.missing():
+        pytest.skip(reason)
+
+
+@pytest.mark.compiler
+def test_all_in_order(compiled, tmp_path, capsys):
+    assert main(["single", "--bytes", "500", "--rates", "1", "--json", str(tmp_path / "f")]) == 0
+    said = capsys.readouterr().out
+    assert "500" in said or "bytes" in said
+    machine, = json.loads((tmp_path / "f").read_text())["machines"]
+    assert machine["name"] == "single" and machine["good"] and machine["bytes"] >= 500
+    assert machine["lines"] == machine["answers"] > 10
+    assert machine["times"]["beyond_rounding"] == 0 and machine["times"]["steps"] > 1000
+
+
+@pytest.mark.compiler
+def test_something_found(compiled, tmp_path, capsys):
+    save = tmp_path / "found"
+    with BUG.planted():
+        assert main(["single", "--bytes", "3000", "--save", str(save),
+                     "--json", str(tmp_path / "f")]) == 1
+    said = capsys.readouterr().out
+    assert "FOUND" in said and "shortest" in said
+    assert 0 < len((tmp_path / "found-single.bin").read_bytes()) < 60
+    assert b"$enddefinitions" in (tmp_path / "found-single.vcd").read_bytes()
+    machine, = json.loads((tmp_path / "f").read_text())["machines"]
+    assert not machine["good"] and machine["shortest"]["pieces"]
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["sinlge"], "did you mean single?"),
+    (["--bytes", "-1"], "must be a whole number from 0"),
+    (["--save", "/nowhere/fuzz"], "its folder does not exist"),
+    (["--json", "/nowhere/f"], "its folder does not exist"),
+])
+def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
+    assert main(arguments) == 2
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1
+
+
+def test_needs_a_compiler(monkeypatch, capsys):
+    monkeypatch.setattr(fuzz.CXXRTLEngine, "missing", classmethod(lambda _: "install g++"))
+    assert main(["single"]) == 2
+    assert "install g++" in capsys.readouterr().err

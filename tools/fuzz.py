@@ -1,0 +1,191 @@
+"""Send anything at all over a serial line, and look at the answers and the motors."""
+
+import argparse
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from tb.engines import CXXRTLEngine
+from tb.fuzz import TARGETS, Outcome, Target, Times, fuzz, measure, play, shortest, spread
+
+from .console import (
+    Parser,
+    Progress,
+    UserError,
+    check_output,
+    command,
+    known,
+    say,
+    staged,
+    whole,
+    write_files_atomically,
+)
+
+__all__ = ["main"]
+
+ABOUT = """\
+Sends to a machine what no one should: lines good, changed and too long, random bytes, bytes without
+a stop bit, breaks, glitches, noise, and floods of lines. What comes of it is held against what the
+description of the machine says of lines, with no model of the gateware in between:
+
+  each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
+  each step lies on a way that a legal line asked for, and comes when the rate says, to the clock
+  all steps that were asked for are made; the position told is that of the steps at the pins
+  whatever was sent, at the end of each session the machine answers and moves as ever
+
+Only where it is flooded on purpose may a line be lost; each that is must be told of or leave no
+trace, and the lines in a flood ask for no movement.
+
+Then step times are measured at the pins, for many rates, all motors at once, while the line is
+flooded: how much later one step is than another, each compared with its exact time. Where each
+comes in the first clock that is not too early this is under a clock, and nothing is left beyond
+that rounding.
+"""
+
+EPILOG = f"""\
+machines: {", ".join(TARGETS)}
+
+examples:
+  python -m tools.fuzz
+      100 000 bytes into each line, and 60 rates: some minutes.
+
+  python -m tools.fuzz single --bytes 1000000 --seed 7
+      A million into one, others than those of the first run.
+
+  python -m tools.fuzz positioner --bytes 0 --rates 1500
+      Only step times, of every rate there is.
+
+Each session has some 20 000 bytes and begins at power-up. If one finds something, as much of it is
+left out as can be; what is left is printed, and written as bytes (PREFIX-MACHINE.bin) and as a
+waveform of all signals (PREFIX-MACHINE.vcd). The same seed finds it again.
+
+exit status: 0 if all is as it must be, 1 if something was found, 2 if it cannot be carried out.
+"""
+
+_BANDS = (1, 10, 100, 1000, 10_000, 100_000)
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    parser = Parser(prog="python -m tools.fuzz", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("machines", metavar="MACHINE", nargs="*", help="which (default: all)")
+    parser.add_argument("--bytes", metavar="N", type=whole(0, 10**9), default=100_000,
+                        help="bytes to send to each (default: %(default)s)")
+    parser.add_argument("--rates", metavar="N", type=whole(0, 10**6), default=60,
+                        help="rates of which step times are measured, from the least to the most; "
+                             "0 for none (default: %(default)s)")
+    parser.add_argument("--seed", metavar="S", type=whole(0, 2**32 - 1), default=1,
+                        help="seed of what is sent (default: %(default)s)")
+    parser.add_argument("--save", metavar="PREFIX", default="fuzz",
+                        help="begin of the names of what is written if something is found "
+                             "(default: %(default)s)")
+    parser.add_argument("--shrink-seconds", metavar="S", type=whole(0, 3600), default=60,
+                        help="time to make it shorter (default: %(default)s)")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
+    args = parser.parse_args(argv)
+    targets = [TARGETS[known(name, TARGETS, "machine")]
+               for name in dict.fromkeys(args.machines or TARGETS)]
+    check_output(args.json)
+    if not Path(args.save).parent.is_dir():
+        raise UserError(f"cannot write {args.save}-MACHINE.vcd: its folder does not exist")
+    if reason := CXXRTLEngine.missing():
+        raise UserError(reason)
+    facts = {"seed": args.seed, "machines": []}
+    for target in targets:
+        own = {"name": target.name, **_fuzz(target, args)}
+        if args.rates and target.rates and own["good"]:
+            own["times"] = _times(target, args)
+            own["good"] = own["times"]["good"]
+        facts["machines"].append(own)
+    if args.json is not None:
+        write_files_atomically({args.json: (json.dumps(facts, indent=2) + "\n").encode()})
+        say(f"wrote      {args.json}")
+    return 0 if all(own["good"] for own in facts["machines"]) else 1
+
+
+def _fuzz(target: Target, args: argparse.Namespace) -> dict:
+    """Fuzz a machine; say what came of it, and give it for the JSON."""
+    total = dict.fromkeys(("sessions", "bytes", "clocks", "lines", "answers", "steps", "timed"), 0)
+    deviation, sent, found = 0.0, {}, None
+    with Progress(args.bytes, "bytes", target.name) as progress:
+        for outcome in fuzz(target, args.seed, args.bytes):
+            judgement = outcome.judgement
+            total["sessions"] += 1
+            total["clocks"] += outcome.clocks
+            for name in ("bytes", "lines", "answers", "steps", "timed"):
+                total[name] += getattr(judgement, name)
+            for piece in outcome.pieces:
+                sent[piece.kind] = sent.get(piece.kind, 0) + 1
+            deviation = max(deviation, judgement.deviation)
+            progress.advance(judgement.bytes)
+            if judgement.failures:
+                found = outcome
+                break
+    facts = {**total, "deviation": deviation, "pieces": sent, "good": found is None}
+    if args.bytes:
+        say(f"{target.name:11}" + ", ".join(f"{count} {name}" for name, count in total.items()
+                                            if name != "timed"))
+        say(f"           {total['timed']} steps at times that can be told, at most "
+            f"{deviation:.4f} clocks apart from them")
+    return facts if found is None else facts | _explain(target, found, args)
+
+
+def _explain(target: Target, found: Outcome, args: argparse.Namespace) -> dict:
+    """Say what was found, make what finds it shorter, and write it."""
+    first = found.judgement.failures[0]
+    say(f"FOUND      clock {first.clock} of session {found.seed}: {first.says}")
+    say(f"shrinking  for up to {args.shrink_seconds} s")
+    short = shortest(target, found.pieces, args.shrink_seconds)
+    least = short.judgement.failures[0]
+    say(f"shortest   clock {least.clock}: {least.says}")
+    shown = [piece for piece in short.pieces if piece.kind != "rest"]
+    for piece in shown[:20]:
+        say(f"             {piece}")
+    if len(shown) > 20:
+        say(f"             and {len(shown) - 20} more")
+    data, wave = Path(f"{args.save}-{target.name}.bin"), Path(f"{args.save}-{target.name}.vcd")
+    with staged(wave) as path, CXXRTLEngine(target.design(), vcd=path) as engine:
+        play(target, engine, short.pieces)
+    write_files_atomically({data: b"".join(piece.data for piece in short.pieces)})
+    say(f"wrote      {data} and {wave}")
+    return {"found": {"session": found.seed, "clock": first.clock, "says": first.says},
+            "shortest": {"clock": least.clock, "says": least.says,
+                         "pieces": [str(piece) for piece in short.pieces],
+                         "files": [str(data), str(wave)]}}
+
+
+def _times(target: Target, args: argparse.Namespace) -> dict:
+    """Measure step times; print them as a table, and give them for the JSON."""
+    assert target.rates is not None
+    chosen = spread(target.rates, args.rates)
+    measured = []
+    with Progress(len(chosen), "rates", "step times") as progress:
+        for times in measure(target, chosen, args.seed):
+            measured.append(times)
+            progress.advance(min(target.rates.motors, len(chosen)))
+    good = all(times.beyond == 0 and times.steps and not times.failures for times in measured)
+    say("step times " + f"{'rates':>14} {'steps':>9}  {'apart':>8}  beyond rounding")
+    for low, high in zip(_BANDS, _BANDS[1:], strict=False):
+        if own := [times for times in measured if low <= times.rates[0] < high]:
+            say(f"           {f'{min(times.rates[0] for times in own)}..':>6}"
+                f"{max(times.rates[-1] for times in own):<8} {_steps(own):>9}  "
+                f"{max(times.deviation for times in own):8.4f}  "
+                f"{max(times.beyond for times in own)} clocks")
+    for times in measured:
+        if times.beyond or times.failures or not times.steps:
+            says = times.failures[0].says if times.failures else "steps are not at their times"
+            say(f"WRONG      rates {times.rates}, {times.steps} steps: {says}")
+    return {"rates": len(chosen), "motors": target.rates.motors, "steps": _steps(measured),
+            "deviation": max(times.deviation for times in measured),
+            "beyond_rounding": max(times.beyond for times in measured), "good": good,
+            "measured": [{"rates": times.rates, "steps": times.steps,
+                          "deviation": round(times.deviation, 6)} for times in measured]}
+
+
+def _steps(measured: Iterable[Times]) -> int:
+    return sum(times.steps for times in measured)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
