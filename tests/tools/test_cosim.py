@@ -41,7 +41,9 @@ def run(*arguments: object) -> int:
 
 def mill_model() -> MillModel:
     assert MILL.model is not None
-    return MILL.model()
+    model = MILL.model()
+    assert isinstance(model, MillModel)
+    return model
 
 
 class Late(AmaranthEngine):
