@@ -251,9 +251,12 @@ def _engines(machine: Machine, named: str | None) -> tuple[list[str], list[str]]
         name: reason for name, engine in ENGINES.items() if (reason := engine.missing())}
     if named is None:
         names = [name for name in every if name not in missing]
-        return names, [f"{name}: {reason}" for name, reason in missing.items()]
+        left_out = {**missing, **machine.without}
+        return names, [f"{name}: {reason}" for name, reason in left_out.items()]
     names = every if named == "all" else list(dict.fromkeys(named.split(",")))
     for name in names:
+        if name in machine.without:
+            raise UserError(f"{name} cannot run {machine.name}: {machine.without[name]}")
         if name not in every:
             raise UserError(f"no engine is named {name!r}; there are {', '.join(every)}")
         if name in missing:

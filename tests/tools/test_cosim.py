@@ -222,7 +222,7 @@ class TestCommand:
         assert run("--machine", "single", "--engines", "model,amaranth", "--cycles", 4000) == 0
         assert "agree      6 outputs" in capsys.readouterr().out
         assert run("--machine", "single", "--engines", "model,ghdl") == 2
-        assert "no engine is named 'ghdl'" in capsys.readouterr().err
+        assert "ghdl cannot run single: it has no description in VHDL" in capsys.readouterr().err
 
     @pytest.mark.ghdl
     @needs("ghdl")
