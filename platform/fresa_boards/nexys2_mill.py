@@ -28,7 +28,10 @@ from fresa.panel import Debouncer
 
 from .nexys2 import display_segments, request_ports
 
-__all__ = ["DEBOUNCE", "Nexys2Mill", "OrderSource", "debounce_period", "mill_ports"]
+__all__ = ["BAUD", "DEBOUNCE", "Nexys2Mill", "OrderSource", "debounce_period", "mill_ports"]
+
+BAUD = 9_600
+"""Bits a second of the line that orders come over: one and its answer take 70 ms, a pixel 1.3 s."""
 
 OrderSource: TypeAlias = CoordinateGenerator | SquareGenerator | SerialOrders
 """Where the orders of a mill may come from."""

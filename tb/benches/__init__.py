@@ -14,14 +14,15 @@ from . import (
     positioner,
     protocol,
     serial_line,
+    serial_orders,
     single,
 )
 
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
-    "components": (drive, motion, control, guard, orders, panel, axis, serial_line, protocol,
-                   positioner),
+    "components": (drive, motion, control, guard, orders, serial_orders, panel, axis, serial_line,
+                   protocol, positioner),
     "machine": (mill, single, positioner),
     "board": (board,),
 }

@@ -95,10 +95,8 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
 def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
     """Make an axis with a driver module of these times."""
     names = ("width", "low", "setup", "hold")
-    made = Axis(driver=StepDirDriver(**dict(zip(names, times, strict=True))),
+    return Axis(driver=StepDirDriver(**dict(zip(names, times, strict=True))),
                 width=parameters.pop("bits"), **parameters)
-    made.modulus, made.max_rate = parameters["modulus"], parameters["max_rate"]
-    return made
 
 
 AXIS = Component(

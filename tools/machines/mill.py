@@ -8,10 +8,10 @@ from pathlib import Path
 
 from PIL import Image
 
-from fresa.machines.mill import BAUD, CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
+from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
 from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
 from fresa_boards.nexys2 import Capacity, Nexys2Platform
-from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource, debounce_period, mill_ports
+from fresa_boards.nexys2_mill import BAUD, Nexys2Mill, OrderSource, debounce_period, mill_ports
 from tb.boards import nexys2_mill
 from tb.engines import ENGINES
 
