@@ -51,6 +51,10 @@ WHOLE_MACHINE = {
     "a position is that of the steps made, and never wraps; play is taken up, and no more": {
         "position": ["no-lost-step", "nearer", "never-wraps"],
         "backlash": ["within-the-play", "load-is-pushed", "no-more-than-the-play"]},
+    "an order that comes over a line is done once, in its turn, and of a line that was right": {
+        "order_ledger": ["each-once-in-its-turn", "takes-the-next-only", "damaged-does-nothing",
+                         "again-does-nothing", "answers-each", "answers-once", "manual-forgets"],
+        "hex_reader": ["good-is-right", "says-what-was-said"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
     "a frame is answered once, and a bad one changes nothing": {
