@@ -25,6 +25,7 @@ from .order_control import ORDER_CONTROL
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
+from .positioner import POSITIONER
 from .positioner_commands import POSITIONER_COMMANDS
 from .positioning import POSITIONING
 from .rate import RATE
@@ -79,5 +80,6 @@ COMPONENTS = {
     "positioner_commands": POSITIONER_COMMANDS,
     "mill": MILL,
     "single": SINGLE,
+    "positioner": POSITIONER,
 }
 """Components by name, in the order in which they are best read."""

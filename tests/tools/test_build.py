@@ -70,6 +70,46 @@ class TestPins:
         assert not (tmp_path / "out").exists()
 
 
+class TestPositioner:
+    def test_ports(self, tmp_path):
+        out = tmp_path / "out"
+        assert run("--machine", "positioner", "--board", "pins", "--no-report", "-o", out) == 0
+        assert module_ports((out / "positioner.v").read_text(), "positioner") == {
+            "clk": ("input", 1), "rst": ("input", 1), "rx": ("input", 1), "limits": ("input", 3),
+            "tx": ("output", 1), "step": ("output", 3), "direction": ("output", 3),
+            "enable": ("output", 3), "buzzer": ("output", 1), "connected": ("output", 1),
+            "moving": ("output", 3), "fault": ("output", 1)}
+
+    @pytest.mark.parametrize("options", [[], [
+        "--top-speed", 1_000_000, "--width-ns", 400, "--low-ns", 400, "--setup-ns", 200,
+        "--hold-ns", 200, "--inverted", "--backlash", 3, 0, 12, "--guards", "X-", "X+", "Z+"]])
+    def test_files_and_facts(self, tmp_path, options):
+        out = tmp_path / "out"
+        assert run("--machine", "positioner", *options, "--no-report", "-o", out) == 0
+        names = {name.replace("mill", "positioner") for name in SOURCES}
+        assert {path.name for path in out.iterdir()} == names | {"report.json"}
+        facts = json.loads((out / "report.json").read_text())
+        assert facts["machine"] == "positioner" and set(facts["files"]) == names
+        assert facts["top_speed"] == (1_000_000 if options else 1500)
+        assert facts["backlash"] == ([3, 0, 12] if options else [0, 0, 0])
+        assert facts["guards"] == (["X-", "X+", "Z+"] if options else ["X+", "Y+", "Z+"])
+        assert facts["inverted"] == bool(options) and facts["bit_clocks"] == 5208
+
+    @pytest.mark.parametrize(("arguments", "message"), [
+        (["--top-speed", "1000000"], "top speed must be at most 263157 steps/s with pulses 190"),
+        (["--baud", "4000000"], "baud at a clock of 50000000 Hz must be"),
+        (["--guards", "X+", "X+", "Y+"], "guards must be different ends of X-, X+"),
+        (["--guards", "X+", "Q+", "Y+"], "invalid choice: 'Q+'"),
+        (["--backlash", "1", "2"], "argument --backlash: expected 3 arguments"),
+        (["--backlash", "1", "2", "-3"], "argument --backlash"),
+        (["--unipolar"], "unrecognized arguments: --unipolar"),
+    ])
+    def test_options_that_do_not_fit(self, tmp_path, capsys, arguments, message):
+        assert run("--machine", "positioner", *arguments, "-o", tmp_path / "out") == 2
+        assert message in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
 class TestSingle:
     def test_ports_are_those_of_the_original(self, tmp_path):
         out = tmp_path / "out"
