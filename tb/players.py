@@ -99,7 +99,8 @@ class Machine:
     @property
     def engines(self) -> list[str]:
         """Names of all that can play it, the model first."""
-        return [*([MODEL] if self.model else []), *ENGINES]
+        able = [name for name in ENGINES if name != "ghdl" or self.shared.vhdl]
+        return [*([MODEL] if self.model else []), *able]
 
 
 def _mill(name: str, guard: bool) -> Machine:

@@ -33,8 +33,9 @@ Runs the same stimulus on every engine that runs here and on the model in Python
 output of every clock. The stimulus is of two kinds: orders, jogs, changes of mode, stops, resets
 and orders that must be refused, which wait for the machine as people do; then pins at random.
 
-The machine is the mill, unless --machine names one of its components; those have no model in
-Python, but like the mill a description in VHDL, written from the thesis.
+The machine is the mill, unless --machine names another, or one of the mill's components; those have
+no model in Python, but like the mill a description in VHDL, written from the thesis. What is typed
+to `single` is frames that wait for their answers; then frames side by side, bytes and noise.
 
 At the first difference it names engine, clock and outputs, makes the stimulus as short as it can,
 prints it as a script, and writes the waveforms of both engines from power-up to the difference.
@@ -53,6 +54,9 @@ examples:
 
   python -m tools.cosim --machine sequencer --engines cxxrtl,ghdl --cycles 100000
       One component, beside its description in VHDL.
+
+  python -m tools.cosim --machine single --cycles 1000000
+      One motor behind a serial line, with right, wrong and damaged frames on it.
 
   python -m tools.cosim --campaign 1000000000
       A billion, on all cores. Ctrl-C, and the same command again, goes on where it was.

@@ -4,7 +4,7 @@
 
 from typing import cast
 
-from amaranth import Array, Cat, Module, Mux
+from amaranth import Array, Cat, Fragment, Module, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -48,20 +48,21 @@ def describe(c: Contract, dut: Single) -> None:
             "clock.", when=c.past(dut.enable),
             then=(row == Mux(c.past(moved), Mux(c.past(target > place), forward, back), came))
             & (dut.coils == Array(sequence)[row]),
-            bug=Bug(phase, "row + Mux(self.direction, 1, -1)", "row + 1"))
+            bug=Bug(phase, "row + Mux(self.direction, 1, -1)", "row + 2"))
     lines = c.part("lines")
     if isinstance(lines, _Typed):
         item, there = c.free(9, name="typed"), c.free(1, name="there")
         c.m.d.comb += [lines.typed.eq(item), lines.there.eq(there)]
         held = c.past(there & ~lines.items.ready & ~c.rst)
         c.assume(~held | (there & (item == c.past(item))))
-        c.usual(there & ~c.rst)
+        c.usual(there)
     base = c.keep(len(row), name="row_of_position_0")
     c.always("position-is-phase", "The position is that of the coils, for ever: no step is lost, "
              "and none is made that is not counted.", (place[:len(row)] + base)[:len(row)] == row,
              seen=place == 3,
-             bug=(Bug(position, "with m.Elif(self.moved):", "with m.Elif(self.moved & below):"),
-                  Bug(single, "move.moved.eq(driver.moved)", "move.moved.eq(driver.step)")))
+             bug=(Bug(position, "Mux(below, 1, -1)", "Mux(below, 2, -1)"),
+                  Bug(single, "move.moved.eq(driver.moved)",
+                      "move.moved.eq(driver.moved & ~lines.items.valid)")))
     with c.m.If(c.rst):
         c.m.d.sync += base.eq(row)
     c.holds("reset-moves-nothing", "Reset makes this place 0, and no step.", when=c.past(c.rst),
@@ -111,7 +112,7 @@ def _watch_times(c: Contract, dut: Single) -> None:
              (late < speed.max_rate) & (~settled | (rest >= 0)
              | (late < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
              seen=settled & (rest < 0) if driver.period > 1 else settled,
-             bug=Bug(rate, "self.max_rate, self.rate)", "self.max_rate, self.max_rate + 9)"))
+             bug=Bug(rate, "rate - self.modulus, rate", "rate, rate"))
 
 
 class _Typed(wiring.Component):
@@ -147,6 +148,8 @@ def make(*, terminal: bool = True, unipolar: bool = False, full_step: bool = Fal
         return Single(unipolar=unipolar, full_step=full_step)
     dut = Single(pace=SinglePace(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",
                  unipolar=unipolar, full_step=full_step)
+    for part in (dut._lines, dut._transmitter, dut._rate, dut._driver):
+        Fragment.get(part, None)  # else Amaranth says that they were made for nothing
     dut._rate = RateGenerator(modulus=256, max_rate=128)  # at 100 rpm a step takes three clocks
     dut._driver = PhaseDriver(sequence=dut._driver.sequence, period=2)
     dut._lines, dut._transmitter = cast(LineReader, _Typed()), cast(UARTTransmitter, _Printed())

@@ -99,7 +99,7 @@ BUGS = {
     "positioner-commands": (PositionerCommands, "orders.valid", 0),
     "positioning": (Positioning, "buzzer", 0),
     "reporter": (Reporter, "bytes.payload", 0x21),
-    "frame-interpreter": (FrameInterpreter, "enable", 1),
+    "frame-interpreter": (FrameInterpreter, "bytes.payload", 0x6F),
     "mill": (Mill, "error", 0),
     "single": (Single, "tx", 1),
     "positioner": (Positioner, "enable", 0),
