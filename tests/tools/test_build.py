@@ -15,10 +15,11 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillPace, step_period
+from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
 from tools import build
 from tools.cut_picture import duration
-from tools.machines import mill, single
+from tools.machines import mill, positioner, single
 from tools.synthesis import Resources, synthesise
 
 REPOSITORY = Path(__file__).parents[2]
@@ -314,6 +315,12 @@ class TestSize:
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 900
         assert resources.block_rams == 2  # frames, and texts
+        assert in_readme(resources)
+
+    def test_positioner_on_its_board(self):
+        built = positioner.build_positioner("nexys2-500", pace=PositionerPace.real())
+        resources = synthesise(built.rtlil, built.top)
+        assert resources.luts <= 2600
         assert in_readme(resources)
 
 
