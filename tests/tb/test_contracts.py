@@ -57,6 +57,16 @@ WHOLE_MACHINE = {
         "hex_reader": ["good-is-right", "says-what-was-said"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
+    "a whole axis counts what leaves its pins, past its play, and no further than its switches": {
+        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks", "within-the-play",
+                 "pulse", "setup", "hold", "spacing"]},
+    "a line to the positioner is one order or one refusal; what is refused changes nothing": {
+        "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
+        "positioning": ["refused-is-answered", "answers-have-a-cause", "still-unless-connected",
+                        "mot1-moves-by-order", "mot2-target", "mot3-rate", "connected"]},
+    "a motor of the positioner steps only by order, connected, and not towards its switch": {
+        "positioner": ["{}-moves-by-order", "{}-is-connected", "{}-stops-at-its-limit",
+                       "{}-counts-its-steps", "fault-holds"]},
     "a frame is answered once, and a bad one changes nothing": {
         "frames": ["one-answer", "answers-what-it-is", "target-stays", "speed-stays",
                    "power-stays"]},
