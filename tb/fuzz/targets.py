@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines import Positioner, Single
+from fresa.machines.mill import MillPace
 from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
+from fresa.motion import SerialOrders
 
 from .. import boards
 from ..design import Design
-from . import positioner, single
+from . import orders, positioner, single
 from .line import Broken, Levels, hear, said
 from .pieces import Dialect
 from .ways import Failure, Steps, Verdict, walk
@@ -116,7 +118,7 @@ class Target:
     def judge(self, line: Levels, seen: Seen, floods: Floods = ()) -> Judgement:
         """Look at a session."""
         judgement = Judgement()
-        fault = np.flatnonzero(seen["fault"])
+        fault = np.flatnonzero(seen["fault"] if "fault" in seen else seen["leds"] & ERROR)
         if fault.size:
             judgement.failures.append(Failure(int(fault[0]), "pins", "it shows a fault"))
         try:
@@ -165,6 +167,27 @@ def _positioner(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) 
 
 _BIT = 16
 
+#: LED6 of the mill.
+ERROR = 1 << 6
+
+_MILL, _TRAVEL = MillPace(period=60, scan_bits=4), 40
+
+
+def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+    steps, failures = orders.motors(seen)
+    heard = list(hear(line, _BIT))
+    frames = list(single.frames(iter(heard), b"\r\n", orders.LONGEST))
+    session = orders.OrderSession(said(seen["tx"], _BIT), floods, 10 * _BIT)
+    session.run(iter(frames))
+    judgement.failures += [*failures, *session.failures]
+    judgement.bytes, judgement.lines = len(heard), len(frames)
+    judgement.answers = session.answers
+    judgement.steps = sum(len(one.clock) for one in steps)
+    if not session.failures:  # else it is not known what was asked for
+        judgement.failures += orders.follow(session.taken, steps, _MILL.period, _TRAVEL)
+        judgement.timed = judgement.steps
+
+
 TARGETS = {target.name: target for target in (
     Target("positioner", _BIT, positioner.DIALECT,
            lambda: boards.component("positioner", Positioner(pace=_POSITIONER)),
@@ -175,5 +198,9 @@ TARGETS = {target.name: target for target in (
                                                      help_text=single.HELP)),
            ("tx", "coils", "enable", "position", "fault"), _single,
            rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
+    Target("mill", _BIT, orders.DIALECT,
+           lambda: boards.nexys2_mill(SerialOrders(clock=_BIT, baud=1), pace=_MILL, debounce=4,
+                                      z_travel=_TRAVEL),
+           ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, inputs={"switches": 0x80}),
 )}
 """What can be fuzzed, by name."""
