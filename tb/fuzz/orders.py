@@ -1,8 +1,6 @@
-"""Orders over a serial line, at the level of lines: which are taken, and where the tool may go."""
+"""Orders over a serial line: what each line is answered, and where the tool may go."""
 
-import random
 import re
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -10,22 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .line import CUT, Text
-from .pieces import Dialect
+from .order_lines import DOWN, GO, NUMBERS, OPEN, TELL, UP, asked, checked
 from .single import Frame
 from .ways import Failure, Steps
 
-__all__ = ["DIALECT", "SIDE", "OrderSession", "Taken", "follow", "motors"]
+__all__ = ["OrderSession", "Taken", "follow", "motors"]
 
 WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
 """Coil words, ascending."""
 
-SIDE = 250
-"""Places to go to are the corners of a square: so each way is along one of the 8 directions."""
+DEPTH = 2
+"""Orders that may wait."""
 
-LONGEST, NUMBERS, DEPTH = 32, 1 << 24, 2
 ANSWER = re.compile(rb"=([0-9A-F]{30})\r\n")
-
-TELL, OPEN, GO, UP, DOWN = range(5)
 (TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
 
 
@@ -36,17 +31,6 @@ class Taken(NamedTuple):
     kind: int
     x: int
     y: int
-
-
-def checked(digits: str) -> bytes:
-    """Put the check behind digits."""
-    crc = zlib.crc32(bytes.fromhex(digits[::-1])[::-1])
-    return (digits + f"{crc:08X}"[::-1]).encode()
-
-
-def request(kind: int, session: int = 0, number: int = 0, x: int = 0, y: int = 0) -> bytes:
-    """Give a line."""
-    return b":%s\r" % checked(f"{kind:02X}{session:08X}{number % NUMBERS:06X}{x:04X}{y:04X}")
 
 
 def motors(seen: Mapping[str, NDArray]) -> tuple[list[Steps], list[Failure]]:
@@ -82,16 +66,16 @@ def follow(orders: Sequence[Taken], steps: Sequence[Steps], period: int, travel:
     first = np.full(len(orders), CUT)
     for name, own, parts in zip("xyz", steps, ways, strict=True):
         of = np.arange(len(orders)).repeat([len(part) for part in parts])
-        asked = np.concatenate([*parts, np.zeros(1, int)])[:-1]
-        same = min(len(asked), len(own.clock))
+        ordered = np.concatenate([*parts, np.zeros(1, int)])[:-1]
+        same = min(len(ordered), len(own.clock))
         begun = np.array([order.clock for order in orders], np.int64)[of[:same]]
-        wrong = np.flatnonzero((own.way[:same] != asked[:same]) | (own.clock[:same] <= begun))
-        if wrong.size or len(own.clock) > len(asked):
+        wrong = np.flatnonzero((own.way[:same] != ordered[:same]) | (own.clock[:same] <= begun))
+        if wrong.size or len(own.clock) > len(ordered):
             clock = int(own.clock[wrong[0] if wrong.size else same])
             failures.append(Failure(clock, "step", f"a step of {name} that no order asked for"))
-        elif same < len(asked):
+        elif same < len(ordered):
             failures.append(Failure(orders[of[same]].clock, "step", f"{name} makes {same} steps, "
-                                    f"and {len(asked)} were ordered"))
+                                    f"and {len(ordered)} were ordered"))
         apart = np.diff(own.clock[:same])[np.diff(of[:same]) == 0]
         if (apart != period).any():
             failures.append(Failure(int(own.clock[0]), "time", f"steps of {name} are not {period} "
@@ -208,10 +192,10 @@ class OrderSession:
 
     def _outcomes(self, frame: Frame) -> set[int]:
         """Say what may become of a line."""
-        asked = _asked(frame)
-        if asked is None:
+        request = asked(frame)
+        if request is None:
             return {DAMAGED}
-        kind, session, number, *_ = asked
+        kind, session, number, *_ = request
         idle = self._done == self._number
         if kind == TELL:
             return {TOLD}
@@ -229,49 +213,12 @@ class OrderSession:
         return {TAKEN, FULL} if full else {TAKEN}
 
     def _do(self, frame: Frame, outcome: int) -> None:
-        asked = _asked(frame)
-        if asked is None:
+        request = asked(frame)
+        if request is None:
             return
-        kind, session, number, x, y = asked
+        kind, session, number, x, y = request
         if outcome == OPENED and session != self._session:
             self._session, self._number, self._done = session, number, number
         elif outcome == TAKEN:
             self._number = number
             self.taken.append(Taken(frame.clock, kind, x, y))
-
-
-def _asked(frame: Frame) -> tuple[int, ...] | None:
-    """Read a request; None if its line is not right."""
-    text = frame.text.decode("latin-1")
-    if frame.wrong or not re.fullmatch("[0-9A-F]{32}", text) or checked(text[:24]) != frame.text:
-        return None
-    return tuple(int(text[a:b], 16) for a, b in [(0, 2), (2, 10), (10, 16), (16, 20), (20, 24)])
-
-
-_GAP = b" " * 36
-"""Time for an answer more."""
-
-
-def _job(rng: random.Random) -> bytes:
-    """Give a session and its first orders, or other requests."""
-    if rng.random() < 0.3:
-        kind = rng.choice([TELL, OPEN, GO, UP, DOWN, DOWN + 1, 0xFF])
-        return request(kind, rng.choice([0, 1, rng.getrandbits(32)]) if kind != OPEN else 0,
-                       rng.choice([0, 1, NUMBERS - 1]), 0, 0)
-    session, number = rng.getrandbits(32), rng.choice([0, 7, NUMBERS - 2])
-    lines = [request(OPEN), request(OPEN, session, number)]
-    for _ in range(rng.randint(1, 5)):
-        number += 1
-        corner = rng.choice([0, SIDE]), rng.choice([0, SIDE])
-        order = request(rng.choice([GO, GO, GO, UP, DOWN]), session, number, *corner)
-        lines += [order] * rng.choice([1, 1, 2])
-    return b"".join(line + _GAP for line in lines)
-
-
-DIALECT = Dialect(
-    _job, quiet=(request(TELL), request(TELL), request(TELL)[:-3] + b"\r", b":\r", b"AB\n", b":"),
-    end=b"\r", letters=b":\r\n0123456789ABCDEF=", room=63, answer=40, begin=request(TELL),
-    alive=b"".join(line + _GAP * 9 for line in [
-        request(OPEN), request(OPEN), request(OPEN, 5), request(GO, 5, 1, 0, SIDE),
-        request(GO, 5, 2, SIDE, SIDE), request(DOWN, 5, 3), request(UP, 5, 4), request(TELL)]))
-"""How one speaks to it."""

@@ -11,15 +11,16 @@ from fresa.protocol import frames
 from fresa.protocol import positioner as commands
 from tb.contracts.contract import Bug
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.fuzz import TARGETS, fuzz, measure, orders, play, positioner, shortest, single, spread
+from tb.fuzz import TARGETS, fuzz, measure, play, positioner_lines, shortest, single, spread
 from tb.fuzz.line import FRAME, Broken, hear, high, levels, said
+from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
 from tb.fuzz.targets import Judgement
 from tb.fuzz.ways import Effect, Mode, Steps, walk
 from tb.models.protocol import ReceiverModel
 
 BIT = 16
-BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": orders.request(orders.OPEN, 1)}
+BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPEN, 1)}
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
@@ -53,12 +54,12 @@ MISTAKES = {  # machine, few bytes, what is found, the mistake
         "m.d.sync += self.run[motor].eq(motor == 1)")),
     "a rate that drifts": ("positioner", b"VEL MOT3 1499\nMOV MOT3 C\n", "time", Bug(
         rate, SLOW_CLOCK, "rate + 40 - self.modulus, rate")),
-    "an order taken out of turn": ("mill", orders.request(orders.DOWN, 1, 257), "answer", Bug(
+    "an order taken out of turn": ("mill", request(DOWN, 1, 257), "answer", Bug(
         order_ledger, "request.number != (taken + 1)[:24]",
         "request.number[:8] != (taken + 1)[:8]")),
-    "an order to somewhere else": ("mill", orders.request(orders.GO, 1, 1, 0, 4), "step", Bug(
+    "an order to somewhere else": ("mill", request(GO, 1, 1, 0, 4), "step", Bug(
         order_ledger, "store.data.x.eq(request.x)", "store.data.x.eq(request.y)")),
-    "steps too far apart": ("mill", orders.request(orders.GO, 1, 1, 0, 4), "time", Bug(
+    "steps too far apart": ("mill", request(GO, 1, 1, 0, 4), "time", Bug(
         order_control, "FrequencyDivider(period=self.period)",
         "FrequencyDivider(period=self.period + 1)")),
 }
@@ -168,7 +169,7 @@ def test_frames_that_are_refused(text, wrong):
     (b"POS 0 0 2147483648", "RANGE"),
 ])
 def test_lines_that_are_refused(text, wrong):
-    assert positioner.refusal(text)[0] == wrong
+    assert positioner_lines.refusal(text)[0] == wrong
 
 
 class TestWalk:
