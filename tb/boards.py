@@ -2,22 +2,24 @@
 
 """The designs that engines run: machines by their own pins, and boards by theirs."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
+from amaranth import ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
+from fresa.machines import Single
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
 from fresa.machines.positioner import GUARDS, PositionerPace
 from fresa.motion import SerialOrders
 from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
 from fresa_boards.nexys2_positioner import Nexys2Positioner
+from fresa_boards.nexys2_single import Nexys2Single
 
 from .design import Design
 from .vhdl import REFERENCES
 
-__all__ = ["component", "described", "mill", "nexys2_mill", "nexys2_positioner"]
+__all__ = ["component", "described", "mill", "nexys2_mill", "nexys2_positioner", "nexys2_single"]
 
 
 def component(name: str, dut: wiring.Component) -> Design:
@@ -64,45 +66,57 @@ def nexys2_mill(
     ``axis_x``, ``axis_y`` and ``axis_z``, all with the levels of the board. `SerialOrders` have
     ``rx`` and ``tx`` besides.
     """
-    serial = isinstance(source, SerialOrders)
-    line = [("rx", "i", 1, False), ("tx", "o", 1, False)] if serial else []
-    ports = {
-        name: io.SimulationPort(direction, width, invert=invert, name=name)
-        for name, direction, width, invert in [
-            ("clk", "i", 1, False), ("switches", "i", 8, False), ("buttons", "i", 4, False),
-            ("leds", "o", 8, False), ("segments", "o", 8, True), ("digits", "o", 4, True),
-            ("axis_x", "o", 4, False), ("axis_y", "o", 4, False), ("axis_z", "o", 4, False),
-            *line,
-        ]
-    }
+    line: dict[str, tuple[str, int]] = (
+        {"rx": ("i", 1), "tx": ("o", 1)} if isinstance(source, SerialOrders) else {})
+    ports = _ports({
+        "clk": ("i", 1), "switches": ("i", 8), "buttons": ("i", 4),
+        "leds": ("o", 8), "segments": ("o", 8), "digits": ("o", 4),
+        "axis_x": ("o", 4), "axis_y": ("o", 4), "axis_z": ("o", 4), **line})
     top = Nexys2Mill(ports, source=source, pace=pace, debounce=debounce, z_travel=z_travel,
                      guard=guard)
-    return Design(
-        "nexys2_mill", top, ports["clk"].i,
-        inputs={name: port.i for name, port in ports.items()
-                if port.direction is io.Direction.Input and name != "clk"},
-        outputs={name: port.o for name, port in ports.items()
-                 if port.direction is io.Direction.Output})
+    return _board("nexys2_mill", top, ports)
+
+
+def nexys2_single(machine: Single, *, debounce: int, scan_bits: int) -> Design:
+    """Return `single` on a Nexys 2, likewise.
+
+    Its inputs are ``button`` and ``rx``; its outputs ``tx``, ``leds``, ``segments``, ``digits``,
+    ``coils`` and ``bridge``.
+    """
+    ports = _ports({
+        "clk": ("i", 1), "button": ("i", 1), "rx": ("i", 1), "tx": ("o", 1), "leds": ("o", 8),
+        "segments": ("o", 8), "digits": ("o", 4), "coils": ("o", 4), "bridge": ("o", 1)})
+    top = Nexys2Single(ports, machine=machine, debounce=debounce, scan_bits=scan_bits)
+    return _board("nexys2_single", top, ports)
 
 
 def nexys2_positioner(
     *, pace: PositionerPace, debounce: int, inverted: bool = False,
     backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
 ) -> Design:
-    """Return the positioner on a Nexys 2: the wiring that is built, on pins of a simulation.
+    """Return the positioner on a Nexys 2, likewise.
 
     Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is pressed; its
     outputs ``tx``, ``buzzer``, ``leds``, and ``motor_x``, ``motor_y`` and ``motor_z``, each STEP,
     DIR and ENABLE.
     """
-    inputs = {"rx": 1, "reset": 1, "limits": 3}
-    outputs = {"tx": 1, "buzzer": 1, "leds": 8, **{f"motor_{name}": 3 for name in "xyz"}}
-    ports = {name: io.SimulationPort("i" if name in inputs else "o", width,
-                                     invert=name == "limits", name=name)
-             for name, width in {**inputs, **outputs}.items()}
-    ports["clk"] = io.SimulationPort("i", 1, name="clk")
+    ports = _ports({
+        "clk": ("i", 1), "rx": ("i", 1), "reset": ("i", 1), "limits": ("i", 3), "tx": ("o", 1),
+        "buzzer": ("o", 1), "leds": ("o", 8), **{f"motor_{name}": ("o", 3) for name in "xyz"}})
     top = Nexys2Positioner(ports, pace=pace, debounce=debounce, inverted=inverted,
                            backlash=backlash, guards=guards)
-    return Design("nexys2_positioner", top, ports["clk"].i,
-                  inputs={name: ports[name].i for name in inputs},
-                  outputs={name: ports[name].o for name in outputs})
+    return _board("nexys2_positioner", top, ports)
+
+
+def _ports(pins: Mapping[str, tuple[str, int]]) -> dict[str, io.SimulationPort]:
+    """Make the pins of a board: their directions and widths, those that are active low inverted."""
+    return {name: io.SimulationPort(direction, width, name=name,
+                                    invert=name in ("segments", "digits", "limits"))
+            for name, (direction, width) in pins.items()}
+
+
+def _board(name: str, top: Elaboratable, ports: Mapping[str, io.SimulationPort]) -> Design:
+    inputs = {pin: port.i for pin, port in ports.items() if port.direction is io.Direction.Input}
+    clk = inputs.pop("clk")
+    outputs = {pin: port.o for pin, port in ports.items() if pin not in {"clk", *inputs}}
+    return Design(name, top, clk, inputs=inputs, outputs=outputs)

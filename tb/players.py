@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from operator import attrgetter
 from os import PathLike
 from typing import ClassVar, Protocol
@@ -81,6 +81,8 @@ class Machine:
         Gives stimulus by chance.
     model : callable, optional
         Makes its model, if it has one.
+    without : mapping of str to str
+        Engines that cannot play it, and why.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Machine:
     directed: Callable[[int, int], Stimulus]
     chance: Chance
     model: Callable[[], Model] | None = None
+    without: Mapping[str, str] = field(default_factory=dict)
 
     @functools.cached_property
     def shared(self) -> Design:
@@ -99,7 +102,8 @@ class Machine:
     @property
     def engines(self) -> list[str]:
         """Names of all that can play it, the model first."""
-        return [*([MODEL] if self.model else []), *ENGINES]
+        return [*([MODEL] if self.model else []),
+                *(name for name in ENGINES if name not in self.without)]
 
 
 def _mill(name: str, guard: bool) -> Machine:
@@ -127,7 +131,10 @@ def _single() -> Machine:
         "single", lambda: boards.component(
             "single", Single(pace=pace, greeting=greeting, help_text=help_text)),
         directed=lambda seed, clocks: typed_in_turn(model(), seed, clocks),
-        chance=functools.partial(typed_by_chance, pace.bit), model=model)
+        chance=functools.partial(typed_by_chance, pace.bit), model=model,
+        without={"ghdl": "it has no description in VHDL",
+                 **dict.fromkeys(("netlist", "netlist-icarus"),
+                                 "it takes block RAMs, of which Yosys has no model")})
 
 
 def _described(name: str) -> Machine:
@@ -159,7 +166,7 @@ class ModelPlayer:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self._inputs = [field.name for field in fields(model.Inputs)]
+        self._inputs = [each.name for each in fields(model.Inputs)]
 
     def play(self, stimulus: Stimulus, outputs: Sequence[str], /) -> dict[str, NDArray]:
         """Play some rows; give the outputs."""

@@ -33,8 +33,9 @@ Runs the same stimulus on every engine that runs here and on the model in Python
 output of every clock. The stimulus is of two kinds: orders, jogs, changes of mode, stops, resets
 and orders that must be refused, which wait for the machine as people do; then pins at random.
 
-The machine is the mill, unless --machine names one of its components; those have no model in
-Python, but like the mill a description in VHDL, written from the thesis.
+The machine is the mill, unless --machine names another, or one of the mill's components; those have
+no model in Python, but like the mill a description in VHDL, written from the thesis. What is typed
+to `single` is frames that wait for their answers; then frames side by side, bytes and noise.
 
 At the first difference it names engine, clock and outputs, makes the stimulus as short as it can,
 prints it as a script, and writes the waveforms of both engines from power-up to the difference.
@@ -53,6 +54,9 @@ examples:
 
   python -m tools.cosim --machine sequencer --engines cxxrtl,ghdl --cycles 100000
       One component, beside its description in VHDL.
+
+  python -m tools.cosim --machine single --cycles 1000000
+      One motor behind a serial line, with right, wrong and damaged frames on it.
 
   python -m tools.cosim --campaign 1000000000
       A billion, on all cores. Ctrl-C, and the same command again, goes on where it was.
@@ -247,9 +251,12 @@ def _engines(machine: Machine, named: str | None) -> tuple[list[str], list[str]]
         name: reason for name, engine in ENGINES.items() if (reason := engine.missing())}
     if named is None:
         names = [name for name in every if name not in missing]
-        return names, [f"{name}: {reason}" for name, reason in missing.items()]
+        left_out = {**missing, **machine.without}
+        return names, [f"{name}: {reason}" for name, reason in left_out.items()]
     names = every if named == "all" else list(dict.fromkeys(named.split(",")))
     for name in names:
+        if name in machine.without:
+            raise UserError(f"{name} cannot run {machine.name}: {machine.without[name]}")
         if name not in every:
             raise UserError(f"no engine is named {name!r}; there are {', '.join(every)}")
         if name in missing:

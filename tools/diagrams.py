@@ -148,6 +148,25 @@ DIAGRAMS = (
         "step of that axis goes up; the other axis, and steps down, are free.",
         "inputs: step direction low high outputs: allowed at_low at_high", 44, 62),
     Diagram(
+        "axis",
+        "From 4 back to 1: DIR turns, two steps take up the play and are not counted, three are. "
+        "Then the switch at the low end is pressed and the target is below: what is due is blocked "
+        "until the target is above.",
+        "inputs: target low rate pins: step_pin direction_pin outputs: moved blocked there "
+        "position", 82, 190),
+    Diagram(
+        "point-store",
+        "Points 1 and 3 are stored, 0 is not: there is none. Whether there is a point is known at "
+        "once, and where it is with the next clock.",
+        "inputs: number store place_0 place_1 outputs: stored found_0 found_1", 0, 8),
+    Diagram(
+        "positioning",
+        "`MOV` and `GOTO` are refused, the first before `CONNECT`, the second to a point never "
+        "stored; each is answered once, and changes nothing. Then a point is stored, and all "
+        "motors go there.",
+        "inputs: orders_valid orders_payload.command orders_payload.point "
+        "outputs: orders_ready connected run target_0 answers_valid answers_payload", 0, 14),
+    Diagram(
         "order-control",
         "A movement of X and Y by 5 steps is taken with `valid` and `ready`. Its steps come a "
         "period of 4 clocks apart, until the counter has as many as were ordered; then it is ready "
@@ -309,11 +328,44 @@ DIAGRAMS = (
         "bytes_payload inside: dut.left", 0, 28,
         radix=("messages_payload=hex", "bytes_payload=hex", "dut.left=dec")),
     Diagram(
+        "frame-interpreter",
+        "The frame `x57`, in which a word is read, a number and the end. The set-point is there "
+        "with the clock after the end was taken, and not before; then `ok` and the end of the line "
+        "are sent.",
+        "frames: items_valid items_ready items_payload.byte items_payload.end "
+        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 12, 32,
+        radix=("items_payload.byte=hex", "bytes_payload=hex", "target=dec")),
+    Diagram(
+        "positioner-commands",
+        "`MOV MOT1 C`, a byte a clock where it is read; two clocks after its last letter a word is "
+        "known. With the end of the line the order is there.",
+        "line: items_valid items_ready items_payload.byte items_payload.end order: orders_valid "
+        "orders_payload.answer orders_payload.command orders_payload.motor "
+        "orders_payload.clockwise inside: dut.commands_state_state", 0, 22),
+    Diagram(
+        "reporter",
+        "A line that takes a byte every 4 clocks. A report begins at each tick; an answer that "
+        "would not be over at the next tick waits. This one is just over in time.",
+        "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
+        "outputs: tick inside: dut.reporter_state_state", 190, 250, radix=("bytes_payload=hex",)),
+    Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
         "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
         "axis_z positions: x.count y.count z.count", 0, 115),
+    Diagram(
+        "single",
+        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
+        "way: the first step is made at once, the others 10 clocks apart, 6000 rpm at the 48 kHz "
+        "of this bench. `tx` falls when the answer begins.",
+        "line: rx tx outputs: moving coils position enable", 11940, 12040, radix=("position=dec",)),
+    Diagram(
+        "positioner",
+        "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
+        "its first STEP. X takes up 3 steps of play, which its position does not count.",
+        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
+        "y.move.position pins: enable moving rx", 9_480, 9_700),
 )
 """In the order of the page: from steps to pins, orders to steps, where orders come from, people,
 serial lines; then machines."""

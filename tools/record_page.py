@@ -102,10 +102,10 @@ def _netlist(netlist: Facts) -> list[str]:
 def _mutants(*runs: Facts) -> list[str]:
     counts = ("mutants", "equivalent", "contract", "bench", "killed", "survive")
     total = {count: sum(run["all"][count] for run in runs) for count in counts}
-    total["score"] = 100 * total["killed"] / max(1, total["mutants"] - total["equivalent"])
+    score = 100 * total["killed"] / max(1, total["mutants"] - total["equivalent"])
     parts = [item for run in runs for item in run["components"].items()]
     rows = [[name, *(one[count] for count in counts), f"{one['score']:.2f}"]
-            for name, one in [*parts, ("**all**", total)]]
+            for name, one in [*parts, ("**all**", {**total, "score": score})]]
     text = [_table(["component", "mutants", "equivalent", "killed by contracts",
                     "killed by benches", "killed", "survive", "% killed"], rows)]
     survivors = [[one["component"], f"`{one['mutant']}`", one["explained"] or "not explained"]

@@ -146,8 +146,9 @@ class Watch:
         if sender.resumed and not self._resumed:
             self._resumed = True
             warn(f"the mill is at this job: going on behind order {sender.taken} of {sender.total}")
-        self._progress.advance(sender.done - self._shown)
-        self._shown = sender.done
+        if sender.done != self._shown:
+            self._progress.advance(sender.done - self._shown)
+            self._shown = sender.done
         self._line(connected)
 
     def _line(self, connected: bool) -> None:

@@ -269,7 +269,8 @@ def deliver(sender: Sender, connect: Callable[[], Line], *,
     begun = False
     try:
         while not sender.finished:
-            watch(port is not None)
+            if begun:
+                watch(port is not None)
             try:
                 if port is None:
                     port = connect()

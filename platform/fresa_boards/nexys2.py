@@ -17,6 +17,7 @@ from functools import reduce
 from operator import add
 
 from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
+from amaranth.lib import io
 from amaranth_boards.resources import (
     ButtonResources,
     Display7SegResource,
@@ -29,7 +30,8 @@ from amaranth_boards.resources import (
 
 from .ise import ISEPlatform
 
-__all__ = ["Capacity", "Nexys2Platform", "Nexys2_1200Platform", "request_ports"]
+__all__ = ["Capacity", "Nexys2Platform", "Nexys2_1200Platform", "display_segments",
+           "request_ports"]
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,12 @@ def request_ports(platform, names: Mapping[str, _Name | Iterable[_Name]]) -> dic
         else reduce(add, [request(part) for part in name])
         for key, name in names.items()
     }
+
+
+def display_segments(display) -> io.PortLike:
+    """Join the cathodes of the display into one port: a to g, then the point."""
+    return reduce(add, [getattr(display, name)
+                        for name in ("a", "b", "c", "d", "e", "f", "g", "dp")])
 
 
 if __name__ == "__main__":

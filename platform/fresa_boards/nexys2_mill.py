@@ -2,9 +2,7 @@
 
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import reduce
 from math import ceil
-from operator import add
 from typing import TypeAlias
 
 from amaranth import (
@@ -28,9 +26,12 @@ from fresa.machines.mill import CLOCK, Z_TRAVEL, Mill, MillPace
 from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
 
-from .nexys2 import request_ports
+from .nexys2 import display_segments, request_ports
 
-__all__ = ["DEBOUNCE", "Nexys2Mill", "OrderSource", "debounce_period", "mill_ports"]
+__all__ = ["BAUD", "DEBOUNCE", "Nexys2Mill", "OrderSource", "debounce_period", "mill_ports"]
+
+BAUD = 9_600
+"""Bits a second of the line that orders come over: one and its answer take 70 ms, a pixel 1.3 s."""
 
 OrderSource: TypeAlias = CoordinateGenerator | SquareGenerator | SerialOrders
 """Where the orders of a mill may come from."""
@@ -70,15 +71,13 @@ def mill_ports(platform, *, serial: bool = False) -> dict:
         "buttons": [("button", index) for index in range(4)],
         "leds": [("led", index) for index in range(8)],
         "digits": "display_7seg_an",
-        "display": "display_7seg",
+        "segments": "display_7seg",
         **{f"axis_{name}": ("coils", index) for index, name in enumerate("xyz")},
     })
     if serial:
         line = request_ports(platform, {"line": "uart"})["line"]
         ports |= {"rx": line.rx, "tx": line.tx}
-    display = ports.pop("display")
-    segments = [getattr(display, name) for name in ("a", "b", "c", "d", "e", "f", "g", "dp")]
-    return {**ports, "segments": reduce(add, segments)}
+    return {**ports, "segments": display_segments(ports["segments"])}
 
 
 class Nexys2Mill(Elaboratable):

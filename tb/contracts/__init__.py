@@ -2,6 +2,7 @@
 
 from .automatic import AUTOMATIC
 from .axes import AXES
+from .axis import AXIS
 from .backlash import BACKLASH
 from .coil import COIL
 from .contract import Component
@@ -13,6 +14,7 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .frames import FRAMES
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
@@ -23,9 +25,13 @@ from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
+from .points import POINTS
 from .position import POSITION
+from .positioner_commands import POSITIONER_COMMANDS
+from .positioning import POSITIONING
 from .rate import RATE
 from .sequencer import SEQUENCER
+from .single import SINGLE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -48,6 +54,9 @@ COMPONENTS = {
     "position": POSITION,
     "backlash": BACKLASH,
     "limits": LIMITS,
+    "axis": AXIS,
+    "points": POINTS,
+    "positioning": POSITIONING,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,
@@ -71,6 +80,9 @@ COMPONENTS = {
     "text": TEXT,
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,
+    "frames": FRAMES,
+    "positioner_commands": POSITIONER_COMMANDS,
     "mill": MILL,
+    "single": SINGLE,
 }
 """Components by name, in the order in which they are best read."""

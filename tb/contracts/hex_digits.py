@@ -144,7 +144,7 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
             bug=(Bug(hex_writer, 'ord("A") - 10', 'ord("a") - 10'),
                  Bug(hex_writer, "crc.valid.eq(given & body)", "crc.valid.eq(given)"),
                  Bug(hex_writer, "crc.start.eq(self.messages.valid & self.messages.ready)",
-                     "crc.start.eq(0)")))
+                     "crc.start.eq(given)")))
     c.always("at-once", "A byte is offered from the clock after the message to the last.",
              offered == sending, seen=sending,
              bug=Bug(hex_writer, "self.bytes.valid.eq(left != 0)", "self.bytes.valid.eq(left > 1)"))

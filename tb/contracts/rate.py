@@ -5,9 +5,9 @@ from amaranth import Mux
 from fresa.drive import RateGenerator, rate
 
 from .coil import watch_spacing
-from .contract import Bug, Case, Component, Contract
+from .contract import Bits, Bug, Case, Component, Contract
 
-__all__ = ["RATE"]
+__all__ = ["RATE", "watch_spaced"]
 
 RESET_LESS = "init=-self.modulus, reset_less=True"
 
@@ -47,6 +47,15 @@ def describe(c: Contract, dut: RateGenerator) -> None:
             when=c.past(~dut.due & (dut.rate == 0)), then=~dut.due,
             bug=Bug(rate, "self.max_rate, self.rate", "self.max_rate, self.rate | 1"))
 
+    watch_spaced(c, dut, owed, alone=True)
+
+
+def watch_spaced(c: Contract, dut: RateGenerator, owed: Bits, *, alone: bool = False) -> None:
+    """Promise that steps are not too close; `owed` is the sum, also of what is due.
+
+    `alone` is a generator without a motor, which has to get ready first.
+    """
+    made = dut.due & dut.moved
     least = dut.modulus // dut.max_rate
     rested = watch_spacing(c, made, least)
     if least > 1:
@@ -54,7 +63,7 @@ def describe(c: Contract, dut: RateGenerator) -> None:
                 "rates are given, and however long one waited.",
                 when=made, then=rested >= least - 1,
                 bug=(Bug(rate, "rate - self.modulus, rate", "rate - self.modulus // 2, rate"),
-                     Bug(rate, RESET_LESS, "init=-1")))
+                     *[Bug(rate, RESET_LESS, "init=-1")] * alone))
     c.always("spacing-is-in-the-sum", "What is owed so long after a step is no more than that.",
              (rested == least) | (owed < (rested + 2) * dut.max_rate), seen=rested == 0,
              bug=Bug(rate, "self.max_rate, self.rate", "self.max_rate, self.max_rate + self.rate"))

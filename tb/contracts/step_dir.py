@@ -7,7 +7,7 @@ from fresa.drive import StepDirDriver, step_dir
 from .coil import watch_spacing
 from .contract import Bits, Bug, Case, Component, Contract
 
-__all__ = ["STEP_DIR"]
+__all__ = ["STEP_DIR", "watch_driver"]
 
 READY = "over & ~high & right & power & ~ResetSignal()"
 RIGHT = "(sense == self.direction) & (power == self.enable)"
@@ -17,6 +17,16 @@ TURNS = "(power != self.enable) | (self.step & ~right)"
 
 def describe(c: Contract, dut: StepDirDriver) -> None:
     """The times of a driver module hold for every input, and each pulse is counted once."""
+    watch_driver(c, dut)
+
+
+def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
+    """Promise that of a driver at any place of a component; `path` is that of its inside.
+
+    What the rest of the component never asks for shows no mistake: of those the driver alone has
+    them.
+    """
+    alone = not path
     pause = max(dut.low, dut.hold)
     since = watch_spacing(c, dut.moved, dut.width, "since_rise")  # clocks since STEP rose
     low = _count(c, ~dut.step_pin, pause, "low_for")  # clocks before this for which it is low
@@ -26,7 +36,7 @@ def describe(c: Contract, dut: StepDirDriver) -> None:
     still = Mux(changed, 0, before)  # clocks before this for which DIR and ENABLE are as now
     c.m.d.sync += before.eq(Mux(still < dut.setup, still + 1, still))
 
-    pulses(c, dut, since, low, still)
+    pulses(c, dut, since, low, still, alone)
     c.holds("hold", "DIR and ENABLE change only while STEP is low, `hold` clocks after it fell.",
             when=changed, then=~c.past(dut.step_pin) & ~dut.step_pin
             & (c.past(low) >= dut.hold - 1),
@@ -46,22 +56,24 @@ def describe(c: Contract, dut: StepDirDriver) -> None:
              c.past(1) | ~(dut.step_pin | dut.direction_pin | dut.enable_pin), seen=~c.past(1),
              bug=Bug(step_dir, "power = Signal(reset_less=True)",
                      "power = Signal(reset_less=True, init=1)"))
-    waiting(c, dut, since, low, still)
+    waiting(c, dut, since, low, still, c.signal(f"{path}wait"))
 
 
-def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits) -> None:
+def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, alone: bool
+           ) -> None:
     """When STEP is high, and what has to be before."""
     c.always("pulse", "STEP is high for `width` clocks after each step that is made, whatever is "
              "asked meanwhile, and at no other time.", dut.step_pin == (since < dut.width),
              seen=dut.step_pin,
              bug=(Bug(step_dir, "wait.eq(1 - self.width)", "wait.eq(1 - self.width - 1)"),
                   Bug(step_dir, "high = Signal(reset_less=True)", "high = Signal()"),
-                  Bug(step_dir, "self.step & self.ready", "self.step & over")))
-    c.holds("low", "STEP was low for `low` clocks before it rises, also after power-up.",
-            when=dut.moved, then=~dut.step_pin & (low >= dut.low - 1),
-            bug=(Bug(step_dir, PAUSE, "pause = self.hold"),
-                 Bug(step_dir, "init=1 - longest", "init=0"),
-                 Bug(step_dir, READY, "over & right & power & ~ResetSignal()")))
+                  *[Bug(step_dir, "self.step & self.ready", "self.step & over")] * alone))
+    if alone:  # a rate that is slower sees to it by itself
+        c.holds("low", "STEP was low for `low` clocks before it rises, also after power-up.",
+                when=dut.moved, then=~dut.step_pin & (low >= dut.low - 1),
+                bug=(Bug(step_dir, PAUSE, "pause = self.hold"),
+                     Bug(step_dir, "init=1 - longest", "init=0"),
+                     Bug(step_dir, READY, "over & right & power & ~ResetSignal()")))
     c.holds("setup", "DIR and ENABLE are as they are for `setup` clocks before STEP rises.",
             when=dut.moved, then=still >= dut.setup - 1,
             bug=Bug(step_dir, "wait.eq(1 - self.setup)", "wait.eq(-self.setup // 2 + 1)"))
@@ -80,9 +92,10 @@ def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits)
             bug=Bug(step_dir, "self.step & self.ready", "self.step & self.ready & sense"))
 
 
-def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits) -> None:
+def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, wait: Bits
+            ) -> None:
     """How long anything has to wait, and what the timer has to do with it."""
-    wait, high = c.signal("wait"), dut.step_pin
+    high = dut.step_pin
     pause = max(dut.low, dut.hold)
     whole = max(dut.width + pause, dut.setup)
     left = -wait + Mux(high, pause, 0)  # clocks until all is over, after this

@@ -61,14 +61,13 @@ class RateModel:
         self.modulus, self.max_rate = modulus, max_rate
         self.given = self.made = 0
 
-    @property
-    def due(self) -> int:
-        """It is time for a step."""
-        return int(self.given >= (self.made + 1) * self.modulus)
+    def is_due(self) -> bool:
+        """Say whether a step is due."""
+        return self.given >= (self.made + 1) * self.modulus
 
     def clock(self, *, rate: int, moved: int, rst: int = 0) -> dict[str, int]:
         """Make a clock."""
-        due = self.due
+        due = int(self.is_due())
         if moved or not due:
             self.given += min(rate, self.max_rate)
         self.made += due & moved

@@ -89,7 +89,7 @@ class AxisModel:
         """Make a clock."""
         position = self.move.position
         step, direction = self.move.asks(target=target, run=run, load=load)
-        asked = step & self.rate.due
+        asked = step & int(self.rate.is_due())
         allowed = self.limits.clock(step=asked, direction=direction, low=low, high=high)["allowed"]
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
         moved = seen["moved"]

@@ -278,7 +278,7 @@ class SingleModel:
     def _move(self, rst: int) -> None:
         """Make the step that is due, towards the set-point of this clock."""
         up = int(self.target > self.place.position)
-        step = self.enable and self.place.position != self.target and self.steps.due
+        step = self.enable and self.place.position != self.target and self.steps.is_due()
         moved = self.motor.clock(step=int(step), direction=up, enable=self.enable,
                                  rst=rst)["moved"]
         self.steps.clock(rate=self.speed * self.rate, moved=moved)

@@ -21,9 +21,10 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill
+from fresa.machines import Mill, Positioner, Single
 from fresa.motion import (
     AutomaticControl,
+    Axis,
     Backlash,
     CoordinateGenerator,
     GuardedController,
@@ -34,6 +35,8 @@ from fresa.motion import (
     NumericalController,
     OrderControl,
     OrderLedger,
+    PointStore,
+    Positioning,
     SerialOrders,
     SpiralWalk,
     SquareGenerator,
@@ -44,9 +47,12 @@ from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    FrameInterpreter,
     HexReader,
     HexWriter,
     LineReader,
+    PositionerCommands,
+    Reporter,
     TextSource,
     UARTReceiver,
     UARTTransmitter,
@@ -60,7 +66,8 @@ STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
     "guarded-controller", "start-handshake", "square-generator", "coordinate-generator", "mill",
     "jog-axes", "jog-combinations", "square", "image", "uart-receiver", "serial-orders",
-    "decimal-writer",
+    "decimal-writer", "frame-interpreter", "single", "positioner-commands", "reporter",
+    "positioner",
 }
 
 BUGS = {
@@ -95,9 +102,17 @@ BUGS = {
     "decimal-writer": (DecimalWriter, "bytes.payload", 0x30),
     "word-reader": (WordReader, "words.payload.known", 1),
     "text-source": (TextSource, "bytes.payload", 0x6F),
-    "hex-reader": (HexReader, "messages.payload.good", 1),
+    "hex-reader": (HexReader, "items.ready", 1),
     "hex-writer": (HexWriter, "bytes.payload", 0x30),
+    "axis": (Axis, "there", 0),
+    "point-store": (PointStore, "stored", 0),
+    "positioner-commands": (PositionerCommands, "orders.valid", 0),
+    "positioning": (Positioning, "buzzer", 0),
+    "reporter": (Reporter, "bytes.payload", 0x21),
+    "frame-interpreter": (FrameInterpreter, "bytes.payload", 0x6F),
     "mill": (Mill, "error", 0),
+    "single": (Single, "tx", 1),
+    "positioner": (Positioner, "enable", 0),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),

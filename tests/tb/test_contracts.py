@@ -53,6 +53,12 @@ WHOLE_MACHINE = {
         "backlash": ["within-the-play", "load-is-pushed", "no-more-than-the-play"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
+    "a frame is answered once, and a bad one changes nothing": {
+        "frames": ["one-answer", "answers-what-it-is", "target-stays", "speed-stays",
+                   "power-stays"]},
+    "one motor makes the steps that frames ask for and no other, whatever is on its line": {
+        "single": ["steps-as-asked", "in-time", "not-before", "no-step-without-power",
+                   "coils-legal", "position-is-phase"]},
 }
 """What people rely on, and the promises of the components that say it."""
 

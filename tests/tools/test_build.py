@@ -14,8 +14,10 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillPace, step_period
+from fresa.machines.single import SinglePace
 from tools import build
 from tools.cut_picture import duration
+from tools.machines import mill, single
 from tools.synthesis import Resources, synthesise
 
 REPOSITORY = Path(__file__).parents[2]
@@ -68,11 +70,50 @@ class TestPins:
         assert not (tmp_path / "out").exists()
 
 
+class TestSingle:
+    def test_ports_are_those_of_the_original(self, tmp_path):
+        out = tmp_path / "out"
+        assert run("--machine", "single", "--board", "pins", "--no-report", "-o", out) == 0
+        assert module_ports((out / "single.v").read_text(), "single") == {
+            "clk": ("input", 1), "rst": ("input", 1), "rx": ("input", 1), "tx": ("output", 1),
+            "coils": ("output", 4), "enable": ("output", 1), "position": ("output", 14),
+            "moving": ("output", 1), "fault": ("output", 1)}
+
+    @pytest.mark.parametrize("options", [[], ["--unipolar", "--full-step", "--baud", 115200]])
+    def test_files_and_facts(self, tmp_path, options):
+        out = tmp_path / "out"
+        assert run("--machine", "single", *options, "--no-report", "-o", out) == 0
+        names = {name.replace("mill", "single") for name in SOURCES}
+        assert {path.name for path in out.iterdir()} == names | {"report.json"}
+        facts = json.loads((out / "report.json").read_text())
+        assert facts["machine"] == "single" and set(facts["files"]) == names
+        assert facts["bit_clocks"] == (434 if options else 5208)
+        assert facts["full_step"] == bool(options)
+        pins = dict(re.findall(r'^NET "(\S+)" LOC="(\S+)"', (out / "single.ucf").read_text(),
+                               re.M))
+        assert [pins[f"coils_0__io<{bit}>"] for bit in range(4)] == ["L15", "K12", "L17", "M15"]
+        assert (pins["bridge_0__io"], pins["uart_0__rx__io"], pins["uart_0__tx__io"]) == (
+            "K13", "U6", "P9")
+
+    @pytest.mark.parametrize(("arguments", "message"), [
+        (["--machine", "single", "--guard"], "unrecognized arguments: --guard"),
+        (["--machine", "single", "--size", "9x9"], "unrecognized arguments: --size 9x9"),
+        (["--full-step"], "unrecognized arguments: --full-step"),
+        (["--machine", "single", "--baud", "4000000"], "baud at a clock of 50000000 Hz must be"),
+        (["--machine", "lathe"], "invalid choice: 'lathe'"),
+    ])
+    def test_options_that_do_not_fit(self, tmp_path, capsys, arguments, message):
+        assert run(*arguments, "-o", tmp_path / "out") == 2
+        assert message in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
 class TestNexys2:
     @pytest.mark.parametrize("board", ["nexys2-500", "nexys2-1200"])
     def test_files(self, tmp_path, small, board):
         out = tmp_path / "out"
-        assert run("mill", "--board", board, "--image", small, "--no-report", "-o", out) == 0
+        assert run("--machine", "mill", "--board", board, "--image", small, "--no-report",
+                   "-o", out) == 0
         assert {p.name for p in out.iterdir()} == SOURCES | {"picture.png", "report.json"}
         picture, asked = (np.array(Image.open(p)) for p in (out / "picture.png", small))
         assert (picture == asked).all()
@@ -158,14 +199,14 @@ class TestNexys2:
 
     def test_what_is_counted_is_what_is_written(self, monkeypatch):
         paces = []
-        real = build.nexys2_mill
-        monkeypatch.setattr(build, "nexys2_mill", lambda *a, **k: paces.append(k) or real(*a, **k))
+        real = mill.nexys2_mill
+        monkeypatch.setattr(mill, "nexys2_mill", lambda *a, **k: paces.append(k) or real(*a, **k))
         pace = MillPace.real(step_rate=50)
-        build.build_mill("nexys2-500", pace=pace)
+        mill.build_mill("nexys2-500", pace=pace)
         assert paces == [{"pace": pace, "debounce": 500_000, "guard": False}]
 
     def test_wrong_cut_is_an_error(self, tmp_path, small, monkeypatch):
-        source = build.simulate.__globals__["ready_to_mill"].__globals__
+        source = mill.simulate.__globals__["ready_to_mill"].__globals__
         right = source["CoordinateGenerator"]
         monkeypatch.setattr(build, "synthesise", lambda *_: Resources(1, 0, 1, 0, 0, "nothing"))
         monkeypatch.setitem(source, "CoordinateGenerator", lambda picture, **how: right(
@@ -217,7 +258,7 @@ class TestSize:
         assert in_readme(resources)
 
     def test_guard_takes_twice_of_it(self):
-        resources = synthesise(build.build_mill("pins", pace=MillPace.real(), guard=True).rtlil,
+        resources = synthesise(mill.build_mill("pins", pace=MillPace.real(), guard=True).rtlil,
                                "mill")
         assert resources.luts <= 1120
         assert in_readme(resources)
@@ -230,11 +271,19 @@ class TestSize:
 
     def test_whole_board_with_the_largest_picture(self):
         random = np.random.default_rng(1)
-        picture = build.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))
-        built = build.build_mill("nexys2-500", pace=MillPace.real(), picture=picture)
+        picture = mill.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))
+        built = mill.build_mill("nexys2-500", pace=MillPace.real(), picture=picture)
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 930
         assert 2 * 400 * 400 / 18432 < resources.block_rams <= 20
+        assert in_readme(resources)
+
+
+    def test_single_on_its_board(self):
+        built = single.build_single("nexys2-500", pace=SinglePace.real())
+        resources = synthesise(built.rtlil, built.top)
+        assert resources.luts <= 900
+        assert resources.block_rams == 2  # frames, and texts
         assert in_readme(resources)
 
 

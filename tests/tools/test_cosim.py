@@ -41,7 +41,9 @@ def run(*arguments: object) -> int:
 
 def mill_model() -> MillModel:
     assert MILL.model is not None
-    return MILL.model()
+    model = MILL.model()
+    assert isinstance(model, MillModel)
+    return model
 
 
 class Late(AmaranthEngine):
@@ -214,6 +216,13 @@ class TestCommand:
         first, again = (make_players(MACHINES["coil"], ["amaranth"])["amaranth"] for _ in range(2))
         outcome = lockstep({"a": first, "b": again}, stimuli(MACHINES["coil"], 1, 900), outputs)
         assert outcome.finding is None and outcome.tallies["b"].clocks == 900
+
+    def test_another_machine(self, capsys):
+        """It has a model of its own, and no VHDL."""
+        assert run("--machine", "single", "--engines", "model,amaranth", "--cycles", 4000) == 0
+        assert "agree      6 outputs" in capsys.readouterr().out
+        assert run("--machine", "single", "--engines", "model,ghdl") == 2
+        assert "ghdl cannot run single: it has no description in VHDL" in capsys.readouterr().err
 
     @pytest.mark.ghdl
     @needs("ghdl")

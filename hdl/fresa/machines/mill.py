@@ -13,14 +13,11 @@ from ..drive import MAX_PERIOD
 from ..motion import GuardedController, NumericalController
 from ..panel import Monitor
 
-__all__ = ["BAUD", "CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL",
-           "Mill", "MillPace", "step_period"]
+__all__ = ["CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
+           "MillPace", "step_period"]
 
 CLOCK = 50_000_000
 """Clock of the thesis's board, in Hz."""
-
-BAUD = 9_600
-"""Bits a second of the line that orders come over: one and its answer take 70 ms, a pixel 1.3 s."""
 
 RESOLUTION = Fraction(125, 100) / 6 / 48
 """Travel of a step, in mm: screw pitch / reduction / steps of a turn (thesis, 3.3)."""

@@ -71,6 +71,7 @@ class Axis(wiring.Component):
 
     def __init__(self, *, driver: PhaseDriver | StepDirDriver, modulus: int, max_rate: int,
                  max_play: int, settle: int, width: int = 32) -> None:
+        self.modulus, self.max_rate = modulus, max_rate
         self._driver = driver
         self._move = MoveTo(width=width)
         self._backlash = Backlash(max_play=max_play)

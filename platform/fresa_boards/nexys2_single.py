@@ -1,0 +1,124 @@
+"""`single` on a Nexys 2."""
+
+from collections.abc import Mapping
+
+from amaranth import Cat, ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
+from amaranth.build import Attrs, Pins, Resource
+from amaranth.lib import io
+from amaranth.lib.cdc import FFSynchronizer
+
+from fresa.machines import Single
+from fresa.panel import Debouncer, SevenSegment
+
+from .nexys2 import display_segments, request_ports
+
+__all__ = ["Nexys2Single", "single_ports"]
+
+
+def single_ports(platform) -> dict:
+    """Request the pins of `single` from a Nexys 2, under the names of :class:`Nexys2Single`.
+
+    The coil word goes to JA1 to JA4, with bit 0 on JA1, and the enable of the bridge to JA7.
+    """
+    platform.add_resources([
+        Resource(name, 0, Pins(pins, dir="o", conn=("pmod", 0)), Attrs(IOSTANDARD="LVCMOS33"))
+        for name, pins in [("coils", "1 2 3 4"), ("bridge", "7")]
+    ])
+    ports = request_ports(platform, {
+        "clk": "clk50",
+        "button": ("button", 0),
+        "serial": "uart",
+        "leds": [("led", index) for index in range(8)],
+        "digits": "display_7seg_an",
+        "segments": "display_7seg",
+        "coils": "coils",
+        "bridge": "bridge",
+    })
+    serial = ports.pop("serial")
+    return {**ports, "rx": serial.rx, "tx": serial.tx,
+            "segments": display_segments(ports["segments"])}
+
+
+class Nexys2Single(Elaboratable):
+    """The machine, and the pins of a Nexys 2 around it.
+
+    It requests no pin: it is given ports, of a board or of a simulation.
+
+    ============  ==============================================================
+    RS-232        the terminal
+    BTN0          reset: this place is 0, power is on
+    JA1 to JA4    coil word
+    JA7           enable of the bridge
+    LD0 to LD3    coil word
+    LD5           it is on its way to the set-point
+    LD6           a state register was upset: no step until reset
+    LD7           the motor has power
+    display       position, hexadecimal
+    ============  ==============================================================
+
+    Every input goes through two flip-flops, the button also through a debouncer. Coils and enable
+    come from flip-flops in their I/O blocks, a clock after the machine's own. Until the first clock
+    the motor has no power.
+
+    Parameters
+    ----------
+    ports : mapping of str to PortLike
+        ``clk``; inputs ``button`` and ``rx``; outputs ``tx``, ``leds`` (8), ``segments`` (8: a to
+        g, point) and ``digits`` (4), which light with 1 or are declared inverted, ``coils`` (4)
+        and ``bridge``.
+    machine : Single
+        What to wire.
+    debounce : int
+        Clocks for which the button must be still.
+    scan_bits : int
+        See :class:`SevenSegment`.
+    """
+
+    def __init__(self, ports: Mapping[str, io.PortLike], *, machine: Single, debounce: int,
+                 scan_bits: int) -> None:
+        self._ports = ports
+        self._machine = machine
+        self._debouncer = Debouncer(width=1, period=debounce)
+        self._display = SevenSegment(scan_bits=scan_bits)
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        ports = self._ports
+
+        m.domains.sync = ClockDomain()
+        m.submodules.clk = clk = io.Buffer("i", ports["clk"])
+        m.d.comb += ClockSignal().eq(clk.i)
+
+        m.submodules.machine = machine = self._machine
+        m.submodules.button = button = io.Buffer("i", ports["button"])
+        m.submodules.debouncer = debouncer = self._debouncer
+        m.submodules.button_synchronizer = FFSynchronizer(button.i, debouncer.i)
+        m.d.comb += ResetSignal().eq(debouncer.o)
+
+        m.submodules.rx = rx = io.Buffer("i", ports["rx"])
+        m.submodules.tx = tx = io.Buffer("o", ports["tx"])
+        m.submodules.rx_synchronizer = FFSynchronizer(rx.i, machine.rx)
+        m.d.comb += tx.o.eq(machine.tx)
+
+        # What people see
+        m.submodules.display = display = self._display
+        m.submodules.leds = leds = io.Buffer("o", ports["leds"])
+        m.submodules.segments = segments = io.Buffer("o", ~ports["segments"])
+        m.submodules.digits = digits = io.Buffer("o", ~ports["digits"])
+        m.d.comb += [
+            display.value.eq(machine.position),
+            display.enable.eq(1),
+            segments.o.eq(display.segments),
+            digits.o.eq(display.digits),
+            leds.o.eq(Cat(machine.coils, 0, machine.moving, machine.fault, machine.enable)),
+        ]
+
+        # What the motor feels
+        for name, value in [("coils", machine.coils), ("bridge", machine.enable)]:
+            m.submodules[name] = buffer = io.Buffer("o", ports[name])
+            pins = Signal.like(value, name=f"{name}_pins", init=0, reset_less=True,
+                               attrs={"IOB": "TRUE"})
+            m.d.sync += pins.eq(value)
+            m.d.comb += buffer.o.eq(pins)
+
+        return m

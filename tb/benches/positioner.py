@@ -1,0 +1,287 @@
+"""The parts of the positioner, and all of it."""
+
+import re
+
+from fresa.drive import StepDirDriver
+from fresa.machines import Positioner
+from fresa.machines.positioner import ANSWERS, PositionerPace
+from fresa.motion import Axis, PointStore, Positioning
+from fresa.protocol import Answer, Command, LineEnd, PositionerCommands, Reporter
+
+from ..bench import Run, bench, put
+from ..models.protocol import bits
+
+
+@bench
+def axis(run: Run) -> str:
+    """An axis to a target and back, past its play, and up to a switch."""
+    dut = Axis(driver=StepDirDriver(width=2, low=2, setup=2, hold=2), modulus=20, max_rate=2,
+               max_play=3, settle=2, width=6)
+    motor = 0
+
+    async def observe(ctx):
+        nonlocal motor
+        before = 0
+        while True:
+            step = ctx.get(dut.step_pin)
+            motor += (1 if ctx.get(dut.direction_pin) else -1) * (step and not before)
+            before = step
+            await ctx.tick()
+
+    async def go(ctx, target, position):
+        ctx.set(dut.target, target)
+        await run.until(ctx, dut, position=position)
+        await ctx.tick().repeat(30)
+        run.see(ctx, dut, position=position)
+
+    async def test(ctx):
+        ctx.set(dut.play, 2)
+        ctx.set(dut.rate, 2)
+        ctx.set(dut.run, 1)
+        ctx.set(dut.enable, 1)
+        await go(ctx, 4, 4)
+        run.expect("pulses", motor, 6)  # 2 of them take up the play
+        await go(ctx, 1, 1)
+        run.expect("pulses", motor, 1)
+        ctx.set(dut.low, 1)
+        ctx.set(dut.target, -5)
+        await ctx.tick().repeat(30)
+        run.see(ctx, dut, position=1, blocked=1, there=0)
+        await go(ctx, 3, 3)
+        run.see(ctx, dut, blocked=0, there=1)
+        ctx.set(dut.place, -20)
+        ctx.set(dut.load, 1)
+        await ctx.tick()
+        run.see(ctx, dut, position=-20)
+
+    run.simulate(dut, test, observe)
+    return ("to 4 with 2 pulses more for the play, back to 1; a switch held it there, and let it "
+            "go to 3; that place was called -20")
+
+
+@bench
+def point_store(run: Run) -> str:
+    """Points kept, found a clock later, and forgotten at reset."""
+    dut = PointStore(points=3, axes=2, width=6)
+    kept = {1: (4, -7), 3: (31, -32), 0: (1, 1)}
+
+    async def test(ctx):
+        for number, place in kept.items():
+            ctx.set(dut.number, number)
+            for port, value in zip(dut.place, place, strict=True):
+                ctx.set(port, value)
+            ctx.set(dut.store, 1)
+            await ctx.tick()
+        ctx.set(dut.store, 0)
+        for number in range(4):
+            ctx.set(dut.number, number)
+            run.see(ctx, dut, stored=int(number in (1, 3)))
+            await ctx.tick()
+            if number in (1, 3):
+                run.expect("place", tuple(ctx.get(port) for port in dut.found), kept[number])
+        ctx.set(run.rst, 1)
+        await ctx.tick()
+        ctx.set(run.rst, 0)
+        run.see(ctx, dut, stored=0)
+
+    run.simulate(dut, test)
+    return "points 1 and 3 were found where they were put, 2 and 0 were not there, after reset none"
+
+
+@bench
+def positioner_commands(run: Run) -> str:
+    """Lines to orders, and what is wrong with those that are none."""
+    dut = PositionerCommands(top_speed=1500)
+    none, offered = Answer.NONE, []
+
+    async def consumer(ctx):
+        ctx.set(dut.orders.ready, 1)
+        while True:
+            if ctx.get(dut.orders.valid):
+                order = ctx.get(dut.orders.payload)
+                offered.append((order.answer, order.command if order.answer == none else None))
+            await ctx.tick()
+
+    lines = [
+        ("MOV MOT1 C", none, Command.MOV), ("VEL MOT3 1500", none, Command.VEL),
+        ("P 7 -5 0 99", none, Command.P), ("ORIGIN", none, Command.ORIGIN),
+        ("VEL MOT3 1501", Answer.RANGE, None), ("GOTO 8", Answer.RANGE, None),
+        ("MOV MOT4 C", Answer.ARGUMENT, None), ("STOP", Answer.ARGUMENT, None),
+        ("GO 1", Answer.COMMAND, None), ("", Answer.COMMAND, None),
+        ("POS 1 -2 3", none, Command.POS)]
+
+    async def test(ctx):
+        for number, (line, *_) in enumerate(lines, 1):
+            for byte in line.encode():
+                await put(ctx, dut.items, {"byte": byte})
+            await put(ctx, dut.items, {"byte": LineEnd.GOOD.value, "end": 1})
+            while len(offered) < number:
+                await ctx.tick()
+        run.expect("orders", offered, [(answer, command) for _, answer, command in lines])
+        run.expect("numbers", [ctx.get(number) for number in dut.numbers], [1, -2, 3])
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, consumer)
+    return "5 commands were understood and 6 other lines refused, each by its reason"
+
+
+@bench
+def positioning(run: Run) -> str:
+    """Orders obeyed and refused; movements that arrive, and that a switch ends."""
+    dut = Positioning(top_speed=1500)
+    answers = []
+
+    async def listener(ctx):
+        ctx.set(dut.answers.ready, 1)
+        while True:
+            if ctx.get(dut.answers.valid):
+                answers.append(ctx.get(dut.answers.payload))
+            await ctx.tick()
+
+    async def order(ctx, command, numbers=(0, 0, 0), **fields):
+        for port, value in zip(dut.numbers, numbers, strict=True):
+            ctx.set(port, value)
+        await put(ctx, dut.orders, {"command": command, **fields})
+
+    async def test(ctx):
+        await order(ctx, Command.MOV, motor=0, clockwise=1)
+        run.see(ctx, dut, run=0, connected=0)
+        await order(ctx, Command.CONNECT)
+        await order(ctx, Command.GOTO, point=2)
+        await order(ctx, Command.P, (5, -5, 9), point=2)
+        await order(ctx, Command.GOTO, point=2)
+        run.see(ctx, dut, run=0b111, connected=1)
+        run.expect("targets", [ctx.get(port) for port in dut.target], [5, -5, 9])
+        await order(ctx, Command.MOV, motor=2)
+        ctx.set(dut.there, 0b001)
+        await ctx.tick()
+        ctx.set(dut.there, 0)
+        run.see(ctx, dut, run=0b110)
+        ctx.set(dut.blocked, 0b100)
+        await ctx.tick()
+        ctx.set(dut.blocked, 0)
+        run.see(ctx, dut, run=0b010, buzzer=1)
+        await order(ctx, Command.ORIGIN)
+        run.see(ctx, dut, run=0)
+        await ctx.tick().repeat(3)
+        run.expect("answers", answers,
+                   [Answer.DISCONNECTED, Answer.EMPTY, Answer.LIMIT_MOT3])
+
+    run.simulate(dut, test, listener)
+    return ("MOV before CONNECT and GOTO to no point were refused; of three motors one arrived, "
+            "one was stopped by a switch, and ORIGIN ended the third")
+
+
+@bench
+def reporter(run: Run) -> str:
+    """Reports at their times, and answers in between that never delay one."""
+    dut = Reporter(answers=(b"! A\n", b"! LONGER\n"), period=240, byte=4)
+    begun, text = [], bytearray()
+
+    async def line(ctx):
+        """Take a byte every 4 clocks."""
+        clock = 0
+        while True:
+            if ctx.get(dut.bytes.valid) and clock % 4 == 0:
+                ctx.set(dut.bytes.ready, 1)
+                byte = ctx.get(dut.bytes.payload)
+                begun.extend([run.clock] * (byte == ord("#")))
+                text.append(byte)
+            await ctx.tick()
+            ctx.set(dut.bytes.ready, 0)
+            clock += 1
+
+    async def test(ctx):
+        for port, value in zip(dut.position, (5, -17, 2**31 - 1), strict=True):
+            ctx.set(port, value)
+        ctx.set(dut.enable, 1)
+        for number in range(24):
+            await put(ctx, dut.answers, number % 2)
+        await ctx.tick().repeat(300)
+        lines = re.findall(rb"# POS 5 -17 2147483647 :\n|! A\n|! LONGER\n", bytes(text))
+        run.expect("text", b"".join(lines), bytes(text[:len(b"".join(lines))]))
+        run.expect("reports", len(begun) >= 3, True)
+        run.expect("times", {b - a for a, b in zip(begun, begun[1:], strict=False)}, {240})
+        run.expect("answers", [line for line in lines if line[:1] == b"!"],
+                   [b"! A\n", b"! LONGER\n"] * 12)
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, line)
+    return "24 answers, each whole and in order, and between them reports exactly 240 clocks apart"
+
+
+@bench
+def positioner(run: Run) -> str:
+    """A session on the line: points, jogging, a limit, errors, the origin."""
+    bit = 16
+    pace = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2, hold=2,
+                          settle=5, report=10_000)
+    dut = Positioner(pace=pace, backlash=(3, 0, 0))
+    said = bytearray()
+    motors = [0, 0, 0]
+
+    async def listen(ctx):
+        """Read the line."""
+        while True:
+            while ctx.get(dut.tx):
+                await ctx.tick()
+            await ctx.tick().repeat(bit // 2)
+            byte = 0
+            for place in range(8):
+                await ctx.tick().repeat(bit)
+                byte |= ctx.get(dut.tx) << place
+            await ctx.tick().repeat(bit)
+            said.append(byte)
+
+    async def count(ctx):
+        """Count what leaves the pins."""
+        before = 0
+        while True:
+            step, way = ctx.get(dut.step), ctx.get(dut.direction)
+            for n in range(3):
+                motors[n] += (step & ~before) >> n & 1 and (1 if way >> n & 1 else -1)
+            before = step
+            await ctx.tick()
+
+    async def say(ctx, *lines):
+        for byte in "".join(f"{line}\n" for line in lines).encode():
+            for level in bits(byte):
+                ctx.set(dut.rx, level)
+                await ctx.tick().repeat(bit)
+        await ctx.tick().repeat(60)
+
+    async def reports(ctx, x, y, z):
+        """Wait for a report that began after this."""
+        seen = said.count(b"#")
+        while said.count(b"#") == seen or not said.endswith(b"\n"):
+            await ctx.tick()
+        run.expect("report", bytes(said).splitlines()[-1].decode(), f"# POS {x} {y} {z} :")
+
+    async def test(ctx):
+        ctx.set(dut.rx, 1)
+        await ctx.tick().repeat(50)
+        await say(ctx, "MOV MOT1 C", "CONNECT", "VEL MOT1 1500", "GOTO 4", "P 4 20 -6 0", "GOTO 4")
+        run.see(ctx, dut, connected=1, enable=0b111)
+        await run.until(ctx, dut, moving=0)
+        run.expect("pulses", motors, [23, -6, 0])  # 3 take up the play of X
+        await reports(ctx, 20, -6, 0)
+        await say(ctx, "MOV MOT3 C", "STOP MOT3", "VEL MOT3 0")
+        jogged = motors[2]
+        run.expect("jogged", jogged > 3, True)
+        await reports(ctx, 20, -6, jogged)
+        ctx.set(dut.limits, 0b010)
+        await say(ctx, "MOV MOT2 C")
+        run.expect("pulses", motors, [23, -6, jogged])
+        run.see(ctx, dut, moving=0, buzzer=1)
+        await say(ctx, "ORIGIN", "HELLO")
+        await reports(ctx, 0, 0, 0)
+        await say(ctx, "DISCONNECT")
+        run.see(ctx, dut, connected=0, enable=0, fault=0)
+        run.expect("pulses", motors, [23, -6, jogged])
+        answers = [line + b"\n" for line in bytes(said).splitlines() if line.startswith(b"!")]
+        run.expect("answers", answers, [ANSWERS[answer.value] for answer in (
+            Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.COMMAND)])
+
+    run.simulate(dut, test, listen, count, deadline=90_000)
+    return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
+            "pulses agreed all the while")

@@ -1,0 +1,123 @@
+"""Orders that come over a serial line."""
+
+from fresa.motion import OrderLedger, Outcome, RequestKind, SerialOrders
+
+from ..bench import Run, bench
+from ..models.orders import checked
+from ..models.protocol import bits
+
+
+@bench
+def order_ledger(run: Run) -> str:
+    """Each order once and in its turn; whatever is not the next does nothing."""
+    dut = OrderLedger(depth=2)
+    tell, open_, go, up = (RequestKind.TELL, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
+
+    async def ask(ctx, outcome, kind, session=7, number=0, x=0, good=1, **now):
+        ctx.set(dut.requests.p, {"good": good, "value": {
+            "kind": kind, "session": session, "number": number, "x": x}})
+        ctx.set(dut.requests.valid, 1)
+        run.see(ctx, dut.requests, ready=1)
+        await ctx.tick()
+        ctx.set(dut.requests.valid, 0)
+        run.see(ctx, dut.answers, valid=1)
+        answer = ctx.get(dut.answers.payload)
+        run.expect("outcome", Outcome(answer.outcome), outcome)
+        for name, value in now.items():
+            run.expect(name, answer[name], value)
+        await ctx.tick()
+        run.see(ctx, dut.answers, valid=0)
+
+    async def carry_out(ctx, x):
+        run.see(ctx, dut.orders, valid=1)
+        run.expect("order.x", ctx.get(dut.orders.p.x), x)
+        ctx.set(dut.orders.ready, 1)
+        await ctx.tick()
+        ctx.set(dut.orders.ready, 0)
+
+    async def test(ctx):
+        ctx.set(dut.answers.ready, 1)
+        await ask(ctx, Outcome.MANUAL, open_, manual=1)
+        ctx.set(dut.enable, 1)
+        await ask(ctx, Outcome.CLOSED, go, session=0, number=1)
+        await ask(ctx, Outcome.OPENED, open_, number=4, session=7, taken=4, done=4)
+        await ask(ctx, Outcome.TAKEN, go, number=5, x=50, taken=5, done=4)
+        await ask(ctx, Outcome.AGAIN, go, number=5, x=99, taken=5)
+        await ask(ctx, Outcome.OPENED, open_, number=0, taken=5)
+        await ask(ctx, Outcome.DAMAGED, go, number=6, good=0, taken=5)
+        await ask(ctx, Outcome.UNEXPECTED, go, number=7, taken=5)
+        await ask(ctx, Outcome.TAKEN, up, number=6, x=60, taken=6)
+        await ask(ctx, Outcome.FULL, go, number=7, taken=6)
+        await ask(ctx, Outcome.BUSY, open_, session=8, taken=6)
+        run.see(ctx, dut, busy=1)
+        await carry_out(ctx, 50)
+        await ask(ctx, Outcome.TAKEN, go, number=7, x=70, taken=7, done=5)
+        run.expect("tool", ctx.get(dut.orders.p.up), 1)
+        await carry_out(ctx, 60)
+        await carry_out(ctx, 70)
+        run.see(ctx, dut, busy=0)
+        run.see(ctx, dut.orders, valid=0)
+        ctx.set(dut.error, 1)
+        await ask(ctx, Outcome.TOLD, tell, taken=7, done=7, error=1)
+        ctx.set(dut.enable, 0)
+        await ctx.tick()
+        await ask(ctx, Outcome.CLOSED, go, number=8)
+        await ask(ctx, Outcome.TOLD, tell, taken=0, done=0)
+
+    run.simulate(dut, test)
+    return ("orders 5, 6 and 7 of a session, each offered once; 5 again, 7 too early, a damaged 6 "
+            "and all but the next did nothing")
+
+
+@bench
+def serial_orders(run: Run) -> str:
+    """Lines over a serial line to orders, and an answer to each."""
+    dut = SerialOrders(clock=16, baud=1)
+    answers = []
+
+    async def listen(ctx):
+        line = bytearray()
+        while True:
+            while ctx.get(dut.tx):
+                await ctx.tick()
+            await ctx.tick().repeat(24)
+            byte = 0
+            for number in range(8):
+                byte |= ctx.get(dut.tx) << number
+                await ctx.tick().repeat(16)
+            line.append(byte)
+            if byte == ord("\n"):
+                answers.append(line.decode()[:23])
+                line.clear()
+
+    async def ask(ctx, digits, answer, *, damage=None):
+        text = bytearray(f":{checked(digits)}\r".encode())
+        if damage is not None:
+            text[damage] ^= 1
+        for byte in text:
+            for level in bits(byte):
+                ctx.set(dut.rx, level)
+                await ctx.tick().repeat(16)
+        await ctx.tick().repeat(6000)
+        run.expect("answer", answers[-1:], [f"={answer}"])
+
+    async def test(ctx):
+        ctx.set(dut.rx, 1)
+        ctx.set(dut.enable, 1)
+        await ctx.tick().repeat(9)
+        await ask(ctx, "01C0FFEE01" "000000" "00000000", "10C0FFEE01" "000000" "000000")
+        await ask(ctx, "02C0FFEE01" "000001" "00800100", "20C0FFEE01" "000001" "000000")
+        run.see(ctx, dut.orders, valid=1)
+        order = ctx.get(dut.orders.payload)
+        run.expect("order", (order.x, order.y), (128, 256))
+        ctx.set(dut.orders.ready, 1)
+        await ctx.tick()
+        ctx.set(dut.orders.ready, 0)
+        await ask(ctx, "03C0FFEE01" "000002" "00000000", "90C0FFEE01" "000001" "000001", damage=9)
+        run.see(ctx, dut.orders, valid=0)
+        await ask(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
+        run.expect("tool", ctx.get(dut.orders.p.up), 1)
+        run.expect("answers", len(answers), 4)
+
+    run.simulate(dut, test, listen, deadline=80_000)
+    return "a session opened, order 1 taken, order 2 taken once its line came undamaged"

@@ -1,0 +1,109 @@
+"""Contract of an axis: everything between a target and the pins of a driver module."""
+
+from amaranth import Mux, signed
+
+from fresa.drive import StepDirDriver
+from fresa.drive import rate as rate_module
+from fresa.motion import Axis, axis
+
+from .contract import Bits, Bug, Case, Component, Contract
+from .rate import watch_spaced
+from .step_dir import watch_driver
+
+__all__ = ["AXIS"]
+
+
+def describe(c: Contract, dut: Axis) -> None:
+    """What leaves the pins was asked for, and is what is counted."""
+    driver, rate = c.part("driver"), c.part("rate")
+    moved, up = dut.moved, dut.target > dut.position
+    towards = Mux(up, dut.high, dut.low)
+    rises = dut.step_pin & ~c.past(dut.step_pin)
+    c.always("counts-what-leaves", "STEP rises in the clock after a step is made, and at no other "
+             "time.", rises == c.past(moved), seen=rises,
+             bug=Bug(axis, "self.moved.eq(driver.moved)", "self.moved.eq(driver.step)"))
+    c.holds("asked-by-a-target", "A step is made only on the way to a target: with `run`, in no "
+            "load, and not there.", when=moved, then=dut.run & ~dut.load & ~dut.there,
+            bug=(Bug(axis, "move.run.eq(self.run)", "move.run.eq(1)"),
+                 Bug(axis, "move.load.eq(self.load)", "move.load.eq(0)")))
+    c.holds("there", "It is there where the position is the target.",
+            when=dut.position == dut.target, then=dut.there & ~moved,
+            bug=Bug(axis, "move.position == self.target", "move.position == self.place"))
+    c.holds("the-way-it-goes", "STEP rises with DIR as the target was, seen from the position.",
+            when=rises, then=dut.direction_pin == c.past(up),
+            bug=Bug(axis, "driver.direction.eq(move.direction)", "driver.direction.eq(self.high)"))
+    c.holds("powered", "STEP rises only with ENABLE, where it was asked for.", when=rises,
+            then=dut.enable_pin & c.past(dut.enable),
+            bug=Bug(axis, "driver.enable.eq(self.enable)", "driver.enable.eq(1)"))
+    c.holds("a-switch-blocks", "No step is made towards a switch that is pressed.",
+            when=towards & dut.run, then=~moved,
+            bug=(Bug(axis, "limits.low.eq(self.low)", "limits.low.eq(0)"),
+                 Bug(axis, "limits.direction.eq(move.direction)", "limits.direction.eq(1)"),
+                 Bug(axis, "driver.step.eq(limits.allowed)", "driver.step.eq(limits.step)")))
+    c.holds("says-what-blocks", "Where a switch blocks no step is made; where one is made none "
+            "does.", when=dut.blocked | moved, then=~(dut.blocked & moved) & (rate.due | ~moved),
+            bug=Bug(axis, "limits.step & ~limits.allowed", "limits.step"))
+    c.holds("blocked-in-time", "A step that a pressed switch blocks is told of when it is due.",
+            when=dut.run & ~dut.load & ~dut.there & rate.due & towards, then=dut.blocked,
+            bug=Bug(axis, "limits.step.eq(move.step & rate.due)",
+                    "limits.step.eq(move.step & rate.due & self.enable)"))
+    _position(c, dut, moved, up)
+    watch_driver(c, driver, path="driver.")
+    late = c.signal("rate.late")
+    c.always("no-more-is-owed", "The sum of the rate is in its range.",
+             (late >= -dut.modulus) & (late < dut.max_rate), seen=late >= 0,
+             bug=Bug(rate_module, "late >= 0", "late > 0"))
+    watch_spaced(c, rate, late + dut.modulus)
+
+
+def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
+    """What the position has to do with the pulses."""
+    was, up_then = c.past(dut.position), c.past(up)
+    change = dut.position - was
+    kept = c.past(c.rst | dut.load)
+    c.holds("moves-with-a-step", "The position changes only by a step that was made, by one, its "
+            "way; by a load; and by a reset.", when=(change != 0) & ~kept,
+            then=c.past(moved) & (change == Mux(up_then, 1, -1)),
+            bug=Bug(axis, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.step)"))
+    c.holds("load", "After a load this place is called as it was told.",
+            when=c.past(dut.load & ~c.rst), then=dut.position == c.past(dut.place),
+            bug=Bug(axis, "move.place.eq(self.place)", "move.place.eq(self.target)"))
+
+    # A motor and its load, with the play between them: by the pulses, and by the position.
+    first = c.keep(dut.play.shape(), name="first_play")
+    steady = c.keep(1, init=1, name="steady")
+    is_steady = steady & ((dut.play == first) | ~c.past(1))
+    c.m.d.sync += [first.eq(dut.play), steady.eq(is_steady)]
+    gap = c.keep(signed(len(dut.play) + 2), name="gap")  # motor less load, before the last step
+    turned = Mux(c.past(moved), Mux(up_then, 1, -1), 0)
+    counted = Mux(kept & ~c.past(dut.load & ~c.rst) | c.past(dut.load), 0, change)
+    lost = c.past(c.rst & moved)  # no step is made in a reset
+    now = gap + turned - counted
+    c.m.d.sync += gap.eq(now)
+    way, left = c.signal("backlash.way"), c.signal("backlash.left")
+    c.holds("within-the-play", "The pulses and the position are never further apart than the play, "
+            "for ever: without play they are the same.", when=is_steady,
+            then=(now >= 0) & (now <= dut.play) & ~lost,
+            bug=(Bug(axis, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.ready)"),
+                 Bug(axis, "backlash.direction.eq(move.direction)", "backlash.direction.eq(1)")))
+    c.holds("play-is-left", "What is left of the play is what is missing to its end.",
+            when=is_steady, then=(left <= dut.play) & (now == Mux(way, dut.play - left, left)),
+            bug=(Bug(axis, "move.moved.eq(backlash.counted)", "move.moved.eq(driver.moved)"),
+                 Bug(axis, "backlash.play.eq(self.play)", "backlash.play.eq(self.play >> 1)")))
+
+
+def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
+    """Make an axis with a driver module of these times."""
+    names = ("width", "low", "setup", "hold")
+    return Axis(driver=StepDirDriver(**dict(zip(names, times, strict=True))),
+                width=parameters.pop("bits"), **parameters)
+
+
+AXIS = Component(
+    make=make, describe=describe, depth=22,
+    cases=(Case({"times": (2, 3, 2, 3), "modulus": 15, "max_rate": 2, "max_play": 3, "settle": 2,
+                 "bits": 4}),
+           Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_play": 1, "settle": 1,
+                 "bits": 3}),
+           Case({"times": (95, 95, 33, 33), "modulus": 50_000_000, "max_rate": 1500,
+                 "max_play": 1023, "settle": 500_000, "bits": 32}, real=True)))

@@ -1,0 +1,184 @@
+"""Contract of what the orders of the positioner do."""
+
+from amaranth import Cat, Mux, Value
+
+from fresa.motion import Positioning, positioning
+from fresa.protocol import Answer, Command
+
+from .contract import Bits, Bug, Case, Component, Contract
+
+__all__ = ["POSITIONING"]
+
+OBEYED = "self.orders.valid & looked & (refusal == Answer.NONE)"
+REFUSED = "self.orders.valid & looked & (refusal != Answer.NONE) & free\n"
+MOVES = "self.run & ~self.there & ~stopped"
+
+
+def describe(c: Contract, dut: Positioning) -> None:
+    """Nothing moves that was not ordered, and what is not obeyed changes nothing."""
+    order, command = dut.orders.p, dut.orders.p.command
+    payload = dut.orders.payload.as_value()
+    # A stream keeps what it offers; the numbers stay with it, and only answers are offered.
+    waited = c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst)
+    numbers = Cat(dut.numbers)
+    c.assume(~waited | (dut.orders.valid & (payload == c.past(payload))
+                        & (numbers == c.past(numbers))))
+    c.assume((order.answer.as_value() < Answer.LIMIT_MOT1.value)
+             & (command.as_value() < len(Command)))
+    c.assume(order.motor < 3)
+
+    stored = c.keep(8, name="points_there")
+    moving = (command == Command.MOV) | (command == Command.GOTO)
+    wrong = order.answer != Answer.NONE
+    apart = ~wrong & moving & ~dut.connected
+    empty = ~wrong & ~apart & (command == Command.GOTO) & ~stored.bit_select(order.point, 1)
+    refused = wrong | apart | empty
+    taken = dut.orders.valid & dut.orders.ready
+    obeyed = taken & ~refused & ~c.rst
+    with c.m.If(c.rst):
+        c.m.d.sync += stored.eq(0)
+    with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
+        c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
+    c.always("knows-its-points", "It knows which points were stored.",
+             c.signal("points.there") == stored, seen=stored[3],
+             bug=Bug(positioning, "with m.Case(Command.P):",
+                     "with m.Case(Command.P, Command.POS):"))
+    _changes(c, dut, obeyed)
+    _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
+        apart, Answer.DISCONNECTED, Answer.EMPTY)))
+
+
+def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
+    """What changes, and by which order."""
+    order, command = dut.orders.p, dut.orders.p.command
+
+    def then(*commands: Command, motor: int | None = None) -> Bits:
+        """Say whether such an order was obeyed in the clock before."""
+        of = Value.cast(0)
+        for one in commands:
+            of = of | (command == one)
+        return c.past(obeyed & of & (order.motor == motor if motor is not None else 1))
+
+    was_reset = c.past(c.rst)
+    c.always("still-unless-connected", "Nothing moves that is not connected.",
+             dut.connected | ~dut.run.any(), seen=dut.connected & dut.run.all(),
+             bug=(Bug(positioning, "self.connected.eq(0), self.run.eq(0)", "self.connected.eq(0)"),
+                  Bug(positioning, "& ~self.connected", "& 0")))
+    c.holds("connected", "Power changes only by CONNECT, DISCONNECT and reset.",
+            when=dut.connected != c.past(dut.connected),
+            then=Mux(dut.connected, then(Command.CONNECT), then(Command.DISCONNECT) | was_reset),
+            bug=Bug(positioning, "Case(Command.CONNECT)", "Case(Command.CONNECT, Command.STOP)"))
+    c.holds("obeys", "CONNECT gives power, DISCONNECT takes it.",
+            when=then(Command.CONNECT, Command.DISCONNECT),
+            then=dut.connected == then(Command.CONNECT),
+            bug=Bug(positioning, "self.connected.eq(1)", "self.connected.eq(order.clockwise)"))
+    place = Cat(dut.place)
+    c.holds("place", "A place is called by POS as it says, by ORIGIN 0, and by nothing else.",
+            when=dut.load, then=obeyed & Mux(
+                command == Command.POS, place == Cat(dut.numbers),
+                (command == Command.ORIGIN) & (place == 0)) | c.rst,
+            bug=Bug(positioning, "with m.If(order.command == Command.POS):",
+                    "with m.If(order.command != Command.P):"))
+    c.holds("loads", "POS and ORIGIN are obeyed by a load.",
+            when=obeyed & ((command == Command.POS) | (command == Command.ORIGIN)), then=dut.load,
+            bug=Bug(positioning, "self.load.eq(1)", "self.load.eq(order.motor == 0)"))
+    for motor in range(3):
+        name = f"mot{motor + 1}"
+        run, run_before = dut.run[motor], c.past(dut.run[motor])
+        target, rate = dut.target[motor], dut.rate[motor]
+        c.holds(f"{name}-moves-by-order", f"Motor {motor + 1} begins to move only by MOV of it and "
+                "by GOTO.", when=run & ~run_before,
+                then=then(Command.MOV, motor=motor) | then(Command.GOTO),
+                bug=(Bug(positioning, OBEYED, "self.orders.valid & looked"),
+                     Bug(positioning, "self.run[motor].eq(1)", "self.run.eq(~0)")))
+        c.holds(f"{name}-ends", f"Motor {motor + 1} ends its movement where it arrives or is "
+                "blocked, and by STOP, unless another is ordered.",
+                when=~run & run_before, then=was_reset | c.past(
+                    dut.there[motor] | dut.blocked[motor])
+                | then(Command.STOP, motor=motor)
+                | then(Command.DISCONNECT, Command.ORIGIN, Command.POS),
+                bug=Bug(positioning, "self.run[motor].eq(0)", "self.run.eq(0)"))
+        c.holds(f"{name}-does-end", f"It does: no movement of motor {motor + 1} goes on that has "
+                "come to an end.", when=c.past(dut.there[motor] | dut.blocked[motor])
+                & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
+                then=~run | then(Command.MOV, motor=motor) | then(Command.GOTO),
+                bug=(Bug(positioning, MOVES, "self.run & ~self.there"),
+                     Bug(positioning, MOVES, "self.run & ~stopped"),
+                     Bug(positioning, "self.run & ~self.there & ~self.blocked", "self.run")))
+        c.holds(f"{name}-target", f"The target of motor {motor + 1} changes only by MOV of it, "
+                "to an end, and by GOTO.", when=target != c.past(target),
+                then=was_reset | then(Command.GOTO) | then(Command.MOV, motor=motor)
+                & (target == Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN)),
+                bug=Bug(positioning, "self.target[motor].eq(Mux(order.clockwise, UP, DOWN))",
+                        "self.target[motor].eq(Mux(order.clockwise, DOWN, UP))"))
+        c.holds(f"{name}-rate", f"The speed of motor {motor + 1} changes only by VEL of it, to "
+                "what it says.", when=rate != c.past(rate, init=positioning.START_SPEED),
+                then=was_reset | then(Command.VEL, motor=motor)
+                & (rate == c.past(dut.numbers[2])[:len(rate)]),
+                bug=(Bug(positioning, "self.rate[motor].eq(self.numbers[-1])",
+                         "self.rate[motor].eq(self.numbers[0])"),
+                     Bug(positioning, OBEYED, "self.orders.valid & looked")))
+    going = c.signal("going")
+    c.holds("origin-ends-going", "ORIGIN and POS end all movements to points.",
+            when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
+            then=~(dut.run & c.past(going)).any(),
+            bug=Bug(positioning, "self.run.eq(left & ~going)", "self.run.eq(left)"))
+    c.holds("going-is-to-a-point", "A movement is to a point from GOTO to the next MOV.",
+            when=(going != c.past(going)), then=was_reset | then(Command.GOTO, Command.MOV),
+            bug=Bug(positioning, "m.d.sync += self.rate[motor].eq(self.numbers[-1])",
+                    "m.d.sync += going[motor].eq(1)"))
+
+
+def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
+    """Who is answered, and what."""
+    offered, says = dut.answers.valid, dut.answers.payload.as_value()
+    limit = says >= Answer.LIMIT_MOT1.value
+    kept = c.past(offered & ~dut.answers.ready & ~c.rst)
+    c.holds("stream-keeps", "An answer stays until it is taken.", when=kept,
+            then=offered & (says == c.past(says)),
+            bug=Bug(positioning, "~self.answers.valid | self.answers.ready", "1"))
+    c.holds("refused-is-answered", "What is refused is answered by its reason, in the next clock.",
+            when=c.past(taken & refused & ~c.rst),
+            then=offered & (says == c.past(reason)) & ~kept,
+            bug=(Bug(positioning, REFUSED,
+                     "self.orders.valid & looked & (refusal != Answer.NONE)\n"),
+                 Bug(positioning, "refusal.eq(Answer.EMPTY)", "refusal.eq(Answer.RANGE)")))
+    c.holds("answers-have-a-cause", "An answer that is new is that of a refusal, or a limit's.",
+            when=offered & ~kept & ~limit, then=c.past(taken & refused),
+            bug=Bug(positioning, "hits.any() | refused", "hits.any() | self.orders.ready"))
+    c.holds("never-none", "What is said is something.", when=offered,
+            then=(says != 0) & (says <= Answer.LIMIT_MOT3.value),
+            bug=Bug(positioning, "hits.any() | refused", "hits.any() | self.orders.ready"))
+    c.holds("taken-a-clock-later", "An order that can be obeyed is taken in the clock after it was "
+            "offered.", when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst) & ~refused,
+            then=dut.orders.ready,
+            bug=Bug(positioning, "self.orders.valid & ~self.orders.ready)",
+                    "self.orders.valid & ~self.orders.ready & ~self.tick)"))
+    hits = c.signal("hits")
+    struck = dut.run & dut.blocked
+    for motor in range(3):
+        mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
+        ended = struck[motor]
+        c.holds(f"limit-{motor + 1}-is-told", f"A switch that ends a movement of motor {motor + 1} "
+                "is told of.", when=c.past(ended & ~c.rst), then=hits[motor],
+                bug=Bug(positioning, "hits & ~first, hits) | stopped)",
+                        "hits & ~first, hits | stopped))"))
+        c.holds(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is told only of where it "
+                "ended a movement, and once for that.", when=mine & ~kept,
+                then=c.past(hits[motor]) & (~hits[motor] | c.past(ended)),
+                bug=Bug(positioning, "Mux(free, hits & ~first, hits)", "hits"))
+        c.holds(f"limit-{motor + 1}-has-a-cause", f"Nothing is to be told of motor {motor + 1} "
+                "that did not happen.", when=hits[motor] & ~c.past(hits[motor]), then=c.past(ended),
+                bug=Bug(positioning, "stopped.eq(self.run & self.blocked)",
+                        "stopped.eq(self.blocked)"))
+    c.holds("sounds", "The buzzer is on after a switch ended a movement.",
+            when=c.past(struck.any() & ~c.rst), then=dut.buzzer,
+            bug=Bug(positioning, "ticks.eq(2)", "ticks.eq(0)"))
+    c.holds("is-still-again", "It goes off at a tick, and at no other time but reset.",
+            when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst),
+            bug=Bug(positioning, "self.tick & self.buzzer", "self.buzzer"))
+
+
+POSITIONING = Component(
+    make=Positioning, describe=describe, depth=12,
+    cases=(Case({"top_speed": 1500}),))

@@ -1,0 +1,164 @@
+# pyright: reportArgumentType=false
+
+"""Contract of `single`: no step but those that were asked for, all of them, and in time."""
+
+from typing import cast
+
+from amaranth import Array, Cat, Fragment, Module, Mux
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from fresa.drive import PhaseDriver, RateGenerator, phase, rate
+from fresa.machines import Single, single
+from fresa.machines.single import SinglePace
+from fresa.motion import position
+from fresa.protocol import LineItem, LineReader, Received, UARTTransmitter, frames
+from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
+
+from .contract import Bug, Case, Component, Contract
+
+__all__ = ["SINGLE"]
+
+
+def describe(c: Contract, dut: Single) -> None:
+    """What people rely on; what frames are and are answered is promised by the interpreter."""
+    driver, commands = c.part("driver"), c.part("commands")
+    moved, row = driver.moved, c.signal("driver.row")
+    target, enable = commands.target, commands.enable
+    sequence = driver.sequence
+    came, place, at = c.past(row), dut.position, c.part("move").position
+    forward, back = (came + 1)[:len(row)], (came - 1)[:len(row)]
+
+    c.always("coils-legal", "A coil word is one of the motor's table, or none.",
+             (dut.coils == 0) | Cat(dut.coils == word for word in sequence).any(),
+             seen=dut.coils == sequence[1],
+             bug=Bug(phase, "Array(self.sequence)[goes_to]", "goes_to ^ 3"))
+    c.holds("off-without-power", "Without power all coils are off with the next clock.",
+            when=c.past(~dut.enable), then=dut.coils == 0,
+            bug=Bug(single, "driver.enable.eq(commands.enable)", "driver.enable.eq(1)"))
+    c.holds("no-step-without-power", "Without power no step is made, nor asked for.",
+            when=~dut.enable, then=~moved & ~dut.moving,
+            bug=Bug(single, "commands.enable & ~self.fault", "~self.fault"))
+    c.holds("steps-as-asked", "A step is made only towards the set-point that a frame gave.",
+            when=moved, then=enable & (target != place)
+            & (driver.direction == (target > place)),
+            bug=Bug(single, "driver.direction.eq(move.direction)",
+                    "driver.direction.eq(~move.direction)"))
+    c.holds("coils-follow", "The coils go one row on with a step, forward or back, and in no other "
+            "clock.", when=c.past(dut.enable),
+            then=(row == Mux(c.past(moved), Mux(c.past(target > place), forward, back), came))
+            & (dut.coils == Array(sequence)[row]),
+            bug=Bug(phase, "row + Mux(self.direction, 1, -1)", "row + 2"))
+    lines = c.part("lines")
+    if isinstance(lines, _Typed):
+        item, there = c.free(9, name="typed"), c.free(1, name="there")
+        c.m.d.comb += [lines.typed.eq(item), lines.there.eq(there)]
+        held = c.past(there & ~lines.items.ready & ~c.rst)
+        c.assume(~held | (there & (item == c.past(item))))
+        c.usual(there)
+    base = c.keep(len(row), name="row_of_position_0")
+    c.always("position-is-phase", "The position is that of the coils, for ever: no step is lost, "
+             "and none is made that is not counted.", (place[:len(row)] + base)[:len(row)] == row,
+             seen=place == 3,
+             bug=(Bug(position, "Mux(below, 1, -1)", "Mux(below, 2, -1)"),
+                  Bug(single, "move.moved.eq(driver.moved)",
+                      "move.moved.eq(driver.moved & ~lines.items.valid)")))
+    with c.m.If(c.rst):
+        c.m.d.sync += base.eq(row)
+    c.holds("reset-moves-nothing", "Reset makes this place 0, and no step.", when=c.past(c.rst),
+            then=(place == 0) & (target == 0) & (row == came) & ~dut.moving,
+            bug=Bug(phase, "(rest >= 0) & ~ResetSignal()", "(rest >= 0)"))
+    c.always("in-range", "The position stays among the set-points that there can be.",
+             (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS),
+             seen=place == 2,
+             bug=Bug(frames, "self.target.eq(value)", "self.target.eq(~value)"))
+    command, value, answer = (c.signal(f"commands.{name}")
+                              for name in ("command", "value", "answer"))
+    c.holds("numbers-that-may-be", "A number that is going to be set is one that may be.",
+            when=c.state("commands.interpreter_state")("END") & (answer == Answer.OK.value),
+            then=Mux(command == 0, value < POSITIONS, (command != 1) | (
+                (value > 0) & (value < SPEEDS))),
+            bug=Bug(frames, "value.eq(reader.numbers.p.value)",
+                    "value.eq(~reader.numbers.p.value)"))
+    _watch_times(c, dut)
+    c.holds("fault-stops-it", "While a state register is upset no step is made.", when=dut.fault,
+            then=~moved & ~dut.moving, upset=True,
+            bug=Bug(single, "commands.enable & ~self.fault", "commands.enable"))
+
+
+def _watch_times(c: Contract, dut: Single) -> None:
+    """Promise that a step is made when it is due, and that it is due when the speed says."""
+    driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
+    late, rest = c.signal("rate.late"), c.signal("driver.rest")
+    c.always("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
+             speed.rate == (c.part("commands").speed * dut.rpm)[:len(speed.rate)],
+             seen=dut.position == 1,
+             bug=Bug(single, "rate.rate.eq(commands.speed * self.rpm)",
+                     "rate.rate.eq(commands.speed[1:] * self.rpm)"))
+    settled = c.keep(1, name="settled")  # since power came
+    with c.m.If(~driver.enable):
+        c.m.d.sync += settled.eq(0)
+    with c.m.Elif(rest >= 0):
+        c.m.d.sync += settled.eq(1)
+    c.holds("in-time", "A step that is due is made at once, unless power has only just come: what "
+            "is on the line delays none.",
+            when=move.step & speed.due & settled & ~c.rst, then=driver.moved,
+            bug=(Bug(single, "driver.step.eq(move.step & rate.due)",
+                     "driver.step.eq(move.step & rate.due & ~lines.items.valid)"),
+                 Bug(phase, "rest.eq(1 - self.period)", "rest.eq(-self.period)")))
+    c.holds("not-before", "None is made that is not due.", when=driver.moved, then=speed.due,
+            bug=Bug(single, "move.step & rate.due", "move.step"))
+    c.always("rests-no-longer", "The motor has rested before the next step can be due.",
+             (late < speed.max_rate) & (~settled | (rest >= 0)
+             | (late < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
+             seen=settled & (rest < 0) if driver.period > 1 else settled,
+             bug=Bug(rate, "rate - self.modulus, rate", "rate, rate"))
+
+
+class _Typed(wiring.Component):
+    """In place of lines: whatever frames the contract likes."""
+
+    def __init__(self) -> None:
+        super().__init__({"bytes": In(stream.Signature(Received)),
+                          "items": Out(stream.Signature(LineItem)),
+                          "typed": In(LineItem), "there": In(1)})
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.d.comb += [self.bytes.ready.eq(1), self.items.payload.eq(self.typed),
+                     self.items.valid.eq(self.there)]
+        return m
+
+
+class _Printed(wiring.Component):
+    """In place of the transmitter: a line that takes everything at once."""
+
+    def __init__(self) -> None:
+        super().__init__({"bytes": In(stream.Signature(8)), "tx": Out(1)})
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.d.comb += [self.bytes.ready.eq(1), self.tx.eq(1)]
+        return m
+
+
+def make(*, terminal: bool = True, unipolar: bool = False, full_step: bool = False) -> Single:
+    """Make a machine; one without a terminal has frames of which each byte comes in a clock."""
+    if terminal:
+        return Single(unipolar=unipolar, full_step=full_step)
+    dut = Single(pace=SinglePace(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",
+                 unipolar=unipolar, full_step=full_step)
+    for part in (dut._lines, dut._transmitter, dut._rate, dut._driver):
+        Fragment.get(part, None)  # else Amaranth says that they were made for nothing
+    dut._rate = RateGenerator(modulus=256, max_rate=128)  # at 100 rpm a step takes three clocks
+    dut._driver = PhaseDriver(sequence=dut._driver.sequence, period=2)
+    dut._lines, dut._transmitter = cast(LineReader, _Typed()), cast(UARTTransmitter, _Printed())
+    return dut
+
+
+SINGLE = Component(
+    make=make, describe=describe, depth=22,
+    cases=(Case({"terminal": False}), Case({"terminal": False, "full_step": True}),
+           Case({"terminal": True}, real=True),
+           Case({"terminal": True, "unipolar": True, "full_step": True}, real=True),
+           Case({"terminal": False}, upset=True)))

@@ -1,0 +1,207 @@
+"""The command that sends jobs to a mill, against a model of the mill at the other end."""
+
+import os
+import signal
+import threading
+import tty
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fresa_host.errors import LineLost
+from tb.models.orders import OrdersModel
+from tools import send
+from tools.job import picture_orders, read_orders, write_orders
+
+TEXT = "up\ngo 128 128\ndown\ngo 128 256\nup\ngo 0 0\n"
+
+
+class Mill:
+    """A mill, and the ports that lead to it. Orders are done as soon as they are told of."""
+
+    def __init__(self) -> None:
+        self.model, self.done, self.coming = OrdersModel(), [], b""
+        self.at = {}  # what happens when so many orders are done
+        self.reads = 0
+
+    def __call__(self, name: str) -> "Mill":
+        if name != "mill":
+            raise LineLost(f"{name} cannot be opened")
+        self.coming = b""
+        return self
+
+    waiting = False
+
+    def write(self, data: bytes) -> None:
+        self.coming += self.model.hear(data)
+
+    def read(self) -> bytes:
+        self.reads += 1
+        if event := self.at.pop(len(self.done), None):
+            event()
+        if self.model.ledger.waiting and not self.model.error:
+            kind, x, y = self.model.ledger.carry_out()
+            self.done.append({2: f"go {x} {y}", 3: "up", 4: "down"}[kind])
+        heard, self.coming = self.coming, b""
+        return heard
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.fixture
+def mill(monkeypatch):
+    mill = Mill()
+    monkeypatch.setattr(send, "Port", mill)
+    monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
+    monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
+    return mill
+
+
+@pytest.fixture
+def job(tmp_path):
+    path = tmp_path / "job.txt"
+    path.write_text(TEXT)
+    return path
+
+
+def run(*arguments: object) -> int:
+    return send.main([str(argument) for argument in arguments])
+
+
+class TestSend:
+    def test_a_list_of_orders(self, mill, job, capsys):
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == TEXT.splitlines()
+        assert "done: 6 orders" in capsys.readouterr().out
+
+    def test_a_picture(self, mill, tmp_path):
+        pixels = np.zeros((5, 6), bool)
+        pixels[1:3, 2:5] = True
+        Image.fromarray(~pixels).save(tmp_path / "small.png")
+        assert run(tmp_path / "small.png", "--port", "mill") == 0
+        assert mill.done == list(map(str, picture_orders(pixels)))
+
+    def test_orders_are_written_instead(self, mill, job, tmp_path):
+        out = tmp_path / "out.txt"
+        assert run(job, "-o", out) == 0
+        assert not mill.done
+        assert read_orders(out) == read_orders(job)
+        assert out.read_bytes() == write_orders(read_orders(job))
+
+    def test_from_a_stroke(self, mill, job):
+        assert run(job, "--port", "mill", "--from", 6) == 0
+        assert mill.done == TEXT.splitlines()[4:]
+
+    def test_unplugged_in_the_middle(self, mill, job, capsys):
+        def unplug():
+            raise LineLost("unplugged")
+
+        mill.at = {2: unplug, 4: unplug}
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == TEXT.splitlines()
+        assert capsys.readouterr().err.count("waiting for it") == 2
+
+    def test_ctrl_c_pauses_and_ends_and_the_same_command_goes_on(self, mill, job, capsys):
+        def interrupt():
+            signal.raise_signal(signal.SIGINT)
+            mill.at = {n: lambda: signal.raise_signal(signal.SIGINT) for n in range(2, 7)}
+
+        mill.at = {2: interrupt}
+        before = signal.getsignal(signal.SIGINT)
+        assert run(job, "--port", "mill") == 130
+        assert signal.getsignal(signal.SIGINT) is before
+        said = capsys.readouterr()
+        assert "paused, " in said.err and "the same command goes on" in said.out
+        assert 2 <= len(mill.done) < 6
+
+        mill.at = {}
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == TEXT.splitlines()
+        assert "going on behind order" in capsys.readouterr().err
+
+    def test_p_pauses_and_return_goes_on(self, mill, job, monkeypatch, capsys):
+        listened = []
+        listening = send.Keyboard.listening
+
+        def keyboard(self):
+            listened.append(self)
+            return listening(self)
+
+        def said(line):
+            listened[0]._lines.put(line)
+            mill.at = {} if line == "" else {len(mill.done) + 1: lambda: said("")}
+
+        monkeypatch.setattr(send.Keyboard, "listening", keyboard)
+        mill.at = {1: lambda: said("p")}
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == TEXT.splitlines()
+        err = capsys.readouterr().err
+        assert err.index("paused") < err.index("going on")
+
+    def test_a_reset_ends_it_and_says_how_to_go_on(self, mill, job, capsys):
+        mill.at = {2: mill.model.ledger.reset}
+        assert run(job, "--port", "mill") == 1
+        out = capsys.readouterr().out
+        assert "was reset" in out and "2 of 6 orders" in out and "--from 3" in out
+
+    @pytest.mark.parametrize("what", ["error", "stopped"])
+    def test_what_the_mill_reports(self, mill, job, capsys, what):
+        mill.at = {2: lambda: setattr(mill.model, what, 1)}
+        assert run(job, "--port", "mill") == 1
+        assert "reset it with BTN0" in capsys.readouterr().out
+
+    def test_a_mill_that_never_answers(self, mill, job, monkeypatch, capsys):
+        monkeypatch.setattr(send, "PATIENCE", 0.05)
+        monkeypatch.setattr(mill.model, "hear", lambda data: b"")
+        assert run(job, "--port", "mill") == 2
+        assert "does not answer" in capsys.readouterr().err
+
+    @pytest.mark.parametrize(("arguments", "says"), [
+        ([], "either --port"), (["--port", "mill", "-o", "x.txt"], "either --port"),
+        (["--port", "other"], "cannot be opened"), (["--port", "mill", "--from", "7"], "--from 7"),
+        (["--port", "mill", "--from", "0"], "whole number from 1"),
+        (["-o", "/no/such/folder/x.txt"], "folder does not exist"),
+    ])
+    def test_one_line_and_nothing_sent(self, mill, job, capsys, arguments, says):
+        assert run(job, *arguments) == 2
+        err = capsys.readouterr().err
+        assert says in err and err.count("\n") == 1
+        assert not mill.done
+
+    def test_a_cut_that_would_be_refused_is_refused_before(self, mill, job, capsys):
+        job.write_text("down\ngo 3 4\n")
+        assert run(job, "--port", "mill") == 2
+        assert "order 2, go 3 4" in capsys.readouterr().err
+        assert not mill.done
+
+    def test_no_such_job(self, mill, tmp_path, capsys):
+        for name in ("none.txt", "none.png"):
+            assert run(tmp_path / name, "--port", "mill") == 2
+        assert capsys.readouterr().err.count("error: ") == 2
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
+def test_by_pyserial_over_a_terminal(job, capsys):
+    """The whole of it, with the model behind a real port."""
+    machine, port = os.openpty()
+    tty.setraw(machine)
+    model, done = OrdersModel(), []
+
+    def serve() -> None:
+        while len(done) < 6 or model.ledger.session:
+            answer = model.hear(os.read(machine, 64))
+            while model.ledger.waiting:
+                done.append(model.ledger.carry_out())
+            os.write(machine, answer)
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    assert run(job, "--port", os.ttyname(port)) == 0
+    thread.join(10)
+    os.close(port)
+    os.close(machine)
+    assert [kind for kind, _, _ in done] == [3, 2, 4, 2, 3, 2]
+    assert done[1] == (2, 128, 128)
+    assert "done: 6 orders" in capsys.readouterr().out

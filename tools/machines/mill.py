@@ -1,0 +1,149 @@
+"""Building the mill: a picture goes in, and the cut that it will make comes out."""
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+from PIL import Image
+
+from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
+from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
+from fresa_boards.nexys2 import Capacity, Nexys2Platform
+from fresa_boards.nexys2_mill import BAUD, Nexys2Mill, OrderSource, debounce_period, mill_ports
+from tb.boards import nexys2_mill
+from tb.engines import ENGINES
+
+from ..console import UserError, say
+from ..cut_picture import draw_cut
+from ..image import add_picture_arguments, picture_from_arguments
+from ..picture import Prepared, encode
+from ..simulate import EXAMPLE, report, simulate, step_rate
+from .job import BOARDS, Built, Job, Kind, Write, on_board, raw
+
+__all__ = ["MILL", "build_mill"]
+
+SQUARE_SIDE = 20 * PIXEL_STEPS
+"""Side of the square that BTN1 walks, in steps: 11 mm, the thesis gives none."""
+
+
+def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
+               guard: bool = False, serial: bool = False) -> Built:
+    """Make the sources of the mill.
+
+    Parameters
+    ----------
+    board : str
+        One of `BOARDS`.
+    pace : MillPace
+        Times, in clocks.
+    picture : Prepared, optional
+        What to mill. Without one a board walks a square; the raw machine has no order source.
+    guard : bool
+        Make position errors visible, see :class:`Mill`.
+    serial : bool
+        Orders come over the RS-232 port of the board instead.
+    """
+    platform_class = BOARDS[board]
+    if platform_class is None:
+        return raw("mill", Mill(pace=pace, guard=guard))
+
+    def source() -> OrderSource:
+        if serial:
+            return SerialOrders(clock=CLOCK, baud=BAUD)
+        if picture is None:
+            return SquareGenerator(side=SQUARE_SIDE)
+        return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
+
+    platform = platform_class()
+    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), pace=pace, guard=guard)
+    built = on_board("mill", platform, top, nexys2_mill(
+        source(), pace=pace, debounce=debounce_period(), guard=guard))
+    if picture is None:
+        return built
+    return replace(built, files={**built.files,
+                                 "picture.png": encode(Image.fromarray(~picture.pixels))})
+
+
+def check_memory(picture: Prepared, capacity: Capacity, board: str) -> None:
+    """Refuse a picture that the FPGA cannot hold twice.
+
+    Raises
+    ------
+    UserError
+        If it takes more block RAMs than there are.
+    """
+    needed = 2 * -(-picture.pixels.size // 2**14)
+    if needed > capacity.block_rams:
+        raise UserError(
+            f"{picture.width} x {picture.height} pixels take {needed} block RAMs and {board} has "
+            f"{capacity.block_rams}: make the picture smaller, for instance --size 400x400")
+
+
+def figures(board: str, pace: MillPace, asked: Fraction, files: Mapping[str, bytes]) -> dict:
+    """List what is known without synthesis, ready for JSON."""
+    real = Fraction(CLOCK, pace.period)
+    return {
+        "machine": "mill",
+        "board": board,
+        "files": sorted(files),
+        "clock_hz": CLOCK,
+        "step_rate_asked": float(asked),
+        "step_period_clocks": pace.period,
+        "step_rate": round(float(real), 6),
+        "mm_per_minute": round(float(real * RESOLUTION * 60), 4),
+    }
+
+
+def job(args: argparse.Namespace) -> Job:
+    """Make what was asked for; see :class:`Kind`."""
+    if args.board == "pins" and (args.image or args.orders):
+        raise UserError("the raw machine has no order source: leave out --image and --orders")
+    if args.orders in ("square", "serial") and args.image:
+        raise UserError(f"--orders {args.orders} has no picture built in: leave out --image")
+    with_picture = args.board != "pins" and args.orders in (None, "image")
+    args.image = args.image or EXAMPLE
+    picture = picture_from_arguments(args) if with_picture else None
+    capacity = (BOARDS[args.board] or Nexys2Platform).capacity
+    if picture is not None:
+        check_memory(picture, capacity, args.board)
+    pace = MillPace.real(step_rate=args.step_rate)
+    built = build_mill(args.board, pace=pace, picture=picture, guard=args.guard,
+                       serial=args.orders == "serial")
+    facts = figures(args.board, pace, args.step_rate, built.files) | {"guard": args.guard}
+    says = (f"clock {CLOCK / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {pace.period} "
+            f"clocks; {facts['mm_per_minute']:g} mm/min")
+    if picture is None:
+        return Job(built, facts, says, source=args.image)
+
+    def finish(write: Write) -> int:
+        """Run that same gateware, and draw what it cuts."""
+        cut = simulate(picture, engine=args.engine, guard=args.guard)
+        facts["cut"] = {**cut.facts(), "job_seconds": round(cut.job_seconds(args.step_rate), 3)}
+        write({"cut.png": encode(draw_cut(cut, args.step_rate))})
+        say(report(cut, args.step_rate))
+        return 0 if cut.right else 1
+
+    return Job(built, facts, says, source=args.image, shows=("cut.png",), finish=finish)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the mill's own options."""
+    group = parser.add_argument_group("the mill")
+    group.add_argument("--image", metavar="FILE", type=Path,
+                       help="picture to mill (default: examples/strawberry.png)")
+    group.add_argument("--orders", metavar="SOURCE", choices=("image", "square", "serial"),
+                       help="what BTN1 starts: image (default) or square; or serial: orders come "
+                            "over the RS-232 port")
+    group.add_argument("--step-rate", metavar="HZ", type=step_rate, default=TOP_SPEED,
+                       help="most steps a second that the motors follow (default: 101.376)")
+    group.add_argument("--guard", action="store_true",
+                       help="a second controller watches the first: a flip-flop that is upset "
+                            "leads to an error, never to a wrong position; twice the logic")
+    group.add_argument("--engine", metavar="NAME", choices=sorted(ENGINES),
+                       help="what simulates the cut, see python -m tools.simulate --help")
+    add_picture_arguments(parser)
+
+
+MILL = Kind(add_options, job)

@@ -1,0 +1,89 @@
+"""Building `positioner`: three motors behind a serial line."""
+
+import argparse
+
+from fresa.drive import MAX_PULSE
+from fresa.machines import Positioner
+from fresa.machines.positioner import BAUD, CLOCK, ENDS, GUARDS, TOP_SPEED, PositionerPace
+from fresa.motion import MAX_PLAY
+from fresa.protocol import bit_period
+from fresa_boards.nexys2_mill import debounce_period
+from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
+from tb.boards import nexys2_positioner
+
+from ..console import UserError, whole
+from .job import BOARDS, Built, Job, Kind, on_board, raw
+
+__all__ = ["POSITIONER", "build_positioner"]
+
+LONGEST_NS = MAX_PULSE * 10**9 // CLOCK
+"""Longest time of a driver module that can be counted."""
+
+TIMES = {"width": (1900, "STEP is high"), "low": (1900, "STEP is low"),
+         "setup": (650, "DIR is still before STEP"), "hold": (650, "DIR is still after STEP")}
+"""Times of the driver modules: those of the DRV8825, and what they say."""
+
+
+def build_positioner(board: str, *, pace: PositionerPace, **options) -> Built:
+    """Make the sources of the machine.
+
+    Parameters
+    ----------
+    board : str
+        One of `BOARDS`.
+    pace : PositionerPace
+        Times.
+    options
+        See :class:`Positioner`.
+    """
+    platform_class = BOARDS[board]
+    if platform_class is None:
+        return raw("positioner", Positioner(pace=pace, **options))
+    platform = platform_class()
+    debounce = debounce_period()
+    top = Nexys2Positioner(positioner_ports(platform), pace=pace, debounce=debounce, **options)
+    return on_board("positioner", platform, top, nexys2_positioner(
+        pace=pace, debounce=debounce, **options))
+
+
+def job(args: argparse.Namespace) -> Job:
+    """Make what was asked for; see :class:`Kind`."""
+    times = {f"{name}_ns": getattr(args, f"{name}_ns") for name in TIMES}
+    options = {"inverted": args.inverted, "backlash": tuple(args.backlash),
+               "guards": tuple(args.guards)}
+    try:
+        pace = PositionerPace.real(baud=args.baud, top_speed=args.top_speed, **times)
+        built = build_positioner(args.board, pace=pace, **options)
+    except ValueError as error:
+        raise UserError(str(error)) from error
+    bit = bit_period(CLOCK, args.baud)
+    facts = {
+        "machine": "positioner", "board": args.board, "files": sorted(built.files),
+        "clock_hz": CLOCK, "baud_asked": args.baud, "baud": round(CLOCK / bit, 3),
+        "bit_clocks": bit, "top_speed": args.top_speed, **times, **options}
+    return Job(built, facts, f"clock {CLOCK / 1e6:g} MHz; {CLOCK / bit:.0f} baud, {bit} clocks a "
+                             f"bit; up to {args.top_speed} steps/s")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the machine's own options."""
+    group = parser.add_argument_group("positioner")
+    group.add_argument("--baud", metavar="N", type=whole(1), default=BAUD,
+                       help="bits a second of the serial line (default: %(default)s)")
+    group.add_argument("--top-speed", metavar="N", type=whole(1), default=TOP_SPEED,
+                       help="most steps a second of a motor (default: %(default)s)")
+    for name, (time, says) in TIMES.items():
+        group.add_argument(f"--{name}-ns", metavar="NS", type=whole(1, LONGEST_NS), default=time,
+                           help=f"least time for which {says} (default: %(default)s)")
+    group.add_argument("--inverted", action="store_true",
+                       help="STEP and DIR go through optocouplers that invert them")
+    group.add_argument("--backlash", metavar=("X", "Y", "Z"), nargs=3, type=whole(0, MAX_PLAY),
+                       default=(0, 0, 0),
+                       help="steps of play that each axis takes up at a reversal (default: 0 0 0)")
+    group.add_argument("--guards", metavar=("END1", "END2", "END3"), nargs=3, choices=ENDS,
+                       default=GUARDS,
+                       help=f"the end at which the switch of each limit input is, of "
+                            f"{', '.join(ENDS)} (default: {' '.join(GUARDS)})")
+
+
+POSITIONER = Kind(add_options, job)
