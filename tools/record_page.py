@@ -209,7 +209,8 @@ of the score.""", ("mutants", "mutants-lines", "mutants-machines"), _mutants),
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
 serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
 comes at its time; the position that is told is that of the steps; all of it from the description of
-lines, with no model of the gateware.""", ("fuzz-single", "fuzz-positioner"), _fuzz),
+lines, with no model of the gateware.""", ("fuzz-single", "fuzz-positioner", "fuzz-mill"),
+             _fuzz),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
 and afterwards all as from power-up that shall be so.""", ("resets",), _resets),

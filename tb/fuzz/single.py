@@ -40,8 +40,9 @@ class Frame(NamedTuple):
     wrong: str
 
 
-def frames(heard: Iterator[Heard]) -> Iterator[Frame]:
-    """Give the frames among bytes: from ``:`` to CR, begun anew at each ``:``."""
+def frames(heard: Iterator[Heard], ends: bytes = b"\r", longest: int = LONGEST
+           ) -> Iterator[Frame]:
+    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``."""
     text: bytearray | None = None
     damaged = False
     for clock, byte, error in heard:
@@ -49,8 +50,8 @@ def frames(heard: Iterator[Heard]) -> Iterator[Frame]:
             text, damaged = bytearray(), error
         elif text is not None:
             damaged |= error
-            if byte == ord("\r"):
-                wrong = "command" if damaged else "length" if len(text) > LONGEST else ""
+            if byte in ends:
+                wrong = "command" if damaged else "length" if len(text) > longest else ""
                 yield Frame(clock, bytes(text), wrong)
                 text = None
             else:

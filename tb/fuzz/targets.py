@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines import Positioner, Single
+from fresa.machines.mill import MillPace
 from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
+from fresa.motion import SerialOrders
 
 from .. import boards
 from ..design import Design
-from . import positioner, single
+from . import order_lines, orders, positioner, positioner_lines, single
 from .line import Broken, Levels, hear, said
 from .pieces import Dialect
 from .ways import Failure, Steps, Verdict, walk
@@ -116,7 +118,7 @@ class Target:
     def judge(self, line: Levels, seen: Seen, floods: Floods = ()) -> Judgement:
         """Look at a session."""
         judgement = Judgement()
-        fault = np.flatnonzero(seen["fault"])
+        fault = np.flatnonzero(seen["fault"] if "fault" in seen else seen["leds"] & ERROR)
         if fault.size:
             judgement.failures.append(Failure(int(fault[0]), "pins", "it shows a fault"))
         try:
@@ -143,14 +145,14 @@ def _single(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> N
         judgement.add(steps, walk(steps, session.effects, _SINGLE.modulus, len(line), 8))
 
 
-_POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner.TOP_SPEED, width=2,
+_POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner_lines.TOP_SPEED, width=2,
                              low=3, setup=2, hold=4, settle=30, report=40_000)
 
 
 def _positioner(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
     steps, failures = positioner.motors(seen)
     heard = list(hear(line, _BIT))
-    lines = list(positioner.lines(iter(heard)))
+    lines = list(positioner_lines.lines(iter(heard)))
     session = positioner.LineSession(said(seen["tx"], _BIT), steps, floods, 10 * _BIT,
                                      _POSITIONER.report)
     session.run(iter(lines))
@@ -165,15 +167,41 @@ def _positioner(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) 
 
 _BIT = 16
 
+#: LED6 of the mill.
+ERROR = 1 << 6
+
+_MILL, _TRAVEL = MillPace(period=60, scan_bits=4), 40
+
+
+def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+    steps, failures = orders.motors(seen)
+    heard = list(hear(line, _BIT))
+    frames = list(single.frames(iter(heard), b"\r\n", order_lines.LONGEST))
+    session = orders.OrderSession(said(seen["tx"], _BIT), floods, 10 * _BIT)
+    session.run(iter(frames))
+    judgement.failures += [*failures, *session.failures]
+    judgement.bytes, judgement.lines = len(heard), len(frames)
+    judgement.answers = session.answers
+    judgement.steps = sum(len(one.clock) for one in steps)
+    if not session.failures:  # else it is not known what was asked for
+        judgement.failures += orders.follow(session.taken, steps, _MILL.period, _TRAVEL)
+        judgement.timed = judgement.steps
+
+
 TARGETS = {target.name: target for target in (
-    Target("positioner", _BIT, positioner.DIALECT,
+    Target("positioner", _BIT, positioner_lines.DIALECT,
            lambda: boards.component("positioner", Positioner(pace=_POSITIONER)),
            ("tx", "step", "direction", "enable", "fault"), _positioner,
-           rates=Rates(positioner.TOP_SPEED, _POSITIONER.clock, positioner.AXES, positioner.begin)),
+           rates=Rates(positioner_lines.TOP_SPEED, _POSITIONER.clock, positioner_lines.AXES,
+                       positioner_lines.begin)),
     Target("single", _SINGLE.bit, single.DIALECT,
            lambda: boards.component("single", Single(pace=_SINGLE, greeting=single.GREETING,
                                                      help_text=single.HELP)),
            ("tx", "coils", "enable", "position", "fault"), _single,
            rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
+    Target("mill", _BIT, order_lines.DIALECT,
+           lambda: boards.nexys2_mill(SerialOrders(clock=_BIT, baud=1), pace=_MILL, debounce=4,
+                                      z_travel=_TRAVEL),
+           ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, inputs={"switches": 0x80}),
 )}
 """What can be fuzzed, by name."""

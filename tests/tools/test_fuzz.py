@@ -36,7 +36,7 @@ def test_all_in_order(compiled, tmp_path, capsys):
 def test_something_found(compiled, tmp_path, capsys):
     save = tmp_path / "found"
     with BUG.planted():
-        assert main(["single", "--bytes", "3000", "--save", str(save),
+        assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
                      "--json", str(tmp_path / "f")]) == 1
     said = capsys.readouterr().out
     assert "FOUND" in said and "shortest" in said
