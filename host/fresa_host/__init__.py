@@ -5,8 +5,9 @@ of a serial port and closed like a file. What goes wrong is raised as a `Machine
 """
 
 from .errors import LimitReached, LineLost, MachineError, Refused, TimedOut, WasReset
+from .place import Place
 from .port import Port
-from .positioner import Place, Positioner
+from .positioner import Positioner
 from .single import Single
 
 __all__ = ["LimitReached", "LineLost", "MachineError", "Place", "Port", "Positioner", "Refused",

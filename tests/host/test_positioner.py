@@ -42,6 +42,16 @@ def test_it_goes_where_it_is_sent_and_says_where_it_is(positioner, fake):
     assert positioner.steps == (57, 114, 170)
 
 
+def test_it_goes_to_points_that_it_has_stored(positioner, fake):
+    positioner.connect()
+    positioner.store(3, 10, 20, 30)
+    positioner.go_to(3)
+    assert positioner.wait(timeout=10) == Place.of(Place(10, 20, 30).steps)
+    assert fake.written[-2:] == [b"P 3 568 1135 1703\n", b"GOTO 3\n"]
+    with pytest.raises(ValueError, match="point 4 has not been stored: store it first"):
+        positioner.go_to(4)
+
+
 def test_single_commands(positioner, fake):
     assert positioner.velocity("y", 10) == pytest.approx(10, abs=0.01)
     positioner.jog("x", -1)

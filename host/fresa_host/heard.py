@@ -1,0 +1,141 @@
+"""What was heard of a positioner, for those who wait for it."""
+
+import threading
+import time
+from collections.abc import Callable
+
+from .errors import LimitReached, LineLost, Refused
+from .positioner_lines import MEANINGS, Limit, Refusal, Steps
+
+__all__ = ["Heard"]
+
+#: Refusals that are kept until somebody asks.
+MOST_REFUSALS = 10
+
+
+class Heard:
+    """What was heard, in a thread of the line's, and who waits for more. For several threads.
+
+    Parameters
+    ----------
+    reported : callable, optional
+        Called with each place that is reported, in the thread of the line.
+
+    Attributes
+    ----------
+    reports : int
+        Reports so far.
+    refusals : list of Refusal
+        What nobody was told of.
+    target : Steps or None
+        Where it is going to.
+    lost : LineLost or None
+        Why the line is gone, if it is.
+    """
+
+    def __init__(self, reported: Callable[[Steps], None] | None = None) -> None:
+        self._reported = reported or (lambda steps: None)
+        self._changed = threading.Condition()
+        self._steps: Steps | None = None
+        self._at = 0.0
+        self._limits: set[str] = set()
+        self._untold: set[str] = set()
+        self.reports = 0
+        self.refusals: list[Refusal] = []
+        self.target: Steps | None = None
+        self.lost: LineLost | None = None
+
+    def hear(self, said: Steps | Refusal | Limit) -> None:
+        """Take what the machine says."""
+        with self._changed:
+            match said:
+                case Steps():
+                    self._steps, self._at = said, time.monotonic()
+                    self.reports += 1
+                case Refusal():
+                    self.refusals = [*self.refusals, said][-MOST_REFUSALS:]
+                case Limit():
+                    self._limits.add(said.axis)
+                    self._untold.add(said.axis)
+                    self.target = None
+            self._changed.notify_all()
+        if isinstance(said, Steps):
+            self._reported(said)
+
+    def lose(self, error: LineLost) -> None:
+        """Take note that the line is gone."""
+        with self._changed:
+            self.lost = error
+            self._changed.notify_all()
+
+    def last(self) -> tuple[Steps | None, float]:
+        """Give the place that was reported last, and how many seconds ago.
+
+        Raises
+        ------
+        LineLost
+            If the line is gone.
+        """
+        with self._changed:
+            if self.lost is not None:
+                raise self.lost
+            return self._steps, time.monotonic() - self._at
+
+    @property
+    def limits(self) -> frozenset[str]:
+        """Axes whose movement a limit switch has ended since `aim` named them."""
+        with self._changed:
+            return frozenset(self._limits)
+
+    def aim(self, there: Steps | None, *axes: str) -> None:
+        """Set where it is going to, with these axes. Limits of theirs are over."""
+        with self._changed:
+            self._limits -= set(axes)
+            self._untold -= set(axes)
+            self.target = there
+            self._changed.notify_all()
+
+    def wait(self, target: Steps, patience: float) -> None:
+        """Wait until it is there or goes elsewhere, or something is wrong, or time is up."""
+        with self._changed:
+            self._changed.wait_for(
+                lambda: self._steps == target or self.target != target or self._wrong, patience)
+
+    def wait_for_reports(self, count: int, patience: float) -> bool:
+        """Wait until there are so many reports; say whether there are.
+
+        Raises
+        ------
+        LineLost, Refused, LimitReached
+            See `complain`.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self.reports >= count or self._wrong, patience)
+            self.complain()
+            return self.reports >= count
+
+    @property
+    def _wrong(self) -> bool:
+        return bool(self.refusals or self.lost)
+
+    def complain(self) -> None:
+        """Raise what nobody was told of.
+
+        Raises
+        ------
+        LineLost
+            If the line is gone.
+        Refused
+            If the machine refused something, the first that it refused.
+        LimitReached
+            If a limit switch ended a movement.
+        """
+        with self._changed:
+            if self.lost is not None:
+                raise self.lost
+            if self.refusals:
+                reason = self.refusals.pop(0).reason
+                raise Refused(reason, MEANINGS.get(reason, "it does not say more"))
+            if self._untold:
+                axes, self._untold = frozenset(self._untold), set()
+                raise LimitReached(axes)
