@@ -111,6 +111,8 @@ _OF_THE_MILL = ("divider coil counter axes order_control automatic sequencer man
                 "start spiral coordinates square debounce display monitor mill")
 _OF_LINES_AND_AXES = ("phase step_dir rate position backlash limits uart_receiver uart_transmitter "
                       "line words decimal_reader decimal_writer text")
+_OF_OTHER_MACHINES = ("axis points positioning order_ledger hex_reader hex_writer frames "
+                      "positioner_commands single")
 _BUILD = ("platform", "tools/build.py", "tools/synthesis.py")
 
 PARTS = {part.name: part for part in (
@@ -134,6 +136,8 @@ PARTS = {part.name: part for part in (
     Part("mutants-lines", f"tools.mutate {_OF_LINES_AND_AXES} --mutants 2000 {_STATE} {_JSON}",
          _MUTANTS, f"tools.mutate phase rate text --mutants 100 {_STATE} {_JSON}",
          remembers=True),
+    Part("mutants-machines", f"tools.mutate {_OF_OTHER_MACHINES} --mutants 2000 {_STATE} {_JSON}",
+         _MUTANTS, f"tools.mutate points --mutants 30 {_STATE} {_JSON}", remembers=True),
     Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
     Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
          f"tools.faults flips --flips 20000 {_JSON}"),

@@ -204,7 +204,7 @@ What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted 
 it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
 Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
-of the score.""", ("mutants", "mutants-lines"), _mutants),
+of the score.""", ("mutants", "mutants-lines", "mutants-machines"), _mutants),
     _Section("Lines", """\
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
 serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
@@ -272,6 +272,7 @@ def _short_build(figures: Facts) -> Facts:
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
     "mutants": _short_mutants, "mutants-lines": _short_mutants,
+    "mutants-machines": _short_mutants,
     "fuzz-single": _short_fuzz, "fuzz-positioner": _short_fuzz,
     "flips": _short_flips, "resets": _short_resets,
     "size": _short_build, "size-guard": _short_build, "size-board": _short_build,

@@ -27,6 +27,7 @@ from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
+from .positioner import POSITIONER
 from .positioner_commands import POSITIONER_COMMANDS
 from .positioning import POSITIONING
 from .rate import RATE
@@ -84,5 +85,6 @@ COMPONENTS = {
     "positioner_commands": POSITIONER_COMMANDS,
     "mill": MILL,
     "single": SINGLE,
+    "positioner": POSITIONER,
 }
 """Components by name, in the order in which they are best read."""

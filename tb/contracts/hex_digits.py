@@ -169,8 +169,7 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
                  (dut.digits - 1 - place + Mux(sent > 0, sent - 1, 0))[:8], 4))
                  for place, digit in enumerate(digits)).all(),
              seen=sending & (sent == length - 1),
-             bug=Bug(hex_writer, "with m.If(body):\n                m.d.sync += rest",
-                     "with m.If(body | check):\n                m.d.sync += rest"))
+             bug=Bug(hex_writer, "left.eq(left - 1)", "left.eq(left - 2)"))
 
 
 def _character(digit: Bits) -> Bits:

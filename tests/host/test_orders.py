@@ -107,6 +107,17 @@ class TestEachIsDoneOnce:
             world.now += 0.01
         assert len(sent) <= len(orders) + 4
 
+    def test_a_mill_without_room_is_not_pressed(self):
+        world, sender = World(), Sender(job(5))
+        sender.connected(0)
+        lines = 0
+        while world.now < 10:
+            line = sender.send(world.now)
+            lines += bool(line)
+            sender.receive(world.mill.hear(line), world.now)
+            world.now += 0.01
+        assert sender.taken == 2 and lines < 60
+
     def test_answers_to_repeated_requests_do_not_make_more(self):
         """After one answer that came too late everything is soon said once again."""
         world, orders = World(), job(60)

@@ -51,8 +51,22 @@ WHOLE_MACHINE = {
     "a position is that of the steps made, and never wraps; play is taken up, and no more": {
         "position": ["no-lost-step", "nearer", "never-wraps"],
         "backlash": ["within-the-play", "load-is-pushed", "no-more-than-the-play"]},
+    "an order that comes over a line is done once, in its turn, and of a line that was right": {
+        "order_ledger": ["each-once-in-its-turn", "takes-the-next-only", "damaged-does-nothing",
+                         "again-does-nothing", "answers-each", "answers-once", "manual-forgets"],
+        "hex_reader": ["good-is-right", "says-what-was-said"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
+    "a whole axis counts what leaves its pins, past its play, and no further than its switches": {
+        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks", "within-the-play",
+                 "pulse", "setup", "hold", "spacing"]},
+    "a line to the positioner is one order or one refusal; what is refused changes nothing": {
+        "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
+        "positioning": ["refused-is-answered", "answers-have-a-cause", "still-unless-connected",
+                        "mot1-moves-by-order", "mot2-target", "mot3-rate", "connected"]},
+    "a motor of the positioner steps only by order, connected, and not towards its switch": {
+        "positioner": ["{}-moves-by-order", "{}-is-connected", "{}-stops-at-its-limit",
+                       "{}-counts-its-steps", "fault-holds"]},
     "a frame is answered once, and a bad one changes nothing": {
         "frames": ["one-answer", "answers-what-it-is", "target-stays", "speed-stays",
                    "power-stays"]},

@@ -1,5 +1,6 @@
 """The command that writes what a machine is made from."""
 
+import gc
 import json
 import os
 import re
@@ -14,10 +15,11 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillPace, step_period
+from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
 from tools import build
 from tools.cut_picture import duration
-from tools.machines import mill, single
+from tools.machines import mill, positioner, single
 from tools.synthesis import Resources, synthesise
 
 REPOSITORY = Path(__file__).parents[2]
@@ -67,6 +69,48 @@ class TestPins:
     def test_picture_is_refused(self, tmp_path, small, capsys):
         assert run("--board", "pins", "--image", small, "-o", tmp_path / "out") == 2
         assert "order source" in capsys.readouterr().err
+        assert not (tmp_path / "out").exists()
+
+
+class TestPositioner:
+    def test_ports(self, tmp_path):
+        out = tmp_path / "out"
+        assert run("--machine", "positioner", "--board", "pins", "--no-report", "-o", out) == 0
+        assert module_ports((out / "positioner.v").read_text(), "positioner") == {
+            "clk": ("input", 1), "rst": ("input", 1), "rx": ("input", 1), "limits": ("input", 3),
+            "tx": ("output", 1), "step": ("output", 3), "direction": ("output", 3),
+            "enable": ("output", 3), "buzzer": ("output", 1), "connected": ("output", 1),
+            "moving": ("output", 3), "fault": ("output", 1)}
+
+    @pytest.mark.parametrize("options", [[], [
+        "--top-speed", 1_000_000, "--width-ns", 400, "--low-ns", 400, "--setup-ns", 200,
+        "--hold-ns", 200, "--inverted", "--backlash", 3, 0, 12, "--guards", "X-", "X+", "Z+"]])
+    def test_files_and_facts(self, tmp_path, options):
+        out = tmp_path / "out"
+        assert run("--machine", "positioner", *options, "--no-report", "-o", out) == 0
+        names = {name.replace("mill", "positioner") for name in SOURCES}
+        assert {path.name for path in out.iterdir()} == names | {"report.json"}
+        facts = json.loads((out / "report.json").read_text())
+        assert facts["machine"] == "positioner" and set(facts["files"]) == names
+        assert facts["top_speed"] == (1_000_000 if options else 1500)
+        assert facts["backlash"] == ([3, 0, 12] if options else [0, 0, 0])
+        assert facts["guards"] == (["X-", "X+", "Z+"] if options else ["X+", "Y+", "Z+"])
+        assert facts["inverted"] == bool(options) and facts["bit_clocks"] == 5208
+
+    @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
+    @pytest.mark.parametrize(("arguments", "message"), [
+        (["--top-speed", "1000000"], "top speed must be at most 263157 steps/s with pulses 190"),
+        (["--baud", "4000000"], "baud at a clock of 50000000 Hz must be"),
+        (["--guards", "X+", "X+", "Y+"], "guards must be different ends of X-, X+"),
+        (["--guards", "X+", "Q+", "Y+"], "invalid choice: 'Q+'"),
+        (["--backlash", "1", "2"], "argument --backlash: expected 3 arguments"),
+        (["--backlash", "1", "2", "-3"], "argument --backlash"),
+        (["--unipolar"], "unrecognized arguments: --unipolar"),
+    ])
+    def test_options_that_do_not_fit(self, tmp_path, capsys, arguments, message):
+        assert run("--machine", "positioner", *arguments, "-o", tmp_path / "out") == 2
+        gc.collect()  # what was made before the refusal is let go of here, not later
+        assert message in capsys.readouterr().err
         assert not (tmp_path / "out").exists()
 
 
@@ -284,6 +328,12 @@ class TestSize:
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 900
         assert resources.block_rams == 2  # frames, and texts
+        assert in_readme(resources)
+
+    def test_positioner_on_its_board(self):
+        built = positioner.build_positioner("nexys2-500", pace=PositionerPace.real())
+        resources = synthesise(built.rtlil, built.top)
+        assert resources.luts <= 2600
         assert in_readme(resources)
 
 

@@ -163,9 +163,11 @@ class TestPage:
     def test_mutants_are_added_up(self):
         one = {"mutants": 10, "equivalent": 2, "contract": 6, "bench": 5, "killed": 8, "survive": 0}
         two = {**one, "killed": 4, "survive": 4}
+        none = dict.fromkeys(one, 0)
         facts = {"parts": {name: {"command": name, "seconds": 1, "facts": {
             "all": counts, "components": {name: {**counts, "score": 50.0}}, "survivors": []}}
-            for name, counts in (("mutants", one), ("mutants-lines", two))},
+            for name, counts in (("mutants", one), ("mutants-lines", two),
+                                 ("mutants-machines", none))},
             "cores": 2, "versions": [], "gateware": ""}
         assert "| **all** | 20 | 4 | 12 | 10 | 12 | 4 | 75.00 |" in page(facts)
 

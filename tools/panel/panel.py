@@ -79,9 +79,10 @@ class Panel:
 
     async def close(self) -> None:
         """Stop the machine, disconnect it, and write what is kept."""
-        for task in (*self._tasks, *filter(None, [self._busy])):
+        tasks = [*self._tasks, *filter(None, [self._busy])]
+        for task in tasks:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*tasks, return_exceptions=True)
         await self._machine.disconnect()
         self._take_place()
         await self._write()
@@ -142,11 +143,12 @@ class Panel:
 
     def _done(self, task: asyncio.Task) -> None:
         self._busy, self._doing = None, ""
-        if not task.cancelled() and (error := task.exception()) is not None:
-            if not isinstance(error, MachineError):
-                raise error
+        error = None if task.cancelled() else task.exception()
+        if isinstance(error, MachineError):
             self._say(str(error), bad=True)
         self._tell()
+        if error is not None and not isinstance(error, MachineError):
+            raise error  # a mistake of ours must be seen
 
     async def _connect(self, port: str) -> None:
         self._forget()

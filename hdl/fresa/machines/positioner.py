@@ -186,6 +186,7 @@ class Positioner(wiring.Component):
     def __init__(self, *, pace: PositionerPace | None = None, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS) -> None:
         pace = pace or PositionerPace.real()
+        bit = bit_period(pace.clock, pace.baud)
         in_range("top speed", pace.top_speed, 1, pace.clock)
         shortest = pace.width + max(pace.low, pace.hold)
         if pace.clock // pace.top_speed < shortest:
@@ -207,8 +208,7 @@ class Positioner(wiring.Component):
         self._lines = LineReader(length=LINE_LENGTH, ends=b"\n")
         self._commands = PositionerCommands(top_speed=pace.top_speed)
         self._positioning = Positioning(top_speed=pace.top_speed)
-        self._reporter = Reporter(answers=ANSWERS, period=pace.report,
-                                  byte=10 * bit_period(pace.clock, pace.baud))
+        self._reporter = Reporter(answers=ANSWERS, period=pace.report, byte=10 * bit)
         super().__init__()
 
     def elaborate(self, platform) -> Module:

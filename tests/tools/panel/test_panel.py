@@ -272,6 +272,17 @@ def test_a_port_without_a_machine(fake, path, monkeypatch):
     session(path, what)
 
 
+def test_ending_while_it_connects(fake, path):
+    fake.refuse = {b"CONNECT": b""}
+
+    async def what(site):
+        site.do("connect", port=PORT)
+        await site.until(lambda: fake.written)
+
+    session(path, what)
+    assert fake.closed
+
+
 def test_a_disk_that_is_full_is_told_and_stops_nothing(fake, path, monkeypatch):
     def full(*_):
         raise UserError("cannot write panel.json: No space left on device")

@@ -1,0 +1,50 @@
+"""The panel's address: who gets in, and what a page is told first."""
+
+import asyncio
+
+import pytest
+from aiohttp import ClientSession, WSServerHandshakeError
+
+from tools.panel import Panel
+from tools.panel.routes import panel_site
+from tools.web import serve
+
+
+def test_a_page_with_the_address_is_told_everything_and_can_ask(tmp_path):
+    async def session():
+        panel = Panel(tmp_path / "panel.json", "/dev/fake", only=True)
+        async with serve(panel_site(panel)) as address, ClientSession() as browser:
+            for name in ("", "page/main.js", "page/link.js", "page/base.css", "page/hold.js"):
+                async with browser.get(address + name) as answer:
+                    assert answer.status == 200
+            async with browser.ws_connect(address + "ws") as socket:
+                told = [await socket.receive_json(timeout=10) for _ in range(4)]
+                assert {message["say"] for message in told} == {"hello", "state", "place", "kept"}
+                await socket.send_json({"do": "speed", "axis": 1, "speed": 9})
+                while (told := await socket.receive_json(timeout=10))["say"] != "kept":
+                    pass
+                assert told["speeds"] == [4, 9, 4]
+                await socket.send_json({"do": "connect", "port": "spy:///dev/ttyS0"})
+                while "error" not in (told := await socket.receive_json(timeout=10)):
+                    pass
+                assert "there is no port spy:///dev/ttyS0" in told["error"]
+        await panel.close()
+
+    asyncio.run(session())
+
+
+@pytest.mark.parametrize("headers", [{"Origin": "http://evil.example"}, {"Host": "evil.example"}])
+def test_pages_of_others_do_not_get_in(tmp_path, headers):
+    async def session():
+        panel = Panel(tmp_path / "panel.json", "/dev/fake", only=True)
+        async with serve(panel_site(panel)) as address, ClientSession() as browser:
+            with pytest.raises(WSServerHandshakeError) as caught:
+                await browser.ws_connect(address + "ws", headers=headers)
+            assert caught.value.status == 403
+            root = address.rsplit("/", 2)[0]
+            for name in ("/", "/ws", "/page/main.js"):
+                async with browser.get(root + name) as answer:
+                    assert answer.status == 404
+        await panel.close()
+
+    asyncio.run(session())
