@@ -129,7 +129,7 @@ PARTS = {part.name: part for part in (
     *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",
            ("tb/fuzz", "tb/engines", "tb/boards.py", "tools/fuzz.py"),
            f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
-      for name, rates in (("single", 1000), ("positioner", 1500), ("mill", 0))),
+      for name, rates in (("single", 2000), ("positioner", 1500), ("mill", 0))),
     Part("mutants", f"tools.mutate {_OF_THE_MILL} {_STATE} {_JSON}", _MUTANTS,
          f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
          remembers=True),

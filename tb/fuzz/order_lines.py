@@ -10,8 +10,9 @@ from .single import Frame
 __all__ = ["DIALECT", "DOWN", "GO", "LONGEST", "NUMBERS", "OPEN", "TELL", "UP", "asked", "checked",
            "request"]
 
-SIDE = 250
-"""Places to go to are the corners of a square: so each way is along one of the 8 directions."""
+SIDE = 400
+"""Places to go to are the corners of a square: so each way is along one of the 8 directions. They
+are so far from each other that orders have to wait."""
 
 LONGEST, NUMBERS = 32, 1 << 24
 TELL, OPEN, GO, UP, DOWN = range(5)

@@ -47,10 +47,10 @@ class Outcome:
 def fuzz(target: Target, seed: int, amount: int, *, kind: type[Engine] = CXXRTLEngine
          ) -> Iterator[Outcome]:
     """Play sessions with so many bytes in all; the same seed gives the same sessions."""
+    if amount <= 0:
+        return
     design = target.design()
     for number in count():
-        if amount <= 0:
-            return
         own = seed << 32 | number
         sent = list(pieces(target.dialect, own, min(amount, SESSION), target.period))
         with kind(design) as engine:
@@ -58,6 +58,8 @@ def fuzz(target: Target, seed: int, amount: int, *, kind: type[Engine] = CXXRTLE
         outcome.seed = own
         yield outcome
         amount -= outcome.judgement.bytes
+        if amount <= 0:
+            return
 
 
 def play(target: Target, engine: Engine, sent: Sequence[Piece],
@@ -127,5 +129,5 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
 
 def _framed(target: Target, sent: Sequence[Piece], some: Sequence[Piece]) -> list[Piece]:
     """Put the opening before some pieces, and time for answers behind them."""
-    clocks = target.dialect.room * target.dialect.answer * FRAME * target.period // 8
+    clocks = target.dialect.room * target.dialect.answer * FRAME * target.period // 4
     return [*sent[:OPENING], *some, Piece("rest", b"", high(clocks))]
