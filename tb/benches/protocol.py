@@ -40,6 +40,9 @@ def line_reader(run: Run) -> str:
         for text in (b"no:x12\r", b":12345\r", b":v?:v1\r:\r"):
             for byte in text:
                 await put(ctx, dut.bytes, {"byte": byte})
+                # An end that is not offered does nothing, damaged or not.
+                ctx.set(dut.bytes.payload, {"byte": ord("\r"), "error": 1})
+                await ctx.tick()
         for byte, error in [(b":", 0), (b"x", 0), (b"9", 1), (b"\r", 0)]:
             await put(ctx, dut.bytes, {"byte": byte[0], "error": error})
         await ctx.tick().repeat(5)

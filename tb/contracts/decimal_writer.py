@@ -88,6 +88,9 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
             then=left == Mux(minus, -number, number)[:len(left)],
             bug=Bug(decimal_writer, "left.eq(self.numbers.payload)",
                     "left.eq(self.numbers.payload[:4])"))
+    c.holds("adds-nothing", "What is left is never more than that.",
+            when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number, number)[:len(left)],
+            bug=Bug(decimal_writer, "left.eq(after)", "left.eq(after - 1)"))
     c.holds("written-counts", "It knows whether a digit was written.",
             when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
             & (digits + place < dut.digits),

@@ -73,6 +73,13 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
             bug=Bug(receiver, "ended & ~bit)", "ended & ~bit & self.bytes.valid)"))
     c.holds("stop-bit", "Where it is there nothing shows.", when=~ended | stop,
             then=~dut.framing, bug=Bug(receiver, "ended & ~bit)", "ended)"))
+    c.holds("next-at-once", "After a stop bit the next byte is looked for at once.",
+            when=c.past(ended & stop & ~c.rst), then=state("IDLE"),
+            bug=Bug(receiver, 'm.next = "IDLE"\n                    with m.If(~bit)',
+                    'm.next = "LOW"\n                    with m.If(~bit)'))
+    c.holds("waits-without", "Without one the line must be high first.",
+            when=c.past(ended & ~stop), then=state("LOW"),
+            bug=Bug(receiver, "with m.If(~bit):", "with m.If(~bit & (word == 0)):"))
     c.holds("overrun", "A byte is lost where the one before waits, and shows at once.",
             when=ended | dut.overrun,
             then=dut.overrun == (ended & dut.bytes.valid & ~dut.bytes.ready),

@@ -14,6 +14,19 @@ _TOGETHER = ("It shows only where two distances of 0 are gone together; `togethe
 _UPSET = ("It shows only in the clock after an upset that leaves the register of the states at an "
           "unused code while there is a way to go; the upsets of mutants leave all other registers "
           "as after power-up, those of tools.prove do not.")
+_AFTER_RESET = ("It shows in the steps for a clock after reset, in which the sequencer is at rest "
+                "and makes them anew. Of the sequencer by itself the same change is proved to be "
+                "none.")
+_OTHER_PLACE = ("The place differs only while no text is sent, where nobody looks at it; the "
+                "number that is taken next loads it. Induction over `busy` proves it, which is no "
+                "state machine.")
+_LINE_AT_REST = ("The time differs only in IDLE while the line is high, where it starts nothing; "
+                 "the start bit loads it, and two looks at that bit push out whatever was looked "
+                 "at before. Induction over state and time together proves it.")
+_NO_SUCH_TIME = ("It shows only in IDLE at a time of -1, which no state hands on to IDLE, and IDLE "
+                 "does not count. Induction with that as an invariant proves it.")
+_LOOK_MORE = ("There is one look more, and the two behind it push it out before the bit is "
+              "decided. Induction over state and time together proves it.")
 
 EXPLAINED: dict[tuple[str, str], str] = {
     **{("coordinates", f"hdl/fresa/motion/coordinates.py:120 (reading): mux {change}"): _COPY
@@ -37,5 +50,15 @@ EXPLAINED: dict[tuple[str, str], str] = {
         ("mill", "115 (steps_x): mux B[4] inverted"),
         ("mill", "116 (steps_y): mux B[4] stuck at 1"),
         ("mill", "116 (steps_y): mux B[13] stuck at 1"))},
+    ("mill", "hdl/fresa/motion/sequencer.py:115 (steps_x): mux B[0] stuck at 1"): _AFTER_RESET,
+    **{("text", f"hdl/fresa/protocol/text.py:67 (place): {change}"): _OTHER_PLACE
+       for change in ("mux B[0] inverted", "pmux A[1] stuck at 0", "pmux A[3] inverted",
+                      "pmux A[3] stuck at 0", "pmux A[3] stuck at 1", "pmux S[2] stuck at 1")},
+    **{("uart_receiver", f"hdl/fresa/protocol/receiver.py:100 (time): mux {change}"): _LINE_AT_REST
+       for change in ("Y[1] inverted where bit 0 is 1", "Y[2] inverted where bit 1 is 1",
+                      "Y[3] inverted where bit 0 is 1")},
+    ("uart_receiver", "hdl/fresa/protocol/receiver.py:100 (time): pmux B[9] inverted where bit 19 "
+                      "is 0"): _NO_SUCH_TIME,
+    ("uart_receiver", "hdl/fresa/protocol/receiver.py:107 (look): eq A[1] stuck at 1"): _LOOK_MORE,
 }
 """By component and mutant, as ``tools.mutate`` writes it."""
