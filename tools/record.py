@@ -126,6 +126,10 @@ PARTS = {part.name: part for part in (
     Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}", _RUNS),
     Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", _RUNS,
          f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
+    Part("engines-single", f"tools.cosim --machine single --engines all --cycles 100000 {_COSIM}",
+         _RUNS),
+    Part("pair-single", "tools.cosim --machine single --engines cxxrtl,verilator --cycles 10000000 "
+         f"{_COSIM}", _RUNS),
     *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",
            ("tb/fuzz", "tb/engines", "tb/boards.py", "tools/fuzz.py"),
            f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
@@ -145,6 +149,10 @@ PARTS = {part.name: part for part in (
     Part("size", "tools.build --board pins -o {folder}", _BUILD, figures="report.json"),
     Part("size-guard", "tools.build --board pins --guard -o {folder}", _BUILD,
          figures="report.json"),
+    *(Part(f"size-{name}", f"tools.build {options} -o {{folder}}", (*_BUILD, "examples"),
+           figures="report.json")
+      for name, options in (("serial", "--orders serial"), ("single", "--machine single"),
+                            ("positioner", "--machine positioner"))),
     Part("size-board", "tools.build --size 400x400 --enlarge -o {folder}", (*_BUILD, "examples"),
          figures="report.json"),
 )}

@@ -50,17 +50,20 @@ def page(record: Facts) -> str:
 # Sections
 
 
-def _engines(engines: Facts, pair: Facts, campaign: Facts) -> list[str]:
-    rows = [[name, one["version"] or "-", _many(one["clocks"]), _many(one["clocks_per_second"])]
-            for name, one in engines["engines"].items()]
-    clocks = min(one["clocks"] for one in pair["engines"].values())
-    return [
-        _table(["engine", "version", "clocks", "clocks/s"], rows),
-        f"All agree, seed {engines['seed']}, checksum `{engines['checksum']}`.",
-        f"{_and(pair['engines'])} agree over {_many(clocks)} clocks, checksum "
-        f"`{pair['checksum']}`. {_and(campaign['clocks_per_second'])} agree over a campaign of "
-        f"{_many(campaign['clocks'])} clocks, checksum `{campaign['checksum']}`.",
-        ""]
+def _engines(*runs: Facts) -> list[str]:
+    text = []
+    for facts in runs:
+        name = facts["machine"]
+        if "agree" in facts and "engines" not in facts:  # a campaign
+            text += [f"{_and(facts['clocks_per_second'])} agree over a campaign of "
+                     f"{_many(facts['clocks'])} clocks of {name}, checksum `{facts['checksum']}`.",
+                     ""]
+            continue
+        rows = [[engine, one["version"] or "-", _many(one["clocks"]),
+                 _many(one["clocks_per_second"])] for engine, one in facts["engines"].items()]
+        text += [_table([f"{name} on", "version", "clocks", "clocks/s"], rows),
+                 f"All agree, seed {facts['seed']}, checksum `{facts['checksum']}`.", ""]
+    return text
 
 
 def _contracts(proofs: Facts, controls: Facts) -> list[str]:
@@ -164,11 +167,17 @@ def _coverage(coverage: Facts) -> list[str]:
 
 def _size(*builds: Facts) -> list[str]:
     capacity = builds[0]["capacity"]
-    rows = [[facts["board"] + (", with guard" if facts["guard"] else ""),
-             *(facts["resources"][name] for name in capacity)] for facts in builds]
+    rows = [[_design(facts), *(facts["resources"][name] for name in capacity)] for facts in builds]
     rows.append(["*a XC3S500E has*", *capacity.values()])
     return [_table(["design", *(name.replace("_", " ") for name in capacity)], rows),
             f"Counted by {builds[0]['resources']['tool']}.", ""]
+
+
+def _design(facts: Facts) -> str:
+    words = [facts["machine"], "by its own pins" if facts["board"] == "pins" else facts["board"],
+             *(["with guard"] if facts.get("guard") else []),
+             *(["orders over a serial line"] if facts.get("orders") == "serial" else [])]
+    return ", ".join(words)
 
 
 def _origin(record: Facts) -> str:
@@ -189,7 +198,8 @@ class _Section:
 _SECTIONS = (
     _Section("Engines in step", """\
 The same stimulus, orders and chance, for every engine and for the model in Python; every output of
-every clock is compared.""", ("engines", "pair", "campaign"), _engines),
+every clock is compared.""", ("engines", "pair", "campaign", "engines-single", "pair-single"),
+             _engines),
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
 any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise. A
@@ -221,7 +231,9 @@ says a wrong one, without a word.""", ("flips",), _upsets),
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
 registers from a code that no state has.""",
              ("coverage",), _coverage),
-    _Section("Size", "Of the Spartan-3E.", ("size", "size-guard", "size-board"), _size),
+    _Section("Size", "Of the Spartan-3E.",
+             ("size", "size-guard", "size-board", "size-serial", "size-single", "size-positioner"),
+             _size),
 )
 
 # What is too long to keep
@@ -266,16 +278,16 @@ def _short_resets(figures: Facts) -> Facts:
 
 
 def _short_build(figures: Facts) -> Facts:
-    return _only(figures, ("board", "guard", "resources", "capacity"))
+    return _only(figures, ("machine", "board", "guard", "orders", "resources", "capacity"))
 
 
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
-    "mutants": _short_mutants, "mutants-lines": _short_mutants,
-    "mutants-machines": _short_mutants,
-    "fuzz-single": _short_fuzz, "fuzz-positioner": _short_fuzz,
-    "flips": _short_flips, "resets": _short_resets,
-    "size": _short_build, "size-guard": _short_build, "size-board": _short_build,
+    "resets": _short_resets, "flips": _short_flips,
+    **dict.fromkeys(("mutants", "mutants-lines", "mutants-machines"), _short_mutants),
+    **dict.fromkeys(("fuzz-single", "fuzz-positioner", "fuzz-mill"), _short_fuzz),
+    **dict.fromkeys(("size", "size-guard", "size-board", "size-serial", "size-single",
+                     "size-positioner"), _short_build),
 }
 
 # Words and tables

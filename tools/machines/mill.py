@@ -111,7 +111,8 @@ def job(args: argparse.Namespace) -> Job:
     pace = MillPace.real(step_rate=args.step_rate)
     built = build_mill(args.board, pace=pace, picture=picture, guard=args.guard,
                        serial=args.orders == "serial")
-    facts = figures(args.board, pace, args.step_rate, built.files) | {"guard": args.guard}
+    facts = figures(args.board, pace, args.step_rate, built.files) | {
+        "guard": args.guard, "orders": None if args.board == "pins" else args.orders or "image"}
     says = (f"clock {CLOCK / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {pace.period} "
             f"clocks; {facts['mm_per_minute']:g} mm/min")
     if picture is None:
