@@ -112,7 +112,7 @@ _OF_THE_MILL = ("divider coil counter axes order_control automatic sequencer man
 _OF_LINES_AND_AXES = ("phase step_dir rate position backlash limits uart_receiver uart_transmitter "
                       "line words decimal_reader decimal_writer text")
 _OF_OTHER_MACHINES = ("axis points positioning order_ledger hex_reader hex_writer frames "
-                      "positioner_commands single")
+                      "positioner_commands single positioner")
 _BUILD = ("platform", "tools/build.py", "tools/synthesis.py")
 
 PARTS = {part.name: part for part in (

@@ -308,7 +308,7 @@ class TestSize:
         assert in_readme(resources)
 
     def test_board_with_serial_orders(self):
-        built = build.build_mill("nexys2-500", pace=MillPace.real(), serial=True)
+        built = mill.build_mill("nexys2-500", pace=MillPace.real(), serial=True)
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 1560
         assert resources.block_rams <= 1

@@ -73,7 +73,7 @@ class TestEveryClock:
         ledger, outcome, ready = LedgerModel(depth=depth), None, 1
         seen, done = set(), 0
         with AmaranthEngine(component("ledger", Apart(OrderLedger(depth=depth)))) as engine:
-            for clock in range(3000):
+            for clock in range(5000):
                 if outcome is not None or not ready:  # else who takes answers stays ready
                     ready = int(rng.random() < 0.7)
                 asked = likely(rng, ledger)
