@@ -11,15 +11,17 @@ import numpy as np
 from amaranth import Value
 from numpy.typing import NDArray
 
-from fresa.machines import Single
+from fresa.machines import Positioner, Single
 from fresa.machines.mill import MillPace
+from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
 
-from . import boards
+from . import boards, desk
 from .design import Design
 from .engines import ENGINES, Engine, source
 from .engines.pysim import AmaranthEngine
 from .models.mill import MillModel
+from .models.positioner import PositionerModel
 from .models.single import SingleModel
 from .stimulus import Chance, Stimulus, chance, directed, held, moods, random_blocks
 from .terminal import chance as typed_by_chance
@@ -119,6 +121,12 @@ def _mill(name: str, guard: bool) -> Machine:
         directed=lambda seed, clocks: directed(model(), seed, clocks), chance=chance, model=model)
 
 
+_ON_A_LINE = {"ghdl": "it has no description in VHDL",
+              **dict.fromkeys(("netlist", "netlist-icarus"),
+                              "it takes block RAMs, of which Yosys has no model")}
+"""What cannot play a machine on a serial line."""
+
+
 def _single() -> Machine:
     """Shorten bits and texts; the speed of the motor is real beside the clock."""
     pace, greeting, help_text = SinglePace.real(clock=48_000, baud=3000), b"!\r\n", b"?\r\n"
@@ -132,9 +140,20 @@ def _single() -> Machine:
             "single", Single(pace=pace, greeting=greeting, help_text=help_text)),
         directed=lambda seed, clocks: typed_in_turn(model(), seed, clocks),
         chance=functools.partial(typed_by_chance, pace.bit), model=model,
-        without={"ghdl": "it has no description in VHDL",
-                 **dict.fromkeys(("netlist", "netlist-icarus"),
-                                 "it takes block RAMs, of which Yosys has no model")})
+        without=_ON_A_LINE)
+
+
+def _positioner() -> Machine:
+    """Shorten every time beside a step of the motors."""
+    bit = 16
+    pace = PositionerPace(clock=1000 * bit, baud=1000, top_speed=1500, width=2, low=3, setup=2,
+                          hold=4, settle=30, report=10_000)
+    options = {"backlash": (3, 0, 12), "guards": ("X-", "Y+", "X+")}
+    return Machine(
+        "positioner",
+        lambda: boards.component("positioner", Positioner(pace=pace, **options)),
+        directed=functools.partial(desk.directed, bit), chance=functools.partial(desk.chance, bit),
+        model=lambda: PositionerModel(pace=pace, bit=bit, **options), without=_ON_A_LINE)
 
 
 def _described(name: str) -> Machine:
@@ -156,6 +175,7 @@ MACHINES = {
     "mill": _mill("mill", guard=False),
     "mill-guarded": _mill("mill-guarded", guard=True),
     "single": _single(),
+    "positioner": _positioner(),
     **{name: _described(name) for name in REFERENCES if name != "mill"},
 }
 """The machines, the mill also guarded, and the components of which there is one in VHDL."""

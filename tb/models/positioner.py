@@ -6,13 +6,16 @@ in one clock.
 
 import re
 from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 from fresa.machines.positioner import LINE_LENGTH, PositionerPace
 
 from .motion import AxisModel
 from .protocol import GOOD, LONG, LineModel, ReceiverModel, bits
 
-__all__ = ["CommandsModel", "PositionerModel", "PositioningModel", "ReporterModel"]
+__all__ = ["CommandsModel", "PositionerInputs", "PositionerModel", "PositionerOutputs",
+           "PositioningModel", "ReporterModel"]
 
 Story = Generator[None, None, None]
 Order = tuple[str, str, list[int]]
@@ -275,15 +278,43 @@ class ReporterModel:
                 yield
 
 
+@dataclass
+class PositionerInputs:
+    """Levels of the input pins in one clock."""
+
+    rst: int = 0
+    rx: int = 0
+    limits: int = 0
+
+
+@dataclass
+class PositionerOutputs:
+    """Levels of the output pins in one clock."""
+
+    tx: int
+    step: int
+    direction: int
+    enable: int
+    buzzer: int
+    connected: int
+    moving: int
+    fault: int = 0
+
+
 class PositionerModel:
-    """The pins of `positioner`. Call :meth:`clock` for each clock.
+    """The pins of `positioner`.
+
+    Call :meth:`outputs` and then :meth:`edge` with the inputs of a clock, for each clock.
 
     The other parameters are those of the machine.
     """
 
+    Inputs: ClassVar[type] = PositionerInputs
+
     def __init__(self, *, pace: PositionerPace, bit: int, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0),
                  guards: Sequence[str] = ("X+", "Y+", "Z+")) -> None:
+        self.bit = bit
         self.receiver = ReceiverModel(period=bit)
         self.lines = LineModel(length=LINE_LENGTH, depth=256, end=ord("\n"))
         self.commands = CommandsModel(top_speed=pace.top_speed)
@@ -294,18 +325,22 @@ class PositionerModel:
                                settle=pace.settle) for _ in range(3)]
         self.backlash, self.guards = backlash, guards
         self.flip = 7 * inverted
+        self._axes: list[dict[str, int]] = []  # in this clock
 
-    def clock(self, *, rx: int, limits: int, rst: int = 0) -> dict[str, int]:
-        """Make a clock; return what is on the pins before its edge."""
-        does, order = self.positioning, self.commands.order
-        seen = {"tx": self.reporter.tx, "buzzer": int(does.sound > 0),
-                "connected": int(does.connected), "fault": 0,
-                "moving": _word(map(bool, does.movement))}
-        axes = self._axes(order, limits, rst)
-        seen |= {"step": _word(axis["step_pin"] for axis in axes) ^ self.flip,
-                 "direction": _word(axis["direction_pin"] for axis in axes) ^ self.flip,
-                 "enable": _word(axis["enable_pin"] for axis in axes)}
+    def outputs(self, pins: PositionerInputs) -> PositionerOutputs:
+        """Return the outputs in this clock, once: the axes move on with it."""
+        does = self.positioning
+        self._axes = self._move(pins)
+        step, direction, enable = (_word(axis[f"{name}_pin"] for axis in self._axes)
+                                   for name in ("step", "direction", "enable"))
+        return PositionerOutputs(
+            tx=self.reporter.tx, step=step ^ self.flip, direction=direction ^ self.flip,
+            enable=enable, buzzer=int(does.sound > 0), connected=int(does.connected),
+            moving=_word(map(bool, does.movement)))
 
+    def edge(self, pins: PositionerInputs) -> None:
+        """Go to the next clock."""
+        does, order, axes = self.positioning, self.commands.order, self._axes
         tick = self.reporter.tick
         answered = self.reporter.clock(enable=does.connected, answer=does.answer,
                                        position=[axis["position"] for axis in axes])
@@ -315,22 +350,21 @@ class PositionerModel:
         took = self.commands.clock(self.lines.head, taken)
         byte, room = self.receiver.byte, self.lines.room
         self.lines.clock(byte, took)
-        self.receiver.clock(rx, room)
-        if rst:
+        self.receiver.clock(pins.rx, room)
+        if pins.rst:
             for part in (does, self.reporter, self.commands, self.lines, self.receiver):
                 part.reset()
-        return seen
 
-    def _axes(self, order: Order | None, limits: int, rst: int) -> list[dict[str, int]]:
+    def _move(self, pins: PositionerInputs) -> list[dict[str, int]]:
         does = self.positioning
-        load = does.load(order)
-        pressed = {end: limits >> number & 1 for number, end in enumerate(self.guards)}
+        load = does.load(self.commands.order)
+        pressed = {end: pins.limits >> number & 1 for number, end in enumerate(self.guards)}
         return [axis.clock(
             target=does.target[index], run=int(bool(does.movement[index])),
             load=int(load is not None), place=load[index] if load else 0,
             rate=does.rate[index], play=self.backlash[index],
             enable=int(does.connected), low=pressed.get(f"{'XYZ'[index]}-", 0),
-            high=pressed.get(f"{'XYZ'[index]}+", 0), rst=rst)
+            high=pressed.get(f"{'XYZ'[index]}+", 0), rst=pins.rst)
             for index, axis in enumerate(self.axes)]
 
 

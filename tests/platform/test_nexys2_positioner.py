@@ -17,6 +17,7 @@ from tb.boards import nexys2_positioner
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.positioner import PositionerModel
 from tb.models.protocol import bits
+from tb.players import ModelPlayer
 
 BIT = 16
 PACE = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
@@ -90,14 +91,16 @@ class TestBoard:
         board.say(text, 12_000)
         rx = [1] * 80 + [level for byte in text.encode() for bit in bits(byte)
                          for level in [bit] * BIT] + [1] * 12_000
-        rows = [model.clock(rx=level, limits=0) for level in [1, 1, *rx[:-2]]]
+        levels = np.array([1, 1, *rx[:-2]])
+        names = ("tx", "buzzer", "step", "direction", "enable")
+        rows = ModelPlayer(model).play(
+            {"rx": levels, "limits": 0 * levels, "rst": 0 * levels}, names)
         for name in ("tx", "buzzer"):
-            assert board.seen[name][1:].tolist() == [row[name] for row in rows[:-1]]
+            assert board.seen[name][1:].tolist() == rows[name][:-1].tolist()
         for index, name in enumerate(MOTORS):
-            assert board.seen[name][1:].tolist() == [
-                sum((row[pin] >> index & 1) << place
-                    for place, pin in enumerate(("step", "direction", "enable")))
-                for row in rows[:-1]]
+            assert board.seen[name][1:].tolist() == sum(
+                (rows[pin][:-1] >> index & 1) << place
+                for place, pin in enumerate(("step", "direction", "enable"))).tolist()
         assert board.seen["motor_x"][0] == (0b011 if inverted else 0)
 
 

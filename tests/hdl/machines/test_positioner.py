@@ -15,6 +15,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.positioner import PositionerModel
 from tb.models.protocol import bits
+from tb.players import ModelPlayer
 
 NO_COMPILER = CXXRTLEngine.missing()
 PINS = ["tx", "step", "direction", "enable", "buzzer", "connected", "moving", "fault"]
@@ -341,12 +342,9 @@ class TestModel:
         with engine_of(**options) as engine:
             seen = engine.play(given, PINS)
         model = PositionerModel(pace=PACE, bit=BIT, **options)
-        rows = np.array([list(model.clock(rx=rx, limits=limits, rst=rst).values())
-                         for rx, limits, rst in zip(*(row.tolist() for row in given.values()),
-                                                    strict=True)])
-        names = list(model.clock(rx=1, limits=0))
+        rows = ModelPlayer(model).play(given, PINS)
         for name in PINS:
-            differs = np.flatnonzero(seen[name] != rows[:, names.index(name)])
+            differs = np.flatnonzero(seen[name] != rows[name])
             assert not differs.size, (name, differs[0])
         assert NO_COMPILER or np.count_nonzero(np.diff(seen["step"])) > 40
 
