@@ -41,12 +41,13 @@ the nearest pixel next; or, if its name ends in .txt, a list of orders, one a li
   # ...    a comment
 
 First bring the tool to the origin by hand, and put SW7 on. A job begins by raising the tool, which
-another may have left down: a list that does not is given one  up  more, its order 1. Each order is carried out once, over
-whatever line: what is lost or damaged is sent again. If the line is unplugged it goes on when it
-is back. Ctrl-C, or p and Return, stops sending: at most two more orders are carried out. Then
-Return goes on, and Ctrl-C again (or q and Return) ends; the same command, but without --from and
---again, goes on later, from any computer, for the mill knows the job. It has forgotten it after a reset and in manual mode, when
-the origin is another: then the job begins at order 1, or with --from where you say.
+another may have left down: a list that does not is given one  up  more, its order 1. Each order is
+carried out once, over whatever line: what is lost or damaged is sent again. If the line is
+unplugged it goes on when it is back. Ctrl-C, or p and Return, stops sending: at most two more
+orders are carried out. Then Return goes on, and Ctrl-C again (or q and Return) ends; the same
+command, but without --from and --again, goes on later, from any computer, for the mill knows the
+job. It has forgotten it after a reset and in manual mode, when the origin is another: then the job
+begins at order 1, or with --from where you say.
 """
 
 EPILOG = """\

@@ -37,8 +37,13 @@ from tests.noise import Noise
 
 def job(count: int, seed: int = 0) -> list[Order]:
     rng = random.Random(seed)
-    return [Order(Kind.UP), *(Order(kind, *([rng.randrange(2**16), rng.randrange(2**16)] if kind == Kind.GO else []))
-            for kind in rng.choices([Kind.GO, Kind.UP, Kind.DOWN], [6, 1, 1], k=count - 1))]
+
+    def order(kind: Kind) -> Order:
+        return Order(kind, rng.randrange(2**16), rng.randrange(2**16)) if kind == Kind.GO else (
+            Order(kind))
+
+    kinds = rng.choices([Kind.GO, Kind.UP, Kind.DOWN], [6, 1, 1], k=count - 1)
+    return [Order(Kind.UP), *map(order, kinds)]
 
 
 class World:
