@@ -92,6 +92,7 @@ class Positioner:
             if kind is not None:
                 with suppress(LineLost):
                     self.stop()
+                    time.sleep(10 * len(lines.stop()) / self._link.baud)  # until it is on the line
         finally:
             self.close()
 

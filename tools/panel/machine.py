@@ -34,6 +34,9 @@ TRIES = 3
 SETTLED = 2
 MUTE = 10
 
+#: Seconds until the last words are on the line: 41 bytes.
+ON_LINE = 0.06
+
 Heard = Steps | Refusal | Limit
 
 
@@ -132,7 +135,7 @@ class Machine:
             forgot = place == ZERO != kept.steps and await self._was_reset(line)
             place = await (self._tell_place(line, kept.steps) if forgot else self._rest(line))
         except BaseException:
-            await self._drop()
+            await self._let_go()
             raise
         line.connected, self.steps, self._heard_at = True, place, self._loop.time()
         for axis, speed in zip(AXES, kept.speeds, strict=True):
@@ -154,11 +157,12 @@ class Machine:
                 line.connected = False
                 self.stop()
                 self.steps = await self._rest(line)
-            self._send(b"DISCONNECT\n")
-            await asyncio.sleep(0.02)  # until it is on the line
-        await self._drop()
+        await self._let_go()
 
-    async def _drop(self) -> None:
+    async def _let_go(self) -> None:
+        """Leave the machine still and without power, if it hears that, and the port to others."""
+        self._send(lines.stop() + b"DISCONNECT\n")
+        await asyncio.sleep(ON_LINE)
         line, self._line = self._line, None
         if line is not None:
             await asyncio.to_thread(line.close)

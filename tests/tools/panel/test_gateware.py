@@ -72,7 +72,7 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
                 do("go", number=7)
                 await until(lambda: panel._note == "At point 7.")
             assert load(path).steps == (170, -114, 57)
-            async with connected(path, port) as (do, panel):
+            async with connected(path, port) as (_, panel):
                 assert panel._machine.steps == (170, -114, 57)
             await asyncio.to_thread(use, port)
             async with connected(path, port) as (do, panel):
@@ -85,13 +85,12 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
             assert "reset" in panel._note
             assert panel._machine.steps == (170, -114, 57)
             do("jog", ways=[1, 0, 0])
-            await until(lambda: panel._machine.steps.x > 200)
+            await until(lambda: (panel._machine.steps or (0,))[0] > 200)
             # What nobody stops when the panel is gone, the next one does.
-            panel._machine._line.speaker.close()
-            async with asyncio.timeout(30):
-                await asyncio.to_thread(panel._machine._line.link.close)
-            panel._machine._line = None
-            async with connected(path, port) as (do, other):
+            line, panel._machine._line = panel._machine._line, None
+            assert line
+            await asyncio.to_thread(line.close)
+            async with connected(path, port) as (_, other):
                 still = other._machine.steps
                 await asyncio.sleep(0.3)
                 assert other._machine.steps == still

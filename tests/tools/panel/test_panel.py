@@ -250,6 +250,7 @@ def test_a_machine_that_does_not_stop_is_not_connected(fake, path, monkeypatch):
         await site.until(lambda: site.told("state")["note"])
         assert "does not stop: it moves" in site.told("state")["note"]
         assert not site.told("state")["connected"] and fake.closed
+        assert not fake.connected  # without power it does
 
     session(path, what)
 
