@@ -11,15 +11,18 @@ from fresa_host import MachineError, Single
 TURN = 96
 """Half steps of a turn."""
 
+RPM = 2
+"""What a turn a minute is to the machine, for it counts rpm in full steps."""
+
 
 def main(port: str) -> None:
     """Make a turn, slowly, and come back fast."""
     with Single(port) as motor:
-        print(f"at {motor.position}, {motor.speed} turns a minute")
-        for rpm, there in ((60, TURN), (240, 0)):
-            motor.speed = rpm
+        print(f"at {motor.position}, {motor.speed / RPM:g} turns a minute")
+        for turns, there in ((30, TURN), (120, 0)):
+            motor.speed = RPM * turns
             motor.move_to(there)
-            print(f"at {motor.wait(timeout=30)}, with {rpm} turns a minute")
+            print(f"at {motor.wait(timeout=30)}, with {turns} turns a minute")
 
 
 if __name__ == "__main__":

@@ -30,9 +30,10 @@ Writes a folder with everything that Xilinx ISE 14.7 needs to make a bitstream f
   report.json                            the figures that are printed
 
 machines:
-  mill      mills your picture; picture.png and cut.png are what was asked, and what it will cut,
-            made by running that same gateware
-  single    one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)
+  mill         mills your picture; picture.png and cut.png are what was asked, and what it will cut,
+               made by running that same gateware
+  single       one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)
+  positioner   three axes of a micropositioner, on the same line (docs/positioner.md)
 
 With --board pins it is mill.v and report.json alone: the raw machine, for other boards and for
 simulators.
@@ -62,6 +63,9 @@ examples:
 
   python -m tools.build --machine single --full-step
       A controller for one motor in full steps, into build/single-nexys2-500.
+
+  python -m tools.build --machine positioner --top-speed 3000
+      Three axes whose motors follow 3000 steps a second, into build/positioner-nexys2-500.
 
   python -m tools.build --guard
       A machine that watches itself: where a position may be wrong it stops and shows an error. See

@@ -16,6 +16,9 @@ __all__ = ["check_cuts", "picture_orders", "read_orders", "stroke_start", "write
 LARGEST = 1 << 29
 """Bytes of the longest text that is read: one of all orders that a job may have, and more."""
 
+MOST = LAST_NUMBER - 1
+"""Orders of the longest list: one that raises the tool may be put before them."""
+
 NEAR = 9
 """Places of the spiral that the tool reaches without being raised: a pixel and its neighbours."""
 
@@ -82,10 +85,12 @@ def read_orders(path: Path) -> list[Order]:
     UserError
         If the file cannot be read, or a line is no order.
     """
-    if path.is_file() and path.stat().st_size > LARGEST:
+    with path.open("rb") as file:
+        data = file.read(LARGEST + 1)  # of what is no file nobody knows how much will come
+    if len(data) > LARGEST:
         raise UserError(f"{path} is too long for a list of orders")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = data.decode()
     except UnicodeDecodeError as error:
         raise UserError(f"{path} is no list of orders: it is not text") from error
     orders = []
@@ -93,8 +98,8 @@ def read_orders(path: Path) -> list[Order]:
         words = line.partition("#")[0].lower().split()
         if words:
             orders.append(_order(words, f"{path}, line {number}"))
-    if not 1 <= len(orders) <= LAST_NUMBER:
-        raise UserError(f"{path} has {len(orders)} orders; a job has 1 to {LAST_NUMBER}")
+    if not 1 <= len(orders) <= MOST:
+        raise UserError(f"{path} has {len(orders)} orders; a job has 1 to {MOST}")
     return orders
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fresa_host.errors import LineLost, MachineError
-from fresa_host.orders import Sender, deliver
+from fresa_host.orders import Sender, begin_raised, deliver
 from fresa_host.port import BAUD, Port
 
 from .console import (
@@ -40,12 +40,14 @@ the nearest pixel next; or, if its name ends in .txt, a list of orders, one a li
   down     lower it; while it is down, go leads along one of 8 directions
   # ...    a comment
 
-First bring the tool to the origin by hand, and put SW7 on. Each order is carried out once, over
-whatever line: what is lost or damaged is sent again. If the line is unplugged it goes on when it
-is back. Ctrl-C, or p and Return, stops sending: at most two more orders are carried out. Then
-Return goes on, and Ctrl-C again (or q and Return) ends; the same command goes on later, from any
-computer, for the mill knows the job. It has forgotten it after a reset and in manual mode, when
-the origin is another: then the job begins at order 1, or with --from where you say.
+First bring the tool to the origin by hand, and put SW7 on. A job begins by raising the tool, which
+another may have left down: a list that does not is given one  up  more, its order 1. Each order is
+carried out once, over whatever line: what is lost or damaged is sent again. If the line is
+unplugged it goes on when it is back. Ctrl-C, or p and Return, stops sending: at most two more
+orders are carried out. Then Return goes on, and Ctrl-C again (or q and Return) ends; the same
+command, but without --from and --again, goes on later, from any computer, for the mill knows the
+job. It has forgotten it after a reset and in manual mode, when the origin is another: then the job
+begins at order 1, or with --from where you say.
 """
 
 EPILOG = """\
@@ -175,6 +177,7 @@ def main(argv: list[str] | None = None) -> int:
     check_output(args.output)
     orders = _orders(args)
     check_cuts(orders)
+    orders = begin_raised(orders)
     if args.output is not None:
         write_atomically(args.output, write_orders(orders))
         say(f"wrote {args.output}: {len(orders)} orders")
@@ -201,8 +204,8 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
             progress.advance(sender.done)
             deliver(sender, lambda: Port(args.port), watch=Watch(sender, keyboard, progress))
     except Ended:
-        say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; the "
-            "same command goes on")
+        say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
+            + _same(args))
         return 130
     except LineLost as error:
         raise UserError(str(error)) from error
@@ -213,6 +216,12 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
         return 1
     say(f"done: {sender.total} orders in {time.monotonic() - begun:.0f} s")
     return 0
+
+
+def _same(args: argparse.Namespace) -> str:
+    """Say which command goes on."""
+    less = [name for name, given in [("--from", args.first > 1), ("--again", args.again)] if given]
+    return "the same command " + (f"without {' and '.join(less)} " if less else "") + "goes on"
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -5,12 +5,21 @@ import time
 from collections.abc import Callable
 
 from .errors import LimitReached, LineLost, Refused
-from .positioner_lines import MEANINGS, Limit, Refusal, Steps
+from .positioner_lines import AXES, MEANINGS, Limit, Refusal, Steps
 
-__all__ = ["Heard"]
+__all__ = ["Heard", "Target", "reached"]
+
+#: Where each axis is going to; None for one that may be anywhere.
+Target = tuple[int | None, ...]
 
 #: Refusals that are kept until somebody asks.
 MOST_REFUSALS = 10
+
+
+def reached(steps: Steps | None, target: Target) -> bool:
+    """Whether all axes are where they are going to."""
+    return steps is not None and all(
+        to is None or at == to for at, to in zip(steps, target, strict=True))
 
 
 class Heard:
@@ -27,8 +36,8 @@ class Heard:
         Reports so far.
     refusals : list of Refusal
         What nobody was told of.
-    target : Steps or None
-        Where it is going to.
+    target : Target or None
+        Where it is going to. None if nowhere.
     lost : LineLost or None
         Why the line is gone, if it is.
     """
@@ -42,7 +51,7 @@ class Heard:
         self._untold: set[str] = set()
         self.reports = 0
         self.refusals: list[Refusal] = []
-        self.target: Steps | None = None
+        self.target: Target | None = None
         self.lost: LineLost | None = None
 
     def hear(self, said: Steps | Refusal | Limit) -> None:
@@ -95,11 +104,28 @@ class Heard:
             self.target = there
             self._changed.notify_all()
 
-    def wait(self, target: Steps, patience: float) -> None:
+    def drop(self, *axes: str) -> None:
+        """Note that these axes do not go there any more. The others do."""
+        with self._changed:
+            if self.target is not None:
+                left = tuple(None if axis in axes else to
+                             for axis, to in zip(AXES, self.target, strict=True))
+                self.target = None if left == (None,) * len(AXES) else left
+            self._changed.notify_all()
+
+    def leave(self, axis: str) -> None:
+        """Note that an axis goes elsewhere, without end. Limits of it are over."""
+        with self._changed:
+            self._limits.discard(axis)
+            self._untold.discard(axis)
+            self.drop(axis)
+
+    def wait(self, target: Target, patience: float) -> None:
         """Wait until it is there or goes elsewhere, or something is wrong, or time is up."""
         with self._changed:
             self._changed.wait_for(
-                lambda: self._steps == target or self.target != target or self._wrong, patience)
+                lambda: reached(self._steps, target) or self.target != target or self._wrong,
+                patience)
 
     def wait_for_reports(self, count: int, patience: float) -> bool:
         """Wait until there are so many reports; say whether there are.

@@ -4,6 +4,7 @@
 the time, and says what to send. `deliver` joins it to a port, and to another when that is gone.
 """
 
+import random
 import time
 import zlib
 from collections.abc import Callable, Sequence
@@ -13,7 +14,8 @@ from typing import Protocol
 from .errors import LineLost, MachineError, WasReset
 from .order_lines import LAST_NUMBER, Answer, AnswerReader, Kind, Order, Outcome, request
 
-__all__ = ["JobRefused", "Line", "NotReady", "Order", "OrderRefused", "Phase", "Sender", "deliver"]
+__all__ = ["JobRefused", "Line", "NotReady", "Order", "OrderRefused", "Phase", "Sender",
+           "begin_raised", "deliver"]
 
 ANSWER_TIME = 0.5
 """Seconds after which a request without an answer is sent again; both take 70 ms at 9600 baud."""
@@ -24,6 +26,9 @@ sent twice are through by then, so that they do not make everything be sent twic
 
 CLOSING_TRIES = 8
 """A session that cannot be closed is left open: the job is done."""
+
+RUNS = 256
+"""Numbers of runs of a job. None is 0, for session 0 is none."""
 
 QUIET = 0.5
 """Seconds from one question to the next when there is nothing to send."""
@@ -50,6 +55,12 @@ class OrderRefused(MachineError):
 
 class JobRefused(MachineError):
     """The mill is at another job."""
+
+
+def begin_raised(orders: Sequence[Order]) -> list[Order]:
+    """Return orders that begin with raising the tool, as a job must: with one more if need be."""
+    up = [] if orders and orders[0].kind == Kind.UP else [Order(Kind.UP)]
+    return [*up, *orders]
 
 
 class Line(Protocol):
@@ -81,14 +92,17 @@ class Sender:
     A session's number is made from the orders, so that a mill which has this job open is
     recognised: it goes on behind the last order that it took, whoever sent that. When all orders
     are done the session is closed. So a mill that has finished the job meanwhile is not made to do
-    it twice; the next sender of the same job is.
+    it twice; the next sender of the same job is. Its last eight bits are chance, so that a sender
+    does not take a run that somebody else began meanwhile for its own.
+
+    Whatever was milled before may have left the tool down. So what a job begins with raises it.
 
     Parameters
     ----------
     orders : sequence of Order
-        The job, from 1 to 16 777 215 orders.
+        The job, from 1 to 16 777 215 orders. See `begin_raised`.
     first : int
-        Number of the order to begin with, counted from 1. The mill must be where it is due.
+        Number of the order to begin with, counted from 1. It is one that raises the tool.
     again : bool
         Begin anew also where the mill is in the middle of this job.
 
@@ -107,7 +121,8 @@ class Sender:
     Raises
     ------
     ValueError
-        If there is no order, or are too many, or ``first`` is none of them.
+        If there is no order, or are too many, or ``first`` is none of them, or does not raise the
+        tool.
     """
 
     def __init__(self, orders: Sequence[Order], *, first: int = 1, again: bool = False) -> None:
@@ -115,9 +130,11 @@ class Sender:
             raise ValueError(f"a job has 1 to {LAST_NUMBER} orders, not {len(orders)}")
         if not 1 <= first <= len(orders):
             raise ValueError(f"the first order must be from 1 to {len(orders)}, not {first}")
+        if orders[first - 1].kind != Kind.UP:
+            raise ValueError(f"a job begins by raising the tool, not with {orders[first - 1]}")
         self._orders, self._again = orders, again or first > 1
         self._digest = zlib.crc32("\n".join(map(str, orders)).encode()) >> 8
-        self._session = self._digest << 8 | 1
+        self._session = self._digest << 8 | random.randrange(1, RUNS)
         self._reader = AnswerReader()
         self._due = 0.0
         self._tries = CLOSING_TRIES
@@ -206,7 +223,7 @@ class Sender:
             self._due = now + PAUSE  # its last orders are on their way
             return
         if mine:  # another run of the same job
-            self._session = self._digest << 8 | (answer.session % 255 + 1)
+            self._session = self._digest << 8 | (answer.session % 256 % (RUNS - 1) + 1)
         self.phase, self._due = Phase.OPENING, now
 
     def _go_on(self, answer: Answer, now: float) -> None:

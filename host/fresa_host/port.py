@@ -41,7 +41,7 @@ class Port:
     """
 
     def __init__(self, name: str, baud: int = BAUD) -> None:
-        self.name = name
+        self.name, self.baud = name, baud
         try:
             import serial  # only who talks to a machine needs it
         except ImportError as error:

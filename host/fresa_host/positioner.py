@@ -4,14 +4,15 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Self
 
 from . import positioner_lines as lines
-from .errors import Refused, TimedOut
-from .heard import Heard
+from .errors import LineLost, Refused, TimedOut
+from .heard import Heard, reached
 from .place import Place
-from .port import BAUD, Port
-from .positioner_lines import AXES, STEPS_PER_UM, Steps
+from .port import Port
+from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
 from .positioner_link import PositionerLink
 
 __all__ = ["Positioner"]
@@ -31,7 +32,8 @@ class Positioner:
 
     The machine says nothing to what it obeys, so after each call but those named *at once* the
     other end is listened to for as long as a refusal takes to come. All methods may be called from
-    several threads. Closing lets go of the port; it stops nothing.
+    several threads. Closing lets go of the port; it stops nothing. A ``with`` block that an
+    exception ends, Ctrl-C for one, stops all axes.
 
     Parameters
     ----------
@@ -39,8 +41,11 @@ class Positioner:
         The serial port, such as ``/dev/ttyUSB0``; see `Port`.
     timeout : float
         Seconds within which the machine must be heard. While connected it reports ten times in one.
+    top_speed : int
+        Highest speed of a motor in steps/s, as the machine was built.
     reported : callable, optional
-        Called with each place that is reported, in steps, in a thread of its own.
+        Called with each place that is reported, in steps, in a thread of its own. What it raises
+        is told by `threading.excepthook`, and changes nothing.
 
     Raises
     ------
@@ -64,9 +69,9 @@ class Positioner:
     ...     positioner.wait(timeout=60)
     """
 
-    def __init__(self, port: str | Port, *, timeout: float = 2.0,
+    def __init__(self, port: str | Port, *, timeout: float = 2.0, top_speed: int = FASTEST,
                  reported: Callable[[Steps], None] | None = None) -> None:
-        self._timeout = timeout
+        self._timeout, self._top_speed = timeout, top_speed
         self._call = threading.RLock()
         self._connected = False
         self._points: dict[int, Steps] = {}
@@ -82,8 +87,14 @@ class Positioner:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is not None:
+                with suppress(LineLost):
+                    self.stop()
+                    time.sleep(10 * len(lines.stop()) / self._link.baud)  # until it is on the line
+        finally:
+            self.close()
 
     # The machine
 
@@ -143,22 +154,26 @@ class Positioner:
         Raises
         ------
         ValueError
-            If it is not 1 to 1500 steps/s, or 0.018 to 26.4 um/s.
+            If it is not 1 step/s to `top_speed`; 1500 steps/s are 26.4 um/s.
         """
         if not math.isfinite(um_per_second):
             raise ValueError(f"speed must be a number of um/s, not {um_per_second}")
         rate = round(um_per_second * STEPS_PER_UM)
-        self._do(lines.speed(axis, rate))
+        self._do(lines.speed(axis, rate, self._top_speed))
         return rate / STEPS_PER_UM
 
     def jog(self, axis: str, way: int) -> None:
-        """Move an axis up (1) or down (-1), until `stop`. At once."""
-        self._begin(lines.jog(axis, way), None, axis)
+        """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
+        order = lines.jog(axis, way)
+        self._heard.leave(axis)
+        self._send(order)
 
     def stop(self, axis: str | None = None) -> None:
-        """End the movement of an axis, or of all. At once."""
-        self._heard.aim(None)
-        self._send(lines.stop(AXES if axis is None else (axis,)))
+        """End the movement of an axis, or of all. At once. Others go on to their place."""
+        axes = AXES if axis is None else (axis,)
+        orders = lines.stop(axes)
+        self._heard.drop(*axes)
+        self._send(orders)
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
@@ -195,7 +210,8 @@ class Positioner:
 
     def _go(self, orders: bytes, there: Steps) -> None:
         with self._call:
-            self._begin(orders, there, *AXES)
+            self._heard.aim(there, *AXES)
+            self._send(orders)
             try:
                 self._settle(len(orders))
             except Refused:
@@ -215,7 +231,8 @@ class Positioner:
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
 
-        Returns at once if it was sent nowhere, or sent and then stopped.
+        Axes that were stopped or moved by `jog` since may be anywhere. Returns at once if that is
+        all of them, or it was sent nowhere.
 
         Parameters
         ----------
@@ -235,13 +252,15 @@ class Positioner:
             target = self._heard.target
             if target is None:
                 return self.position
-            if self.steps == target:
+            if reached(self.steps, target):
                 self._heard.aim(None)
                 return self.position
             left = end - time.monotonic()
             if left <= 0:
+                there = Steps(*(at if to is None else to
+                                for at, to in zip(self.steps, target, strict=True)))
                 raise TimedOut(f"after {timeout:g} s it is at {self.position}, not at "
-                               f"{Place.of(target)}")
+                               f"{Place.of(there)}")
             self._heard.wait(target, min(left, self._timeout))
 
     def check(self) -> None:
@@ -249,10 +268,6 @@ class Positioner:
         self._heard.complain()
 
     # What calls are made of
-
-    def _begin(self, orders: bytes, there: Steps | None, *axes: str) -> None:
-        self._heard.aim(there, *axes)
-        self._send(orders)
 
     def _do(self, orders: bytes) -> None:
         with self._call:
@@ -266,7 +281,10 @@ class Positioner:
 
     def _settle(self, size: int) -> None:
         """Wait until the machine would have refused what was just sent; raise if it did."""
-        time.sleep(10 * size / BAUD)
+        time.sleep(10 * size / self._link.baud)
         # Without reports, by the clock; with them by the machine's own time, if it is slow.
         patience = self._timeout if self._connected else SILENCE
-        self._heard.wait_for_reports(self._heard.reports + REPORTS, patience)
+        due = self._heard.reports + REPORTS
+        if not self._heard.wait_for_reports(due, patience) and self._connected:
+            raise TimedOut(f"the machine at {self._link.name} reports no more: nobody knows "
+                           "whether it obeyed")

@@ -15,7 +15,7 @@ POINTS = range(1, 8)
 """Numbers of the points that the machine keeps."""
 
 FASTEST = 1500
-"""Highest speed of a motor, in steps/s."""
+"""Highest speed of a motor, in steps/s, unless the machine was built for another."""
 
 STEPS_PER_UM = 200 * 90.25 / 318
 """Steps of a motor's turn, times its gear, by the um of a turn of the screw."""
@@ -80,10 +80,10 @@ def stop(axes: Iterable[str] = AXES) -> bytes:
     return b"".join(f"STOP {_motor(axis)}\n".encode() for axis in axes)
 
 
-def speed(axis: str, steps_per_second: int) -> bytes:
+def speed(axis: str, steps_per_second: int, fastest: int = FASTEST) -> bytes:
     """Set the speed of an axis."""
-    if not 1 <= steps_per_second <= FASTEST:
-        raise ValueError(f"speed must be 1 to {FASTEST} steps/s, not {steps_per_second}")
+    if not 1 <= steps_per_second <= fastest:
+        raise ValueError(f"speed must be 1 to {fastest} steps/s, not {steps_per_second}")
     return f"VEL {_motor(axis)} {steps_per_second:d}\n".encode()
 
 

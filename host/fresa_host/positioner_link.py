@@ -1,5 +1,6 @@
 """A line to `positioner` that is open: what is sent, and what is heard in between."""
 
+import sys
 import threading
 from collections.abc import Callable
 
@@ -19,9 +20,10 @@ class PositionerLink:
     port : str or Port
         The serial port; see `Port`.
     heard : callable
-        Called with all that the machine says, in a thread of its own.
+        Called with all that the machine says, in a thread of its own. What it raises is told as
+        that of any thread is, by `threading.excepthook`; the machine is heard on.
     lost : callable
-        Called there, once, if the port is gone.
+        Called once if the port is gone or takes nothing, there or by `send`.
 
     Attributes
     ----------
@@ -39,7 +41,8 @@ class PositionerLink:
         self._port = Port(port) if isinstance(port, str) else port
         self._heard, self._lost = heard, lost
         self.name = self._port.name
-        self._closed = False
+        self._closed = self._told = False
+        self._lock = threading.Lock()
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
 
@@ -49,9 +52,13 @@ class PositionerLink:
         Raises
         ------
         LineLost
-            If the port is gone.
+            If the port is gone, or takes nothing: who knows then what of an order went out.
         """
-        self._port.write(orders)
+        try:
+            self._port.write(orders)
+        except LineLost as error:
+            self._lose(error)
+            raise
 
     def close(self) -> None:
         """Let go of the port. What moves goes on."""
@@ -60,14 +67,32 @@ class PositionerLink:
             self._thread.join()
         self._port.close()
 
+    @property
+    def baud(self) -> int:
+        """Bits a second."""
+        return self._port.baud
+
     def _listen(self) -> None:
         splitter = LineSplitter()
         while not self._closed:
             try:
                 lines = splitter.feed(self._port.read())
             except LineLost as error:
-                self._lost(error)
+                self._lose(error)
                 return
             for line in lines:
                 if (said := read_line(line)) is not None:
-                    self._heard(said)
+                    self._hand_on(said)
+
+    def _hand_on(self, said: Steps | Refusal | Limit) -> None:
+        try:
+            self._heard(said)
+        except Exception:  # a mistake of whoever listens must not make the machine unheard
+            threading.excepthook(threading.ExceptHookArgs(
+                (*sys.exc_info(), threading.current_thread())))
+
+    def _lose(self, error: LineLost) -> None:
+        with self._lock:
+            told, self._told = self._told, True
+        if not told:
+            self._lost(error)

@@ -19,7 +19,10 @@ LOOK = 0.05
 
 
 class Single:
-    """A motor, its position in steps and its speed in turns a minute.
+    """A motor, its position in steps and its speed in rpm of full steps.
+
+    A machine built for half steps, as it is unless told otherwise, makes twice as many steps a turn
+    at the same rate: its shaft turns at half of the speed.
 
     Every call waits for the machine's answer. All may be called from several threads.
 
@@ -81,7 +84,7 @@ class Single:
 
     @property
     def speed(self) -> int:
-        """Speed in turns a minute. May be set while the motor moves, from 1 to 59 999."""
+        """Speed in rpm of full steps. May be set while the motor moves, from 1 to 59 999."""
         return self._value("v")
 
     @speed.setter

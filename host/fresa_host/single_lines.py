@@ -10,7 +10,7 @@ HIGHEST = 9999
 """Highest set-point, in steps."""
 
 FASTEST = 59_999
-"""Highest speed, in rpm."""
+"""Highest speed, in rpm of full steps."""
 
 GREETING = "fresa single"
 """Line that it sends after a reset, before its help."""

@@ -21,6 +21,7 @@ class FakePort:
     """
 
     name = "fake"
+    baud = 10**6
 
     def __init__(self, answer: Callable[[bytes], bytes], ends: bytes = b"\n") -> None:
         self.answer, self.ends = answer, ends
@@ -61,7 +62,15 @@ class FakePort:
 
 
 class FakePositioner(FakePort):
-    """A positioner that is quick: it goes a thousand steps from one report to the next."""
+    """A positioner that is quick: it goes a thousand steps from one report to the next.
+
+    Attributes
+    ----------
+    refuse : dict of bytes to bytes
+        What is said to a first word instead of obeying it.
+    deaf : list of bytes
+        Lines that are lost, each once.
+    """
 
     def __init__(self) -> None:
         super().__init__(self.obey)
@@ -69,8 +78,21 @@ class FakePositioner(FakePort):
         self.steps, self.target = [0, 0, 0], [0, 0, 0]
         self.points: dict[str, list[int]] = {}
         self.refuse: dict[bytes, bytes] = {}
+        self.deaf: list[bytes] = []
+
+    def reset(self) -> None:
+        """Switch it off and on."""
+        self.connected, self.points = False, {}
+        self.steps, self.target = [0, 0, 0], [0, 0, 0]
+
+    def _aim(self, motor: str, there: int) -> None:
+        number = int(motor[-1]) - 1
+        self.target = [*self.target[:number], there, *self.target[number + 1:]]
 
     def obey(self, line: bytes) -> bytes:
+        if line in self.deaf:
+            self.deaf.remove(line)
+            return b""
         if (word := line.split()[0]) in self.refuse:
             return self.refuse[word]
         match line.decode().split():
@@ -81,13 +103,19 @@ class FakePositioner(FakePort):
             case ["P", point, *place]:
                 self.points[point] = [int(number) for number in place]
             case ["GOTO", point]:
+                if point not in self.points:
+                    return b"! EMPTY\n"
                 self.target = self.points[point]
+            case ["MOV", motor, way]:
+                self._aim(motor, 10**6 if way == "C" else -10**6)
+            case ["VEL", _, "0"]:
+                return b"! RANGE\n"
             case ["POS", *place]:
                 self.steps = self.target = [int(number) for number in place]
             case ["ORIGIN"]:
                 self.steps = self.target = [0, 0, 0]
-            case ["STOP", _]:
-                self.target = list(self.steps)
+            case ["STOP", motor]:
+                self._aim(motor, self.steps[int(motor[-1]) - 1])
         return b""
 
     def idle(self) -> None:

@@ -12,16 +12,38 @@ from fresa.motion import RequestKind
 from fresa_boards.nexys2_mill import BAUD
 from fresa_host import order_lines, port
 from fresa_host.errors import LineLost, MachineError, WasReset
-from fresa_host.order_lines import LAST_NUMBER, AnswerReader, Kind, Order, Outcome, request
-from fresa_host.orders import JobRefused, NotReady, OrderRefused, Phase, Sender, deliver
+from fresa_host.order_lines import (
+    LAST_NUMBER,
+    Answer,
+    AnswerReader,
+    Kind,
+    Order,
+    Outcome,
+    request,
+)
+from fresa_host.orders import (
+    RUNS,
+    JobRefused,
+    NotReady,
+    OrderRefused,
+    Phase,
+    Sender,
+    begin_raised,
+    deliver,
+)
 from tb.models.orders import OrdersModel
 from tests.noise import Noise
 
 
 def job(count: int, seed: int = 0) -> list[Order]:
     rng = random.Random(seed)
-    return [Order(kind, *([rng.randrange(2**16), rng.randrange(2**16)] if kind == Kind.GO else []))
-            for kind in rng.choices([Kind.GO, Kind.UP, Kind.DOWN], [6, 1, 1], k=count)]
+
+    def order(kind: Kind) -> Order:
+        return Order(kind, rng.randrange(2**16), rng.randrange(2**16)) if kind == Kind.GO else (
+            Order(kind))
+
+    kinds = rng.choices([Kind.GO, Kind.UP, Kind.DOWN], [6, 1, 1], k=count - 1)
+    return [Order(Kind.UP), *map(order, kinds)]
 
 
 class World:
@@ -145,6 +167,38 @@ class TestPlaces:
             world.run(Sender(orders))
             assert world.done == orders * run
 
+    def test_a_tool_that_another_job_left_down_is_raised_first(self):
+        world = World()
+        sender = Sender([Order(Kind.UP), Order(Kind.DOWN), Order(Kind.GO, 9, 9)])
+        while world.mill.ledger.taken < 2:
+            world.step(sender)
+        while world.mill.ledger.waiting:
+            world.carry_out()
+        assert world.done[-1] == Order(Kind.DOWN)
+        world.run(Sender(begin_raised([Order(Kind.GO, 3, 4)])))
+        assert world.done[2:] == [Order(Kind.UP), Order(Kind.GO, 3, 4)]
+
+    def test_a_job_that_raises_the_tool_is_left_alone(self):
+        orders = [Order(Kind.UP), Order(Kind.GO, 1, 1)]
+        assert begin_raised(orders) == orders
+        assert begin_raised([]) == [Order(Kind.UP)]
+
+    @pytest.mark.parametrize("digest", [0, 1, 253, 254, 255, 2**24 - 1])
+    def test_another_run_has_another_number(self, digest):
+        """If it had not, the mill would take it for the one that is open."""
+        for run in range(1, RUNS):
+            sender = Sender(job(3), again=True)
+            sender._digest = digest
+            answer = Answer(Outcome.TOLD, False, False, False, digest << 8 | run, 1, 1)
+            sender._take(answer, 0)
+            assert sender._session >> 8 == digest
+            assert sender._session % RUNS not in (0, run)
+
+    def test_a_run_that_somebody_else_began_is_not_its_own(self):
+        """After a reset the same job may be begun by another computer."""
+        numbers = {Sender(job(3))._session for _ in range(50)}
+        assert len(numbers) > 10 and len({number >> 8 for number in numbers}) == 1
+
     def test_many_runs(self):
         world, orders = World(), job(1)
         for _ in range(600):
@@ -205,6 +259,7 @@ class TestPlaces:
 
     def test_from_an_order(self):
         world, orders = World(), job(20)
+        orders[6] = Order(Kind.UP)
         sender = Sender(orders, first=7)
         world.run(sender)
         assert world.done == orders[6:] and sender.done == 20
@@ -386,6 +441,8 @@ class TestLines:
         (lambda: Order(Kind.GO, 0, -1), "y must be from 0 to 65535, not -1"),
         (lambda: Sender([]), f"a job has 1 to {LAST_NUMBER} orders, not 0"),
         (lambda: Sender(job(3), first=4), "the first order must be from 1 to 3, not 4"),
+        (lambda: Sender([Order(Kind.GO, 1, 2)]), "raising the tool, not with go 1 2"),
+        (lambda: Sender([Order(Kind.UP), Order(Kind.DOWN)], first=2), "not with down"),
     ])
     def test_impossible(self, make, says):
         with pytest.raises(ValueError, match=says):

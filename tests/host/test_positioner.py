@@ -14,7 +14,6 @@ from tests.host.fake import FakePositioner
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
     monkeypatch.setattr(module, "SILENCE", 0.02)
-    monkeypatch.setattr(module, "BAUD", 10**6)
     return FakePositioner()
 
 
@@ -102,6 +101,81 @@ def test_stopping_ends_the_wait(positioner, fake):
     assert fake.written[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 
+@pytest.mark.parametrize("part", [lambda it: it.stop("y"), lambda it: it.jog("y", 1)])
+def test_an_axis_that_is_stopped_or_jogged_leaves_the_others_on_their_way(positioner, fake, part):
+    positioner.connect()
+    positioner.move_to(1000, 50_000, 0)
+    part(positioner)
+    x, y, _ = positioner.wait(timeout=10).steps
+    assert x == 56_761 and y != Place(0, 50_000, 0).steps.y
+    positioner.move_to(0, 0, 0)
+    for axis in "xyz":
+        positioner.stop(axis)
+    assert positioner.wait(timeout=0.01).x > 0  # it goes nowhere any more
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_what_ends_a_block_with_an_error_stops_all_axes(fake, error):
+    with pytest.raises(error), opened(fake) as positioner:
+        positioner.connect()
+        positioner.jog("x", 1)
+        raise error
+    assert fake.target == fake.steps and fake.closed
+    fake.written.clear()
+    with opened(fake):
+        pass
+    assert not fake.written
+
+
+def test_an_error_is_not_hidden_by_a_line_that_is_gone(fake):
+    with pytest.raises(RuntimeError), opened(fake) as positioner:
+        positioner.connect()
+        fake.gone = True
+        raise RuntimeError
+    assert fake.closed
+
+
+def test_silence_is_not_taken_for_obedience(fake):
+    with opened(fake, timeout=0.05) as positioner:
+        positioner.connect()
+        fake.connected = False  # it was reset, or the line is cut
+        with pytest.raises(TimedOut, match="nobody knows whether it obeyed"):
+            positioner.velocity("x", 10)
+
+
+def test_a_line_that_takes_nothing_is_lost(positioner, fake):
+    def write(data: bytes) -> None:
+        raise LineLost("fake is gone: Write timeout")
+
+    positioner.connect()
+    fake.write = write
+    for call in (positioner.stop, positioner.check, lambda: positioner.steps):
+        with pytest.raises(LineLost, match="Write timeout"):
+            call()
+
+
+def test_a_mistake_of_who_listens_is_told_and_the_machine_is_heard_on(fake, monkeypatch):
+    told = []
+    monkeypatch.setattr(threading, "excepthook", lambda arguments: told.append(arguments.exc_value))
+
+    def listen(steps):
+        raise ZeroDivisionError("mine")
+
+    with opened(fake, reported=listen) as positioner:
+        positioner.connect()
+        positioner.move_to(10, 0, 0)
+        assert positioner.wait(timeout=10).steps.x == 568
+    assert len(told) > 1 and str(told[0]) == "mine"
+
+
+def test_a_machine_built_for_more_is_told_more(fake):
+    with opened(fake, top_speed=3000) as positioner:
+        assert positioner.velocity("y", 50) == pytest.approx(50, abs=0.01)
+        with pytest.raises(ValueError, match="speed must be 1 to 3000 steps/s, not 3406"):
+            positioner.velocity("y", 60)
+    assert fake.written == [b"VEL MOT2 2838\n"]
+
+
 def test_waiting_has_an_end(positioner):
     positioner.connect()
     positioner.move_to(10**6, 0, 0)
@@ -122,8 +196,9 @@ def test_a_machine_that_says_nothing_times_out(fake):
         fake.refuse = {}
         positioner.connect()
         fake.connected = False  # it was reset
-        with pytest.raises(TimedOut, match="has not reported"):
+        with pytest.raises(TimedOut, match="nobody knows whether it obeyed"):
             positioner.move_to(10**6, 0, 0)
+        with pytest.raises(TimedOut, match="has not reported"):
             positioner.wait()
 
 

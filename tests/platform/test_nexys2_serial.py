@@ -73,7 +73,8 @@ def board():
         yield board
 
 
-JOB = [Order(Kind.GO, 4, 8), Order(Kind.DOWN), Order(Kind.GO, 8, 12), Order(Kind.UP)]
+JOB = [Order(Kind.UP), Order(Kind.GO, 4, 8), Order(Kind.DOWN), Order(Kind.GO, 8, 12),
+       Order(Kind.UP)]
 
 
 @pytest.mark.compiler
@@ -89,7 +90,7 @@ class TestSerialOrders:
         board.deliver(Sender(JOB), until=2)
         again = Sender(JOB)
         board.deliver(again)
-        assert again.resumed and again.done == 4
+        assert again.resumed and again.done == 5
 
     def test_busy_is_shown_while_an_order_is_carried_out(self, board):
         board.ask(request(Kind.OPEN, 5))
@@ -134,11 +135,11 @@ class TestSerialOrders:
         assert board.ask(request(Kind.TELL))[2:3] == b"0"
 
     def test_a_refused_order_is_told_and_not_passed_over(self, board):
-        job = [Order(Kind.GO, 4, 4), Order(Kind.DOWN), Order(Kind.GO, 5, 9), Order(Kind.UP)]
+        job = [Order(Kind.UP), Order(Kind.GO, 4, 4), Order(Kind.DOWN), Order(Kind.GO, 5, 9)]
         sender = Sender(job)
         with pytest.raises(OrderRefused) as caught:
             board.deliver(sender)
-        assert caught.value.number == 3
+        assert caught.value.number == 4
         assert board.leds & ERROR
         before = board.engine.get(*AXES)
         board.line.run(2000)

@@ -72,6 +72,14 @@ class TestPins:
         assert not (tmp_path / "out").exists()
 
 
+def test_help_names_every_machine(capsys):
+    with pytest.raises(SystemExit):
+        run("--help")
+    listed = capsys.readouterr().out.partition("machines:\n")[2].partition("\n\n")[0]
+    for name in ("mill", "single", "positioner"):
+        assert f"\n  {name} " in f"\n{listed}"
+
+
 class TestPositioner:
     def test_ports(self, tmp_path):
         out = tmp_path / "out"

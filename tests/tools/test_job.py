@@ -3,14 +3,16 @@
 """Jobs: the orders of pictures are those of the gateware; lists of orders are read or refused."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fresa.motion import CoordinateGenerator
-from fresa_host.order_lines import Kind, Order
+from fresa_host.order_lines import LAST_NUMBER, Kind, Order
 from tb.boards import component
 from tb.engines import AmaranthEngine
+from tools import job
 from tools.console import UserError
 from tools.job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
 
@@ -79,6 +81,23 @@ class TestList:
         with pytest.raises(UserError, match=says) as caught:
             self.read(tmp_path, text)
         assert len(str(caught.value)) < 300
+
+
+    def test_what_has_no_end_is_not_read_to_it(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(job, "LARGEST", 20)
+        assert len(self.read(tmp_path, "up\n" * 6)) == 6
+        for path in (tmp_path / "long", Path("/dev/zero")):
+            (tmp_path / "long").write_bytes(b"up\n" * 7)
+            with pytest.raises(UserError, match="too long for a list of orders"):
+                read_orders(path)
+
+    def test_there_is_room_for_raising_the_tool(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(job, "MOST", 3)
+        assert len(self.read(tmp_path, "up\n" * 3)) == 3
+        with pytest.raises(UserError, match="has 4 orders; a job has 1 to 3"):
+            self.read(tmp_path, "up\n" * 4)
+        monkeypatch.undo()
+        assert job.MOST + 1 == LAST_NUMBER
 
 
 class TestCuts:

@@ -176,6 +176,27 @@ class TestSend:
         assert "order 2, go 3 4" in capsys.readouterr().err
         assert not mill.done
 
+    def test_a_list_that_does_not_raise_the_tool_is_made_to(self, mill, job, tmp_path):
+        job.write_text("go 3 4\ndown\n")
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == ["up", "go 3 4", "down"]
+        assert run(job, "--port", "mill", "--again", "--from", 3) == 0
+        assert mill.done[3:] == mill.done[:3]
+        assert run(job, "-o", tmp_path / "out.txt") == 0
+        assert (tmp_path / "out.txt").read_text() == "up\ngo 3 4\ndown\n"
+
+    def test_what_goes_on_after_an_end_is_said(self, mill, job, capsys):
+        def interrupt():
+            signal.raise_signal(signal.SIGINT)
+            mill.at = {n: lambda: signal.raise_signal(signal.SIGINT) for n in range(3)}
+
+        mill.at = {0: interrupt}
+        assert run(job, "--port", "mill", "--from", 6, "--again") == 130
+        assert "the same command without --from and --again goes on" in capsys.readouterr().out
+        mill.at = {}
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == TEXT.splitlines()[4:]
+
     def test_no_such_job(self, mill, tmp_path, capsys):
         for name in ("none.txt", "none.png"):
             assert run(tmp_path / name, "--port", "mill") == 2

@@ -69,7 +69,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--baud", metavar="N", type=whole(1), default=BAUD,
                        help="bits a second of the serial line (default: %(default)s)")
     group.add_argument("--turn", metavar="STEPS", type=whole(1, 10_000), default=TURN,
-                       help="steps of a turn of the motor (default: %(default)s)")
+                       help="steps of a turn of the motor, by which rpm are counted; in half steps "
+                            "these are twice as many for the shaft's own rpm (default: "
+                            "%(default)s)")
     group.add_argument("--unipolar", action="store_true",
                        help="coil words for a unipolar motor instead of a bipolar one")
     group.add_argument("--full-step", action="store_true",

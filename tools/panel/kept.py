@@ -9,7 +9,8 @@ from fresa_host.positioner_lines import AXES, POINTS, Steps
 
 from ..console import UserError, warn, write_atomically
 
-__all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Kept", "Point", "folder", "load", "save"]
+__all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Kept", "Point", "folder", "load", "save", "um",
+           "whole"]
 
 #: A point in um; None where nothing was entered.
 Point = tuple[float | None, float | None, float | None]
@@ -123,21 +124,35 @@ def _read(data: dict) -> Kept:
         if len(row) != len(axes):
             raise ValueError
     return Kept(
-        port, Steps(*(_whole(data["steps"][axis], -2**31, 2**31 - 1) for axis in axes)),
-        tuple(_whole(data["speeds"][axis], SLOWEST, FASTEST) for axis in axes),
-        tuple((_um(x), _um(y), _um(z)) for x, y, z in points))
+        port, Steps(*(whole(data["steps"][axis], -2**31, 2**31 - 1) for axis in axes)),
+        tuple(whole(data["speeds"][axis], SLOWEST, FASTEST) for axis in axes),
+        tuple((um(x), um(y), um(z)) for x, y, z in points))
 
 
-def _whole(value: object, least: int, most: int) -> int:
+def whole(value: object, least: int, most: int) -> int:
+    """Check a whole number.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or less or more than it may be.
+    """
     if type(value) is not int or not least <= value <= most:
-        raise ValueError
+        raise ValueError(f"must be a whole number from {least} to {most}")
     return value
 
 
-def _um(value: object) -> float | None:
+def um(value: object) -> float | None:
+    """Check a coordinate of a point, in um; None for an empty field.
+
+    Raises
+    ------
+    ValueError
+        If it is neither, or farther than an axis travels.
+    """
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not (
             -TRAVEL <= value <= TRAVEL):
-        raise ValueError
+        raise ValueError(f"must be from {-TRAVEL} to {TRAVEL} um: an axis travels no farther")
     return float(value)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from fresa_host.positioner_lines import AXES, POINTS
 
 from ..console import UserError
-from .kept import FASTEST, SLOWEST, TRAVEL, Point
+from .kept import FASTEST, SLOWEST, Point, um, whole
 
 __all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_ways"]
 
@@ -22,10 +22,10 @@ def _whole(message: Message, name: str, least: int, most: int) -> int:
     UserError
         If there is none, or it is less or more than it may be.
     """
-    value = message.get(name)
-    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
-        raise UserError(f"{name} must be a whole number from {least} to {most}")
-    return value
+    try:
+        return whole(message.get(name), least, most)
+    except ValueError as error:
+        raise UserError(f"{name} {error}") from error
 
 
 def read_axis(message: Message) -> int:
@@ -65,13 +65,12 @@ def read_point(message: Message) -> Point:
     place = message.get("place")
     if not isinstance(place, list) or len(place) != len(AXES):
         raise UserError("place must be three numbers of um, or null")
-    return (_read_um(place[0], "x"), _read_um(place[1], "y"), _read_um(place[2], "z"))
+    x, y, z = (_um(value, axis) for value, axis in zip(place, AXES, strict=True))
+    return x, y, z
 
 
-def _read_um(value: object, axis: str) -> float | None:
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not (
-            -TRAVEL <= value <= TRAVEL):
-        raise UserError(f"{axis} must be from {-TRAVEL} to {TRAVEL} um: an axis travels no farther")
-    return float(value)
+def _um(value: object, axis: str) -> float | None:
+    try:
+        return um(value)
+    except ValueError as error:
+        raise UserError(f"{axis} {error}") from error

@@ -71,6 +71,7 @@ class Panel:
         self._note, self._bad = "", False
         self._goal: tuple[int, Steps] | None = None
         self._limits: set[str] = set()
+        self._speeds = self.kept.speeds  # that the machine was told
         self._silent = False
         self._reports = 0
         self._tasks = [asyncio.create_task(work()) for work in (
@@ -152,10 +153,12 @@ class Panel:
 
     async def _connect(self, port: str) -> None:
         self._forget()
-        forgot = await self._machine.connect(port, self.kept)
+        kept = self.kept
+        forgot = await self._machine.connect(port, kept)
+        self._speeds = kept.speeds
         self.kept = replace(self.kept, port=port)
         self._take_place()
-        self._say("The machine had forgotten where it is, and was told." if forgot else
+        self._say("The machine was reset and had forgotten where it is: it was told." if forgot else
                   "Connected. Hold a button or a key to move.")
 
     async def _disconnect(self) -> None:
@@ -166,6 +169,7 @@ class Panel:
     def _jog(self, view: View, ways: tuple[int, ...]) -> None:
         if any(ways):
             self._needed()
+            self._tell_speeds()
             self._say("")
         self._jogging.hold(view, ways, asyncio.get_running_loop().time())
         self._move()
@@ -194,8 +198,16 @@ class Panel:
         self._say("This place is the origin now.")
 
     def _speed(self, axis: int, speed: int) -> None:
-        self.kept = self.kept.with_speed(axis, speed)
-        self._machine.set_speed(AXES[axis], speed)
+        self.kept = self.kept.with_speed(axis, speed)  # the machine is told by and by
+
+    def _tell_speeds(self) -> None:
+        """Tell the machine what is new, seldom: the line is slow, and a slider says much."""
+        if not self._machine.connected:
+            return
+        for axis, told, speed in zip(AXES, self._speeds, self.kept.speeds, strict=True):
+            if speed != told:
+                self._machine.set_speed(axis, speed)
+        self._speeds = self.kept.speeds
 
     def _store_here(self, number: int) -> None:
         self._needed()
@@ -208,10 +220,10 @@ class Panel:
 
     def _go(self, number: int) -> None:
         self._needed()
-        steps = self._machine.store(number, self.kept.points[number - 1])
+        self._tell_speeds()
+        steps = self._machine.go(number, self.kept.points[number - 1])
         if steps is None:
             raise UserError(f"point {number} has an empty field: fill it in first")
-        self._machine.go(number)
         self._goal = number, steps
         self._limits.clear()
         self._say(f"Going to point {number}.")
@@ -261,6 +273,7 @@ class Panel:
         while True:
             await asyncio.sleep(LOOK)
             self._move()
+            self._tell_speeds()
             self._silent = self._machine.silent
             self._tell()
 

@@ -129,13 +129,17 @@ class Service:
 
     async def _hear_out(self, read: Callable[[], Awaitable[bytes]]) -> None:
         """Hand on what somebody says, a line at a time, until there is no more."""
-        while data := await read():
+        rest = b""
+        while data := rest or await read():
             async with self._turn:
-                said = 0
+                said, rest = 0, b""
                 while True:
+                    ended = max(map(data.rfind, ENDS)) + 1
+                    # A line that has begun behind it waits for the next turn.
+                    data, rest = (data[:ended], data[ended:]) if ended else (data, b"")
                     await self._send(data)
                     said += len(data)
-                    if data.endswith(ENDS) or said >= LONGEST_LINE:
+                    if ended or said >= LONGEST_LINE:
                         break
                     try:
                         data = await asyncio.wait_for(read(), PATIENCE)

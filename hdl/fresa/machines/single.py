@@ -21,7 +21,8 @@ BAUD = 9600
 """Bits a second on the line."""
 
 TURN = 48
-"""Steps of a turn of the motor, by which a speed in rpm becomes a time of steps."""
+"""Steps of a turn of the motor, by which a speed in rpm becomes a time of steps. It is that of full
+steps also where half steps are made: then the shaft turns at half of the speed."""
 
 FRAME = 126
 """Longest frame, in bytes between its start and its end."""

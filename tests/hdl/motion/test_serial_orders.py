@@ -156,7 +156,7 @@ def delivered(mill: Mill, orders: list[Order], *, noise: float, seed: int) -> No
 
 class TestBadLine:
     def test_every_order_is_done_once(self, mill):
-        orders = [Order(Kind.GO, 300, 7), Order(Kind.DOWN), Order(Kind.GO, 5, 65535)]
+        orders = [Order(Kind.UP), Order(Kind.GO, 300, 7), Order(Kind.GO, 5, 65535)]
         faults = delivered(mill, orders, noise=0.004, seed=2).faults
         assert mill.done == orders and faults
 
@@ -165,7 +165,8 @@ class TestBadLine:
     @pytest.mark.parametrize("noise", [0.002, 0.02])
     def test_every_one_of_many(self, noise):
         rng = random.Random(9)
-        orders = [Order(Kind.GO, rng.randrange(2**16), rng.randrange(2**16)) for _ in range(150)]
+        orders = [Order(Kind.UP), *(Order(Kind.GO, rng.randrange(2**16), rng.randrange(2**16))
+                                    for _ in range(149))]
         mill = Mill(CXXRTLEngine)
         with mill.engine:
             faults = delivered(mill, orders, noise=noise, seed=6).faults

@@ -148,6 +148,27 @@ def test_who_does_not_end_a_line_loses_the_turn(monkeypatch):
     asyncio.run(session())
 
 
+def test_who_says_many_lines_at_once_takes_turns_at_their_ends(monkeypatch):
+    """Of lengths that end nowhere near what is read at once."""
+    monkeypatch.setattr(service, "LONGEST_LINE", 80)
+
+    async def session():
+        async with echo(port=0) as served:
+            reader, one = await connect(served)
+            _, two = await connect(served)
+            said = {writer: [f"{letter * 37}{n:02}\n".encode() for n in range(12)]
+                    for letter, writer in (("a", one), ("b", two))}
+            for writer, lines in said.items():
+                writer.write(b"".join(lines))
+            heard = [await reader.readline() for _ in range(24)]
+            for lines in said.values():
+                assert [line for line in heard if line in lines] == lines
+            first = [line[:1] for line in heard]
+            assert len(set(first[:12])) == len(set(first[12:])) == 2  # neither had to wait for all
+
+    asyncio.run(session())
+
+
 def test_what_comes_too_fast_waits_and_is_not_lost(monkeypatch):
     monkeypatch.setattr(running, "MOST_WAITING", 16)
 

@@ -81,7 +81,7 @@ class TestSingle:
 
     def test_the_example(self, single):
         assert example("turn_single.py", single)[1:] == [
-            "at 96, with 60 turns a minute", "at 0, with 240 turns a minute"]
+            "at 96, with 30 turns a minute", "at 0, with 120 turns a minute"]
 
 
 @pytest.mark.compiler

@@ -1,0 +1,98 @@
+"""The panel and the machine's own gateware: what is remembered, and by whom."""
+
+import asyncio
+import time
+from collections.abc import Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+
+from fresa_host import Positioner
+from tb.engines import ENGINES
+from tools.panel import Panel
+from tools.panel.kept import load
+from tools.serve import MACHINES, Service, build
+from tools.serve.machines import BAUD
+
+pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
+
+
+@asynccontextmanager
+async def switched_on():
+    """Give the port of a machine that has just been switched on."""
+    engine, period = build(MACHINES["positioner"], "cxxrtl")
+    async with Service(engine, period, speed=period * BAUD) as service:
+        yield service.path
+
+
+async def until(holds: Callable[[], object]) -> None:
+    async with asyncio.timeout(30):
+        while not holds():
+            await asyncio.sleep(0.01)
+
+
+@asynccontextmanager
+async def connected(path: Path, port: str):
+    panel = Panel(path, port, only=True)
+    page = panel.view()
+    try:
+        panel.do(page, "connect", {"port": port})
+        await until(lambda: not panel._doing)
+        assert panel._machine.connected, panel._note
+        yield lambda name, **fields: panel.do(page, name, fields), panel
+    finally:
+        await panel.close()
+
+
+def use(port: str) -> None:
+    """Move the machine, and make that its origin, with another program."""
+    with Positioner(port, timeout=30) as positioner:
+        positioner.connect()
+        positioner.velocity("x", 26)
+        positioner.jog("x", 1)
+        while positioner.steps.x < 400:
+            time.sleep(0.01)
+        positioner.stop()
+        positioner.origin()
+
+
+@pytest.mark.compiler
+def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
+    if reason := ENGINES["cxxrtl"].missing():
+        pytest.skip(reason)
+    path = tmp_path / "panel.json"
+
+    async def session():
+        async with switched_on() as port:
+            async with connected(path, port) as (do, panel):
+                do("point", number=7, place=[3, -2, 1])
+                for axis in range(3):
+                    do("speed", axis=axis, speed=26)
+                do("go", number=7)
+                await until(lambda: panel._note == "At point 7.")
+            assert load(path).steps == (170, -114, 57)
+            async with connected(path, port) as (_, panel):
+                assert panel._machine.steps == (170, -114, 57)
+            await asyncio.to_thread(use, port)
+            async with connected(path, port) as (do, panel):
+                assert panel._note.startswith("Connected")
+                await asyncio.sleep(0.3)
+                assert panel._machine.steps == (0, 0, 0)  # and to ask has moved nothing
+                do("go", number=7)
+                await until(lambda: panel._note == "At point 7.")
+        async with switched_on() as port, connected(path, port) as (do, panel):
+            assert "reset" in panel._note
+            assert panel._machine.steps == (170, -114, 57)
+            do("jog", ways=[1, 0, 0])
+            await until(lambda: (panel._machine.steps or (0,))[0] > 200)
+            # What nobody stops when the panel is gone, the next one does.
+            line, panel._machine._line = panel._machine._line, None
+            assert line
+            await asyncio.to_thread(line.close)
+            async with connected(path, port) as (_, other):
+                still = other._machine.steps
+                await asyncio.sleep(0.3)
+                assert other._machine.steps == still
+
+    asyncio.run(session())
