@@ -8,13 +8,13 @@ from typing import NamedTuple
 from .line import Heard
 from .pieces import Dialect
 
-__all__ = ["AXES", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin", "lines",
+__all__ = ["AXES", "BREAK", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin", "lines",
            "refusal"]
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
 UP, DOWN = 2**31 - 1, -2**31
-ROOM = 255
-"""Bytes and ends of lines that can wait."""
+ROOM = 31
+"""Answers that can wait by name; there are no more of them than bytes and ends of lines."""
 
 _SYNTAX = {b"CONNECT": "", b"DISCONNECT": "", b"MOV": "mw", b"STOP": "m", b"VEL": "mr",
            b"P": "pnnn", b"GOTO": "p", b"ORIGIN": "", b"POS": "nnn"}
@@ -30,10 +30,16 @@ class Line(NamedTuple):
     wrong: str
 
 
+BREAK = "BREAK"
+"""What is wrong with a line that is none: there was a break, in the middle of another."""
+
+
 def lines(heard: Iterator[Heard]) -> Iterator[Line]:
-    """Give the lines among bytes."""
+    """Give the lines among bytes, and the breaks."""
     text, damaged = bytearray(), False
     for clock, byte, error in heard:
+        if error and not byte:
+            yield Line(clock, b"", BREAK)
         damaged |= error
         if byte == ord("\n"):
             yield Line(clock, bytes(text),

@@ -126,7 +126,13 @@ class Positioner(wiring.Component):
     ``! EMPTY``           ``GOTO`` to a point that was never stored
     ``! LONG``            it has more than ``LINE_LENGTH`` bytes
     ``! DAMAGED``         a byte of it was not to be trusted, or is missing
+    ``! OVERFLOW``        so many wait to be answered that this line is the last to be, for now;
+                          those right behind it that are refused have no other answer
     ====================  ==========================================================================
+
+    Lines are obeyed when they have ended, however many wait to be answered: a ``STOP`` is never
+    late. A break of the line, which is low for longer than a byte, ends every movement, as it may
+    be that nobody is there to do so.
 
     While connected it reports ``# POS x y z :`` and a line feed, at fixed times that no answer
     delays, see :class:`Reporter`. A limit switch lets no step out towards its end, and all away
@@ -231,6 +237,7 @@ class Positioner(wiring.Component):
         connect(m, reporter.bytes, transmitter.bytes)
         m.d.comb += [
             reporter.enable.eq(positioning.connected),
+            positioning.halt.eq(receiver.line_break),
             positioning.tick.eq(reporter.tick),
             self.tx.eq(transmitter.tx),
             self.buzzer.eq(positioning.buzzer),

@@ -166,12 +166,33 @@ class TestSession:
         assert answers == [b"! ARGUMENT", b"! RANGE", b"! COMMAND"] * 15
 
     def test_more_bad_lines_than_can_be_answered(self, desk):
-        """Bytes are lost, no line of which one is lost is obeyed, and then all is well."""
-        desk.say("CONNECT", *["MOV MOT9 C"] * 90)
-        desk.wait(12 * PACE.report)
-        assert set(desk.answers) == {"! ARGUMENT", "! DAMAGED"} and len(desk.answers) < 90
-        desk.say("POS 4 5 6")
-        assert desk.reported() == [4, 5, 6] and desk.motors() == [0, 0, 0]
+        """No byte is lost, a stop acts at once all the same, and then all is well."""
+        desk.say("CONNECT", "MOV MOT2 C")
+        desk.play(wave(b"\n" * 150))
+        assert desk.engine.get("moving") == 0b010
+        desk.say("STOP MOT2")
+        assert desk.engine.get("moving") == 0
+        y = desk.motors()[1]
+        desk.wait(20 * PACE.report)
+        known = desk.answers.count("! COMMAND")
+        rest = len(desk.answers) - known
+        assert desk.answers == ["! COMMAND"] * known + ["! OVERFLOW"] * rest
+        assert known > 31 and 0 < rest < 150 - known
+        assert desk.reported() == [0, y, 0] == desk.motors()
+
+    def test_a_break_of_the_line_ends_every_movement(self, desk):
+        desk.say("CONNECT", "MOV MOT1 C", "MOV MOT3 CC")
+        desk.play([0] * 9 * BIT + [1] * 60)  # a byte 0
+        assert desk.engine.get("moving") == 0b101
+        desk.play([0] * 30 * BIT)
+        assert desk.engine.get("moving") == 0
+        desk.wait(60)
+        x, y, z = desk.motors()
+        desk.say("", "MOV MOT2 C")  # the first ends the line that the break damaged
+        assert desk.engine.get("moving") == 0b010
+        desk.say("STOP MOT2")
+        _, y, _ = desk.motors()
+        assert desk.reported() == [x, y, z] and desk.answers == ["! DAMAGED"]
 
 
 class TestLimits:
