@@ -147,7 +147,7 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
             "waits to be answered.", when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst),
             then=dut.orders.ready,
             bug=Bug(positioning, "self.orders.ready.eq(looked)",
-                    "self.orders.ready.eq(looked & reasons.w_rdy)"))
+                    "self.orders.ready.eq(looked & ~self.answers.valid)"))
     c.holds("looked-at-first", "Not before.", when=dut.orders.ready,
             then=c.past(dut.orders.valid & ~dut.orders.ready),
             bug=Bug(positioning, "self.orders.valid & ~looked)", "self.orders.valid | looked)"))

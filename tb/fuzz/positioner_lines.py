@@ -42,7 +42,7 @@ def lines(heard: Iterator[Heard]) -> Iterator[Line]:
             yield Line(clock, b"", BREAK)
         damaged |= error
         if byte == ord("\n"):
-            yield Line(clock, bytes(text),
+            yield Line(clock, bytes(text).removesuffix(b"\r"),
                        "DAMAGED" if damaged else "LONG" if len(text) > LONGEST else "")
             text, damaged = bytearray(), False
         else:
@@ -101,7 +101,7 @@ def _legal(rng: random.Random) -> bytes:
 DIALECT = Dialect(
     _legal, quiet=(b"CONNECT 1\n", b"FOO\n", b"\n", b"VEL MOT1 0\n", b"P 8 1 1 1\n", b"GOTO 0\n",
                    b"MOV MOT4 C\n", b"POS 1 2\n", b"STOP"),
-    end=b"\n", letters=b"\n 0129-+CMOTPVELGSN", room=ROOM, answer=24, begin=b"CONNECT\n",
+    end=b"\n", letters=b"\n\r 0129-+CMOTPVELGSN", room=ROOM, answer=24, begin=b"CONNECT\n",
     alive=b"DISCONNECT\nCONNECT\nPOS 0 0 0\nVEL MOT1 1500\nVEL MOT2 1499\nVEL MOT3 1000\n"
           b"P 7 5 -9 11\nGOTO 7\nBYE\n")
 """How one speaks to it."""

@@ -104,6 +104,8 @@ class LineModel:
         if self.verdict != GOOD:
             self.line = []
         if byte == self.end:
+            if self.line[-1:] == [13]:  # a CR before the end is not part of the line
+                self.line.pop()
             self.waiting += [*self.line, self.verdict]
             self.line, self.verdict = [], GOOD
         elif self.verdict == GOOD:

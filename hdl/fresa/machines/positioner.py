@@ -113,7 +113,7 @@ class Positioner(wiring.Component):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
-    feed: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``, ``STOP MOTn``, ``VEL MOTn
+    feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``, ``STOP MOTn``, ``VEL MOTn
     v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What they do is said by
     :class:`Positioning`. A line that is obeyed is answered by nothing, any other changes nothing
     and is answered by exactly one line ``! reason``:
@@ -211,7 +211,7 @@ class Positioner(wiring.Component):
             settle=pace.settle) for play in self._backlash]
         self._receiver = UARTReceiver(clock=pace.clock, baud=pace.baud)
         self._transmitter = UARTTransmitter(clock=pace.clock, baud=pace.baud)
-        self._lines = LineReader(length=LINE_LENGTH, ends=b"\n")
+        self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
         self._commands = PositionerCommands(top_speed=pace.top_speed)
         self._positioning = Positioning(top_speed=pace.top_speed)
         self._reporter = Reporter(answers=ANSWERS, period=pace.report, byte=10 * bit)

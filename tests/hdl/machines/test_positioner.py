@@ -145,6 +145,11 @@ class TestSession:
         assert desk.reported() == [1, 2, 3]
         assert desk.answers == [f"! {answer}"] and desk.motors() == [0, 0, 0]
 
+    def test_a_cr_before_the_line_feed_is_not_part_of_a_line(self, desk):
+        desk.say("CONNECT\r", "POS 1 2 3\r", "\r", "STOP\r MOT1", "ORIGIN\r\r")
+        assert desk.reported() == [1, 2, 3]
+        assert desk.answers == ["! COMMAND"] * 3
+
     def test_a_byte_without_stop_bit_damages_its_line_alone(self, desk):
         desk.say("CONNECT")
         desk.play(wave(b"MOV MOT1") + [0] * 10 * BIT + [1] * 20 + wave(b" C\nPOS 7 8 9\n"))
@@ -326,7 +331,7 @@ def order(rng: random.Random) -> str:
         f"VEL MOT{n} {rng.choice([1, 50, 900, 1499, 1500, 1501, 0])}",
         "P {} {} {} {}".format(n, *near), "P {} {} {} {}".format(rng.randrange(9), *anywhere),
         f"GOTO {n}", f"GOTO {n}", "POS {} {} {}".format(*near), "POS {} {} {}".format(*anywhere),
-        rng.choice(["ORIGIN", "ORIGIN", "FOO", "", "MOV MOT4 C", "CONNECT ", "GOTO -",
+        rng.choice(["ORIGIN", "ORIGIN\r", "FOO", "", "MOV MOT4 C", "CONNECT ", "GOTO -",
                     "DISCONNECT\nCONNECT", "DISCONNECT", *["x" * 260] * (rng.random() < 0.1)])])
 
 
