@@ -94,7 +94,7 @@ def describe(c: Contract, dut: LineReader) -> None:
                 bug=Bug(line, "begun.eq(inside | error)", "begun.eq(inside | error & ~ended)"))
     if dut.crlf:
         c.holds("drops-cr", "A CR right before the end is no byte of the line.",
-                when=c.past(ends & cr & ~bad & ~c.rst),
+                when=c.past(wanted & cr & ~bad & ~c.rst),
                 then=c.signal("kept") == c.past((c.signal("kept") + count)[:len(
                     c.signal("kept"))]),
                 bug=(Bug(line, "Mux(ended, size, count)", "count"),
@@ -162,6 +162,6 @@ LINE = Component(
     cases=(Case({"length": 2, "start": b":"}),
            Case({"length": 2, "ends": b"\r\n", "skip_empty": True}), Case({"length": 1}),
            Case({"length": 2, "ends": b"\n", "crlf": True}),
-           Case({"length": 1, "ends": b"\n", "start": b":", "skip_empty": True, "crlf": True}),
+           Case({"length": 2, "ends": b"\n", "start": b":", "skip_empty": True, "crlf": True}),
            Case({"length": 80, "ends": b"\r\n", "skip_empty": True}, real=True),
            Case({"length": 126, "start": b":"}, real=True)))

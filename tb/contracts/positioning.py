@@ -224,9 +224,6 @@ def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: 
             bug=(Bug(positioning, "refusal.eq(Answer.EMPTY)", "refusal.eq(Answer.RANGE)"),
                  Bug(positioning, LEFT, "self.waiting - 1, refusal, Answer.LONG"),
                  Bug(positioning, LEFT, "self.waiting - 2, refusal, Answer.OVERFLOW")))
-    c.holds("full-says-so", "Behind reasons that fill the queue is OVERFLOW.",
-            when=level == dut.waiting, then=queue[-1] == Answer.OVERFLOW,
-            bug=Bug(positioning, LEFT, "self.waiting, refusal, Answer.OVERFLOW"))
 
     def word_at(place: Bits) -> Bits:
         value = words[0]
@@ -234,6 +231,10 @@ def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: 
             value = Mux(place == address, words[address], value)
         return value
 
+    c.holds("full-says-so", "Behind reasons that fill the queue is OVERFLOW.",
+            when=level == dut.waiting,
+            then=word_at((first + dut.waiting - 1) % dut.waiting) == Answer.OVERFLOW,
+            bug=Bug(positioning, LEFT, "self.waiting, refusal, Answer.OVERFLOW"))
     c.always("reasons-are-stored", "The queue is in its memory.",
              Cat((place >= level) | (word_at((first + place) % dut.waiting) == at)
                  for place, at in enumerate(queue)).all(), seen=level == dut.waiting,

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from .line import Heard
 from .pieces import Dialect
 
-__all__ = ["AXES", "BREAK", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin", "lines",
-           "refusal"]
+__all__ = ["AXES", "BREAK", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin",
+           "lines", "refusal"]
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
 UP, DOWN = 2**31 - 1, -2**31

@@ -200,7 +200,7 @@ TARGETS = {target.name: target for target in (
            ("tx", "coils", "enable", "position", "fault"), _single,
            rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
     Target("mill", _BIT, order_lines.DIALECT,
-           lambda: boards.nexys2_mill(SerialOrders(clock=_BIT, baud=1), pace=_MILL, debounce=4,
+           lambda: boards.nexys2_mill(SerialOrders(period=_BIT), pace=_MILL, debounce=4,
                                       z_travel=_TRAVEL),
            ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, inputs={"switches": 0x80}),
 )}
