@@ -91,12 +91,13 @@ def nexys2_single(machine: Single, *, debounce: int, scan_bits: int) -> Design:
 
 
 def nexys2_positioner(
-    *, pace: PositionerPace, debounce: int, inverted: bool = False,
+    *, pace: PositionerPace, debounce: int, inverted: bool = False, enable_low: bool = False,
+    normally_closed: bool = False,
     backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
 ) -> Design:
     """Return the positioner on a Nexys 2, likewise.
 
-    Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is pressed; its
+    Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is closed; its
     outputs ``tx``, ``buzzer``, ``leds``, and ``motor_x``, ``motor_y`` and ``motor_z``, each STEP,
     DIR and ENABLE.
     """
@@ -104,6 +105,7 @@ def nexys2_positioner(
         "clk": ("i", 1), "rx": ("i", 1), "reset": ("i", 1), "limits": ("i", 3), "tx": ("o", 1),
         "buzzer": ("o", 1), "leds": ("o", 8), **{f"motor_{name}": ("o", 3) for name in "xyz"}})
     top = Nexys2Positioner(ports, pace=pace, debounce=debounce, inverted=inverted,
+                           enable_low=enable_low, normally_closed=normally_closed,
                            backlash=backlash, guards=guards)
     return _board("nexys2_positioner", top, ports)
 

@@ -29,7 +29,7 @@ class Board:
     """A board with a host at its RS-232 port, and someone at its switches."""
 
     def __init__(self) -> None:
-        source = SerialOrders(clock=BIT, baud=1)
+        source = SerialOrders(period=BIT)
         self.engine = CXXRTLEngine(
             nexys2_mill(source, pace=MillPace(PERIOD, 3), debounce=STILL, z_travel=TRAVEL))
         self.line = SerialLine(self.engine, BIT)
@@ -156,7 +156,7 @@ class TestPins:
     def test_constraints_and_verilog(self):
         platform = Nexys2Platform()
         top = Nexys2Mill(mill_ports(platform, serial=True),
-                         source=SerialOrders(clock=50_000_000, baud=9600))
+                         source=SerialOrders(period=5208))
         files = platform.prepare(top, "mill").files
         constraints = files["mill.ucf"]
         constraints = constraints if isinstance(constraints, str) else constraints.decode()
