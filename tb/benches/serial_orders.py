@@ -72,7 +72,7 @@ def order_ledger(run: Run) -> str:
 @bench
 def serial_orders(run: Run) -> str:
     """Lines over a serial line to orders, and an answer to each."""
-    dut = SerialOrders(clock=16, baud=1)
+    dut = SerialOrders(period=16)
     answers = []
 
     async def listen(ctx):

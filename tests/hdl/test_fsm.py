@@ -33,7 +33,7 @@ MACHINES = {
         CoordinateGenerator(PICTURE, pixel_steps=4), pace=PACE, debounce=DEBOUNCE, z_travel=5
     ),
     "serial": lambda: nexys2_mill(
-        SerialOrders(clock=16, baud=1), pace=PACE, debounce=DEBOUNCE, z_travel=5
+        SerialOrders(period=16), pace=PACE, debounce=DEBOUNCE, z_travel=5
     ),
 }
 STATE_MACHINES = {

@@ -11,6 +11,7 @@ from ..checks import in_range
 from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
 from ..motion import MAX_PLAY, Axis, Positioning
 from ..protocol import (
+    BAUD,
     MOTORS,
     Answer,
     LineReader,
@@ -20,21 +21,13 @@ from ..protocol import (
     UARTTransmitter,
     bit_period,
 )
+from .mill import CLOCK
 
-__all__ = ["ANSWERS", "BAUD", "CLOCK", "ENDS", "GUARDS", "LINE_LENGTH", "STEPS_PER_UM",
-           "TOP_SPEED", "Positioner", "PositionerPace"]
-
-CLOCK = 50_000_000
-"""Clock of the board, in Hz."""
-
-BAUD = 9600
-"""Bits a second on the line."""
+__all__ = ["ANSWERS", "ENDS", "GUARDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
+           "PositionerPace"]
 
 TOP_SPEED = 1500
 """Most steps a second that the motors follow."""
-
-STEPS_PER_UM = 200 * 90.25 / 318
-"""Steps of a motor's turn, reduction of its gear, um of a turn of the screw."""
 
 LINE_LENGTH = 254
 """Most bytes of a command; the longest one needs 39."""
@@ -113,10 +106,10 @@ class Positioner(wiring.Component):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
-    feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``, ``STOP MOTn``, ``VEL MOTn
-    v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What they do is said by
-    :class:`Positioning`. A line that is obeyed is answered by nothing, any other changes nothing
-    and is answered by exactly one line ``! reason``:
+    feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``,
+    ``STOP MOTn``, ``VEL MOTn v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What
+    they do is said by :class:`Positioning`. A line that is obeyed is answered by nothing, any other
+    changes nothing and is answered by exactly one line ``! reason``:
 
     ====================  ==========================================================================
     ``! COMMAND``         its first word is no command
@@ -209,8 +202,8 @@ class Positioner(wiring.Component):
             driver=StepDirDriver(width=pace.width, low=pace.low, setup=pace.setup, hold=pace.hold),
             modulus=pace.clock, max_rate=pace.top_speed, max_play=max(1, play),
             settle=pace.settle) for play in self._backlash]
-        self._receiver = UARTReceiver(clock=pace.clock, baud=pace.baud)
-        self._transmitter = UARTTransmitter(clock=pace.clock, baud=pace.baud)
+        self._receiver = UARTReceiver(period=bit)
+        self._transmitter = UARTTransmitter(period=bit)
         self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
         self._commands = PositionerCommands(top_speed=pace.top_speed)
         self._positioning = Positioning(top_speed=pace.top_speed)

@@ -11,7 +11,6 @@ from ..protocol import (
     LineReader,
     UARTReceiver,
     UARTTransmitter,
-    bit_period,
 )
 from .order_ledger import Answer, OrderLedger, Request, valid_depth
 from .orders import Order
@@ -33,17 +32,10 @@ class SerialOrders(wiring.Component):
 
     Parameters
     ----------
-    clock : int
-        Clock rate in Hz.
-    baud : int
-        Bits a second; see :func:`fresa.protocol.bit_period`.
+    period : int
+        Clocks of a bit; see :func:`fresa.protocol.bit_period`.
     depth : int
         Orders that may wait, see `OrderLedger`.
-
-    Attributes
-    ----------
-    period : int
-        Clocks of a bit.
 
     Members
     -------
@@ -65,7 +57,7 @@ class SerialOrders(wiring.Component):
     Raises
     ------
     ValueError
-        If the rate cannot be had from the clock, or ``depth`` is none.
+        If ``period`` is out of range, or ``depth`` is none.
     """
 
     rx: In(1)
@@ -77,23 +69,23 @@ class SerialOrders(wiring.Component):
     busy: Out(1)
     fault: Out(1)
 
-    def __init__(self, *, clock: int, baud: int, depth: int = 2) -> None:
-        self._rate = {"clock": clock, "baud": baud}
-        self.period = bit_period(clock, baud)
+    def __init__(self, *, period: int, depth: int = 2) -> None:
         self.depth = valid_depth(depth)
+        self._receiver = UARTReceiver(period=period)
+        self._transmitter = UARTTransmitter(period=period)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
         m = Module()
 
         request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
-        m.submodules.receiver = receiver = UARTReceiver(**self._rate)
+        m.submodules.receiver = receiver = self._receiver
         m.submodules.lines = lines = LineReader(
             length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
         m.submodules.reader = reader = HexReader(digits=request)
         m.submodules.ledger = ledger = OrderLedger(depth=self.depth)
         m.submodules.writer = writer = HexWriter(digits=answer, start=ANSWER_START)
-        m.submodules.transmitter = transmitter = UARTTransmitter(**self._rate)
+        m.submodules.transmitter = transmitter = self._transmitter
         connect(m, receiver.bytes, lines.bytes)
         connect(m, lines.items, reader.items)
         connect(m, writer.bytes, transmitter.bytes)

@@ -1,6 +1,6 @@
 """Bytes to orders and back: the serial line, lines of text, words and numbers."""
 
-from .baud import bit_period
+from .baud import BAUD, bit_period
 from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
 from .frames import FrameInterpreter
@@ -15,7 +15,7 @@ from .transmitter import UARTTransmitter
 from .words import WordReader
 
 __all__ = [
-    "CHECK_DIGITS", "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter",
+    "BAUD", "CHECK_DIGITS", "MOTORS", "Answer", "Command", "DecimalReader", "DecimalWriter",
     "FrameInterpreter", "HexReader", "HexWriter", "LineEnd", "LineItem", "LineReader",
     "NumberError", "PositionerCommands", "PositionerOrder", "Received", "Reporter", "TextSource",
     "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",

@@ -3,7 +3,10 @@
 from ..checks import in_range
 from ..drive import MAX_PERIOD
 
-__all__ = ["LEAST_PERIOD", "MAX_CLOCK", "bit_period"]
+__all__ = ["BAUD", "LEAST_PERIOD", "MAX_CLOCK", "bit_period"]
+
+BAUD = 9600
+"""Bits a second of all lines, unless told otherwise."""
 
 LEAST_PERIOD = 16
 """Clocks of the shortest bit: it must be possible to look into its middle three times."""
