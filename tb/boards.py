@@ -8,10 +8,9 @@ from dataclasses import replace
 from amaranth import ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
-from fresa.machines import Single
+from fresa.machines import SerialOrders, Single
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
 from fresa.machines.positioner import GUARDS, PositionerPace
-from fresa.motion import SerialOrders
 from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
 from fresa_boards.nexys2_positioner import Nexys2Positioner
 from fresa_boards.nexys2_single import Nexys2Single

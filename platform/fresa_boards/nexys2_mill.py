@@ -17,8 +17,9 @@ from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import connect
 
 from fresa.drive import FULL_STEP
+from fresa.machines import SerialOrders
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
-from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator, StartHandshake
+from fresa.motion import CoordinateGenerator, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
 
 from .nexys2 import display_segments, request_ports

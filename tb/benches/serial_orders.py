@@ -1,6 +1,7 @@
 """Orders that come over a serial line."""
 
-from fresa.motion import OrderLedger, Outcome, RequestKind, SerialOrders
+from fresa.machines import SerialOrders
+from fresa.motion import OrderLedger, Outcome, RequestKind
 
 from ..bench import Run, bench
 from ..models.orders import checked

@@ -3,7 +3,7 @@
 from amaranth import Cat, Const, Mux, Value
 
 from fresa.motion import Positioning, positioning
-from fresa.protocol import Answer, Command
+from fresa.protocol.positioner import Answer, Command
 
 from .contract import Bits, Bug, Case, Component, Contract
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines import Positioner, Single
+from fresa.machines import Positioner, SerialOrders, Single
 from fresa.machines.mill import MillPace
 from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
-from fresa.motion import SerialOrders
 
 from .. import boards
 from ..design import Design

@@ -4,8 +4,8 @@
 
 import pytest
 
+from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
-from fresa.motion import SerialOrders
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_host.errors import WasReset

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from PIL import Image
 
+from fresa.machines import SerialOrders
 from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
-from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
+from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2 import Capacity, Nexys2Platform
 from fresa_boards.nexys2_common import debounce_period

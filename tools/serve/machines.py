@@ -5,10 +5,10 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
 from fresa.machines.positioner import Positioner, PositionerPace
 from fresa.machines.single import Single, SinglePace
-from fresa.motion import SerialOrders
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
 from tb.boards import component, nexys2_mill

@@ -12,8 +12,6 @@ from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
 from ..motion import MAX_PLAY, Axis, Positioning
 from ..protocol import (
     BAUD,
-    MOTORS,
-    Answer,
     LineReader,
     PositionerCommands,
     Reporter,
@@ -21,6 +19,7 @@ from ..protocol import (
     UARTTransmitter,
     bit_period,
 )
+from ..protocol.positioner import MOTORS, Answer
 from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "GUARDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",

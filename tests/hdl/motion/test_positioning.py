@@ -9,7 +9,7 @@ import pytest
 
 from fresa.motion import Positioning
 from fresa.motion.positioning import WAITING
-from fresa.protocol import Answer, Command
+from fresa.protocol.positioner import Answer, Command
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.positioner import DOWN, UP, PositioningModel

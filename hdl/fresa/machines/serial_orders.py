@@ -4,6 +4,8 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect
 
+from ..motion import Answer, Order, OrderLedger, Request
+from ..motion.order_ledger import valid_depth
 from ..protocol import (
     CHECK_DIGITS,
     HexReader,
@@ -12,8 +14,6 @@ from ..protocol import (
     UARTReceiver,
     UARTTransmitter,
 )
-from .order_ledger import Answer, OrderLedger, Request, valid_depth
-from .orders import Order
 
 __all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fresa.motion import SerialOrders
+from fresa.machines import SerialOrders
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import Sender
 from tb.boards import component
