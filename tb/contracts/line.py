@@ -98,7 +98,7 @@ def describe(c: Contract, dut: LineReader) -> None:
                 then=c.signal("kept") == c.past((c.signal("kept") + count)[:len(
                     c.signal("kept"))]),
                 bug=(Bug(line, "Mux(ended, size, count)", "count"),
-                     Bug(line, 'cr.eq(byte == ord("\r"))', "cr.eq(0)")))
+                     Bug(line, 'cr.eq(byte == ord("\\r"))', "cr.eq(0)")))
     if dut.depth == WATCHED:
         _watch_content(c, dut, fits, count, size, wanted, bad, Cat(verdict, Const(1, 1)), waiting)
 

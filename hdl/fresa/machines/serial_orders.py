@@ -14,6 +14,7 @@ from ..protocol import (
     UARTReceiver,
     UARTTransmitter,
 )
+from ..protocol.baud import valid_bit
 
 __all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
 
@@ -70,22 +71,21 @@ class SerialOrders(wiring.Component):
     fault: Out(1)
 
     def __init__(self, *, period: int, depth: int = 2) -> None:
+        self.period = valid_bit(period)
         self.depth = valid_depth(depth)
-        self._receiver = UARTReceiver(period=period)
-        self._transmitter = UARTTransmitter(period=period)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
         m = Module()
 
         request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
-        m.submodules.receiver = receiver = self._receiver
+        m.submodules.receiver = receiver = UARTReceiver(period=self.period)
         m.submodules.lines = lines = LineReader(
             length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
         m.submodules.reader = reader = HexReader(digits=request)
         m.submodules.ledger = ledger = OrderLedger(depth=self.depth)
         m.submodules.writer = writer = HexWriter(digits=answer, start=ANSWER_START)
-        m.submodules.transmitter = transmitter = self._transmitter
+        m.submodules.transmitter = transmitter = UARTTransmitter(period=self.period)
         connect(m, receiver.bytes, lines.bytes)
         connect(m, lines.items, reader.items)
         connect(m, writer.bytes, transmitter.bytes)

@@ -4,10 +4,8 @@ from amaranth import Cat, Module, Signal, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
-from ..drive import MAX_PERIOD
 from ..fsm import leave_unused_codes
-from .baud import LEAST_PERIOD
+from .baud import LEAST_PERIOD, valid_bit
 
 __all__ = ["Received", "UARTReceiver"]
 
@@ -86,7 +84,7 @@ class UARTReceiver(wiring.Component):
     fault: Out(1)
 
     def __init__(self, *, period: int) -> None:
-        self.period = in_range("period", period, LEAST_PERIOD, MAX_PERIOD)
+        self.period = valid_bit(period)
         self.spread = self.period // LEAST_PERIOD
         super().__init__()
 

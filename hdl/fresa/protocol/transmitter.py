@@ -4,9 +4,8 @@ from amaranth import Cat, Const, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
-from ..drive import MAX_PERIOD, FrequencyDivider
-from .baud import LEAST_PERIOD
+from ..drive import FrequencyDivider
+from .baud import valid_bit
 
 __all__ = ["UARTTransmitter"]
 
@@ -40,7 +39,7 @@ class UARTTransmitter(wiring.Component):
     tx: Out(1)
 
     def __init__(self, *, period: int) -> None:
-        self.period = in_range("period", period, LEAST_PERIOD, MAX_PERIOD)
+        self.period = valid_bit(period)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
