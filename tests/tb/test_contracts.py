@@ -64,7 +64,8 @@ WHOLE_MACHINE = {
         "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
         "positioning": ["counts-reasons", "reasons-are-said", "reasons-in-their-order",
                         "answers-have-a-cause", "taken-a-clock-later", "halts",
-                        "still-unless-connected", "mot1-moves-by-order", "mot2-target", "mot3-rate", "connected"]},
+                        "still-unless-connected", "mot1-moves-by-order", "mot2-target", "mot3-rate",
+                        "connected"]},
     "a motor of the positioner steps only by order, connected, and not towards its switch": {
         "positioner": ["{}-moves-by-order", "{}-is-connected", "{}-stops-at-its-limit",
                        "{}-counts-its-steps", "fault-holds"]},
