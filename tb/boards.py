@@ -8,10 +8,9 @@ from dataclasses import replace
 from amaranth import ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
-from fresa.machines import Single
+from fresa.machines import SerialOrders, Single
 from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
 from fresa.machines.positioner import GUARDS, PositionerPace
-from fresa.motion import SerialOrders
 from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
 from fresa_boards.nexys2_positioner import Nexys2Positioner
 from fresa_boards.nexys2_single import Nexys2Single
@@ -91,12 +90,13 @@ def nexys2_single(machine: Single, *, debounce: int, scan_bits: int) -> Design:
 
 
 def nexys2_positioner(
-    *, pace: PositionerPace, debounce: int, inverted: bool = False,
+    *, pace: PositionerPace, debounce: int, inverted: bool = False, enable_low: bool = False,
+    normally_closed: bool = False,
     backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
 ) -> Design:
     """Return the positioner on a Nexys 2, likewise.
 
-    Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is pressed; its
+    Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is closed; its
     outputs ``tx``, ``buzzer``, ``leds``, and ``motor_x``, ``motor_y`` and ``motor_z``, each STEP,
     DIR and ENABLE.
     """
@@ -104,6 +104,7 @@ def nexys2_positioner(
         "clk": ("i", 1), "rx": ("i", 1), "reset": ("i", 1), "limits": ("i", 3), "tx": ("o", 1),
         "buzzer": ("o", 1), "leds": ("o", 8), **{f"motor_{name}": ("o", 3) for name in "xyz"}})
     top = Nexys2Positioner(ports, pace=pace, debounce=debounce, inverted=inverted,
+                           enable_low=enable_low, normally_closed=normally_closed,
                            backlash=backlash, guards=guards)
     return _board("nexys2_positioner", top, ports)
 

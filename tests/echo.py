@@ -12,14 +12,14 @@ __all__ = ["Echo"]
 class Echo(wiring.Component):
     """Sends what it receives."""
 
-    def __init__(self, *, clock: int, baud: int) -> None:
-        self._line = {"clock": clock, "baud": baud}
+    def __init__(self, *, period: int) -> None:
+        self._period = period
         super().__init__({"rx": In(1), "tx": Out(1)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.receiver = receiver = UARTReceiver(**self._line)
-        m.submodules.transmitter = transmitter = UARTTransmitter(**self._line)
+        m.submodules.receiver = receiver = UARTReceiver(period=self._period)
+        m.submodules.transmitter = transmitter = UARTTransmitter(period=self._period)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             self.tx.eq(transmitter.tx),

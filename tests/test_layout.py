@@ -44,6 +44,14 @@ def test_platform_is_still_the_standard_library():
     assert not (ROOT / "hdl" / "__init__.py").exists()
 
 
+def test_packages_of_the_gateware_know_those_before_them():
+    layers = ["drive", "protocol", "motion", "panel", "machines"]
+    for number, layer in enumerate(layers):
+        for path in (ROOT / "hdl" / "fresa" / layer).glob("*.py"):
+            known = set(re.findall(r"^from \.\.(\w+)[\w.]* import", path.read_text("utf-8"), re.M))
+            assert known & {*layers} <= {*layers[:number]}, path
+
+
 def test_nothing_below_the_boards_asks_for_a_pin():
     for path in (ROOT / "hdl").rglob("*.py"):
         assert "platform." not in path.read_text(encoding="utf-8"), path

@@ -279,7 +279,7 @@ DIAGRAMS = (
         "when 0x0D has come, with their end. Then a line that is too long: all there is of it is "
         "an end that says 1.",
         "bytes: bytes_valid bytes_ready bytes_payload.byte lines: items_valid items_ready "
-        "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 20,
+        "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 34,
         radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
     Diagram(
         "word-reader",

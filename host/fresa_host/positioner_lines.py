@@ -30,6 +30,7 @@ MEANINGS = {
     "EMPTY": "the point was never stored",
     "LONG": "the line is too long",
     "DAMAGED": "the line was disturbed",
+    "OVERFLOW": "more lines were refused than can be answered one by one",
 }
 """What the reasons mean for which it refuses."""
 

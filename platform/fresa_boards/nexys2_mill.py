@@ -1,18 +1,13 @@
 """The mill on a Nexys 2."""
 
 from collections.abc import Mapping
-from fractions import Fraction
-from math import ceil
 from typing import TypeAlias
 
 from amaranth import (
     Cat,
-    ClockDomain,
-    ClockSignal,
     Elaboratable,
     Module,
     ResetInserter,
-    ResetSignal,
     Signal,
     Value,
 )
@@ -21,38 +16,20 @@ from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import connect
 
-from fresa.drive import FULL_STEP, MAX_PERIOD
-from fresa.machines.mill import CLOCK, Z_TRAVEL, Mill, MillPace
-from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator, StartHandshake
+from fresa.drive import FULL_STEP
+from fresa.machines import SerialOrders
+from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
+from fresa.motion import CoordinateGenerator, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
 
 from .nexys2 import display_segments, request_ports
+from .nexys2_common import debounce_period, drive_pins, synchronize, wire_clock
 
-__all__ = ["BAUD", "DEBOUNCE", "Nexys2Mill", "OrderSource", "debounce_period", "mill_ports"]
-
-BAUD = 9_600
-"""Bits a second of the line that orders come over: one and its answer take 70 ms, a pixel 1.3 s."""
+__all__ = ["Nexys2Mill", "OrderSource", "mill_ports"]
 
 OrderSource: TypeAlias = CoordinateGenerator | SquareGenerator | SerialOrders
-"""Where the orders of a mill may come from."""
-
-DEBOUNCE = Fraction(1, 100)
-"""Time for which a contact must be still, in seconds."""
-
-
-def debounce_period(seconds: Fraction | float = DEBOUNCE, clock: int = CLOCK) -> int:
-    """Clocks in `seconds`, one more rather than one less.
-
-    Raises
-    ------
-    ValueError
-        If it takes no clock, or more than a debouncer counts.
-    """
-    if not 0 < seconds * clock <= MAX_PERIOD:
-        raise ValueError(f"debounce time must be over 0 and at most {MAX_PERIOD / clock:g} s, "
-                         f"not {seconds!r}")
-    return ceil(Fraction(seconds) * clock)
-
+"""Where the orders of a mill may come from. Over RS-232, at 9600 baud, an order and its answer take
+70 ms; a pixel takes 1.3 s."""
 
 def mill_ports(platform, *, serial: bool = False) -> dict:
     """Request the pins of the mill from a Nexys 2, under the names that :class:`Nexys2Mill` knows.
@@ -99,9 +76,9 @@ class Nexys2Mill(Elaboratable):
     ===============  ==============================================================
 
     Every input goes through two flip-flops and a debouncer. Every coil comes from a flip-flop in
-    its I/O block, a clock after the machine's own. (``io.FFBuffer`` would do that too, but powers
-    up at 0, which is no word of the coil table.) In manual mode the order source is held in reset,
-    as the automatic part of the machine is; the RS-232 port is told, and goes on to answer.
+    its I/O block, a clock after the machine's own; so does what the RS-232 port sends. In manual
+    mode the order source is held in reset, as the automatic part of the machine is; the RS-232 port
+    is told, and goes on to answer.
 
     Parameters
     ----------
@@ -137,10 +114,6 @@ class Nexys2Mill(Elaboratable):
         m = Module()
         ports = self._ports
 
-        m.domains.sync = ClockDomain()
-        m.submodules.clk = clk = io.Buffer("i", ports["clk"])
-        m.d.comb += ClockSignal().eq(clk.i)
-
         # What people do
         m.submodules.switches = switches = io.Buffer("i", ports["switches"])
         m.submodules.buttons = buttons = io.Buffer("i", ports["buttons"])
@@ -151,7 +124,7 @@ class Nexys2Mill(Elaboratable):
         automatic = switch[7]
         began = Signal(reset_less=True)
         m.d.sync += began.eq(begin)
-        m.d.comb += ResetSignal().eq(reset)
+        wire_clock(m, ports, reset)
 
         # The machine, and where its orders come from
         m.submodules.mill = mill = self._mill
@@ -192,25 +165,19 @@ class Nexys2Mill(Elaboratable):
 
         # What the motors feel
         for name in ("axis_x", "axis_y", "axis_z"):
-            m.submodules[name] = coils = io.Buffer("o", ports[name])
-            pins = Signal(4, name=f"{name}_pins", init=FULL_STEP[0], reset_less=True,
-                          attrs={"IOB": "TRUE"})
-            m.d.sync += pins.eq(getattr(mill, name))
-            m.d.comb += coils.o.eq(pins)
+            drive_pins(m, name, ports[name], getattr(mill, name), init=FULL_STEP[0])
 
         return m
 
     def _wire_line(self, m: Module, source: SerialOrders, automatic: Value, error: Value,
                    stop: Value) -> None:
         """Join the RS-232 port to the source, and tell it how the machine is."""
-        m.submodules.rx = rx = io.Buffer("i", self._ports["rx"])
-        m.submodules.tx = tx = io.Buffer("o", self._ports["tx"])
-        m.submodules.rx_synchronizer = FFSynchronizer(rx.i, source.rx, init=1)
+        synchronize(m, "rx", self._ports["rx"], source.rx, init=1)
+        drive_pins(m, "tx", self._ports["tx"], source.tx, init=1)
         stopped = Signal()
         with m.If(stop):
             m.d.sync += stopped.eq(1)
         m.d.comb += [
-            tx.o.eq(source.tx),
             source.enable.eq(automatic),
             source.error.eq(error),
             source.stopped.eq(stop | stopped),

@@ -2,17 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 
-from amaranth import Cat, ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
+from amaranth import Cat, Elaboratable, Module
 from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth.lib import io
-from amaranth.lib.cdc import FFSynchronizer
 
 from fresa.machines import Positioner
 from fresa.machines.positioner import GUARDS, PositionerPace
 from fresa.panel import Debouncer
 
 from .nexys2 import request_ports
-from .nexys2_mill import debounce_period
+from .nexys2_common import debounce_period, drive_pins, synchronize, wire_clock
 
 __all__ = ["Nexys2Positioner", "positioner_ports"]
 
@@ -22,7 +21,8 @@ def positioner_ports(platform) -> dict:
 
     STEP, DIR and ENABLE of X are JA1 to JA3, of Y JA7 to JA9, of Z JB1 to JB3; the buzzer is JB4.
     The limit inputs are JC1 to JC3. They are pulled up, and a switch, or its optocoupler, pulls
-    them to ground.
+    them to ground. There is no pin for one line that all switches share: it would not say which
+    axis is to stop.
     """
     out = Attrs(IOSTANDARD="LVCMOS33")
     platform.add_resources([
@@ -57,8 +57,8 @@ class Nexys2Positioner(Elaboratable):
     Every input goes through two flip-flops, and the button through a debouncer; the machine lets
     the limit inputs settle itself. What goes to the motors, the buzzer and the line comes from
     flip-flops in the I/O blocks, a clock after the machine's own. The DRV8825's MODE inputs are
-    left open, which is full step, and its ENABLE is active low: like STEP and DIR it goes through
-    an inverting optocoupler on the board of the original, where high gives power.
+    left open, which is full step, and its ENABLE is active low. Where an optocoupler inverts it,
+    as on the board of the original, high gives power; where it is wired straight, low does.
 
     Parameters
     ----------
@@ -68,17 +68,24 @@ class Nexys2Positioner(Elaboratable):
         ``motor_z``, each STEP, DIR, ENABLE.
     debounce : int, optional
         Clocks for which the button must be still.
+    enable_low : bool
+        ENABLE gives power where it is low.
+    normally_closed : bool
+        The limit switches are closed, and their pins low, until they are pressed; a wire that is
+        broken counts as pressed.
     pace, inverted, backlash, guards
         See :class:`Positioner`.
     """
 
     def __init__(
         self, ports: Mapping[str, io.PortLike], *, pace: PositionerPace | None = None,
-        debounce: int | None = None, inverted: bool = False,
+        debounce: int | None = None, inverted: bool = False, enable_low: bool = False,
+        normally_closed: bool = False,
         backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
     ) -> None:
         self._ports = ports
-        self._inverted = inverted
+        self._rest = 0b011 * inverted | 0b100 * enable_low  # of a motor, high at rest
+        self._normally_closed = normally_closed
         self._machine = Positioner(pace=pace, inverted=inverted, backlash=backlash, guards=guards)
         self._debouncer = Debouncer(
             width=1, period=debounce_period() if debounce is None else debounce)
@@ -87,34 +94,25 @@ class Nexys2Positioner(Elaboratable):
         m = Module()
         ports = self._ports
 
-        m.domains.sync = ClockDomain()
-        m.submodules.clk = clk = io.Buffer("i", ports["clk"])
-        m.d.comb += ClockSignal().eq(clk.i)
-
         # What comes in
         m.submodules.machine = machine = self._machine
         m.submodules.debouncer = debouncer = self._debouncer
-        for name, inside, idle in [("reset", debouncer.i, 0), ("limits", machine.limits, 0),
-                                   ("rx", machine.rx, 1)]:
-            m.submodules[name] = buffer = io.Buffer("i", ports[name])
-            m.submodules[f"{name}_synchronizer"] = FFSynchronizer(buffer.i, inside, init=idle)
-        m.d.comb += ResetSignal().eq(debouncer.o)
+        limits = ~ports["limits"] if self._normally_closed else ports["limits"]
+        synchronize(m, "reset", ports["reset"], debouncer.i)
+        synchronize(m, "limits", limits, machine.limits)
+        synchronize(m, "rx", ports["rx"], machine.rx, init=1)
+        wire_clock(m, ports, debouncer.o)
 
         # What goes out
         m.submodules.leds = leds = io.Buffer("o", ports["leds"])
         m.d.comb += leds.o.eq(Cat(machine.moving, machine.limits, machine.fault,
                                   machine.connected))
-        off = 0b011 if self._inverted else 0
-        for name, value, idle in [
-            *((f"motor_{axis}", Cat(machine.step[index], machine.direction[index],
-                                    machine.enable[index]), off)
-              for index, axis in enumerate("xyz")),
-            ("buzzer", machine.buzzer, 0), ("tx", machine.tx, 1),
-        ]:
-            m.submodules[name] = buffer = io.Buffer("o", ports[name])
-            pins = Signal(len(value), name=f"{name}_pins", init=idle, reset_less=True,
-                          attrs={"IOB": "TRUE"})
-            m.d.sync += pins.eq(value)
-            m.d.comb += buffer.o.eq(pins)
+        for index, axis in enumerate("xyz"):
+            # The machine inverts STEP and DIR itself.
+            pins = Cat(machine.step[index], machine.direction[index],
+                       machine.enable[index] ^ (self._rest >> 2))
+            drive_pins(m, f"motor_{axis}", ports[f"motor_{axis}"], pins, init=self._rest)
+        drive_pins(m, "buzzer", ports["buzzer"], machine.buzzer, init=0)
+        drive_pins(m, "tx", ports["tx"], machine.tx, init=1)
 
         return m

@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping
 
-from amaranth import Cat, ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
+from amaranth import Cat, Elaboratable, Module
 from amaranth.build import Attrs, Pins, Resource
 from amaranth.lib import io
-from amaranth.lib.cdc import FFSynchronizer
 
 from fresa.machines import Single
 from fresa.panel import Debouncer, SevenSegment
 
 from .nexys2 import display_segments, request_ports
+from .nexys2_common import drive_pins, synchronize, wire_clock
 
 __all__ = ["Nexys2Single", "single_ports"]
 
@@ -56,9 +56,9 @@ class Nexys2Single(Elaboratable):
     display       position, hexadecimal
     ============  ==============================================================
 
-    Every input goes through two flip-flops, the button also through a debouncer. Coils and enable
-    come from flip-flops in their I/O blocks, a clock after the machine's own. Until the first clock
-    the motor has no power.
+    Every input goes through two flip-flops, the button also through a debouncer. Coils, enable
+    and line come from flip-flops in their I/O blocks, a clock after the machine's own. Until the
+    first clock the motor has no power.
 
     Parameters
     ----------
@@ -85,20 +85,12 @@ class Nexys2Single(Elaboratable):
         m = Module()
         ports = self._ports
 
-        m.domains.sync = ClockDomain()
-        m.submodules.clk = clk = io.Buffer("i", ports["clk"])
-        m.d.comb += ClockSignal().eq(clk.i)
-
+        # What comes in
         m.submodules.machine = machine = self._machine
-        m.submodules.button = button = io.Buffer("i", ports["button"])
         m.submodules.debouncer = debouncer = self._debouncer
-        m.submodules.button_synchronizer = FFSynchronizer(button.i, debouncer.i)
-        m.d.comb += ResetSignal().eq(debouncer.o)
-
-        m.submodules.rx = rx = io.Buffer("i", ports["rx"])
-        m.submodules.tx = tx = io.Buffer("o", ports["tx"])
-        m.submodules.rx_synchronizer = FFSynchronizer(rx.i, machine.rx)
-        m.d.comb += tx.o.eq(machine.tx)
+        synchronize(m, "button", ports["button"], debouncer.i)
+        synchronize(m, "rx", ports["rx"], machine.rx, init=1)
+        wire_clock(m, ports, debouncer.o)
 
         # What people see
         m.submodules.display = display = self._display
@@ -113,12 +105,9 @@ class Nexys2Single(Elaboratable):
             leds.o.eq(Cat(machine.coils, 0, machine.moving, machine.fault, machine.enable)),
         ]
 
-        # What the motor feels
-        for name, value in [("coils", machine.coils), ("bridge", machine.enable)]:
-            m.submodules[name] = buffer = io.Buffer("o", ports[name])
-            pins = Signal.like(value, name=f"{name}_pins", init=0, reset_less=True,
-                               attrs={"IOB": "TRUE"})
-            m.d.sync += pins.eq(value)
-            m.d.comb += buffer.o.eq(pins)
+        # What motor and terminal feel
+        for name, value, idle in [("coils", machine.coils, 0), ("bridge", machine.enable, 0),
+                                  ("tx", machine.tx, 1)]:
+            drive_pins(m, name, ports[name], value, init=idle)
 
         return m

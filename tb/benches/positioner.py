@@ -6,7 +6,8 @@ from fresa.drive import StepDirDriver
 from fresa.machines import Positioner
 from fresa.machines.positioner import ANSWERS, PositionerPace
 from fresa.motion import Axis, PointStore, Positioning
-from fresa.protocol import Answer, Command, LineEnd, PositionerCommands, Reporter
+from fresa.protocol import LineEnd, PositionerCommands, Reporter
+from fresa.protocol.positioner import Answer, Command
 
 from ..bench import Run, bench, put
 from ..models.protocol import bits

@@ -9,7 +9,7 @@ from ..models.protocol import bits
 @bench
 def uart_transmitter(run: Run) -> str:
     """Bytes onto a line, one after the other without a gap."""
-    dut = UARTTransmitter(clock=16, baud=1)
+    dut = UARTTransmitter(period=16)
     sent = b"x?\r"
 
     async def source(ctx):
@@ -41,7 +41,7 @@ def uart_transmitter(run: Run) -> str:
 @bench
 def uart_receiver(run: Run) -> str:
     """Bytes from a disturbed line; a stop bit missing, a break, bytes lost."""
-    dut = UARTReceiver(clock=16, baud=1)
+    dut = UARTReceiver(period=16)
 
     async def send(ctx, levels):
         for level in levels:

@@ -1,6 +1,7 @@
 """Orders that come over a serial line."""
 
-from fresa.motion import OrderLedger, Outcome, RequestKind, SerialOrders
+from fresa.machines import SerialOrders
+from fresa.motion import OrderLedger, Outcome, RequestKind
 
 from ..bench import Run, bench
 from ..models.orders import checked
@@ -72,7 +73,7 @@ def order_ledger(run: Run) -> str:
 @bench
 def serial_orders(run: Run) -> str:
     """Lines over a serial line to orders, and an answer to each."""
-    dut = SerialOrders(clock=16, baud=1)
+    dut = SerialOrders(period=16)
     answers = []
 
     async def listen(ctx):

@@ -21,28 +21,33 @@ def describe(c: Contract, dut: LineReader) -> None:
     payload = dut.items.payload.as_value()
     starts = taken & (byte == dut.start[0] if dut.start else Const(0))
     inside = c.keep(1, init=not dut.start, name="in_a_line")
-    ends = taken & ~starts & inside & Cat(byte == end for end in dut.ends).any()
-    more = taken & ~starts & inside & ~ends
+    begun = inside | error  # a byte that is not to be trusted may hide a start
+    ends = taken & ~starts & begun & Cat(byte == end for end in dut.ends).any()
+    more = taken & ~starts & begun & ~ends
 
     # The line so far
     count = c.keep(range(dut.length + 1), name="bytes_so_far")
     long, damaged = c.keep(1, name="too_long"), c.keep(1, name="not_trusted")
     full = count == dut.length
     fits = more & ~(error | damaged | long | full)
+    cr = c.keep(1, name="carriage_return")  # is the last of them
+    with c.m.If(c.rst | taken):
+        c.m.d.sync += cr.eq(fits & ~c.rst & (byte == ord("\r")) if dut.crlf else 0)
+    size = count - cr
     with c.m.If(c.rst | ends):
         c.m.d.sync += [inside.eq(not dut.start), count.eq(0), long.eq(0), damaged.eq(0)]
     with c.m.Elif(starts):
         c.m.d.sync += [inside.eq(1), count.eq(0), long.eq(0), damaged.eq(error)]
     with c.m.Elif(more):
-        c.m.d.sync += [count.eq(Mux(fits, count + 1, 0)), damaged.eq(damaged | error),
+        c.m.d.sync += [inside.eq(1), count.eq(Mux(fits, count + 1, 0)), damaged.eq(damaged | error),
                        long.eq(long | full)]
     bad = error | damaged | long
     verdict = Mux(error | damaged, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
-    wanted = ends & (bad | (count > 0) | (not dut.skip_empty))
+    wanted = ends & (bad | (size > 0) | (not dut.skip_empty))
 
     # What waits: bytes and ends
     waiting = c.keep(range(dut.depth + 1), name="waiting")
-    added = Mux(wanted, Mux(bad, 1, count + 1), 0)
+    added = Mux(wanted, Mux(bad, 1, size + 1), 0)
     c.m.d.sync += waiting.eq(Mux(c.rst, 0, waiting - given + added))
 
     c.holds("whole-lines-only", "What is offered is of a line that has ended.",
@@ -71,18 +76,35 @@ def describe(c: Contract, dut: LineReader) -> None:
     c.always("knows-the-line", "It knows how long the line is, and what is wrong with it.",
              (c.signal("count") == count) & (c.signal("long") == long)
              & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
+             & (c.signal("cr") == cr) & (~cr | (count > 0))
              & (count <= dut.length) & ((count == 0) | (inside & ~long & ~damaged)),
              seen=count == dut.length, bug=Bug(line, "count.eq(count + 1)", "count.eq(count + 2)"))
     c.always("knows-what-waits", "Behind what waits is the line that is read.",
              ((c.signal("kept") - c.signal("tail"))[:len(c.signal("tail"))] == waiting)
              & (waiting + count < dut.depth), seen=waiting > 1,
              bug=Bug(line, "kept.eq(store.addr + 1)", "kept.eq(store.addr)"))
+    if dut.start:
+        c.holds("lost-start", "A byte outside that is not to be trusted begins a damaged line.",
+                when=c.past(taken & error & ~inside & ~starts & ~ends & ~c.rst),
+                then=c.signal("inside") & c.signal("damaged"),
+                bug=Bug(line, "begun.eq(inside | error)", "begun.eq(inside)"))
+        c.holds("lost-line", "If it is an end, that of a damaged line is handed on.",
+                when=c.past(taken & error & ~inside & ends & ~c.rst),
+                then=waiting == c.past(waiting - given) + 1,
+                bug=Bug(line, "begun.eq(inside | error)", "begun.eq(inside | error & ~ended)"))
+    if dut.crlf:
+        c.holds("drops-cr", "A CR right before the end is no byte of the line.",
+                when=c.past(wanted & cr & ~bad & ~c.rst),
+                then=c.signal("kept") == c.past((c.signal("kept") + count)[:len(
+                    c.signal("kept"))]),
+                bug=(Bug(line, "Mux(ended, size, count)", "count"),
+                     Bug(line, 'cr.eq(byte == ord("\\r"))', "cr.eq(0)")))
     if dut.depth == WATCHED:
-        _watch_content(c, dut, fits, count, wanted, bad, Cat(verdict, Const(1, 1)), waiting)
+        _watch_content(c, dut, fits, count, size, wanted, bad, Cat(verdict, Const(1, 1)), waiting)
 
 
-def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, wanted: Bits, bad: Bits,
-                   end: Bits, waiting: Bits) -> None:
+def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: Bits, wanted: Bits,
+                   bad: Bits, end: Bits, waiting: Bits) -> None:
     """Promise what the bytes and ends are, beside a queue that moves up by itself."""
     byte, payload = dut.bytes.p.byte, dut.items.payload.as_value()
     given = dut.items.valid & dut.items.ready
@@ -97,13 +119,13 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, wanted
         behind = place - left
         new = end
         for number, was in enumerate(so_far):
-            new = Mux((behind == number) & (number < count) & ~bad, was, new)
+            new = Mux((behind == number) & (number < size) & ~bad, was, new)
         c.m.d.sync += at.eq(Mux((place < left) | ~wanted, moved, new))
 
     c.holds("as-it-went-in", "What is offered are the bytes of good lines and the ends of all.",
             when=dut.items.valid, then=payload == queue[0],
             bug=(Bug(line, "Cat(Mux(ended, verdict, byte), ended)", "Cat(byte, ended)"),
-                 Bug(line, "Mux(error, 0, count)", "count")))
+                 Bug(line, "Mux(error, 0, Mux(ended, size, count))", "Mux(ended, size, count)")))
     for says, word, bug in [
         ("good", LineEnd.GOOD, Bug(line, "Mux(long, LineEnd.LONG, LineEnd.GOOD)",
                                    "LineEnd.LONG")),
@@ -139,5 +161,7 @@ LINE = Component(
     make=LineReader, describe=describe, depth=14,
     cases=(Case({"length": 2, "start": b":"}),
            Case({"length": 2, "ends": b"\r\n", "skip_empty": True}), Case({"length": 1}),
+           Case({"length": 2, "ends": b"\n", "crlf": True}),
+           Case({"length": 2, "ends": b"\n", "start": b":", "skip_empty": True, "crlf": True}),
            Case({"length": 80, "ends": b"\r\n", "skip_empty": True}, real=True),
            Case({"length": 126, "start": b":"}, real=True)))

@@ -2,7 +2,7 @@
 
 from amaranth import Array, Mux, Signal
 
-from fresa.drive import HALF_STEP, ONE_PHASE, PhaseDriver, bipolar, phase
+from fresa.drive import HALF_STEP, ONE_PHASE, PhaseDriver, phase, swap_inner
 
 from .coil import watch_spacing
 from .contract import Bits, Bug, Case, Component, Contract
@@ -88,4 +88,4 @@ PHASE = Component(
     make=PhaseDriver, describe=describe,
     cases=(*(Case({"sequence": ONE_PHASE, "period": period}) for period in (3, 2, 1)),
            Case({"sequence": HALF_STEP, "period": 2}),
-           Case({"sequence": bipolar(HALF_STEP), "period": 8_681}, real=True)))
+           Case({"sequence": swap_inner(HALF_STEP), "period": 8_681}, real=True)))

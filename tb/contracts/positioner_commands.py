@@ -2,8 +2,8 @@
 
 from amaranth import Array, Cat, Mux, Value
 
-from fresa.protocol import Answer, Command, LineEnd, PositionerCommands, positioner
-from fresa.protocol.positioner import ARGUMENTS, POINTS, Kind
+from fresa.protocol import LineEnd, PositionerCommands, positioner
+from fresa.protocol.positioner import ARGUMENTS, POINTS, Answer, Command, Kind
 
 from .contract import Bits, Bug, Case, Component, Contract
 

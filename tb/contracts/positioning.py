@@ -1,16 +1,19 @@
 """Contract of what the orders of the positioner do."""
 
-from amaranth import Cat, Mux, Value
+from amaranth import Cat, Const, Mux, Value
 
 from fresa.motion import Positioning, positioning
-from fresa.protocol import Answer, Command
+from fresa.protocol.positioner import Answer, Command
 
 from .contract import Bits, Bug, Case, Component, Contract
 
 __all__ = ["POSITIONING"]
 
 OBEYED = "self.orders.valid & looked & (refusal == Answer.NONE)"
-REFUSED = "self.orders.valid & looked & (refusal != Answer.NONE) & free\n"
+LEFT = "self.waiting - 1, refusal, Answer.OVERFLOW"
+SHOWN = 4
+"""Longest queue of reasons that is looked into; a longer one has the same logic."""
+
 MOVES = "self.run & ~self.there & ~stopped"
 
 
@@ -88,13 +91,13 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
         target, rate = dut.target[motor], dut.rate[motor]
         c.holds(f"{name}-moves-by-order", f"Motor {motor + 1} begins to move only by MOV of it and "
                 "by GOTO.", when=run & ~run_before,
-                then=then(Command.MOV, motor=motor) | then(Command.GOTO),
+                then=(then(Command.MOV, motor=motor) | then(Command.GOTO)) & ~c.past(dut.halt),
                 bug=(Bug(positioning, OBEYED, "self.orders.valid & looked"),
                      Bug(positioning, "self.run[motor].eq(1)", "self.run.eq(~0)")))
         c.holds(f"{name}-ends", f"Motor {motor + 1} ends its movement where it arrives or is "
-                "blocked, and by STOP, unless another is ordered.",
+                "blocked, by STOP, and by a halt, unless another is ordered.",
                 when=~run & run_before, then=was_reset | c.past(
-                    dut.there[motor] | dut.blocked[motor])
+                    dut.there[motor] | dut.blocked[motor] | dut.halt)
                 | then(Command.STOP, motor=motor)
                 | then(Command.DISCONNECT, Command.ORIGIN, Command.POS),
                 bug=Bug(positioning, "self.run[motor].eq(0)", "self.run.eq(0)"))
@@ -118,6 +121,9 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
                 bug=(Bug(positioning, "self.rate[motor].eq(self.numbers[-1])",
                          "self.rate[motor].eq(self.numbers[0])"),
                      Bug(positioning, OBEYED, "self.orders.valid & looked")))
+    c.holds("halts", "While it is to halt nothing moves from the next clock on.",
+            when=c.past(dut.halt & dut.run.any()), then=~dut.run.any(),
+            bug=Bug(positioning, "with m.If(self.halt):", "with m.If(self.halt & ~obeyed):"))
     going = c.signal("going")
     c.holds("origin-ends-going", "ORIGIN and POS end all movements to points.",
             when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
@@ -132,29 +138,53 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
 def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
     """Who is answered, and what."""
     offered, says = dut.answers.valid, dut.answers.payload.as_value()
-    limit = says >= Answer.LIMIT_MOT1.value
+    limit = (says >= Answer.LIMIT_MOT1.value) & (says <= Answer.LIMIT_MOT3.value)
     kept = c.past(offered & ~dut.answers.ready & ~c.rst)
     c.holds("stream-keeps", "An answer stays until it is taken.", when=kept,
             then=offered & (says == c.past(says)),
             bug=Bug(positioning, "~self.answers.valid | self.answers.ready", "1"))
-    c.holds("refused-is-answered", "What is refused is answered by its reason, in the next clock.",
-            when=c.past(taken & refused & ~c.rst),
-            then=offered & (says == c.past(reason)) & ~kept,
-            bug=(Bug(positioning, REFUSED,
-                     "self.orders.valid & looked & (refusal != Answer.NONE)\n"),
-                 Bug(positioning, "refusal.eq(Answer.EMPTY)", "refusal.eq(Answer.RANGE)")))
-    c.holds("answers-have-a-cause", "An answer that is new is that of a refusal, or a limit's.",
-            when=offered & ~kept & ~limit, then=c.past(taken & refused),
-            bug=Bug(positioning, "hits.any() | refused", "hits.any() | self.orders.ready"))
-    c.holds("never-none", "What is said is something.", when=offered,
-            then=(says != 0) & (says <= Answer.LIMIT_MOT3.value),
-            bug=Bug(positioning, "hits.any() | refused", "hits.any() | self.orders.ready"))
-    c.holds("taken-a-clock-later", "An order that can be obeyed is taken in the clock after it was "
-            "offered.", when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst) & ~refused,
+    c.holds("taken-a-clock-later", "An order is taken in the clock after it was offered, whatever "
+            "waits to be answered.", when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst),
             then=dut.orders.ready,
-            bug=Bug(positioning, "self.orders.valid & ~self.orders.ready)",
-                    "self.orders.valid & ~self.orders.ready & ~self.tick)"))
+            bug=Bug(positioning, "self.orders.ready.eq(looked)",
+                    "self.orders.ready.eq(looked & ~self.answers.valid)"))
+    c.holds("looked-at-first", "Not before.", when=dut.orders.ready,
+            then=c.past(dut.orders.valid & ~dut.orders.ready),
+            bug=Bug(positioning, "self.orders.valid & ~looked)", "self.orders.valid | looked)"))
+
+    # The queue of reasons, from the one that is said next
     hits = c.signal("hits")
+    level = c.signal("reasons.level")
+    free = ~offered | dut.answers.ready
+    told = free & ~hits.any() & (level != 0)
+    joins = taken & refused & ~c.rst & (level != dut.waiting)
+    said = Mux(level == dut.waiting - 1, Answer.OVERFLOW, reason)
+    c.holds("counts-reasons", "Each refusal joins the queue unless it is full, each that is handed "
+            "on leaves it, and nothing else changes it.", when=c.past(~c.rst),
+            then=level == c.past(level) + c.past(joins) - c.past(told),
+            bug=(Bug(positioning, "free & ~hits.any()", "free"),
+                 Bug(positioning, "self.orders.valid & looked & (refusal != Answer.NONE)",
+                     "self.orders.valid & (refusal != Answer.NONE)")))
+    c.holds("reasons-are-said", "While there is a reason and no limit to be told, one is next.",
+            when=c.past((level != 0) & free & ~hits.any() & ~c.rst), then=offered & ~limit,
+            bug=Bug(positioning, "hits.any() | reasons.r_rdy", "hits.any()"))
+    c.holds("answers-have-a-cause", "An answer that is new is that of a refusal, or a limit's.",
+            when=offered & ~kept, then=c.past(told | hits.any()),
+            bug=Bug(positioning, "hits.any() | reasons.r_rdy", "hits.any() | self.orders.ready"))
+    words, first = c.words("reasons.storage"), c.signal("reasons.consume")
+    c.always("knows-its-reasons", "The queue is where it says, and has nothing but reasons in it.",
+             (c.signal("reasons.produce") == (first + level) % dut.waiting)
+             & (first < dut.waiting) & (level <= dut.waiting)
+             & Cat(((address + dut.waiting - first) % dut.waiting >= level)
+                   | (word != Answer.NONE) & (word < Answer.LIMIT_MOT1)
+                   | (word == Answer.OVERFLOW) for address, word in enumerate(words)).all(),
+             seen=level == dut.waiting,
+             bug=Bug(positioning, LEFT, "self.waiting - 1, refusal, Answer.NONE"))
+    if dut.waiting <= SHOWN:
+        _queue(c, dut, words, joins, said, told)
+    c.holds("never-none", "What is said is something.", when=offered,
+            then=(says != 0) & (says <= Answer.OVERFLOW.value),
+            bug=Bug(positioning, "hits.any() | reasons.r_rdy", "hits.any() | self.orders.ready"))
     struck = dut.run & dut.blocked
     for motor in range(3):
         mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
@@ -179,6 +209,38 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
             bug=Bug(positioning, "self.tick & self.buzzer", "self.buzzer"))
 
 
+def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: Bits,
+           told: Bits) -> None:
+    """Promise what the reasons are, beside a queue that moves up by itself."""
+    level, first = c.signal("reasons.level"), c.signal("reasons.consume")
+    queue = [c.keep(4, name=f"reason_{place}") for place in range(dut.waiting)]
+    moved = [*queue[1:], Const(0, 4)]
+    for place, (at, behind) in enumerate(zip(queue, moved, strict=True)):
+        new = joins & (level - told == place)
+        c.m.d.sync += at.eq(Mux(new, said, Mux(told, behind, at)))
+    says = dut.answers.payload.as_value()
+    c.holds("reasons-in-their-order", "Reasons are said in the order of their orders, each once.",
+            when=c.past(told & ~c.rst), then=says == c.past(queue[0]),
+            bug=(Bug(positioning, "refusal.eq(Answer.EMPTY)", "refusal.eq(Answer.RANGE)"),
+                 Bug(positioning, LEFT, "self.waiting - 1, refusal, Answer.LONG"),
+                 Bug(positioning, LEFT, "self.waiting - 2, refusal, Answer.OVERFLOW")))
+
+    def word_at(place: Bits) -> Bits:
+        value = words[0]
+        for address in range(1, dut.waiting):
+            value = Mux(place == address, words[address], value)
+        return value
+
+    c.holds("full-says-so", "Behind reasons that fill the queue is OVERFLOW.",
+            when=level == dut.waiting,
+            then=word_at((first + dut.waiting - 1) % dut.waiting) == Answer.OVERFLOW,
+            bug=Bug(positioning, LEFT, "self.waiting, refusal, Answer.OVERFLOW"))
+    c.always("reasons-are-stored", "The queue is in its memory.",
+             Cat((place >= level) | (word_at((first + place) % dut.waiting) == at)
+                 for place, at in enumerate(queue)).all(), seen=level == dut.waiting,
+             bug=Bug(positioning, LEFT, "self.waiting - 1, refusal, Answer.LONG"))
+
+
 POSITIONING = Component(
-    make=Positioning, describe=describe, depth=12,
-    cases=(Case({"top_speed": 1500}),))
+    make=Positioning, describe=describe, depth=20,
+    cases=(Case({"top_speed": 1500, "waiting": 4}), Case({"top_speed": 1500}, real=True)))

@@ -182,7 +182,7 @@ def _noise(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, byte
 
 def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
     """Send more lines than can be answered, none of which changes anything, and let them go by."""
-    data = dialect.end + b"".join(rng.choices(dialect.quiet, k=dialect.room // 2))
+    data = dialect.end + b"".join(rng.choices(dialect.quiet, k=max(80, dialect.room // 2)))
     drained = dialect.room * dialect.answer * FRAME * period
     end = levels(dialect.end, period)
     return Piece("flood", data, np.concatenate([

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .line import CUT, Text
-from .positioner_lines import AXES, DOWN, START_SPEED, UP, Line, refusal
+from .positioner_lines import AXES, BREAK, DOWN, START_SPEED, UP, Line, refusal
 from .ways import Effect, Failure, Mode, Steps
 
 __all__ = ["LineSession", "motors"]
 
 REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :\n")
 ANSWER = re.compile(rb"! [A-Z]+\n")
+OVERFLOW = b"! OVERFLOW\n"
 LATENCY = 40
 """Clocks, besides one a byte, from the end of a line to what it does."""
 
@@ -182,15 +183,17 @@ class LineSession:
     _last_answer = 0
 
     def _flood(self, flooded: Sequence[tuple[Line, str]], end: int) -> None:
-        """Look at the answers to a flood: any line may be lost, or be told to be damaged."""
-        right = {b"! DAMAGED\n", *(b"! %s\n" % wrong.encode() for _, wrong in flooded if wrong)}
+        """Look at the answers to a flood: each line has its own, until there are too many."""
+        due = [b"! %s\n" % wrong.encode() for _, wrong in flooded if wrong]
         count = bisect_left(self._said, (end, b""))
-        for clock, text in self._said[:count]:
-            if text not in right:
+        texts = [text for _, text in self._said[:count]]
+        known = texts.index(OVERFLOW) if OVERFLOW in texts else count
+        for place, (clock, text) in enumerate(self._said[:count]):
+            if text != due[place] if place < min(known, len(due)) else text not in {OVERFLOW, *due}:
                 self.failures.append(Failure(clock, "answer", f"a flood is answered by {text!r}"))
-        if not (end < CUT) <= count <= len(flooded):
+        if count > len(due) or known == count < len(due) and end < CUT:
             self.failures.append(Failure(
-                end, "answer", f"{len(flooded)} lines have {count} answers"))
+                end, "answer", f"{len(due)} bad lines have {count} answers"))
         self.answers += count
         self._said = self._said[count:]
 
@@ -227,21 +230,19 @@ class LineSession:
         """Do what a line asks for; say what is wrong with it, and when it is done at the latest."""
         latest = max(line.clock, self._taken) + len(line.text) + LATENCY
         wrong, numbers = refusal(line.text)
+        if line.wrong == BREAK:
+            self._move(range(AXES), "", line.clock, latest)
+            return "", latest
         if line.wrong:
-            return line.wrong, self._waits(latest)
+            return line.wrong, latest
         word = (re.match(rb"[A-Z]*", line.text) or [b""])[0]
         if not wrong and word in (b"MOV", b"GOTO") and not self._connections[-1][2]:
             wrong = "DISCONNECTED"
         if not wrong and word == b"GOTO" and numbers[0] not in self._points:
             wrong = "EMPTY"
-        if wrong:
-            return wrong, self._waits(latest)
-        self._obey(word, numbers, line.clock, latest + 2)
-        return "", latest
-
-    def _waits(self, latest: int) -> int:
-        """Wait with a refusal until that before it is being said."""
-        return max(latest, self._last_answer + LATENCY)
+        if not wrong:
+            self._obey(word, numbers, line.clock, latest + 2)
+        return wrong, latest
 
     def _obey(self, word: bytes, numbers: list[int], earliest: int, latest: int) -> None:
         every = range(AXES)

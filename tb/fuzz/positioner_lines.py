@@ -8,13 +8,13 @@ from typing import NamedTuple
 from .line import Heard
 from .pieces import Dialect
 
-__all__ = ["AXES", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin", "lines",
-           "refusal"]
+__all__ = ["AXES", "BREAK", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin",
+           "lines", "refusal"]
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
 UP, DOWN = 2**31 - 1, -2**31
-ROOM = 255
-"""Bytes and ends of lines that can wait."""
+ROOM = 31
+"""Answers that can wait by name; there are no more of them than bytes and ends of lines."""
 
 _SYNTAX = {b"CONNECT": "", b"DISCONNECT": "", b"MOV": "mw", b"STOP": "m", b"VEL": "mr",
            b"P": "pnnn", b"GOTO": "p", b"ORIGIN": "", b"POS": "nnn"}
@@ -30,13 +30,19 @@ class Line(NamedTuple):
     wrong: str
 
 
+BREAK = "BREAK"
+"""What is wrong with a line that is none: there was a break, in the middle of another."""
+
+
 def lines(heard: Iterator[Heard]) -> Iterator[Line]:
-    """Give the lines among bytes."""
+    """Give the lines among bytes, and the breaks."""
     text, damaged = bytearray(), False
     for clock, byte, error in heard:
+        if error and not byte:
+            yield Line(clock, b"", BREAK)
         damaged |= error
         if byte == ord("\n"):
-            yield Line(clock, bytes(text),
+            yield Line(clock, bytes(text).removesuffix(b"\r"),
                        "DAMAGED" if damaged else "LONG" if len(text) > LONGEST else "")
             text, damaged = bytearray(), False
         else:
@@ -95,7 +101,7 @@ def _legal(rng: random.Random) -> bytes:
 DIALECT = Dialect(
     _legal, quiet=(b"CONNECT 1\n", b"FOO\n", b"\n", b"VEL MOT1 0\n", b"P 8 1 1 1\n", b"GOTO 0\n",
                    b"MOV MOT4 C\n", b"POS 1 2\n", b"STOP"),
-    end=b"\n", letters=b"\n 0129-+CMOTPVELGSN", room=ROOM, answer=24, begin=b"CONNECT\n",
+    end=b"\n", letters=b"\n\r 0129-+CMOTPVELGSN", room=ROOM, answer=24, begin=b"CONNECT\n",
     alive=b"DISCONNECT\nCONNECT\nPOS 0 0 0\nVEL MOT1 1500\nVEL MOT2 1499\nVEL MOT3 1000\n"
           b"P 7 5 -9 11\nGOTO 7\nBYE\n")
 """How one speaks to it."""

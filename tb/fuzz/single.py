@@ -42,13 +42,17 @@ class Frame(NamedTuple):
 
 def frames(heard: Iterator[Heard], ends: bytes = b"\r", longest: int = LONGEST
            ) -> Iterator[Frame]:
-    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``."""
+    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
+
+    A byte outside that lacks its stop bit may have been a ``:``, and begins a damaged one.
+    """
     text: bytearray | None = None
     damaged = False
     for clock, byte, error in heard:
         if byte == ord(":"):
             text, damaged = bytearray(), error
-        elif text is not None:
+        elif text is not None or error:
+            text = bytearray() if text is None else text
             damaged |= error
             if byte in ends:
                 wrong = "command" if damaged else "length" if len(text) > longest else ""

@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines import Positioner, Single
+from fresa.machines import Positioner, SerialOrders, Single
 from fresa.machines.mill import MillPace
 from fresa.machines.positioner import PositionerPace
 from fresa.machines.single import SinglePace
-from fresa.motion import SerialOrders
 
 from .. import boards
 from ..design import Design
@@ -200,7 +199,7 @@ TARGETS = {target.name: target for target in (
            ("tx", "coils", "enable", "position", "fault"), _single,
            rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
     Target("mill", _BIT, order_lines.DIALECT,
-           lambda: boards.nexys2_mill(SerialOrders(clock=_BIT, baud=1), pace=_MILL, debounce=4,
+           lambda: boards.nexys2_mill(SerialOrders(period=_BIT), pace=_MILL, debounce=4,
                                       z_travel=_TRAVEL),
            ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, inputs={"switches": 0x80}),
 )}

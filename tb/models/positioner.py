@@ -140,8 +140,8 @@ class CommandsModel:
 class PositioningModel:
     """Does what orders say, to what the axes are told."""
 
-    def __init__(self, *, top_speed: int) -> None:
-        self.top_speed = top_speed
+    def __init__(self, *, top_speed: int, waiting: int = 32) -> None:
+        self.top_speed, self.waiting = top_speed, waiting
         self.reset()
 
     def reset(self) -> None:
@@ -152,7 +152,8 @@ class PositioningModel:
         self.movement = ["", "", ""]  # of each motor: MOV, GOTO or none
         self.points: dict[int, list[int]] = {}
         self.looked = False
-        self.answer = ""  # that waits to be sent
+        self.reasons: list[str] = []  # that wait
+        self.answer = ""  # that is being handed on
         self.hits: set[int] = set()  # motors whose limit is still to be told
         self.sound = 0  # ticks for which the buzzer is still on
 
@@ -165,10 +166,9 @@ class PositioningModel:
             return "DISCONNECTED"
         return "EMPTY" if word == "GOTO" and numbers[0] not in self.points else ""
 
-    def takes(self, order: Order | None, answer_taken: bool) -> bool:
+    def takes(self, order: Order | None) -> bool:
         """Say whether the order that is offered is taken in this clock."""
-        free = (not self.answer or answer_taken) and not self.hits
-        return bool(order and self.looked and (free or not self.refusal(order)))
+        return bool(order and self.looked)
 
     def load(self, order: Order | None) -> list[int] | None:
         """Say what this place is called from the next clock on, if it is called otherwise."""
@@ -177,16 +177,20 @@ class PositioningModel:
         return None
 
     def clock(self, order: Order | None, *, there: Sequence[int], blocked: Sequence[int],
-              tick: bool, answer_taken: bool) -> None:
+              tick: bool, answer_taken: bool, halt: bool = False) -> None:
         """Make a clock."""
-        taken = self.takes(order, answer_taken)
-        refusal = self.refusal(order) if order else ""
+        taken = self.takes(order)
+        refusal = self.refusal(order) if order and taken else ""
+        said = len(self.reasons)
         if not self.answer or answer_taken:
             first = min(self.hits, default=None)
-            self.answer = refusal if taken else ""
-            if first is not None:
+            if first is None:
+                self.answer = self.reasons.pop(0) if self.reasons else ""
+            else:
                 self.answer = f"LIMIT MOT{first + 1}"
                 self.hits.remove(first)
+        if refusal and said < self.waiting:
+            self.reasons.append(refusal if said < self.waiting - 1 else "OVERFLOW")
         self.sound -= bool(tick and self.sound)
         for motor in range(3):
             if self.movement[motor] and blocked[motor]:
@@ -196,6 +200,8 @@ class PositioningModel:
                 self.movement[motor] = ""
         if order and taken and not refusal:
             self._obey(*order[1:])
+        if halt:
+            self.movement = [""] * 3
         self.looked = bool(order and not taken)
 
     def _obey(self, word: str, numbers: list[int]) -> None:
@@ -344,9 +350,10 @@ class PositionerModel:
         tick = self.reporter.tick
         answered = self.reporter.clock(enable=does.connected, answer=does.answer,
                                        position=[axis["position"] for axis in axes])
-        taken = does.takes(order, answered)
+        taken = does.takes(order)
         does.clock(order, there=[axis["there"] for axis in axes], tick=tick, answer_taken=answered,
-                   blocked=[axis["blocked"] for axis in axes])
+                   blocked=[axis["blocked"] for axis in axes],
+                   halt=self.receiver.line_break)
         took = self.commands.clock(self.lines.head, taken)
         byte, room = self.receiver.byte, self.lines.room
         self.lines.clock(byte, took)

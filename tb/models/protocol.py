@@ -26,6 +26,7 @@ class ReceiverModel:
         self.high: int | None = 0  # clocks for which it is, or None when that was long enough
         self.byte: tuple[int, bool] | None = None  # that waits, and whether it is not to be trusted
         self.lost = False
+        self.line_break = False
 
     def clock(self, rx: int, taken: bool) -> None:
         """Make a clock, in which the byte that waits was taken or not."""
@@ -42,7 +43,7 @@ class ReceiverModel:
         if self.high is not None:
             self.high = self.high + 1 if rx else 0
             if self.high > 2 * self.spread:
-                self.high = None
+                self.high, self.line_break = None, False
             return None
         if self.levels or not rx:
             self.levels.append(rx)
@@ -52,6 +53,7 @@ class ReceiverModel:
             return None
         byte, stop = sum(self._vote(n + 1) << n for n in range(8)), self._vote(9)
         self.levels, self.high = [], None if stop else 0
+        self.line_break = not (byte or stop)
         return byte, not stop
 
     def _last(self, bit: int) -> int:
@@ -102,6 +104,8 @@ class LineModel:
         if self.verdict != GOOD:
             self.line = []
         if byte == self.end:
+            if self.line[-1:] == [13]:  # a CR before the end is not part of the line
+                self.line.pop()
             self.waiting += [*self.line, self.verdict]
             self.line, self.verdict = [], GOOD
         elif self.verdict == GOOD:

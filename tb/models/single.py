@@ -117,16 +117,18 @@ class _Frames:
     def _read(self, byte: int, error: int) -> None:
         if byte == ord(":"):
             self.frame, self.verdict = [], DAMAGED if error else GOOD
-        elif self.frame is not None:
-            if error:
+        elif self.frame is not None or error:
+            if error:  # outside it may be that a start was lost
                 self.verdict = DAMAGED
             if byte == ord("\r"):
-                self.waiting += [*(self.frame if self.verdict == GOOD else []), self.verdict]
+                self.waiting += [*(self.frame if self.frame and self.verdict == GOOD else []),
+                                 self.verdict]
                 self.frame, self.verdict = None, GOOD
                 return
-            if self.verdict == GOOD and len(self.frame) == LONGEST:
+            frame = self.frame or []
+            if self.verdict == GOOD and len(frame) == LONGEST:
                 self.verdict = LONG
-            self.frame = [*self.frame, byte] if self.verdict == GOOD else []
+            self.frame = [*frame, byte] if self.verdict == GOOD else []
 
 
 class SingleModel:

@@ -14,7 +14,7 @@ from amaranth import Fragment, Signal
 
 from fresa.machines.mill import PIXEL_STEPS, MillPace
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from fresa_boards.nexys2_mill import debounce_period
+from fresa_boards.nexys2_common import debounce_period
 
 from .. import boards
 from ..contracts.contract import Bug, State

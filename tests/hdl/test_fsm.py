@@ -12,8 +12,9 @@ from amaranth import Elaboratable, Fragment, Module, Signal
 from amaranth.sim import Simulator
 
 from fresa.fsm import leave_unused_codes
+from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
-from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
+from fresa.motion import CoordinateGenerator, SquareGenerator
 from tb.boards import mill, nexys2_mill
 from tb.design import Design
 
@@ -33,7 +34,7 @@ MACHINES = {
         CoordinateGenerator(PICTURE, pixel_steps=4), pace=PACE, debounce=DEBOUNCE, z_travel=5
     ),
     "serial": lambda: nexys2_mill(
-        SerialOrders(clock=16, baud=1), pace=PACE, debounce=DEBOUNCE, z_travel=5
+        SerialOrders(period=16), pace=PACE, debounce=DEBOUNCE, z_travel=5
     ),
 }
 STATE_MACHINES = {

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fresa.motion import Outcome as GatewareOutcome
 from fresa.motion import RequestKind
-from fresa_boards.nexys2_mill import BAUD
+from fresa.protocol import BAUD
 from fresa_host import order_lines, port
 from fresa_host.errors import LineLost, MachineError, WasReset
 from fresa_host.order_lines import (

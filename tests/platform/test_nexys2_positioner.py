@@ -66,6 +66,24 @@ class TestBoard:
         assert board.steps()[1] == 0 < board.steps()[0]
         assert board.engine.get("leds") == 0b10010001 and board.engine.get("buzzer")
 
+    def test_switches_that_open_where_they_are_pressed(self):
+        board = Board(normally_closed=True)
+        board.engine.set(limits=0b010)
+        board.play([1] * 40)
+        assert board.engine.get("leds") == 0b00010000
+        board.say("CONNECT\nMOV MOT2 C\nMOV MOT1 C\n", 1000)
+        assert board.steps()[1] == 0 < board.steps()[0]
+
+    @pytest.mark.parametrize("inverted", [False, True])
+    def test_enable_that_gives_power_where_it_is_low(self, inverted):
+        board, other = Board(inverted=inverted, enable_low=True), Board(inverted=inverted)
+        for one in (board, other):
+            one.say("CONNECT\nMOV MOT1 C\n", 1000)
+            one.say("DISCONNECT\n")
+        for name in MOTORS:
+            assert (board.seen[name] == other.seen[name] ^ 0b100).all()
+            assert board.seen[name][0] >> 2 == 1 and 0 in board.seen[name] >> 2
+
     def test_the_button_resets_when_it_is_still(self):
         board = Board()
         board.say("CONNECT\nMOV MOT2 C\n")

@@ -4,8 +4,8 @@
 
 import pytest
 
+from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
-from fresa.motion import SerialOrders
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_host.errors import WasReset
@@ -29,7 +29,7 @@ class Board:
     """A board with a host at its RS-232 port, and someone at its switches."""
 
     def __init__(self) -> None:
-        source = SerialOrders(clock=BIT, baud=1)
+        source = SerialOrders(period=BIT)
         self.engine = CXXRTLEngine(
             nexys2_mill(source, pace=MillPace(PERIOD, 3), debounce=STILL, z_travel=TRAVEL))
         self.line = SerialLine(self.engine, BIT)
@@ -157,7 +157,7 @@ class TestPins:
     def test_constraints_and_verilog(self):
         platform = Nexys2Platform()
         top = Nexys2Mill(mill_ports(platform, serial=True),
-                         source=SerialOrders(clock=50_000_000, baud=9600))
+                         source=SerialOrders(period=5208))
         files = platform.prepare(top, "mill").files
         constraints = files["mill.ucf"]
         constraints = constraints if isinstance(constraints, str) else constraints.decode()

@@ -21,7 +21,7 @@ from fresa.drive import (
     RateGenerator,
     StepDirDriver,
 )
-from fresa.machines import Mill, Positioner, Single
+from fresa.machines import Mill, Positioner, SerialOrders, Single
 from fresa.motion import (
     AutomaticControl,
     Axis,
@@ -37,7 +37,6 @@ from fresa.motion import (
     OrderLedger,
     PointStore,
     Positioning,
-    SerialOrders,
     SpiralWalk,
     SquareGenerator,
     StartHandshake,

@@ -62,8 +62,10 @@ WHOLE_MACHINE = {
                  "pulse", "setup", "hold", "spacing"]},
     "a line to the positioner is one order or one refusal; what is refused changes nothing": {
         "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
-        "positioning": ["refused-is-answered", "answers-have-a-cause", "still-unless-connected",
-                        "mot1-moves-by-order", "mot2-target", "mot3-rate", "connected"]},
+        "positioning": ["counts-reasons", "reasons-are-said", "reasons-in-their-order",
+                        "answers-have-a-cause", "taken-a-clock-later", "halts",
+                        "still-unless-connected", "mot1-moves-by-order", "mot2-target", "mot3-rate",
+                        "connected"]},
     "a motor of the positioner steps only by order, connected, and not towards its switch": {
         "positioner": ["{}-moves-by-order", "{}-is-connected", "{}-stops-at-its-limit",
                        "{}-counts-its-steps", "fault-holds"]},

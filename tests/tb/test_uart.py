@@ -54,7 +54,7 @@ class TestListener:
 
 class TestSerialLine:
     def line(self) -> SerialLine:
-        design = component("echo", Echo(clock=PERIOD * 1000, baud=1000))
+        design = component("echo", Echo(period=PERIOD))
         return SerialLine(AmaranthEngine(design), PERIOD)
 
     def test_what_is_sent_comes_back_however_the_clocks_are_cut(self):

@@ -92,7 +92,8 @@ class TestPositioner:
 
     @pytest.mark.parametrize("options", [[], [
         "--top-speed", 1_000_000, "--width-ns", 400, "--low-ns", 400, "--setup-ns", 200,
-        "--hold-ns", 200, "--inverted", "--backlash", 3, 0, 12, "--guards", "X-", "X+", "Z+"]])
+        "--hold-ns", 200, "--inverted", "--enable-low", "--normally-closed", "--backlash", 3, 0, 12,
+        "--guards", "X-", "X+", "Z+"]])
     def test_files_and_facts(self, tmp_path, options):
         out = tmp_path / "out"
         assert run("--machine", "positioner", *options, "--no-report", "-o", out) == 0
@@ -103,7 +104,9 @@ class TestPositioner:
         assert facts["top_speed"] == (1_000_000 if options else 1500)
         assert facts["backlash"] == ([3, 0, 12] if options else [0, 0, 0])
         assert facts["guards"] == (["X-", "X+", "Z+"] if options else ["X+", "Y+", "Z+"])
-        assert facts["inverted"] == bool(options) and facts["bit_clocks"] == 5208
+        for name in ("inverted", "enable_low", "normally_closed"):
+            assert facts[name] == bool(options)
+        assert facts["bit_clocks"] == 5208
 
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
     @pytest.mark.parametrize(("arguments", "message"), [
@@ -114,6 +117,7 @@ class TestPositioner:
         (["--backlash", "1", "2"], "argument --backlash: expected 3 arguments"),
         (["--backlash", "1", "2", "-3"], "argument --backlash"),
         (["--unipolar"], "unrecognized arguments: --unipolar"),
+        (["--board", "pins", "--enable-low"], "without a board the machine has no pins"),
     ])
     def test_options_that_do_not_fit(self, tmp_path, capsys, arguments, message):
         assert run("--machine", "positioner", *arguments, "-o", tmp_path / "out") == 2

@@ -8,10 +8,13 @@ from pathlib import Path
 
 from PIL import Image
 
+from fresa.machines import SerialOrders
 from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
-from fresa.motion import CoordinateGenerator, SerialOrders, SquareGenerator
+from fresa.motion import CoordinateGenerator, SquareGenerator
+from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2 import Capacity, Nexys2Platform
-from fresa_boards.nexys2_mill import BAUD, Nexys2Mill, OrderSource, debounce_period, mill_ports
+from fresa_boards.nexys2_common import debounce_period
+from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource, mill_ports
 from tb.boards import nexys2_mill
 from tb.engines import ENGINES
 
@@ -51,7 +54,7 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
 
     def source() -> OrderSource:
         if serial:
-            return SerialOrders(clock=CLOCK, baud=BAUD)
+            return SerialOrders(period=bit_period(CLOCK, BAUD))
         if picture is None:
             return SquareGenerator(side=SQUARE_SIDE)
         return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)

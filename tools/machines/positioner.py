@@ -4,10 +4,11 @@ import argparse
 
 from fresa.drive import MAX_PULSE
 from fresa.machines import Positioner
-from fresa.machines.positioner import BAUD, CLOCK, ENDS, GUARDS, TOP_SPEED, PositionerPace
+from fresa.machines.mill import CLOCK
+from fresa.machines.positioner import ENDS, GUARDS, TOP_SPEED, PositionerPace
 from fresa.motion import MAX_PLAY
-from fresa.protocol import bit_period
-from fresa_boards.nexys2_mill import debounce_period
+from fresa.protocol import BAUD, bit_period
+from fresa_boards.nexys2_common import debounce_period
 from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
 from tb.boards import nexys2_positioner
 
@@ -24,7 +25,8 @@ TIMES = {"width": (1900, "STEP is high"), "low": (1900, "STEP is low"),
 """Times of the driver modules: those of the DRV8825, and what they say."""
 
 
-def build_positioner(board: str, *, pace: PositionerPace, **options) -> Built:
+def build_positioner(board: str, *, pace: PositionerPace, enable_low: bool = False,
+                     normally_closed: bool = False, **options) -> Built:
     """Make the sources of the machine.
 
     Parameters
@@ -33,23 +35,35 @@ def build_positioner(board: str, *, pace: PositionerPace, **options) -> Built:
         One of `BOARDS`.
     pace : PositionerPace
         Times.
+    enable_low, normally_closed
+        See :class:`Nexys2Positioner`.
     options
         See :class:`Positioner`.
+
+    Raises
+    ------
+    ValueError
+        If something does not go together, or is of a board where there is none.
     """
     platform_class = BOARDS[board]
     if platform_class is None:
+        if enable_low or normally_closed:
+            raise ValueError("without a board the machine has no pins: invert enable and limits "
+                             "where you wire it, not by --enable-low or --normally-closed")
         return raw("positioner", Positioner(pace=pace, **options))
     platform = platform_class()
     debounce = debounce_period()
-    top = Nexys2Positioner(positioner_ports(platform), pace=pace, debounce=debounce, **options)
-    return on_board("positioner", platform, top, nexys2_positioner(
-        pace=pace, debounce=debounce, **options))
+    options |= {"pace": pace, "debounce": debounce, "enable_low": enable_low,
+                "normally_closed": normally_closed}
+    return on_board("positioner", platform, Nexys2Positioner(positioner_ports(platform), **options),
+                    nexys2_positioner(**options))
 
 
 def job(args: argparse.Namespace) -> Job:
     """Make what was asked for; see :class:`Kind`."""
     times = {f"{name}_ns": getattr(args, f"{name}_ns") for name in TIMES}
-    options = {"inverted": args.inverted, "backlash": tuple(args.backlash),
+    options = {"inverted": args.inverted, "enable_low": args.enable_low,
+               "normally_closed": args.normally_closed, "backlash": tuple(args.backlash),
                "guards": tuple(args.guards)}
     try:
         pace = PositionerPace.real(baud=args.baud, top_speed=args.top_speed, **times)
@@ -77,6 +91,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                            help=f"least time for which {says} (default: %(default)s)")
     group.add_argument("--inverted", action="store_true",
                        help="STEP and DIR go through optocouplers that invert them")
+    group.add_argument("--enable-low", action="store_true",
+                       help="ENABLE gives power where it is low, as a DRV8825 without an inverter "
+                            "wants it")
+    group.add_argument("--normally-closed", action="store_true",
+                       help="the limit switches open where they are pressed")
     group.add_argument("--backlash", metavar=("X", "Y", "Z"), nargs=3, type=whole(0, MAX_PLAY),
                        default=(0, 0, 0),
                        help="steps of play that each axis takes up at a reversal (default: 0 0 0)")

@@ -4,8 +4,9 @@ import argparse
 
 from fresa.machines import Single
 from fresa.machines.mill import CLOCK
-from fresa.machines.single import BAUD, TURN, SinglePace
-from fresa_boards.nexys2_mill import debounce_period
+from fresa.machines.single import TURN, SinglePace
+from fresa.protocol import BAUD
+from fresa_boards.nexys2_common import debounce_period
 from fresa_boards.nexys2_single import Nexys2Single, single_ports
 from tb.boards import nexys2_single
 

@@ -5,11 +5,12 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
 from fresa.machines.positioner import Positioner, PositionerPace
 from fresa.machines.single import Single, SinglePace
-from fresa.motion import SerialOrders
-from fresa_boards.nexys2_mill import debounce_period
+from fresa.protocol import BAUD, bit_period
+from fresa_boards.nexys2_common import debounce_period
 from tb.boards import component, nexys2_mill
 from tb.design import Design
 from tb.engines import AmaranthEngine, Engine, EngineError, made_on
@@ -18,9 +19,6 @@ from tb.milling import AUTOMATIC
 from ..console import FIRST_TIME, Progress, UserError, warn
 
 __all__ = ["BAUD", "MACHINES", "Served", "build"]
-
-#: Bits a second of every machine's serial line.
-BAUD = 9600
 
 #: Clocks of a bit: enough to see a step's place in it, and few enough for real time. On the slow
 #: engine as few as a receiver can do with.
@@ -56,7 +54,7 @@ def _positioner(clock: int, baud: int) -> Design:
 
 
 def _mill(clock: int, baud: int) -> Design:
-    source = SerialOrders(clock=clock, baud=baud)
+    source = SerialOrders(period=bit_period(clock, baud))
     return nexys2_mill(source, pace=MillPace.real(clock=clock),
                        debounce=debounce_period(clock=clock))
 

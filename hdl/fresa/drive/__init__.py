@@ -5,11 +5,11 @@ from .coil import CoilDriver
 from .divider import MAX_PERIOD, FrequencyDivider, valid_period
 from .phase import PhaseDriver
 from .rate import MAX_MODULUS, RateGenerator
-from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, bipolar
+from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner
 from .step_dir import MAX_PULSE, StepDirDriver
 
 __all__ = [
     "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE", "AxisDrivers",
-    "CoilDriver", "FrequencyDivider", "PhaseDriver", "RateGenerator", "StepDirDriver", "bipolar",
+    "CoilDriver", "FrequencyDivider", "PhaseDriver", "RateGenerator", "StepDirDriver", "swap_inner",
     "valid_period",
 ]

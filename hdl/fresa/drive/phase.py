@@ -27,7 +27,7 @@ class PhaseDriver(wiring.Component):
     Parameters
     ----------
     sequence : sequence of int
-        4 or 8 coil words, such as ``HALF_STEP`` or ``bipolar(FULL_STEP)``.
+        4 or 8 coil words, such as ``HALF_STEP`` or ``swap_inner(FULL_STEP)``.
     period : int
         Least number of clocks that a coil word lasts, from 1 to ``MAX_PERIOD``.
 

@@ -7,7 +7,7 @@ down a table, the field turns the same way in all of them.
 
 from collections.abc import Sequence
 
-__all__ = ["FULL_STEP", "HALF_STEP", "ONE_PHASE", "bipolar", "valid_sequence"]
+__all__ = ["FULL_STEP", "HALF_STEP", "ONE_PHASE", "swap_inner", "valid_sequence"]
 
 HALF_STEP = (0b0110, 0b0010, 0b0011, 0b0001, 0b1001, 0b1000, 0b1100, 0b0100)
 """Both windings on and one alone, by turns: eight steps where the others have four."""
@@ -19,11 +19,11 @@ ONE_PHASE = HALF_STEP[1::2]
 """One winding on: half the power, and less torque."""
 
 
-def bipolar(sequence: Sequence[int]) -> tuple[int, ...]:
-    """Put the two ends of each winding side by side, as the inputs of an H-bridge are.
+def swap_inner(sequence: Sequence[int]) -> tuple[int, ...]:
+    """Swap bits 2 and 1 of each word, which puts the two ends of each winding side by side.
 
-    Bits 3 and 2 of the words returned are the ends of the first winding, bits 1 and 0 those of the
-    second. The same again leads back.
+    So the inputs of an H-bridge for a bipolar motor are: bits 3 and 2 are then the ends of the
+    first winding, bits 1 and 0 those of the second. The same again leads back.
     """
     return tuple(word & 0b1001 | (word & 0b0100) >> 1 | (word & 0b0010) << 1
                  for word in valid_sequence(sequence))

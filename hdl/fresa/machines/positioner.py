@@ -11,8 +11,7 @@ from ..checks import in_range
 from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
 from ..motion import MAX_PLAY, Axis, Positioning
 from ..protocol import (
-    MOTORS,
-    Answer,
+    BAUD,
     LineReader,
     PositionerCommands,
     Reporter,
@@ -20,21 +19,14 @@ from ..protocol import (
     UARTTransmitter,
     bit_period,
 )
+from ..protocol.positioner import MOTORS, Answer
+from .mill import CLOCK
 
-__all__ = ["ANSWERS", "BAUD", "CLOCK", "ENDS", "GUARDS", "LINE_LENGTH", "STEPS_PER_UM",
-           "TOP_SPEED", "Positioner", "PositionerPace"]
-
-CLOCK = 50_000_000
-"""Clock of the board, in Hz."""
-
-BAUD = 9600
-"""Bits a second on the line."""
+__all__ = ["ANSWERS", "ENDS", "GUARDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
+           "PositionerPace"]
 
 TOP_SPEED = 1500
 """Most steps a second that the motors follow."""
-
-STEPS_PER_UM = 200 * 90.25 / 318
-"""Steps of a motor's turn, reduction of its gear, um of a turn of the screw."""
 
 LINE_LENGTH = 254
 """Most bytes of a command; the longest one needs 39."""
@@ -113,10 +105,10 @@ class Positioner(wiring.Component):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
-    feed: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``, ``STOP MOTn``, ``VEL MOTn
-    v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What they do is said by
-    :class:`Positioning`. A line that is obeyed is answered by nothing, any other changes nothing
-    and is answered by exactly one line ``! reason``:
+    feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``,
+    ``STOP MOTn``, ``VEL MOTn v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What
+    they do is said by :class:`Positioning`. A line that is obeyed is answered by nothing, any other
+    changes nothing and is answered by exactly one line ``! reason``:
 
     ====================  ==========================================================================
     ``! COMMAND``         its first word is no command
@@ -126,7 +118,13 @@ class Positioner(wiring.Component):
     ``! EMPTY``           ``GOTO`` to a point that was never stored
     ``! LONG``            it has more than ``LINE_LENGTH`` bytes
     ``! DAMAGED``         a byte of it was not to be trusted, or is missing
+    ``! OVERFLOW``        so many wait to be answered that this line is the last to be, for now;
+                          those right behind it that are refused have no other answer
     ====================  ==========================================================================
+
+    Lines are obeyed when they have ended, however many wait to be answered: a ``STOP`` is never
+    late. A break of the line, which is low for longer than a byte, ends every movement, as it may
+    be that nobody is there to do so.
 
     While connected it reports ``# POS x y z :`` and a line feed, at fixed times that no answer
     delays, see :class:`Reporter`. A limit switch lets no step out towards its end, and all away
@@ -203,9 +201,9 @@ class Positioner(wiring.Component):
             driver=StepDirDriver(width=pace.width, low=pace.low, setup=pace.setup, hold=pace.hold),
             modulus=pace.clock, max_rate=pace.top_speed, max_play=max(1, play),
             settle=pace.settle) for play in self._backlash]
-        self._receiver = UARTReceiver(clock=pace.clock, baud=pace.baud)
-        self._transmitter = UARTTransmitter(clock=pace.clock, baud=pace.baud)
-        self._lines = LineReader(length=LINE_LENGTH, ends=b"\n")
+        self._receiver = UARTReceiver(period=bit)
+        self._transmitter = UARTTransmitter(period=bit)
+        self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
         self._commands = PositionerCommands(top_speed=pace.top_speed)
         self._positioning = Positioning(top_speed=pace.top_speed)
         self._reporter = Reporter(answers=ANSWERS, period=pace.report, byte=10 * bit)
@@ -231,6 +229,7 @@ class Positioner(wiring.Component):
         connect(m, reporter.bytes, transmitter.bytes)
         m.d.comb += [
             reporter.enable.eq(positioning.connected),
+            positioning.halt.eq(receiver.line_break),
             positioning.tick.eq(reporter.tick),
             self.tx.eq(transmitter.tx),
             self.buzzer.eq(positioning.buzzer),

@@ -8,17 +8,21 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
-from ..drive import PhaseDriver, RateGenerator, bipolar
+from ..drive import HALF_STEP, PhaseDriver, RateGenerator, swap_inner
 from ..motion import MoveTo
-from ..protocol import FrameInterpreter, LineReader, UARTReceiver, UARTTransmitter, bit_period
+from ..protocol import (
+    BAUD,
+    FrameInterpreter,
+    LineReader,
+    UARTReceiver,
+    UARTTransmitter,
+    bit_period,
+)
 from ..protocol.baud import MAX_CLOCK
 from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
 from .mill import CLOCK
 
-__all__ = ["BAUD", "FRAME", "PHASES", "TURN", "Single", "SinglePace"]
-
-BAUD = 9600
-"""Bits a second on the line."""
+__all__ = ["FRAME", "PHASES", "TURN", "Single", "SinglePace"]
 
 TURN = 48
 """Steps of a turn of the motor, by which a speed in rpm becomes a time of steps. It is that of full
@@ -27,8 +31,8 @@ steps also where half steps are made: then the shaft turns at half of the speed.
 FRAME = 126
 """Longest frame, in bytes between its start and its end."""
 
-PHASES = (0b0001, 0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001)
-"""Coil words of a bipolar motor behind an H-bridge, in half steps, forward."""
+PHASES = swap_inner(HALF_STEP[3::-1] + HALF_STEP[:3:-1])
+"""Coil words of a bipolar motor behind an H-bridge, in half steps, forward, from 0001 on."""
 
 
 @dataclass(frozen=True)
@@ -121,13 +125,13 @@ class Single(wiring.Component):
                  help_text: bytes = HELP) -> None:
         pace = pace or SinglePace.real()
         self.rpm = pace.rate
-        self._receiver = UARTReceiver(clock=pace.bit, baud=1)
-        self._transmitter = UARTTransmitter(clock=pace.bit, baud=1)
+        self._receiver = UARTReceiver(period=pace.bit)
+        self._transmitter = UARTTransmitter(period=pace.bit)
         self._lines = LineReader(length=FRAME, start=b":")
         self._commands = FrameInterpreter(greeting=greeting, help_text=help_text)
         self._rate = RateGenerator(modulus=pace.modulus, max_rate=pace.rate * (SPEEDS - 1))
         phases = PHASES[1::2] if full_step else PHASES
-        self._driver = PhaseDriver(sequence=bipolar(phases) if unipolar else phases,
+        self._driver = PhaseDriver(sequence=swap_inner(phases) if unipolar else phases,
                                    period=self._rate.modulus // self._rate.max_rate)
         super().__init__()
 

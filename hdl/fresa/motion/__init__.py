@@ -16,7 +16,6 @@ from .points import PointStore
 from .position import MoveTo
 from .positioning import Positioning
 from .sequencer import MotionSequencer
-from .serial_orders import SerialOrders
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
@@ -25,6 +24,6 @@ __all__ = [
     "MAX_PLAY", "PICTURE_LIMIT", "Answer", "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Positioning", "Request", "RequestKind", "SerialOrders", "SpiralWalk",
+    "PointStore", "Positioning", "Request", "RequestKind", "SpiralWalk",
     "SquareGenerator", "StartHandshake", "StepCounter",
 ]

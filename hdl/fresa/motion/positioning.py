@@ -2,16 +2,20 @@
 
 from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import stream, wiring
+from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from ..protocol.positioner import MOTORS, POINTS, Answer, Command, PositionerOrder
 from .points import PointStore
 
-__all__ = ["START_SPEED", "Positioning"]
+__all__ = ["MAX_WAITING", "START_SPEED", "WAITING", "Positioning"]
 
 START_SPEED = 200
 """Speed of every motor until it is told another, in steps/s."""
+
+WAITING, MAX_WAITING = 32, 1024
+"""Answers that may wait to be said unless told otherwise, and the most that can be asked for."""
 
 UP, DOWN = 2**31 - 1, -2**31
 """Where a movement without end ends."""
@@ -38,13 +42,16 @@ class Positioning(wiring.Component):
     refused changes nothing and has one answer; the others have none.
 
     An order is taken in the clock after the one in which it is offered first, and shows in the
-    next. One that is refused waits until the answers before it are taken, and those behind it wait
-    with it.
+    next: obeying never waits for answering, so nothing that was said before delays a ``STOP``.
+    Reasons wait in a queue, and are said in the order of their lines. The last place of the queue
+    is for ``OVERFLOW``, which stands for all that are refused until there is room again.
 
     Parameters
     ----------
     top_speed : int
         Highest speed, in steps/s, from 1 to 2 ** 31 - 1.
+    waiting : int
+        Places of the queue of reasons, from 2 to ``MAX_WAITING``.
 
     Members
     -------
@@ -54,10 +61,12 @@ class Positioning(wiring.Component):
         Their numbers, see :class:`PositionerCommands`.
     there, blocked : In(3)
         Motors that are at their target; motors that a switch blocks.
+    halt : In(1)
+        No movement goes on or begins.
     tick : In(1)
         Beats the time of the buzzer.
     answers : Out(stream.Signature(Answer))
-        What to say. Never ``NONE``.
+        What to say. Never ``NONE``. A switch that ended a movement comes before all reasons.
     connected : Out(1)
         The motors have power.
     rate : Out(range(top_speed + 1)).array(3)
@@ -76,15 +85,16 @@ class Positioning(wiring.Component):
     Raises
     ------
     ValueError
-        If ``top_speed`` is out of range.
+        If a parameter is out of range.
     """
 
-    def __init__(self, *, top_speed: int) -> None:
+    def __init__(self, *, top_speed: int, waiting: int = WAITING) -> None:
         self.top_speed = in_range("top_speed", top_speed, 1, 2**31 - 1)
+        self.waiting = in_range("waiting", waiting, 2, MAX_WAITING)
         super().__init__({
             "orders": In(stream.Signature(PositionerOrder)),
             "numbers": In(signed(32)).array(MOTORS),
-            "there": In(MOTORS), "blocked": In(MOTORS), "tick": In(1),
+            "there": In(MOTORS), "blocked": In(MOTORS), "halt": In(1), "tick": In(1),
             "answers": Out(stream.Signature(Answer)),
             "connected": Out(1),
             "rate": Out(range(self.top_speed + 1), init=min(START_SPEED, self.top_speed)).array(
@@ -112,25 +122,32 @@ class Positioning(wiring.Component):
                 m.d.comb += refusal.eq(Answer.DISCONNECTED)
             with m.Elif((command == Command.GOTO) & ~points.stored):
                 m.d.comb += refusal.eq(Answer.EMPTY)
-        m.d.sync += looked.eq(self.orders.valid & ~self.orders.ready)
-        m.d.comb += obeyed.eq(self.orders.valid & looked & (refusal == Answer.NONE))
+        m.d.sync += looked.eq(self.orders.valid & ~looked)
+        m.d.comb += [
+            self.orders.ready.eq(looked),
+            obeyed.eq(self.orders.valid & looked & (refusal == Answer.NONE)),
+        ]
 
-        # A switch ends a movement, and is told of before any refusal.
+        m.submodules.reasons = reasons = SyncFIFO(width=4, depth=self.waiting)
+        m.d.comb += [
+            reasons.w_en.eq(self.orders.valid & looked & (refusal != Answer.NONE)),
+            reasons.w_data.eq(Mux(reasons.level < self.waiting - 1, refusal, Answer.OVERFLOW)),
+        ]
+
+        # A switch ends a movement, and is told of before any reason.
         stopped = Signal(MOTORS)
         hits = Signal(MOTORS)  # still to be told
-        free = ~self.answers.valid | self.answers.ready
-        refused = Signal()
+        free = Signal()
         m.d.comb += [
             stopped.eq(self.run & self.blocked),
-            refused.eq(self.orders.valid & looked & (refusal != Answer.NONE) & free
-                       & ~hits.any()),
-            self.orders.ready.eq(obeyed | refused),
+            free.eq(~self.answers.valid | self.answers.ready),
+            reasons.r_en.eq(free & ~hits.any()),
         ]
         first = hits & (~hits + 1)[:MOTORS]
         with m.If(free):
             m.d.sync += [
-                self.answers.valid.eq(hits.any() | refused),
-                self.answers.payload.eq(Mux(hits.any(), _limit(first), refusal)),
+                self.answers.valid.eq(hits.any() | reasons.r_rdy),
+                self.answers.payload.eq(Mux(hits.any(), _limit(first), reasons.r_data)),
             ]
         m.d.sync += hits.eq(Mux(free, hits & ~first, hits) | stopped)
         self._sound(m, stopped)
@@ -139,6 +156,8 @@ class Positioning(wiring.Component):
         m.d.sync += self.run.eq(self.run & ~self.there & ~stopped)
         with m.If(obeyed):
             self._obey(m, going, points)
+        with m.If(self.halt):
+            m.d.sync += self.run.eq(0)
         return m
 
     def _obey(self, m: Module, going: Signal, points: PointStore) -> None:

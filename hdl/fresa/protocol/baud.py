@@ -3,7 +3,10 @@
 from ..checks import in_range
 from ..drive import MAX_PERIOD
 
-__all__ = ["LEAST_PERIOD", "MAX_CLOCK", "bit_period"]
+__all__ = ["BAUD", "LEAST_PERIOD", "MAX_CLOCK", "bit_period", "valid_bit"]
+
+BAUD = 9600
+"""Bits a second of all lines, unless told otherwise."""
 
 LEAST_PERIOD = 16
 """Clocks of the shortest bit: it must be possible to look into its middle three times."""
@@ -40,3 +43,8 @@ def bit_period(clock: int, baud: int) -> int:
             f"baud {baud} cannot be had from a clock of {clock} Hz: {period} clocks a bit "
             f"are {clock / period:.0f} baud, more than 2 % off")
     return period
+
+
+def valid_bit(period: int) -> int:
+    """Return the clocks of a bit if there can be so many, else raise ValueError."""
+    return in_range("period", period, LEAST_PERIOD, MAX_PERIOD)

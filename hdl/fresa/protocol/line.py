@@ -37,7 +37,9 @@ class LineReader(wiring.Component):
     no byte is taken. A single line always has room.
 
     With a start character a line begins behind it, and anew behind each other one; what is outside
-    is dropped. An end character of a line that has begun ends it, and is not part of it.
+    is dropped. But a byte outside that is not to be trusted, or behind others that were lost,
+    begins a damaged line: its start may have been among them. An end character of a line that has
+    begun ends it, and is not part of it.
 
     The first byte of a line can be taken two clocks after its end was, and then one a clock.
 
@@ -51,6 +53,9 @@ class LineReader(wiring.Component):
         The character that starts a line; empty if lines follow each other.
     skip_empty : bool
         Drop good lines that are empty, such as those between CR and LF.
+    crlf : bool
+        A CR right before an end character is not part of the line. It needs room all the same: a
+        line of ``length`` bytes and a CR is too long.
 
     Attributes
     ----------
@@ -67,22 +72,26 @@ class LineReader(wiring.Component):
     Raises
     ------
     ValueError
-        If ``length`` is out of range, there is no end character, or the start is one of them or
-        more than one character.
+        If ``length`` is out of range, there is no end character, the start is one of them or more
+        than one character, or with ``crlf`` the CR is one of these.
     """
 
     bytes: In(stream.Signature(Received))
     items: Out(stream.Signature(LineItem))
 
     def __init__(self, *, length: int, ends: bytes = b"\r", start: bytes = b"",
-                 skip_empty: bool = False) -> None:
+                 skip_empty: bool = False, crlf: bool = False) -> None:
         self.length = in_range("length of a line", length, 1, MAX_LENGTH)
         if not ends or len(start) > 1 or start in [ends[n:n + 1] for n in range(len(ends))]:
             raise ValueError(f"a line needs an end character, and one other or none to start it, "
                              f"not ends={ends!r} and start={start!r}")
+        if crlf and b"\r" in ends + start:
+            raise ValueError(f"with crlf a CR neither starts nor ends a line, "
+                             f"not ends={ends!r} and start={start!r}")
         self.ends = ends
         self.start = start
         self.skip_empty = skip_empty
+        self.crlf = crlf
         self.depth = 1 << (length + 1).bit_length()
         super().__init__()
 
@@ -105,28 +114,40 @@ class LineReader(wiring.Component):
 
         byte, error = self.bytes.p.byte, self.bytes.p.error
         inside = Signal(init=not self.start)
+        begun = Signal()  # with this byte at the latest
         long = Signal()
         damaged = Signal()
         ended = Signal()
+        cr = Signal()  # the last byte so far is one that an end would drop
+        size = Signal.like(count)  # of a line that ends here
         starts = byte == self.start[0] if self.start else Const(0)
-        m.d.comb += ended.eq(Cat(byte == end for end in self.ends).any())
+        m.d.comb += [
+            begun.eq(inside | error),
+            ended.eq(Cat(byte == end for end in self.ends).any()),
+            size.eq(count - cr),
+        ]
+        with m.If(taken):
+            m.d.sync += cr.eq(0)
         with m.If(taken & starts):
             m.d.sync += [inside.eq(1), count.eq(0), long.eq(0), damaged.eq(error)]
-        with m.Elif(taken & inside & ended):
+        with m.Elif(taken & begun & ended):
             m.d.sync += [inside.eq(not self.start), count.eq(0), long.eq(0), damaged.eq(0)]
-            with m.If(damaged | error | long | (count != 0) | (not self.skip_empty)):
+            with m.If(damaged | error | long | (size != 0) | (not self.skip_empty)):
                 m.d.sync += kept.eq(store.addr + 1)
-        with m.Elif(taken & inside):
-            m.d.sync += [damaged.eq(damaged | error), long.eq(long | (count >= self.length))]
+        with m.Elif(taken & begun):
+            m.d.sync += [inside.eq(1), damaged.eq(damaged | error),
+                         long.eq(long | (count >= self.length))]
             with m.If(damaged | error | long | (count >= self.length)):
                 m.d.sync += count.eq(0)
             with m.Else():
                 m.d.sync += count.eq(count + 1)
+                if self.crlf:
+                    m.d.sync += cr.eq(byte == ord("\r"))
         verdict = Mux(damaged | error, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
         # The place behind the line is free: what is not to stay there is overwritten.
         m.d.comb += [
             store.en.eq(taken),
-            store.addr.eq(kept + Mux(error, 0, count)),
+            store.addr.eq(kept + Mux(error, 0, Mux(ended, size, count))),
             store.data.eq(Cat(Mux(ended, verdict, byte), ended)),
         ]
 

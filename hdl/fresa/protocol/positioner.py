@@ -44,6 +44,7 @@ class Answer(enum.Enum, shape=unsigned(4)):
     LIMIT_MOT1 = 8  # a switch stops motor 1
     LIMIT_MOT2 = 9
     LIMIT_MOT3 = 10
+    OVERFLOW = 11  # this line, and those right behind it: more wait to be answered than can
 
 
 class PositionerOrder(data.Struct):

@@ -5,7 +5,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..fsm import leave_unused_codes
-from .baud import LEAST_PERIOD, bit_period
+from .baud import LEAST_PERIOD, valid_bit
 
 __all__ = ["Received", "UARTReceiver"]
 
@@ -47,15 +47,11 @@ class UARTReceiver(wiring.Component):
 
     Parameters
     ----------
-    clock : int
-        Clock rate in Hz.
-    baud : int
-        Bits a second; see :func:`bit_period`.
+    period : int
+        Clocks of a bit, from ``LEAST_PERIOD`` to ``MAX_PERIOD``; see :func:`bit_period`.
 
     Attributes
     ----------
-    period : int
-        Clocks of a bit.
     spread : int
         Clocks from one look at a bit to the next.
 
@@ -77,7 +73,7 @@ class UARTReceiver(wiring.Component):
     Raises
     ------
     ValueError
-        If the rate cannot be had from the clock.
+        If ``period`` is out of range.
     """
 
     rx: In(1)
@@ -87,8 +83,8 @@ class UARTReceiver(wiring.Component):
     line_break: Out(1)
     fault: Out(1)
 
-    def __init__(self, *, clock: int, baud: int) -> None:
-        self.period = bit_period(clock, baud)
+    def __init__(self, *, period: int) -> None:
+        self.period = valid_bit(period)
         self.spread = self.period // LEAST_PERIOD
         super().__init__()
 

@@ -5,7 +5,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..drive import FrequencyDivider
-from .baud import bit_period
+from .baud import valid_bit
 
 __all__ = ["UARTTransmitter"]
 
@@ -19,15 +19,8 @@ class UARTTransmitter(wiring.Component):
 
     Parameters
     ----------
-    clock : int
-        Clock rate in Hz.
-    baud : int
-        Bits a second; see :func:`bit_period`.
-
-    Attributes
-    ----------
     period : int
-        Clocks of a bit.
+        Clocks of a bit, from ``LEAST_PERIOD`` to ``MAX_PERIOD``; see :func:`bit_period`.
 
     Members
     -------
@@ -39,14 +32,14 @@ class UARTTransmitter(wiring.Component):
     Raises
     ------
     ValueError
-        If the rate cannot be had from the clock.
+        If ``period`` is out of range.
     """
 
     bytes: In(stream.Signature(8))
     tx: Out(1)
 
-    def __init__(self, *, clock: int, baud: int) -> None:
-        self.period = bit_period(clock, baud)
+    def __init__(self, *, period: int) -> None:
+        self.period = valid_bit(period)
         super().__init__()
 
     def elaborate(self, platform) -> Module:

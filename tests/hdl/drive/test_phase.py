@@ -13,7 +13,7 @@ from fresa.drive import (
     ONE_PHASE,
     CoilDriver,
     PhaseDriver,
-    bipolar,
+    swap_inner,
 )
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -30,7 +30,7 @@ def driver(**parameters) -> AmaranthEngine:
 
 
 class TestPhaseDriver:
-    @pytest.mark.parametrize("sequence", [FULL_STEP, HALF_STEP, ONE_PHASE, bipolar(HALF_STEP)])
+    @pytest.mark.parametrize("sequence", [FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner(HALF_STEP)])
     @pytest.mark.parametrize("period", [1, 2, 3, 5, 8])
     def test_is_its_model_in_every_clock(self, sequence, period):
         stimulus = moods(INPUTS, period, len(sequence), 3000)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from fresa.drive import FULL_STEP, HALF_STEP, ONE_PHASE, bipolar
+from fresa.drive import FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner
 
 FORWARD = [0b0001, 0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001]
 """Of a small bipolar motor on an L298, phases 1 to 8, the first bit for the lowest pin."""
@@ -28,7 +28,7 @@ class TestSequences:
     def test_no_winding_has_both_ends_on(self, sequence):
         for word in sequence:
             assert not word & word >> 2 & 0b11
-        for word in bipolar(sequence):
+        for word in swap_inner(sequence):
             assert 0b11 not in (word & 0b11, word >> 2)
 
     def test_how_many_windings_are_on(self):
@@ -38,13 +38,13 @@ class TestSequences:
 
     def test_bipolar_is_the_order_of_bridges(self):
         """As an L298 wants it: from where the first winding is on alone, the lowest pin first."""
-        words = [int(f"{word:04b}"[::-1], 2) for word in bipolar(HALF_STEP)]
+        words = [int(f"{word:04b}"[::-1], 2) for word in swap_inner(HALF_STEP)]
         assert words[5:] + words[:5] == FORWARD
-        assert bipolar(bipolar(HALF_STEP)) == HALF_STEP
+        assert swap_inner(swap_inner(HALF_STEP)) == HALF_STEP
 
     @pytest.mark.parametrize("words", [
         (), (1,), (1, 2, 4), (1, 2, 4, 4), (1, 2, 4, 16), (0, 1, 2, 4), (1, 2, 4, 8.), range(1, 17),
     ])
     def test_impossible_words(self, words):
         with pytest.raises(ValueError, match=r"^sequence must be 4 or 8 different coil words"):
-            bipolar(words)
+            swap_inner(words)

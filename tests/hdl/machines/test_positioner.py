@@ -146,6 +146,11 @@ class TestSession:
         assert desk.reported() == [1, 2, 3]
         assert desk.answers == [f"! {answer}"] and desk.motors() == [0, 0, 0]
 
+    def test_a_cr_before_the_line_feed_is_not_part_of_a_line(self, desk):
+        desk.say("CONNECT\r", "POS 1 2 3\r", "\r", "STOP\r MOT1", "ORIGIN\r\r")
+        assert desk.reported() == [1, 2, 3]
+        assert desk.answers == ["! COMMAND"] * 3
+
     def test_a_byte_without_stop_bit_damages_its_line_alone(self, desk):
         desk.say("CONNECT")
         desk.play(wave(b"MOV MOT1") + [0] * 10 * BIT + [1] * 20 + wave(b" C\nPOS 7 8 9\n"))
@@ -167,12 +172,33 @@ class TestSession:
         assert answers == [b"! ARGUMENT", b"! RANGE", b"! COMMAND"] * 15
 
     def test_more_bad_lines_than_can_be_answered(self, desk):
-        """Bytes are lost, no line of which one is lost is obeyed, and then all is well."""
-        desk.say("CONNECT", *["MOV MOT9 C"] * 90)
-        desk.wait(12 * PACE.report)
-        assert set(desk.answers) == {"! ARGUMENT", "! DAMAGED"} and len(desk.answers) < 90
-        desk.say("POS 4 5 6")
-        assert desk.reported() == [4, 5, 6] and desk.motors() == [0, 0, 0]
+        """No byte is lost, a stop acts at once all the same, and then all is well."""
+        desk.say("CONNECT", "MOV MOT2 C")
+        desk.play(wave(b"\n" * 150))
+        assert desk.engine.get("moving") == 0b010
+        desk.say("STOP MOT2")
+        assert desk.engine.get("moving") == 0
+        y = desk.motors()[1]
+        desk.wait(20 * PACE.report)
+        known = desk.answers.count("! COMMAND")
+        rest = len(desk.answers) - known
+        assert desk.answers == ["! COMMAND"] * known + ["! OVERFLOW"] * rest
+        assert known > 31 and 0 < rest < 150 - known
+        assert desk.reported() == [0, y, 0] == desk.motors()
+
+    def test_a_break_of_the_line_ends_every_movement(self, desk):
+        desk.say("CONNECT", "MOV MOT1 C", "MOV MOT3 CC")
+        desk.play([0] * 9 * BIT + [1] * 60)  # a byte 0
+        assert desk.engine.get("moving") == 0b101
+        desk.play([0] * 30 * BIT)
+        assert desk.engine.get("moving") == 0
+        desk.wait(60)
+        x, y, z = desk.motors()
+        desk.say("", "MOV MOT2 C")  # the first ends the line that the break damaged
+        assert desk.engine.get("moving") == 0b010
+        desk.say("STOP MOT2")
+        _, y, _ = desk.motors()
+        assert desk.reported() == [x, y, z] and desk.answers == ["! DAMAGED"]
 
 
 class TestLimits:
@@ -306,7 +332,7 @@ def order(rng: random.Random) -> str:
         f"VEL MOT{n} {rng.choice([1, 50, 900, 1499, 1500, 1501, 0])}",
         "P {} {} {} {}".format(n, *near), "P {} {} {} {}".format(rng.randrange(9), *anywhere),
         f"GOTO {n}", f"GOTO {n}", "POS {} {} {}".format(*near), "POS {} {} {}".format(*anywhere),
-        rng.choice(["ORIGIN", "ORIGIN", "FOO", "", "MOV MOT4 C", "CONNECT ", "GOTO -",
+        rng.choice(["ORIGIN", "ORIGIN\r", "FOO", "", "MOV MOT4 C", "CONNECT ", "GOTO -",
                     "DISCONNECT\nCONNECT", "DISCONNECT", *["x" * 260] * (rng.random() < 0.1)])])
 
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fresa.drive import FULL_STEP, HALF_STEP, bipolar
+from fresa.drive import FULL_STEP, HALF_STEP, swap_inner
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SinglePace
 from tb.boards import component
@@ -228,8 +228,8 @@ class TestTimes:
 class TestPhases:
     def test_tables_are_those_of_the_drivers_the_other_way(self):
         """A motor that is wired as sequences say turns the other way: so it is told which it is."""
-        half = [*reversed(bipolar(HALF_STEP))]
+        half = [*reversed(swap_inner(HALF_STEP))]
         start = half.index(PHASES[0])
         assert tuple(half[start:] + half[:start]) == PHASES == BIPOLAR
-        assert bipolar(PHASES) == UNIPOLAR
+        assert swap_inner(PHASES) == UNIPOLAR
         assert set(UNIPOLAR[1::2]) == set(FULL_STEP)

@@ -8,7 +8,8 @@ import re
 import pytest
 
 from fresa.motion import Positioning
-from fresa.protocol import Answer, Command
+from fresa.motion.positioning import WAITING
+from fresa.protocol.positioner import Answer, Command
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.positioner import DOWN, UP, PositioningModel
@@ -36,20 +37,21 @@ def words(order) -> dict[str, int]:
 class Bench:
     """Positioning and its model, side by side."""
 
-    def __init__(self) -> None:
-        self.engine = AmaranthEngine(component("positioning", Positioning(top_speed=TOP)))
-        self.model = PositioningModel(top_speed=TOP)
+    def __init__(self, waiting: int = WAITING) -> None:
+        options = {"top_speed": TOP, "waiting": waiting}
+        self.engine = AmaranthEngine(component("positioning", Positioning(**options)))
+        self.model = PositioningModel(**options)
         self.there, self.blocked = [0] * 3, [0] * 3
         self.answers: list[str] = []
 
-    def clock(self, order=None, *, tick=0, listens=1, rst=0) -> bool:
+    def clock(self, order=None, *, tick=0, listens=1, halt=0, rst=0) -> bool:
         """Make a clock, and compare; tell whether the order was taken."""
         engine, model = self.engine, self.model
         engine.set(orders_valid=int(order is not None), tick=tick, answers_ready=listens, rst=rst,
-                   there=bits(self.there), blocked=bits(self.blocked),
+                   halt=halt, there=bits(self.there), blocked=bits(self.blocked),
                    **(words(order) if order else {}))
         answered = bool(model.answer) and bool(listens)
-        load, takes = model.load(order), model.takes(order, answered)
+        load, takes = model.load(order), model.takes(order)
         expected = {
             "orders_ready": int(takes), "answers_valid": int(bool(model.answer)),
             "connected": int(model.connected), "run": bits(map(bool, model.movement)),
@@ -63,17 +65,23 @@ class Bench:
         assert dict(zip(expected, engine.get(*expected), strict=True)) == expected
         self.answers += [model.answer] if answered else []
         model.clock(order, there=self.there, blocked=self.blocked, tick=bool(tick),
-                    answer_taken=answered)
+                    answer_taken=answered, halt=bool(halt))
         if rst:
             model.reset()
         engine.run(1)
         return takes
 
-    def order(self, word: str, *numbers: int) -> None:
-        for _ in range(3):
-            if self.clock(("", word, list(numbers))):
-                return
-        raise AssertionError(f"{word} is not taken")
+    def order(self, word: str, *numbers: int, wrong: str = "", **levels: int) -> None:
+        """Give an order, which is taken with the second clock, whatever waits to be answered."""
+        order = wrong, word, list(numbers)
+        assert not self.clock(order, **levels) and self.clock(order, **levels)
+
+    def settle(self) -> None:
+        """Listen until all is said."""
+        quiet = 0
+        while quiet < 3:
+            quiet = 0 if self.model.answer or self.model.reasons else quiet + 1
+            self.clock()
 
     @property
     def runs(self) -> int:
@@ -95,9 +103,10 @@ def bench():
 
 
 class TestPositioning:
-    @pytest.mark.parametrize("seed", range(4))
-    def test_is_its_model_in_every_clock(self, bench, seed):
+    @pytest.mark.parametrize(("seed", "waiting"), [(0, 2), (1, 3), (2, 5), (3, WAITING)])
+    def test_is_its_model_in_every_clock(self, seed, waiting):
         rng = random.Random(seed)
+        bench = Bench(waiting)
         order = None
         for _ in range(5000):
             if order is None and rng.random() < 0.4:
@@ -112,16 +121,18 @@ class TestPositioning:
                     ("", "DISCONNECT" if rng.random() < 0.3 else "CONNECT", [])])
             bench.there = [rng.random() < 0.05 for _ in range(3)]
             bench.blocked = [rng.random() < 0.02 for _ in range(3)]
-            if bench.clock(order, tick=rng.random() < 0.2, listens=rng.random() < 0.5,
-                           rst=rng.random() < 0.002):
+            if bench.clock(order, tick=rng.random() < 0.2, listens=rng.random() < 0.05,
+                           halt=rng.random() < 0.01, rst=rng.random() < 0.002):
                 order = None
-        assert {"DISCONNECTED", "EMPTY", "RANGE", "LIMIT MOT1", "LIMIT MOT3"} <= {*bench.answers}
+        bench.engine.close()
+        expected = {"DISCONNECTED", "EMPTY", "RANGE", "LIMIT MOT1", "LIMIT MOT3"}
+        assert expected | ({"OVERFLOW"} if waiting < 5 else set()) <= {*bench.answers}
 
     def test_nothing_moves_before_connect(self, bench):
         bench.order("P", 1, 10, 20, 30)
         bench.order("GOTO", 1)
         bench.order("MOV", 0, 1)
-        bench.clock()
+        bench.settle()
         assert bench.runs == 0 and bench.answers == ["DISCONNECTED"] * 2
         bench.order("CONNECT")
         assert bench.runs == 0
@@ -143,10 +154,11 @@ class TestPositioning:
         bench.order("CONNECT")
         bench.order("P", 3, 10, -20, 30)
         bench.order("GOTO", 2)
+        bench.settle()
         bench.clock(rst=1)
         bench.order("CONNECT")
         bench.order("GOTO", 3)
-        bench.clock()
+        bench.settle()
         assert bench.answers == ["EMPTY"] * 2 and bench.runs == 0
 
     def test_mov_takes_one_motor_from_goto(self, bench):
@@ -193,21 +205,46 @@ class TestPositioning:
         bench.clock(tick=1)
         assert not bench.engine.get("buzzer")
 
-    def test_a_refusal_waits_for_room_and_a_limit_comes_first(self, bench):
+    def test_a_limit_is_told_before_reasons_that_wait(self, bench):
         bench.order("CONNECT")
         bench.order("MOV", 1, 1)
-        bad = ("RANGE", "", [])
-        while not bench.clock(bad, listens=0):
-            pass
-        bench.blocked = [0, 1, 0]
-        for _ in range(10):
-            assert not bench.clock(bad, listens=0)
-        for _ in range(9):
-            if bench.clock(bad):
-                break
         for _ in range(3):
-            bench.clock()
-        assert bench.answers == ["RANGE", "LIMIT MOT2", "RANGE"]
+            bench.order("", wrong="RANGE", listens=0)
+        bench.blocked = [0, 1, 0]
+        bench.clock(listens=0)
+        bench.settle()
+        assert bench.answers == ["RANGE", "LIMIT MOT2", "RANGE", "RANGE"]
+
+    @pytest.mark.parametrize("refused", [1, 20, 32, 33, 400])
+    def test_stop_acts_at_once_whatever_waits_to_be_answered(self, bench, refused):
+        bench.order("CONNECT")
+        bench.order("MOV", 1, 1)
+        reasons = [REASONS[number % len(REASONS)] for number in range(refused)]
+        for reason in reasons:
+            bench.order("", wrong=reason, listens=0)
+        assert bench.runs == 0b010
+        bench.order("STOP", 1, listens=0)
+        assert bench.runs == 0
+        bench.settle()
+        # One was being handed on, 31 wait by name, and one answer is for all the others.
+        assert bench.answers == reasons[:32] + ["OVERFLOW"] * (refused > 32)
+        bench.order("GOTO", 5)
+        bench.settle()
+        assert bench.answers[-1] == "EMPTY"
+
+    def test_halt_ends_all_and_lets_nothing_begin(self, bench):
+        bench.order("CONNECT")
+        bench.order("P", 1, 10, 20, 30)
+        bench.order("GOTO", 1)
+        bench.order("MOV", 2, 1)
+        assert bench.runs == 7
+        bench.clock(halt=1)
+        assert bench.runs == 0
+        bench.order("GOTO", 1, halt=1)
+        bench.clock()
+        assert bench.runs == 0 and bench.answers == []
+        bench.order("GOTO", 1)
+        assert bench.runs == 7
 
     @pytest.mark.parametrize(("top", "start"), [(1500, 200), (200, 200), (20, 20)])
     def test_speeds_start_at_200_or_at_the_top(self, top, start):
@@ -215,7 +252,13 @@ class TestPositioning:
             assert engine.get("rate_0", "rate_1", "rate_2") == (start,) * 3
 
     @pytest.mark.parametrize("speed", [0, -1, 2**31, 1.5])
-    def test_impossible(self, speed):
+    def test_impossible_speeds(self, speed):
         says = f"top_speed must be a whole number from 1 to 2147483647, not {speed!r}"
         with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
             Positioning(top_speed=speed)
+
+    @pytest.mark.parametrize("waiting", [1, 1025, 2.0, True])
+    def test_impossible_queues(self, waiting):
+        says = f"waiting must be a whole number from 2 to 1024, not {waiting!r}"
+        with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
+            Positioning(top_speed=TOP, waiting=waiting)

@@ -21,6 +21,8 @@ KINDS = [
     {"length": 3, "ends": b"\r\n", "skip_empty": True},
     {"length": 5, "ends": b"\n", "start": b"\r", "skip_empty": True},
     {"length": 8, "ends": b"\r\n"},
+    {"length": 3, "ends": b"\n", "crlf": True},
+    {"length": 2, "ends": b"\n", "start": b":", "skip_empty": True, "crlf": True},
 ]
 
 
@@ -55,10 +57,14 @@ class Model:
         dut = self.dut
         if byte in dut.start:
             self.line, self.verdict = [], DAMAGED if error else GOOD
-        elif self.line is None:
             return
-        elif byte in dut.ends:
+        if self.line is None and not error:
+            return
+        self.line = self.line or []
+        if byte in dut.ends:
             verdict = DAMAGED if error else self.verdict
+            if dut.crlf and self.line[-1:] == [13]:
+                self.line.pop()
             if verdict != GOOD:
                 self.line = []
             if self.line or verdict != GOOD or not dut.skip_empty:
@@ -118,7 +124,7 @@ class TestEveryClock:
     @pytest.mark.parametrize("share", [0.05, 0.6, 1.0])
     def test_bytes_of_any_kind(self, kind, share):
         rng = random.Random(f"{kind} {share}")
-        special = [*kind.get("ends", b"\r"), *kind.get("start", b"")]
+        special = [*kind.get("ends", b"\r"), *kind.get("start", b""), *b"\r" * ("crlf" in kind)]
         bytes_ = [None, *special, *special, rng.randrange(256), *b"ab" * kind["length"]]
         offered = [rng.choice(bytes_) for _ in range(1500)]
         offered = [None if item is None else item | (rng.random() < 0.04) << 8 for item in offered]
@@ -159,6 +165,26 @@ class TestLineReader:
             expected = [*b"v1", GOOD, *expected]
         assert lines(self.FRAMES, text) == expected
 
+    @pytest.mark.parametrize(("lost", "expected"), [
+        (1, [*b"x", GOOD, DAMAGED, *b"y", GOOD]),  # the start of the second
+        (2, [*b"x", GOOD, DAMAGED, *b"y", GOOD]),  # and what is in it
+        (3, [*b"x", GOOD, DAMAGED]),  # and its end: it is one with the next
+    ])
+    def test_a_frame_whose_start_is_lost_is_told(self, lost, expected):
+        text = list(b":x\r:v\r:y\r")
+        del text[3:3 + lost]
+        text[3] |= 0x100
+        assert lines(self.FRAMES, text) == expected
+
+    @pytest.mark.parametrize(("text", "expected"), [
+        (b"a\r\nb\n", [*b"a", GOOD, *b"b", GOOD]),
+        (b"\r\n\n", [GOOD, GOOD]),
+        (b"\ra\r\r\n", [*b"\ra\r", GOOD]),  # one, and only before the end
+        (b"abcd\r\n", [LONG]),
+    ])
+    def test_a_cr_before_the_end_is_dropped(self, text, expected):
+        assert lines({"length": 4, "ends": b"\n", "crlf": True}, text) == expected
+
     def test_damage_counts_more_than_length(self):
         text = [*b":12345", ord("6") | 0x100, *b"\r"]
         assert lines(self.FRAMES, text) == [DAMAGED]
@@ -191,3 +217,9 @@ class TestParameters:
     def test_impossible_characters(self, ends, start):
         with pytest.raises(ValueError, match=f"not ends={re.escape(repr(ends))} and start="):
             LineReader(length=8, ends=ends, start=start)
+
+    @pytest.mark.parametrize(("ends", "start"), [(b"\r\n", b""), (b"\n", b"\r")])
+    def test_a_cr_is_one_thing(self, ends, start):
+        with pytest.raises(ValueError, match="with crlf a CR neither starts nor ends a line, not "
+                           f"ends={re.escape(repr(ends))} and start="):
+            LineReader(length=8, ends=ends, start=start, crlf=True)

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fresa.protocol import Answer, Command, PositionerCommands
+from fresa.protocol import PositionerCommands
+from fresa.protocol.positioner import Answer, Command
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.positioner import CommandsModel

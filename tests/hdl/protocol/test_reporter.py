@@ -27,7 +27,7 @@ class Talker(wiring.Component):
 
     def __init__(self) -> None:
         self._reporter = Reporter(answers=ANSWERS, period=PERIOD, byte=BYTE)
-        self._transmitter = UARTTransmitter(clock=BIT * 100, baud=100)
+        self._transmitter = UARTTransmitter(period=BIT)
         members = dict(self._reporter.signature.members)
         del members["bytes"]
         super().__init__({**members, "tx": self._transmitter.signature.members["tx"]})

@@ -44,12 +44,12 @@ class Echo(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.receiver = receiver = UARTReceiver(clock=PERIOD, baud=1)
+        m.submodules.receiver = receiver = UARTReceiver(period=PERIOD)
         m.submodules.lines = lines = LineReader(length=12, start=b":")
         m.submodules.words = words = WordReader((b"X", b"V", b"X?", b"V?"))
         m.submodules.number = number = DecimalReader()
         m.submodules.writer = writer = DecimalWriter()
-        m.submodules.transmitter = transmitter = UARTTransmitter(clock=PERIOD, baud=1)
+        m.submodules.transmitter = transmitter = UARTTransmitter(period=PERIOD)
         connect(m, receiver.bytes, lines.bytes)
         connect(m, writer.bytes, transmitter.bytes)
         m.d.comb += [

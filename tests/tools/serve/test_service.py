@@ -26,7 +26,7 @@ PATIENCE = 60
 
 @asynccontextmanager
 async def echo(**options):
-    engine = AmaranthEngine(component("echo", Echo(clock=BIT * 1000, baud=1000)))
+    engine = AmaranthEngine(component("echo", Echo(period=BIT)))
     async with asyncio.timeout(PATIENCE), Service(engine, BIT, speed=None, **options) as served:
         try:
             yield served

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fresa.motion import SerialOrders
+from fresa.machines import SerialOrders
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import Sender
 from tb.boards import component
@@ -29,7 +29,7 @@ class Mill:
     """The gateware, with someone who carries out its orders."""
 
     def __init__(self, engine: type[Engine] = AmaranthEngine) -> None:
-        self.engine = engine(component("serial_orders", SerialOrders(clock=BIT, baud=1)))
+        self.engine = engine(component("serial_orders", SerialOrders(period=BIT)))
         self.line = SerialLine(self.engine, BIT)
         self.engine.set(enable=1)
         self.line.run(4 * BIT)
@@ -174,10 +174,10 @@ class TestBadLine:
 
 
 class TestParameters:
-    def test_impossible_rate(self):
-        with pytest.raises(ValueError, match="baud at a clock of 160 Hz must be"):
-            SerialOrders(clock=160, baud=11)
+    def test_impossible_period(self):
+        with pytest.raises(ValueError, match="period must be a whole number from 16 to"):
+            SerialOrders(period=15)
 
     def test_impossible_depth(self):
         with pytest.raises(ValueError, match="depth must be a power of two, not 3"):
-            SerialOrders(clock=160, baud=10, depth=3)
+            SerialOrders(period=16, depth=3)

@@ -4,6 +4,8 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect
 
+from ..motion import Answer, Order, OrderLedger, Request
+from ..motion.order_ledger import valid_depth
 from ..protocol import (
     CHECK_DIGITS,
     HexReader,
@@ -11,10 +13,8 @@ from ..protocol import (
     LineReader,
     UARTReceiver,
     UARTTransmitter,
-    bit_period,
 )
-from .order_ledger import Answer, OrderLedger, Request, valid_depth
-from .orders import Order
+from ..protocol.baud import valid_bit
 
 __all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
 
@@ -33,17 +33,10 @@ class SerialOrders(wiring.Component):
 
     Parameters
     ----------
-    clock : int
-        Clock rate in Hz.
-    baud : int
-        Bits a second; see :func:`fresa.protocol.bit_period`.
+    period : int
+        Clocks of a bit; see :func:`fresa.protocol.bit_period`.
     depth : int
         Orders that may wait, see `OrderLedger`.
-
-    Attributes
-    ----------
-    period : int
-        Clocks of a bit.
 
     Members
     -------
@@ -65,7 +58,7 @@ class SerialOrders(wiring.Component):
     Raises
     ------
     ValueError
-        If the rate cannot be had from the clock, or ``depth`` is none.
+        If ``period`` is out of range, or ``depth`` is none.
     """
 
     rx: In(1)
@@ -77,9 +70,8 @@ class SerialOrders(wiring.Component):
     busy: Out(1)
     fault: Out(1)
 
-    def __init__(self, *, clock: int, baud: int, depth: int = 2) -> None:
-        self._rate = {"clock": clock, "baud": baud}
-        self.period = bit_period(clock, baud)
+    def __init__(self, *, period: int, depth: int = 2) -> None:
+        self.period = valid_bit(period)
         self.depth = valid_depth(depth)
         super().__init__()
 
@@ -87,13 +79,13 @@ class SerialOrders(wiring.Component):
         m = Module()
 
         request, answer = Request.as_shape().size // 4, Answer.as_shape().size // 4
-        m.submodules.receiver = receiver = UARTReceiver(**self._rate)
+        m.submodules.receiver = receiver = UARTReceiver(period=self.period)
         m.submodules.lines = lines = LineReader(
             length=request + CHECK_DIGITS, start=REQUEST_START, ends=b"\r\n")
         m.submodules.reader = reader = HexReader(digits=request)
         m.submodules.ledger = ledger = OrderLedger(depth=self.depth)
         m.submodules.writer = writer = HexWriter(digits=answer, start=ANSWER_START)
-        m.submodules.transmitter = transmitter = UARTTransmitter(**self._rate)
+        m.submodules.transmitter = transmitter = UARTTransmitter(period=self.period)
         connect(m, receiver.bytes, lines.bytes)
         connect(m, lines.items, reader.items)
         connect(m, writer.bytes, transmitter.bytes)
