@@ -15,6 +15,10 @@ _UPSET = ("It shows only in the clock after an upset that leaves the register of
           "unused code while there is a way to go; the upsets of mutants leave all other registers "
           "as after power-up, those of tools.prove do not.")
 
+_AFTER_RESET = ("It shows in the steps for a clock after reset, in which the sequencer is at rest "
+                "and makes them anew. Of the sequencer by itself the same change is proved to be "
+                "none.")
+
 EXPLAINED: dict[tuple[str, str], str] = {
     **{("coordinates", f"hdl/fresa/motion/coordinates.py:120 (reading): mux {change}"): _COPY
        for change in ("A[0] inverted where bit 1 is 0", "A[0] inverted where bit 4 is 1",
@@ -37,5 +41,6 @@ EXPLAINED: dict[tuple[str, str], str] = {
         ("mill", "115 (steps_x): mux B[4] inverted"),
         ("mill", "116 (steps_y): mux B[4] stuck at 1"),
         ("mill", "116 (steps_y): mux B[13] stuck at 1"))},
+    ("mill", "hdl/fresa/motion/sequencer.py:115 (steps_x): mux B[0] stuck at 1"): _AFTER_RESET,
 }
 """By component and mutant, as ``tools.mutate`` writes it."""
