@@ -20,7 +20,7 @@ __all__ = ["PATIENCE", "ROOT", "Page", "keys", "resize", "save", "seen", "serve"
            "tab_to"]
 
 ROOT = Path(__file__).parents[3]
-PATIENCE = 60
+PATIENCE = 180
 """Seconds after which something that should have happened is held not to happen."""
 
 TAB, LEFT, END = "\ue004", "\ue012", "\ue010"
