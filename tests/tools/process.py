@@ -13,7 +13,7 @@ from queue import Empty, Queue
 __all__ = ["PATIENCE", "ROOT", "command"]
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 60
+PATIENCE = 180
 """Seconds after which something that should have happened is held not to happen."""
 
 #: The same for a command to begin: the first time on a machine both Yosys must be made ready.

@@ -16,7 +16,7 @@ import pytest
 from tools.board.__main__ import main
 
 ROOT = Path(__file__).parents[3]
-PATIENCE = 30
+PATIENCE = 180
 
 
 @pytest.fixture

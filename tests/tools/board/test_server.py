@@ -25,7 +25,7 @@ from tools.wave.draw import MOST_ROWS
 from tools.web import serve
 
 FIGURE = np.array([[1, 0], [1, 1]], bool)
-PATIENCE = 60
+PATIENCE = 240
 
 
 needs_compiler = pytest.mark.skipif(
