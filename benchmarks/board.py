@@ -28,6 +28,7 @@ from tools.simulate import EXAMPLE
 ROOT = Path(__file__).parents[1]
 ROUNDS = 10
 CLICKS = 100
+#: Seconds after which a click that does not show is held to be lost.
 PATIENCE = 30
 
 
@@ -64,10 +65,14 @@ class Page:
         took = time.perf_counter() - start
         return (self.clock - clock) / took, (self.frames - frames) / took
 
+    async def automatic(self, on: bool) -> None:
+        """Put SW7 on or off, and leave the other switches alone."""
+        await self.tell("switches", mask=AUTOMATIC, value=AUTOMATIC if on else 0)
+
     async def click(self, on: bool) -> float:
         """Put SW7 on or off, and give the seconds until LD7, ready, says so too."""
         start = time.perf_counter()
-        await self.tell("switches", mask=AUTOMATIC, value=AUTOMATIC if on else 0)
+        await self.automatic(on)
         while (self.leds[7] > 0) != on:
             if time.perf_counter() - start > PATIENCE:
                 raise TimeoutError(f"SW7 was put {'on' if on else 'off'}, and LD7 does not say so")
@@ -90,7 +95,7 @@ async def measure(address: str, seconds: float, engine: Engine) -> None:
     async with ClientSession() as session, session.ws_connect(address + "ws") as socket:
         page = Page(socket)
         await page.frame()
-        await page.tell("switches", mask=AUTOMATIC, value=AUTOMATIC)
+        await page.automatic(True)
         await page.watch(0.2)
         for level in (BUTTON["start"], 0):
             await page.tell("buttons", value=level)
@@ -110,7 +115,7 @@ async def measure(address: str, seconds: float, engine: Engine) -> None:
         print(f"board : alone     {statistics.median(ratios):.3f}, each round "
               f"{' '.join(f'{ratio:.2f}' for ratio in ratios)}")
         await page.tell("run")
-        await page.tell("switches", mask=AUTOMATIC, value=0)
+        await page.automatic(False)
         await page.watch(0.5)
         waits = sorted([await page.click(n % 2 == 1) for n in range(1, CLICKS + 1)])
         print("click to LEDs     " + ", ".join(

@@ -228,14 +228,14 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
                 before = {"resumed": any(folder.glob("*"))}
             folder.mkdir(parents=True, exist_ok=True)
             (folder / KEPT).unlink(missing_ok=True)
+            resumed = before.get("resumed", False)
             begun = time.monotonic() - before.get("seconds", 0)
             try:
                 done = subprocess.run([sys.executable, "-m", *words], cwd=ROOT, check=False)
             finally:  # also if it was interrupted: some commands go on where they were
                 seconds = time.monotonic() - begun
-                begun_with = {"key": key, "seconds": seconds,
-                              "resumed": before.get("resumed", False)}
-                write_atomically(folder / BEGUN, json.dumps(begun_with).encode())
+                write_atomically(folder / BEGUN, json.dumps(
+                    {"key": key, "seconds": seconds, "resumed": resumed}).encode())
             if done.returncode not in (0, 1):
                 raise UserError(f"{words[0]} could not be carried out; the record is not written")
             if done.returncode:
@@ -243,12 +243,12 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
                 failed.append(part.name)
                 continue
             figures = json.loads((folder / part.figures).read_text(encoding="utf-8"))
-            found = {"key": key, "seconds": round(seconds, 1), "resumed": begun_with["resumed"],
+            found = {"key": key, "seconds": round(seconds, 1), "resumed": resumed,
                      "facts": summary(part.name, figures)}
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
             "command": f"python -m {' '.join(words)}", "seconds": found["seconds"],
-            "resumed": found.get("resumed", False), "facts": found["facts"]}
+            "resumed": found["resumed"], "facts": found["facts"]}
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None
@@ -283,7 +283,8 @@ def versions() -> tuple[str, ...]:
 def _kept(path: Path, key: str) -> Mapping | None:
     """Read what was found before, if nothing has changed since."""
     found = _read(path)
-    return found if found.get("key") == key and {"seconds", "facts"} <= set(found) else None
+    whole = {"seconds", "resumed", "facts"} <= set(found)
+    return found if whole and found.get("key") == key else None
 
 
 def _read(path: Path) -> dict:

@@ -317,7 +317,7 @@ def _seconds(seconds: float) -> str:
 
 
 def _resumed(part: Facts) -> str:
-    return ", besides what was known from a run before" if part.get("resumed") else ""
+    return ", besides what was known from a run before" if part["resumed"] else ""
 
 
 def _guarded(facts: Facts) -> str:

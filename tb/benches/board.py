@@ -12,14 +12,12 @@ from fresa.motion import CoordinateGenerator, SquareGenerator
 from ..bench import Run, bench
 from ..boards import nexys2_mill
 from ..engines import Engine
-from ..milling import AUTOMATIC, BUTTON, DEBOUNCE, LED
+from ..milling import AUTOMATIC, BUTTON, DEBOUNCE, LED, SETTLE
 from ..plant import WORDS, Plant
 from .panel import SHAPES
 
 PERIOD, SCAN_BITS, Z_TRAVEL = 4, 3, 5
 AXES = ("axis_x", "axis_y", "axis_z")
-SETTLED = 2 * DEBOUNCE + 4
-"""Clocks after which a switch or a button has been seen."""
 
 SIDE = 0x123
 """Steps of the square's side: every digit is another."""
@@ -61,12 +59,12 @@ class Nexys2:
     def switch(self, switches: int) -> list[dict[str, int]]:
         """Set the switches, and go on until they have been seen."""
         self._engine.set(switches=switches)
-        return self.clocks(SETTLED)
+        return self.clocks(SETTLE)
 
     def jog(self, way: tuple[int, ...], steps: int) -> list[dict[str, int]]:
         """Jog the axes up (1) and down (-1) for as long as so many steps take."""
         switches = sum({0: 0b00, 1: 0b01, -1: 0b10}[up] << 2 * axis for axis, up in enumerate(way))
-        seen = self.switch(switches) + self.clocks(PERIOD * steps - SETTLED)
+        seen = self.switch(switches) + self.clocks(PERIOD * steps - SETTLE)
         first = next(axis for axis, up in enumerate(way) if up)
         leds, words = self._engine.get("leds") & 0b1111, self._engine.get(*AXES)
         self._run.expect("LD3 to LD0", leds, words[first], bits=4)
@@ -76,7 +74,7 @@ class Nexys2:
         """Press a button and let go of it."""
         for level in (BUTTON[button], 0):
             self._engine.set(buttons=level)
-            self.clocks(SETTLED)
+            self.clocks(SETTLE)
 
     def lit(self, led: str) -> bool:
         """Say whether an LED is on."""
