@@ -6,6 +6,17 @@ from pathlib import Path
 
 import pytest
 
+ASKED_FOR = ("proof", "long")
+"""Marks of tests that take a minute or more, and run only if ``-m`` names them."""
+
+
+def pytest_runtest_setup(item):
+    """Leave out what takes long, unless it is asked for."""
+    for mark in ASKED_FOR:
+        if item.get_closest_marker(mark) and mark not in item.config.getoption("markexpr"):
+            pytest.skip(f"takes a minute: pytest -m {mark}")
+
+
 
 @pytest.fixture(scope="module")
 def libraries(tmp_path_factory):

@@ -304,12 +304,12 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes (default: all cores)")
     args = parser.parse_args(argv)
-    names = [known(name, COMPONENTS, "component")
-             for name in dict.fromkeys(args.components)] or with_a_bench()
+    names = [known(name, COMPONENTS, "component") for name in dict.fromkeys(args.components)]
     check_output(args.json)
     if lacking := missing():
         raise UserError(lacking)
     began = time.monotonic()
+    names = names or with_a_bench()
     state = load(args.state, args.seed)
     run(state, args.state, names, args.mutants, args.jobs)
     return _report(args, state, names, time.monotonic() - began)

@@ -84,13 +84,6 @@ def needs_prover(test):
         pytest.mark.skipif(missing() is not None, reason=str(missing()))(test))
 
 
-@pytest.fixture
-def minutes(request) -> None:
-    """Run only if asked for."""
-    if "proof" not in request.config.getoption("markexpr"):
-        pytest.skip("takes minutes: pytest -m proof")
-
-
 def proofs_of(component: Component, tmp_path, case: Case | None = None) -> dict:
     folder = tmp_path / "work"
     folder.mkdir()
@@ -131,12 +124,12 @@ class TestPromises:
 
     @needs_prover
     @pytest.mark.proof
-    def test_all_hold(self, minutes, capsys):
+    def test_all_hold(self, capsys):
         assert command.main([]) == 0, capsys.readouterr().out
 
     @needs_prover
     @pytest.mark.proof
-    def test_all_planted_bugs_are_found(self, minutes, capsys):
+    def test_all_planted_bugs_are_found(self, capsys):
         assert command.main(["--controls"]) == 0, capsys.readouterr().out
 
 

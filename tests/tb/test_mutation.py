@@ -32,18 +32,6 @@ pytestmark = [
 NO_BUG = Bug(start, "x", "y")
 
 
-@pytest.fixture
-def asked(request) -> None:
-    """Run only if asked for."""
-    if "proof" not in request.config.getoption("markexpr"):
-        pytest.skip("takes a minute: pytest -m proof")
-
-
-def slow(test):
-    """Mark what asks z3 hundreds of times."""
-    return pytest.mark.proof(pytest.mark.usefixtures("asked")(test))
-
-
 class Toy(wiring.Component):
     """Counts to 5, and shows it; with more logic than that takes."""
 
@@ -117,7 +105,7 @@ def rows_of(netlist, clocks, seed=1) -> list[list[int]]:
             for _ in range(clocks)]
 
 
-@slow
+@pytest.mark.proof  # asks z3 hundreds of times
 class TestVerdicts:
     def test_all_are_killed_or_equivalent(self, kept, judged):
         for mutant, verdict in zip(kept.mutants, judged, strict=True):
@@ -240,7 +228,7 @@ class TestEquivalence:
         assert any(others[number] != right for number in hidden)
 
 
-@slow
+@pytest.mark.proof  # asks z3 hundreds of times
 class TestNetlist:
     def test_is_the_component(self):
         """Lane 0 shows what Amaranth's simulator shows."""
@@ -286,7 +274,7 @@ class TestNetlist:
 
 
 class TestFormulas:
-    @slow
+    @pytest.mark.proof  # asks z3 hundreds of times
     def test_unrolled_is_as_simulated(self, kept):
         """The same levels, by formulas and by lanes."""
         rows = rows_of(kept, 6)
@@ -336,7 +324,7 @@ class TestFormulas:
 
 
 class TestBenches:
-    @slow
+    @pytest.mark.proof  # asks z3 hundreds of times
     @pytest.mark.parametrize("name", ["coil", "start"])
     def test_together_is_as_alone(self, name):
         """A bench does with a mutant among others what it does with it alone."""

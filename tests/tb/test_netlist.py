@@ -26,14 +26,6 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def asked_for(request) -> None:
-    """Run what Yosys takes long for only if it is asked for."""
-    if request.node.get_closest_marker("proof") and "proof" not in request.config.getoption(
-            "markexpr"):
-        pytest.skip("takes a minute: pytest -m proof")
-
-
 # Pins
 
 def flat(*cells: tuple[str, str, dict[str, str]], inputs=("clk", "a"), **outputs: str) -> Flat:

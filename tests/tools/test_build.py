@@ -313,18 +313,22 @@ class TestSize:
         assert 300 < resources.luts <= 560
         assert in_readme(resources)
 
+    @pytest.mark.long
     def test_guard_takes_twice_of_it(self):
         resources = synthesise(mill.build_mill("pins", pace=MillPace.real(), guard=True).rtlil,
                                "mill")
         assert resources.luts <= 1120
         assert in_readme(resources)
 
+    @pytest.mark.long
     def test_board_with_serial_orders(self):
         built = mill.build_mill("nexys2-500", pace=MillPace.real(), serial=True)
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 1560
         assert resources.block_rams <= 1
+        assert in_readme(resources)
 
+    @pytest.mark.long
     def test_whole_board_with_the_largest_picture(self):
         random = np.random.default_rng(1)
         picture = mill.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))
@@ -334,7 +338,7 @@ class TestSize:
         assert 2 * 400 * 400 / 18432 < resources.block_rams <= 20
         assert in_readme(resources)
 
-
+    @pytest.mark.long
     def test_single_on_its_board(self):
         built = single.build_single("nexys2-500", pace=SinglePace.real())
         resources = synthesise(built.rtlil, built.top)
@@ -342,6 +346,7 @@ class TestSize:
         assert resources.block_rams == 2  # frames, and texts
         assert in_readme(resources)
 
+    @pytest.mark.long
     def test_positioner_on_its_board(self):
         built = positioner.build_positioner("nexys2-500", pace=PositionerPace.real())
         resources = synthesise(built.rtlil, built.top)
