@@ -15,6 +15,10 @@ SHORT = [b"MOV MOT%d %s\n" % (motor, way) for motor in (1, 2, 3) for way in (b"C
 """Lines are long beside steps: such as move something at once are typed more often."""
 
 
+FLOOD = b"\n" * 45
+"""More lines to refuse than answers can wait."""
+
+
 def directed(bit: int, seed: int, clocks: int) -> dict[str, NDArray]:
     """Type lines for so many clocks, most with time to answer and to move behind them.
 
@@ -36,7 +40,7 @@ def directed(bit: int, seed: int, clocks: int) -> dict[str, NDArray]:
 
 
 def chance(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
-    """Give the first rows of a block of chance: lines close by each other, bytes, and noise."""
+    """Give the first rows of a block of chance: lines close by each other, floods, and noise."""
     rng = random.Random(f"{seed} {block}")
     line = typed(DIALECT.begin, bit)
     while len(line) < BLOCK:
@@ -46,7 +50,7 @@ def chance(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDAr
         elif kind == 12:
             line += typed(rng.randbytes(rng.randrange(12)), bit)
         elif kind == 13:
-            line += typed(b"9" * rng.choice([200, 250, 270]), bit)
+            line += typed(rng.choice([b"9" * 250, b"9" * 270, FLOOD]), bit)
         elif kind == 14:
             line += [rng.randrange(2) for _ in range(rng.randrange(20 * bit))]
         else:

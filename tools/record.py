@@ -103,6 +103,8 @@ _STATE = "--state {folder}/state.json"
 _PROOFS = ("tb/contracts", "tools/prove.py")
 _RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.py", "tb/script.py",
          "tb/stimulus.py", "tb/vhdl")
+#: What is typed besides, and switches.
+_RUNS_ON_A_LINE = (*_RUNS, "tb/terminal.py", "tb/desk.py", "tb/fuzz")
 _FAULTS = ("tb/faults", "tb/engines", "tb/boards.py", "tools/faults.py")
 _MUTANTS = ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py")
 #: Mutants are shared out to the components of a command: those of one machine stay the same when
@@ -126,10 +128,13 @@ PARTS = {part.name: part for part in (
     Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}", _RUNS),
     Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", _RUNS,
          f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
-    Part("engines-single", f"tools.cosim --machine single --engines all --cycles 100000 {_COSIM}",
-         _RUNS),
-    Part("pair-single", "tools.cosim --machine single --engines cxxrtl,verilator --cycles 10000000 "
-         f"{_COSIM}", _RUNS),
+    *(Part(f"{name}-{machine}",
+           f"tools.cosim --machine {machine} --engines {engines} --cycles {clocks} {_COSIM}",
+           _RUNS_ON_A_LINE,
+           f"tools.cosim --machine {machine} --engines {engines} --cycles {fewer} {_COSIM}")
+      for machine in ("single", "positioner")
+      for name, engines, clocks, fewer in (("engines", "all", 100_000, 20_000),
+                                           ("pair", "cxxrtl,verilator", 10_000_000, 1_000_000))),
     *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",
            ("tb/fuzz", "tb/engines", "tb/boards.py", "tools/fuzz.py"),
            f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
@@ -145,7 +150,11 @@ PARTS = {part.name: part for part in (
     Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
     Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
          f"tools.faults flips --flips 20000 {_JSON}"),
-    Part("coverage", f"tools.coverage {_JSON}", (*_RUNS, *_PROOFS, "tb/coverage.py")),
+    Part("coverage", f"tools.coverage {_JSON}",
+         (*_RUNS, *_PROOFS, "tb/coverage.py", "tools/coverage.py")),
+    *(Part(f"coverage-{machine}", f"tools.coverage lines --machine {machine} {_JSON}",
+           (*_RUNS_ON_A_LINE, "tb/coverage.py", "tools/coverage.py"))
+      for machine in ("single", "positioner")),
     Part("size", "tools.build --board pins -o {folder}", _BUILD, figures="report.json"),
     Part("size-guard", "tools.build --board pins --guard -o {folder}", _BUILD,
          figures="report.json"),
@@ -179,7 +188,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.list:
         for part in PARTS.values():
             words = part.arguments(Path("FOLDER"), quick=args.quick)
-            say(f"{part.name:12} python -m {' '.join(words)}")
+            say(f"{part.name:20} python -m {' '.join(words)}")
         return 0
     output = args.output or (work if args.quick else ROOT / "docs")
     if args.output is not None and not output.is_dir():

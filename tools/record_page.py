@@ -149,20 +149,22 @@ def _upsets(flips: Facts) -> list[str]:
     return [_table(["machine", "flip-flops", "upsets", *verdicts[1:], "% silent"], rows)]
 
 
-def _coverage(coverage: Facts) -> list[str]:
+def _coverage(coverage: Facts, *others: Facts) -> list[str]:
     rows = []
     for name in _in_order(point["component"] for point in coverage["states"]):
         own = [point for point in coverage["states"] if point["component"] == name]
         rows.append([name, *(_found([point for point in own if point["kind"] == kind])
                              for kind in ("state", "transition")),
                      max(point["clock"] or 0 for point in own)])
-    lines = coverage["lines"]
-    run = [[what, _many(lines[what]["seen"]), _many(lines[what]["all"]),
-            f"{lines[what]['percent']:.2f}"] for what in ("lines and branches", "bits")]
+    runs = [one["lines"] for one in (coverage, *others)]
+    run = [[lines["machine"], _many(lines["clocks"]), what, _many(lines[what]["seen"]),
+            _many(lines[what]["all"]), f"{lines[what]['percent']:.2f}", f"{lines[what]['least']:g}"]
+           for lines in runs for what in ("lines and branches", "bits")]
     return [
         _table(["state machine", "states", "transitions", "last one in clock"], rows),
-        f"What the cosimulation comes by in {_many(lines['clocks'])} clocks of the mill, by "
-        f"{lines['engine']}:", "", _table(["", "seen", "of", "%"], run)]
+        f"What the cosimulation comes by, as {runs[0]['engine']} counts it. Bits that nothing can "
+        "change, such as a parameter fixes, are counted too:", "",
+        _table(["machine", "clocks", "", "seen", "of", "%", "least"], run)]
 
 
 def _size(*builds: Facts) -> list[str]:
@@ -198,7 +200,8 @@ class _Section:
 _SECTIONS = (
     _Section("Engines in step", """\
 The same stimulus, orders and chance, for every engine and for the model in Python; every output of
-every clock is compared.""", ("engines", "pair", "campaign", "engines-single", "pair-single"),
+every clock is compared.""", ("engines", "pair", "campaign", "engines-single",
+                              "pair-single", "engines-positioner", "pair-positioner"),
              _engines),
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
@@ -230,7 +233,7 @@ says a wrong one, without a word.""", ("flips",), _upsets),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
 registers from a code that no state has.""",
-             ("coverage",), _coverage),
+             ("coverage", "coverage-single", "coverage-positioner"), _coverage),
     _Section("Size", "Of the Spartan-3E.",
              ("size", "size-guard", "size-board", "size-serial", "size-single", "size-positioner"),
              _size),
@@ -277,6 +280,11 @@ def _short_resets(figures: Facts) -> Facts:
                                     for one in figures["machines"]]}
 
 
+def _short_coverage(figures: Facts) -> Facts:
+    never = [point for point in figures["lines"]["never"] if point["kind"] != "toggle"]
+    return {**figures, "lines": {**figures["lines"], "never": never}}
+
+
 def _short_build(figures: Facts) -> Facts:
     return _only(figures, ("machine", "board", "guard", "orders", "resources", "capacity"))
 
@@ -286,6 +294,7 @@ _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "resets": _short_resets, "flips": _short_flips,
     **dict.fromkeys(("mutants", "mutants-lines", "mutants-machines"), _short_mutants),
     **dict.fromkeys(("fuzz-single", "fuzz-positioner", "fuzz-mill"), _short_fuzz),
+    **dict.fromkeys(("coverage", "coverage-single", "coverage-positioner"), _short_coverage),
     **dict.fromkeys(("size", "size-guard", "size-board", "size-serial", "size-single",
                      "size-positioner"), _short_build),
 }

@@ -12,11 +12,12 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.fsm import leave_unused_codes
-from tb import coverage
+from tb import coverage, players
 from tb.boards import component
 from tb.contracts import COMPONENTS, Component
 from tb.contracts.proof import missing
 from tb.engines.coverage import CoverageEngine
+from tools import coverage as command
 from tools.coverage import main
 
 needs_verilator = pytest.mark.skipif(CoverageEngine.missing() is not None,
@@ -129,11 +130,25 @@ class TestLines:
 
     def test_fails_below_what_is_asked(self, capsys):
         assert main(["lines", "--cycles", "10", "--least", "100"]) == 1
-        assert "never: " in capsys.readouterr().out
+        said = capsys.readouterr().out
+        assert "never: " in said and "NOT 100 % of bits" in said
+
+    def test_of_another_machine_what_is_usual(self, tmp_path, monkeypatch):
+        monkeypatch.setitem(players.MACHINES, "single", players.MACHINES["divider"])  # is small
+        facts = tmp_path / "lines.json"
+        arguments = ["lines", "--machine", "single", "--cycles", "4", "--json", str(facts)]
+        for least, status in ((10, 0), (99.9, 1)):
+            monkeypatch.setitem(command.MACHINES, "single", command.Usual(1, least, least))
+            assert main(arguments) == status
+            lines = json.loads(facts.read_text())["lines"]
+            assert (lines["machine"], lines["clocks"]) == ("single", 4)
+            assert lines["bits"]["least"] == least
+        assert any(point["module"].startswith("frequency_divider.dut") for point in lines["never"])
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["sates"], "there is no measure 'sates'"),
+    (["lines", "--machine", "lathe"], "invalid choice: 'lathe'"),
     (["--least", "101"], "must be 0 to 100"),
     (["--cycles", "0"], "must be a whole number from 1"),
     (["--json", "/nowhere/facts.json"], "its folder does not exist"),

@@ -2,8 +2,10 @@
 
 import gc
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -194,6 +196,27 @@ class TestPage:
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
         del facts["parts"]["vhdl"]
         assert "Left out of this record: vhdl." in page(facts)
+
+    def test_every_part_has_its_place(self):
+        text = page({"parts": {}, "cores": 2, "versions": [], "gateware": ""})
+        left_out = re.findall(r"^Left out of this record: (.*)\.$", text, re.M)
+        assert sorted(PARTS) == sorted(name for names in left_out for name in names.split(", "))
+
+    def test_coverage_of_each_machine(self):
+        def facts(name: str, **more) -> Any:
+            percents = {"seen": 1, "all": 2, "percent": 50.0, "least": 49.5}
+            never = [{"kind": kind, "what": "it"} for kind in ("line", "toggle")]
+            return summary(name, more | {"lines": {
+                "machine": f"its {name}", "clocks": 9000, "engine": "Verilator 7", "never": never,
+                "lines and branches": percents, "bits": percents}})
+
+        names = "coverage", "coverage-single", "coverage-positioner"
+        parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
+            name, **({"states": []} if name == "coverage" else {}))} for name in names}
+        text = page({"parts": parts, "cores": 2, "versions": [], "gateware": ""})
+        for name in names:
+            assert f"| its {name} | 9 000 | bits | 1 | 2 | 50.00 | 49.5 |" in text
+            assert parts[name]["facts"]["lines"]["never"] == [{"kind": "line", "what": "it"}]
 
     def test_long_lists_are_left_out(self):
         assert summary("mutants", {"all": {}, "mutants": {"coil": ["many"]}}) == {"all": {}}
