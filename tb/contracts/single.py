@@ -93,8 +93,8 @@ def _watch_times(c: Contract, dut: Single) -> None:
     c.always("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
              speed.rate == (c.part("commands").speed * dut.rpm)[:len(speed.rate)],
              seen=dut.position == 1,
-             bug=Bug(single, "rate.rate.eq(commands.speed * self.rpm)",
-                     "rate.rate.eq(commands.speed[1:] * self.rpm)"))
+             bug=Bug(single, "asked = commands.speed * self.rpm",
+                     "asked = commands.speed[1:] * self.rpm"))
     settled = c.keep(1, name="settled")  # since power came
     with c.m.If(~driver.enable):
         c.m.d.sync += settled.eq(0)

@@ -1,8 +1,10 @@
 """What asks for steps, in plain Python: motors, loads and where they are."""
 
+from collections.abc import Sequence
+
 from .drive import RateModel, StepDirModel
 
-__all__ = ["AxisModel", "BacklashModel", "LimitsModel", "MoveToModel"]
+__all__ = ["AxisModel", "BacklashModel", "LimitsModel", "MoveToModel", "RampModel"]
 
 
 class BacklashModel:
@@ -99,3 +101,48 @@ class AxisModel:
         del seen["ready"]
         return {**seen, "position": position, "there": int(position == target),
                 "blocked": asked & ~allowed}
+
+
+class RampModel:
+    """A position and a speed: how fast it may be is known from how many steps it can stand in.
+
+    `steps` are the rates of the steps from standstill.
+    """
+
+    def __init__(self, *, steps: Sequence[int], width: int) -> None:
+        self.steps, self.place = steps, MoveToModel(width=width)
+        self.level, self.way = 0, 1
+        self.now = 0
+
+    def asks(self, *, target: int, run: int) -> tuple[int, int]:
+        """Return the step asked for in this clock, and its direction."""
+        if self.level == 0:
+            return self.place.asks(target=target, run=run, load=0)
+        return run, int(self.way > 0)
+
+    def bounds(self) -> tuple[int, int]:
+        """Return the slowest and the fastest rate."""
+        rates = [0, self.steps[0], *self.steps]
+        return rates[self.level], rates[self.level + 1]
+
+    def rate(self, asked: int) -> int:
+        """Return the rate in this clock."""
+        slowest, fastest = self.bounds()
+        return sorted((slowest, asked, fastest))[1] if self.now else 0
+
+    def clock(self, *, target: int, run: int, asked: int, moved: int, rst: int = 0) -> None:
+        """Make a clock."""
+        _, direction = self.asks(target=target, run=run)
+        slowest, fastest = self.bounds()
+        if moved:
+            self.way = 1 if direction else -1
+        self.place.clock(moved=moved, direction=direction, load=0, place=0, rst=rst)
+        self.now += 1
+        if not run or rst:
+            self.level = 0
+        elif moved:
+            ahead = (target - self.place.position) * self.way
+            if self.level and (ahead < self.level or asked <= slowest):
+                self.level -= 1
+            elif ahead > self.level and asked > fastest and self.level < len(self.steps):
+                self.level += 1

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from .drive import PhaseModel, RateModel
-from .motion import MoveToModel
+from .motion import MoveToModel, RampModel
 
 __all__ = ["BIPOLAR", "UNIPOLAR", "SingleInputs", "SingleModel", "SingleOutputs"]
 
@@ -142,6 +142,8 @@ class SingleModel:
         Clocks of a bit of the line.
     modulus, rate : int
         At 1 rpm there are ``rate`` steps in ``modulus`` clocks.
+    ramp : sequence of int
+        Rates of the steps from standstill, if it has a ramp.
     phases : sequence of int
         Coil words, forward.
     greeting, help_text : bytes
@@ -150,19 +152,20 @@ class SingleModel:
 
     Inputs: ClassVar[type] = SingleInputs
 
-    def __init__(self, *, bit: int, modulus: int, rate: int = 1,
+    def __init__(self, *, bit: int, modulus: int, rate: int = 1, ramp: Sequence[int] = (),
                  phases: Sequence[int] = BIPOLAR, greeting: bytes, help_text: bytes) -> None:
         self.bit, self.rate = bit, rate
         self.greeting, self.help_text = greeting, help_text
         self.steps = RateModel(modulus=modulus, max_rate=59_999 * rate)
         self.motor = PhaseModel(sequence=phases, period=modulus // (59_999 * rate))
+        self.ramp = RampModel(steps=ramp, width=15) if ramp else None
         self.now = 0
         self._reset()
 
     def _reset(self) -> None:
         self.receiver = _Receiver(self.bit)
         self.frames = _Frames()
-        self.place = MoveToModel(width=15)
+        self.place = self.ramp.place if self.ramp else MoveToModel(width=15)
         self.target, self.speed, self.enable = 0, 100, 1
         # What is to be said, a part as soon as that before is sent; what of it is left to be sent,
         # where None is a clock in which there is no byte.
@@ -185,7 +188,7 @@ class SingleModel:
         return SingleOutputs(
             tx=self.on_line >> bit & 1 if bit < 10 else 1, coils=self.motor.coils,
             enable=self.enable, position=self.place.position,
-            moving=int(self.enable and self.place.position != self.target))
+            moving=self._asks()[0])
 
     def edge(self, pins: SingleInputs) -> None:
         """Go to the next clock."""
@@ -277,11 +280,21 @@ class SingleModel:
 
     # The motor
 
+    def _asks(self) -> tuple[int, int]:
+        """Return the step asked for in this clock, and its direction."""
+        if self.ramp:
+            return self.ramp.asks(target=self.target, run=self.enable)
+        return self.place.asks(target=self.target, run=self.enable, load=0)
+
     def _move(self, rst: int) -> None:
-        """Make the step that is due, towards the set-point of this clock."""
-        up = int(self.target > self.place.position)
-        step = self.enable and self.place.position != self.target and self.steps.is_due()
-        moved = self.motor.clock(step=int(step), direction=up, enable=self.enable,
-                                 rst=rst)["moved"]
-        self.steps.clock(rate=self.speed * self.rate, moved=moved)
-        self.place.clock(moved=moved, direction=up, load=0, place=0, rst=rst)
+        """Make the step that is due, towards the set-point of this clock or as the ramp lets it."""
+        step, up = self._asks()
+        asked = self.speed * self.rate
+        rate = self.ramp.rate(asked) if self.ramp else asked
+        moved = self.motor.clock(step=int(step and self.steps.is_due()), direction=up,
+                                 enable=self.enable, rst=rst)["moved"]
+        self.steps.clock(rate=rate, moved=moved)
+        if self.ramp:
+            self.ramp.clock(target=self.target, run=self.enable, asked=asked, moved=moved, rst=rst)
+        else:
+            self.place.clock(moved=moved, direction=up, load=0, place=0, rst=rst)

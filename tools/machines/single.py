@@ -4,8 +4,10 @@ import argparse
 
 from fresa.machines import Single
 from fresa.machines.mill import CLOCK
-from fresa.machines.single import TURN, SinglePace
+from fresa.machines.single import TOP_SPEED, TURN, SinglePace
+from fresa.motion.ramp import MAX_ACCELERATION
 from fresa.protocol import BAUD
+from fresa.protocol.frames import SPEEDS
 from fresa_boards.nexys2_common import debounce_period
 from fresa_boards.nexys2_single import Nexys2Single, single_ports
 from tb.boards import nexys2_single
@@ -20,7 +22,7 @@ SCAN_BITS = 17
 
 
 def build_single(board: str, *, pace: SinglePace, unipolar: bool = False,
-                 full_step: bool = False) -> Built:
+                 full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED) -> Built:
     """Make the sources of the machine.
 
     Parameters
@@ -29,11 +31,12 @@ def build_single(board: str, *, pace: SinglePace, unipolar: bool = False,
         One of `BOARDS`.
     pace : SinglePace
         Times, in clocks.
-    unipolar, full_step : bool
+    unipolar, full_step, ramp, top_speed
         See :class:`Single`.
     """
     def machine() -> Single:
-        return Single(pace=pace, unipolar=unipolar, full_step=full_step)
+        return Single(pace=pace, unipolar=unipolar, full_step=full_step, ramp=ramp,
+                      top_speed=top_speed)
 
     platform_class = BOARDS[board]
     if platform_class is None:
@@ -48,11 +51,14 @@ def build_single(board: str, *, pace: SinglePace, unipolar: bool = False,
 
 def job(args: argparse.Namespace) -> Job:
     """Make what was asked for; see :class:`Kind`."""
+    if args.top_speed != TOP_SPEED and not args.ramp:
+        raise UserError("leave out --top-speed: without --ramp every speed is made")
     try:
         pace = SinglePace.real(baud=args.baud, turn=args.turn)
+        built = build_single(args.board, pace=pace, unipolar=args.unipolar,
+                             full_step=args.full_step, ramp=args.ramp, top_speed=args.top_speed)
     except ValueError as error:
         raise UserError(str(error)) from error
-    built = build_single(args.board, pace=pace, unipolar=args.unipolar, full_step=args.full_step)
     baud = CLOCK / pace.bit
     facts = {
         "machine": "single", "board": args.board, "files": sorted(built.files),
@@ -60,8 +66,12 @@ def job(args: argparse.Namespace) -> Job:
         "bit_clocks": pace.bit, "steps_a_turn": args.turn,
         "modulus_clocks": pace.modulus, "steps_in_it_at_1_rpm": pace.rate,
         "unipolar": args.unipolar, "full_step": args.full_step}
-    return Job(built, facts, f"clock {CLOCK / 1e6:g} MHz; {baud:.0f} baud, {pace.bit} clocks a "
-                             f"bit; at 1 rpm {pace.rate} steps in {pace.modulus} clocks")
+    says = (f"clock {CLOCK / 1e6:g} MHz; {baud:.0f} baud, {pace.bit} clocks a "
+            f"bit; at 1 rpm {pace.rate} steps in {pace.modulus} clocks")
+    if args.ramp:
+        facts |= {"ramp_steps_per_s2": args.ramp, "top_speed_rpm": args.top_speed}
+        says += f"; {args.ramp} steps/s² up to {args.top_speed} rpm"
+    return Job(built, facts, says)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -73,6 +83,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                        help="steps of a turn of the motor, by which rpm are counted; in half steps "
                             "these are twice as many for the shaft's own rpm (default: "
                             "%(default)s)")
+    group.add_argument("--ramp", metavar="N", type=whole(0, MAX_ACCELERATION), default=0,
+                       help="speed up and slow down by N steps/s², so that a motor with a load can "
+                            "follow; 0 for none (default: %(default)s)")
+    group.add_argument("--top-speed", metavar="RPM", type=whole(1, SPEEDS - 1), default=TOP_SPEED,
+                       help="with --ramp, the speed at which the ramp ends: a higher one is made "
+                            "as this (default: %(default)s)")
     group.add_argument("--unipolar", action="store_true",
                        help="coil words for a unipolar motor instead of a bipolar one")
     group.add_argument("--full-step", action="store_true",

@@ -10,6 +10,7 @@ from amaranth.lib.wiring import In, Out, connect
 from ..checks import in_range
 from ..drive import HALF_STEP, PhaseDriver, RateGenerator, swap_inner
 from ..motion import MoveTo
+from ..motion.ramp import MAX_ACCELERATION, Ramp, ramp_rates
 from ..protocol import (
     BAUD,
     FrameInterpreter,
@@ -22,11 +23,17 @@ from ..protocol.baud import MAX_CLOCK
 from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
 from .mill import CLOCK
 
-__all__ = ["FRAME", "PHASES", "TURN", "Single", "SinglePace"]
+__all__ = ["FRAME", "PHASES", "TOP_SPEED", "TURN", "Single", "SinglePace"]
 
 TURN = 48
 """Steps of a turn of the motor, by which a speed in rpm becomes a time of steps. It is that of full
 steps also where half steps are made: then the shaft turns at half of the speed."""
+
+TOP_SPEED = 1000
+"""Speed in rpm at which a ramp ends, unless told otherwise."""
+
+FINE = 16
+"""With a ramp, rates are counted in so many parts of an rpm."""
 
 FRAME = 126
 """Longest frame, in bytes between its start and its end."""
@@ -45,11 +52,14 @@ class SinglePace:
         Clocks of a bit of the line.
     modulus, rate : int
         At 1 rpm there are ``rate`` steps in ``modulus`` clocks: exactly, for ever.
+    clock : int
+        Clocks of a second. Only a ramp asks for them.
     """
 
     bit: int
     modulus: int
     rate: int = 1
+    clock: int = CLOCK
 
     @classmethod
     def real(cls, *, clock: int = CLOCK, baud: int = BAUD, turn: int = TURN) -> "SinglePace":
@@ -65,7 +75,8 @@ class SinglePace:
         turn = in_range("turn", turn, 1, 10_000)
         clock = in_range("clock", clock, -(-turn * (SPEEDS - 1) // 60), MAX_CLOCK)
         step = Fraction(60 * clock, turn)
-        return cls(bit=bit_period(clock, baud), modulus=step.numerator, rate=step.denominator)
+        return cls(bit=bit_period(clock, baud), modulus=step.numerator, rate=step.denominator,
+                   clock=clock)
 
 
 class Single(wiring.Component):
@@ -73,7 +84,8 @@ class Single(wiring.Component):
 
     What comes over the line is in :class:`FrameInterpreter`. Nothing on the line delays a step:
     when the next is due is counted beside it, and a new set-point or speed counts from the clock
-    after the end of its frame, also for the step under way.
+    after the end of its frame, also for the step under way. With a ramp they count within what the
+    acceleration lets the motor follow, see :class:`Ramp`; without power it stands.
 
     Reset makes no step: this place is 0 from then on, and the set-point too.
 
@@ -86,6 +98,10 @@ class Single(wiring.Component):
         :mod:`fresa.drive.sequences`.
     full_step : bool
         Take every other phase, those with both windings on; a step is then twice as long.
+    ramp : int
+        Acceleration in steps/s², steps as they are made, up to ``MAX_ACCELERATION``; 0 for none.
+    top_speed : int
+        With a ramp, the highest speed in rpm, in the range of speeds. One above is made as this.
     greeting, help_text : bytes
         See :class:`FrameInterpreter`.
 
@@ -102,14 +118,14 @@ class Single(wiring.Component):
     position : Out(14)
         Steps from where it was reset.
     moving : Out(1)
-        It has power, and is not at its set-point.
+        It has power, and is not at its set-point, or goes past it to slow down.
     fault : Out(1)
         A state register was upset: no step is made until reset.
 
     Raises
     ------
     ValueError
-        If a parameter is out of range.
+        If a parameter is out of range, or the ramp to the highest speed would take too many steps.
     """
 
     rx: In(1)
@@ -121,18 +137,31 @@ class Single(wiring.Component):
     fault: Out(1)
 
     def __init__(self, *, pace: SinglePace | None = None, unipolar: bool = False,
-                 full_step: bool = False, greeting: bytes = GREETING,
-                 help_text: bytes = HELP) -> None:
+                 full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED,
+                 greeting: bytes = GREETING, help_text: bytes = HELP) -> None:
         pace = pace or SinglePace.real()
-        self.rpm = pace.rate
+        ramp = in_range("ramp", ramp, 0, MAX_ACCELERATION)
+        top_speed = in_range("top_speed", top_speed, 1, SPEEDS - 1)
+        width = (POSITIONS - 1).bit_length() + 1
+        if ramp:
+            self.rpm, modulus = pace.rate * FINE, pace.modulus * FINE
+            rates = ramp_rates(acceleration=ramp, top=top_speed * self.rpm, modulus=modulus,
+                               clock=pace.clock)
+            self._move = Ramp(rates=rates, max_rate=self.rpm * (SPEEDS - 1), width=width)
+            # The ramp sees to the highest rate; here one that needs no comparison.
+            most = (1 << rates[-1].bit_length()) - 1
+            self._rate = RateGenerator(modulus=modulus, max_rate=min(most, modulus))
+        else:
+            self.rpm = pace.rate
+            self._move = MoveTo(width=width)
+            self._rate = RateGenerator(modulus=pace.modulus, max_rate=self.rpm * (SPEEDS - 1))
         self._receiver = UARTReceiver(period=pace.bit)
         self._transmitter = UARTTransmitter(period=pace.bit)
         self._lines = LineReader(length=FRAME, start=b":")
         self._commands = FrameInterpreter(greeting=greeting, help_text=help_text)
-        self._rate = RateGenerator(modulus=pace.modulus, max_rate=pace.rate * (SPEEDS - 1))
         phases = PHASES[1::2] if full_step else PHASES
         self._driver = PhaseDriver(sequence=swap_inner(phases) if unipolar else phases,
-                                   period=self._rate.modulus // self._rate.max_rate)
+                                   period=pace.modulus // (pace.rate * (SPEEDS - 1)))
         super().__init__()
 
     def elaborate(self, platform) -> Module:
@@ -147,8 +176,11 @@ class Single(wiring.Component):
         connect(m, commands.bytes, transmitter.bytes)
 
         m.submodules.rate = rate = self._rate
-        m.submodules.move = move = MoveTo(width=len(self.position) + 1)
+        m.submodules.move = move = self._move
         m.submodules.driver = driver = self._driver
+        asked = commands.speed * self.rpm
+        if isinstance(move, Ramp):
+            m.d.comb += move.asked.eq(asked)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             self.tx.eq(transmitter.tx),
@@ -158,7 +190,7 @@ class Single(wiring.Component):
             move.run.eq(commands.enable & ~self.fault),
             move.moved.eq(driver.moved),
             commands.position.eq(move.position),
-            rate.rate.eq(commands.speed * self.rpm),
+            rate.rate.eq(move.rate if isinstance(move, Ramp) else asked),
             rate.moved.eq(driver.moved),
             driver.step.eq(move.step & rate.due),
             driver.direction.eq(move.direction),

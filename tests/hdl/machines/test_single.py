@@ -5,6 +5,7 @@
 import random
 import re
 from fractions import Fraction
+from math import sqrt
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from fresa.drive import FULL_STEP, HALF_STEP, swap_inner
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SinglePace
+from fresa.motion.ramp import ramp_rates
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.models.single import BIPOLAR, UNIPOLAR, SingleModel
@@ -33,9 +35,9 @@ RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=2
 
 
 def single(engine: type[Engine] = AmaranthEngine, *, pace: SinglePace = PACE,
-           **options: bool) -> Engine:
+           ramp: int = 0, **options: bool) -> Engine:
     return engine(component("single", Single(pace=pace, greeting=HELLO[:4], help_text=HELLO[4:],
-                                             **options)))
+                                             ramp=ramp, **options)))
 
 
 def model(*, pace: SinglePace = PACE, phases=BIPOLAR) -> SingleModel:
@@ -206,8 +208,8 @@ class TestTimes:
 
     @pytest.mark.parametrize(("clock", "baud", "pace"), [
         (50_000_000, 9600, SinglePace(5208, 62_500_000, 1)),
-        (48_000, 3000, SinglePace(16, 60_000, 1)),
-        (1_000_001, 9600, SinglePace(104, 5_000_005, 4)),
+        (48_000, 3000, SinglePace(16, 60_000, 1, 48_000)),
+        (1_000_001, 9600, SinglePace(104, 5_000_005, 4, 1_000_001)),
     ])
     def test_pace(self, clock, baud, pace):
         assert SinglePace.real(clock=clock, baud=baud) == pace
@@ -223,6 +225,101 @@ class TestTimes:
     def test_impossible_paces(self, facts, message):
         with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             SinglePace.real(**facts)
+
+
+class TestRamp:
+    """At 48 kHz, with 2000 steps/s² up to 1000 rpm, which are 800 steps/s, in 160 steps."""
+
+    RAMP = 2000
+
+    def run(self, *pieces: bytes | int) -> dict[str, np.ndarray]:
+        """Type frames, and wait so many clocks."""
+        line = [1] * 4 * PACE.bit
+        for piece in pieces:
+            line += [1] * piece if isinstance(piece, int) else typed(b":" + piece + b"\r", PACE.bit)
+        with single(fast(), ramp=self.RAMP) as machine:
+            return machine.play({"rx": line}, OUTPUTS)
+
+    def check(self, seen, begins: int, *movements: int) -> None:
+        """Demand of coil changes that they are movements of so many steps, each with a whole ramp.
+
+        Between two steps it takes as long as it does for a constant acceleration, or at the speed
+        that is set; sooner by two clocks at the new rate at most, later by two.
+        """
+        words = seen["coils"].astype(int)
+        place = np.array([PHASES.index(word) for word in words[begins:]])
+        steps = (np.diff(place) + 4) % 8 - 4
+        times = begins + np.flatnonzero(steps)
+        ways = steps[steps != 0]
+        assert [int(way) for way in ways] == [
+            np.sign(number) for number in movements for _ in range(abs(number))]
+        first = 0
+        for number in map(abs, movements):
+            took = np.diff(times[first:first + number])
+            levels = np.minimum(np.arange(1, number), np.arange(number - 1, 0, -1))
+            exact = 48_000 * sqrt(2 / self.RAMP) * (np.sqrt(levels) - np.sqrt(levels - 1))
+            exact = np.maximum(exact, 60)  # 800 steps/s
+            turn = number // 2
+            assert (np.diff(took[:turn]) <= 1).all() and (np.diff(took[turn:]) >= -1).all()
+            before = np.concatenate(([exact[0]], exact[:-1]))
+            assert (took - exact > -1 - 2 * exact / before).all()
+            assert (took - exact < 2 + exact / 400).all()  # rates are rounded
+            first += number
+
+    @pytest.mark.compiler
+    def test_there_and_back(self):
+        """Up to the top, there for a while, and down to the set-point; then a short way back."""
+        seen = self.run(b"v1000", b"x400", 50_000, b"x350", 20_000)
+        begins = np.flatnonzero(seen["moving"])[0]
+        self.check(seen, begins, 400, -50)
+        assert seen["position"][-1] == 350 and not seen["moving"][-1]
+
+    @pytest.mark.compiler
+    def test_turned_back_in_the_middle(self):
+        """It slows down as it sped up, stands, and comes back with a whole ramp."""
+        seen = self.run(b"v1000", b"x400", 14_000, b"x20", 50_000)
+        place = seen["position"].astype(int)
+        top = place.max()
+        assert 100 < top < 300 and place[-1] == 20
+        self.check(seen, np.flatnonzero(seen["moving"])[0], int(top), 20 - int(top))
+
+    @pytest.mark.compiler
+    def test_above_the_top_and_without_power(self):
+        """Faster than the ramp goes is as fast as it goes; power lost is speed lost."""
+        seen = self.run(b"v9999", b"x400", b"v?", 25_000, b"e0", b"e1", 40_000)
+        assert b"v:9999\r\nok" in shown(seen["tx"], PACE.bit)
+        steps = np.flatnonzero(np.diff(seen["position"].astype(int)))
+        took = np.diff(steps)
+        assert took.min() in (59, 60) and seen["position"][-1] == 400
+        on = int(np.flatnonzero(np.diff(seen["enable"].astype(int)) == 1)[0])
+        number = np.searchsorted(steps, on)
+        first = 48_000 * sqrt(2 / self.RAMP)
+        assert abs(took[number] - first) < 6 and abs(took[number + 1] - first * 0.4142) < 6
+
+    @pytest.mark.compiler
+    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), chance(PACE.bit, 5, 0)])
+    def test_is_its_model_in_every_clock(self, line):
+        with single(fast(), ramp=self.RAMP) as machine:
+            seen = machine.play(line, OUTPUTS)
+        rates = ramp_rates(acceleration=self.RAMP, top=16 * 1000, modulus=16 * PACE.modulus,
+                           clock=48_000)
+        as_told = SingleModel(bit=PACE.bit, modulus=16 * PACE.modulus, rate=16, ramp=rates,
+                              greeting=HELLO[:4], help_text=HELLO[4:])
+        expected = ModelPlayer(as_told).play(line, OUTPUTS)
+        for name in OUTPUTS:
+            differ = np.flatnonzero(seen[name] != expected[name])
+            assert not differ.size, (name, differ[0])
+        assert seen["position"].any()
+
+    @pytest.mark.parametrize(("facts", "message"), [
+        ({"ramp": -1}, "ramp must be a whole number from 0 to 1000000, not -1"),
+        ({"ramp": 1000, "top_speed": 0}, "top_speed must be a whole number from 1 to 59999, not 0"),
+        ({"ramp": 10}, "at 10 steps/s² it takes more than 4096 steps to the highest rate: "
+                       "have more acceleration, or a lower rate"),
+    ])
+    def test_impossible(self, facts, message):
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+            Single(**facts)
 
 
 class TestPhases:
