@@ -30,11 +30,14 @@ description of the machine says of lines, with no model of the gateware in betwe
 
   each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
   each step lies on a way that a legal line asked for, and comes when the rate says, to the clock
-  all steps that were asked for are made; the position told is that of the steps at the pins
+  all steps that were asked for are made; the position told is that of the steps at the pins, less
+  those that take up play
+  a switch, pressed at any time, lets no step out towards it, ends the movement that it blocks, and
+  is told of, and heard, once
   whatever was sent, at the end of each session the machine answers and moves as ever
 
-Only where it is flooded on purpose may a line be lost; each that is must be told of or leave no
-trace, and the lines in a flood ask for no movement.
+positioner is flooded with lines of all kinds, and obeys each; how many answers wait, and which of
+them give way to one OVERFLOW, is looked at, too. In a flood of the others bytes may be lost.
 
 Then step times are measured at the pins, for many rates, all motors at once, while the line is
 flooded: how much later one step is than another, each compared with its exact time. Where each
@@ -106,14 +109,15 @@ def main(argv: list[str] | None = None) -> int:
 
 def _fuzz(target: Target, args: argparse.Namespace) -> dict:
     """Fuzz a machine; say what came of it, and give it for the JSON."""
-    total = dict.fromkeys(("sessions", "bytes", "clocks", "lines", "answers", "steps", "timed"), 0)
+    total = dict.fromkeys(("sessions", "bytes", "clocks", "lines", "answers", "blocked", "steps",
+                           "timed"), 0)
     deviation, sent, found = 0.0, {}, None
     with Progress(args.bytes, "bytes", target.name) as progress:
         for outcome in fuzz(target, args.seed, args.bytes):
             judgement = outcome.judgement
             total["sessions"] += 1
             total["clocks"] += outcome.clocks
-            for name in ("bytes", "lines", "answers", "steps", "timed"):
+            for name in ("bytes", "lines", "answers", "blocked", "steps", "timed"):
                 total[name] += getattr(judgement, name)
             for piece in outcome.pieces:
                 sent[piece.kind] = sent.get(piece.kind, 0) + 1
@@ -136,7 +140,7 @@ def _explain(target: Target, found: Outcome, args: argparse.Namespace) -> dict:
     first = found.judgement.failures[0]
     say(f"FOUND      clock {first.clock} of session {found.seed}: {first.says}")
     say(f"shrinking  for up to {args.shrink_seconds} s")
-    short = shortest(target, found.pieces, args.shrink_seconds)
+    short = shortest(found.target, found.pieces, args.shrink_seconds)
     least = short.judgement.failures[0]
     say(f"shortest   clock {least.clock}: {least.says}")
     shown = [piece for piece in short.pieces if piece.kind != "rest"]
@@ -145,8 +149,8 @@ def _explain(target: Target, found: Outcome, args: argparse.Namespace) -> dict:
     if len(shown) > 20:
         say(f"             and {len(shown) - 20} more")
     data, wave = Path(f"{args.save}-{target.name}.bin"), Path(f"{args.save}-{target.name}.vcd")
-    with staged(wave) as path, CXXRTLEngine(target.design(), vcd=path) as engine:
-        play(target, engine, short.pieces)
+    with staged(wave) as path, CXXRTLEngine(found.target.design(), vcd=path) as engine:
+        play(found.target, engine, short.pieces)
     write_files_atomically({data: b"".join(piece.data for piece in short.pieces)})
     say(f"wrote      {data} and {wave}")
     return {"found": {"session": found.seed, "clock": first.clock, "says": first.says},

@@ -59,7 +59,8 @@ def _job(rng: random.Random) -> bytes:
 
 DIALECT = Dialect(
     _job, quiet=(request(TELL), request(TELL), request(TELL)[:-3] + b"\r", b":\r", b"AB\n", b":"),
-    end=b"\r", letters=b":\r\n0123456789ABCDEF=", room=63, answer=40, begin=request(TELL),
+    end=b"\r", letters=b":\r\n0123456789ABCDEF=", longest=LONGEST, room=63, answer=40,
+    begin=request(TELL),
     alive=b"".join(line + _GAP * 9 for line in [
         request(OPEN), request(OPEN), request(OPEN, 5), request(GO, 5, 1, 0, SIDE),
         request(GO, 5, 2, SIDE, SIDE), request(DOWN, 5, 3), request(UP, 5, 4), request(TELL)]))

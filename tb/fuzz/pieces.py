@@ -14,6 +14,9 @@ __all__ = ["OPENING", "Dialect", "Piece", "pieces"]
 #: Pieces at the begin of each session.
 OPENING = 3
 
+#: Answers that may be owed where lines need not wait for them.
+MOST_OWED = 40
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -27,17 +30,21 @@ class Piece:
         The bytes that it is made of.
     levels : array of uint8
         The line, a level a clock.
+    pressed : array of uint8, optional
+        Switches that are pressed, a bit each, in each clock; none unless told otherwise.
     """
 
     kind: str
     data: bytes
     levels: Levels
+    pressed: Levels | None = None
 
     def __str__(self) -> str:
         """Say what is sent."""
+        pressed = "" if self.pressed is None else ", switches pressed"
         if not self.data:
-            return f"{self.kind} of {len(self.levels)} clocks"
-        return f"{self.kind} {self.data!r}" if self.kind != "bytes" else repr(self.data)
+            return f"{self.kind} of {len(self.levels)} clocks{pressed}"
+        return (f"{self.kind} " if self.kind != "bytes" else "") + repr(self.data) + pressed
 
 
 @dataclass(frozen=True)
@@ -54,30 +61,37 @@ class Dialect:
         What ends a line.
     letters : bytes
         Bytes with which a mutation makes another line out of one.
+    longest : int
+        Bytes of the longest line.
     room : int
-        Bytes of lines that can wait.
+        Bytes of lines that can wait; 0 if none have to, and no byte is lost.
     answer : int
         Bytes of line time in which an answer is out, at worst.
     begin : bytes
         What is sent at first.
     alive : bytes
         What is sent at last: all of it must be answered, and obeyed.
+    switches : int
+        Switches that can be pressed.
     """
 
     legal: Callable[[random.Random], bytes]
     quiet: tuple[bytes, ...]
     end: bytes
     letters: bytes
+    longest: int
     room: int
     answer: int
     begin: bytes
     alive: bytes
+    switches: int = 0
 
 
 def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Piece]:
     """Give pieces with so many bytes, and what ends a session: the machine must still be there.
 
     As many lines wait as there is room for, and more only where the machine is flooded on purpose.
+    Where no byte can be lost lines are sent as they come.
     """
     rng = random.Random(seed)
     byte = FRAME * period
@@ -90,6 +104,9 @@ def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Pie
         piece = _piece(rng, dialect, period)
         ends = piece.data.count(dialect.end) + (piece.kind == "noise")
         count -= max(1, len(piece.data))
+        if not dialect.room:
+            yield piece
+            continue
         if piece.kind == "flood":
             yield Piece("rest", b"", high(owed + dialect.answer * byte))
             owed = waiting = partial = 0
@@ -105,6 +122,8 @@ def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Pie
         owed = max(0, owed + ends * dialect.answer * byte - len(piece.levels))
         waiting = waiting if owed else 0
     end = dialect.end * 2
+    if not dialect.room:
+        owed = MOST_OWED * dialect.answer * byte
     yield Piece("rest", b"", high(owed + 3 * byte))
     yield Piece("bytes", end, levels(end, period))
     yield Piece("rest", b"", high(4 * dialect.answer * byte))
@@ -144,8 +163,8 @@ def _any_bytes(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, 
 
 
 def _long(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
-    """Put zeros, or anything, into a line, about as many as there is room for."""
-    line, zeros = dialect.legal(rng), dialect.room + rng.randrange(-12, 6)
+    """Put zeros, or anything, into a line, until it is about as long as may be."""
+    line, zeros = dialect.legal(rng), dialect.longest + rng.randrange(-12, 6)
     place = next((n for n, byte in enumerate(line) if byte in b"0123456789"), len(line) - 1)
     data = line[:place] + rng.choice([b"0", b"0", b" ", b"A"]) * (zeros - len(line)) + line[place:]
     return "bytes", data, levels(data, period)
@@ -171,18 +190,32 @@ def _glitched(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, b
 
 def _break(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
     clocks = rng.choice([1, 2, 5, FRAME - 1, FRAME, FRAME + 1, 12, 30]) * period
-    return "break", b"", np.concatenate([np.zeros(clocks, np.uint8), high(rng.randrange(40))])
+    return "break", b"", np.concatenate([
+        _obeyed(period), np.zeros(clocks, np.uint8), high(rng.randrange(40))])
 
 
 def _noise(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
     runs = [rng.randint(1, rng.choice([2, 20, 60])) for _ in range(rng.randrange(2, 60))]
     line = (np.arange(len(runs)) & 1).repeat(runs).astype(np.uint8)
-    return "noise", b"", np.concatenate([line, high(12 * period)])
+    return "noise", b"", np.concatenate([_obeyed(period), line, high(12 * period)])
+
+
+def _obeyed(period: int) -> Levels:
+    """Wait until a line before is obeyed, be it ever so long, so that a break comes behind it."""
+    return high(2 * FRAME * period)
 
 
 def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
-    """Send more lines than can be answered, none of which changes anything, and let them go by."""
-    data = dialect.end + b"".join(rng.choices(dialect.quiet, k=max(80, dialect.room // 2)))
+    """Send more lines than can be answered.
+
+    Where bytes are lost, none of them changes anything, and they go by before anything else comes.
+    """
+    lines = rng.choices(dialect.quiet, k=max(80, dialect.room // 2))
+    if not dialect.room:
+        data = b"".join(line + rng.choice([dialect.end, dialect.legal(rng)]) * rng.choice([0, 1, 3])
+                        for line in lines)
+        return Piece("flood", data, levels(data, period))
+    data = dialect.end + b"".join(lines)
     drained = dialect.room * dialect.answer * FRAME * period
     end = levels(dialect.end, period)
     return Piece("flood", data, np.concatenate([
@@ -191,4 +224,4 @@ def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
 
 
 _KINDS = {_legal: 100, _mutated: 80, _any_bytes: 60, _long: 3, _framing: 10, _glitched: 20,
-          _break: 10, _noise: 10, _flood: 0.3}
+          _break: 10, _noise: 10, _flood: 1}

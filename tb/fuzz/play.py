@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..engines import CXXRTLEngine, Engine
 from .line import CUT, FRAME, Levels, high
-from .pieces import OPENING, Piece, pieces
+from .pieces import MOST_OWED, OPENING, Piece, pieces
+from .presses import pressing
 from .targets import Judgement, Target
 
 __all__ = ["SESSION", "Outcome", "fuzz", "play", "shortest"]
@@ -28,6 +29,8 @@ class Outcome:
 
     Attributes
     ----------
+    target : Target
+        The machine, as it was built for it.
     seed : int
         Its seed.
     pieces : list of Piece
@@ -38,6 +41,7 @@ class Outcome:
         How long it took.
     """
 
+    target: Target
     seed: int
     pieces: list[Piece]
     judgement: Judgement
@@ -46,15 +50,21 @@ class Outcome:
 
 def fuzz(target: Target, seed: int, amount: int, *, kind: type[Engine] = CXXRTLEngine
          ) -> Iterator[Outcome]:
-    """Play sessions with so many bytes in all; the same seed gives the same sessions."""
+    """Play sessions with so many bytes in all; the same seed gives the same sessions.
+
+    Machines that are built in other ways take turns.
+    """
     if amount <= 0:
         return
-    design = target.design()
+    ways = [target, *target.others]
+    designs = [way.design() for way in ways[:-(-amount // SESSION)]]
     for number in count():
-        own = seed << 32 | number
-        sent = list(pieces(target.dialect, own, min(amount, SESSION), target.period))
-        with kind(design) as engine:
-            outcome = play(target, engine, sent)
+        own, way = seed << 32 | number, ways[number % len(ways)]
+        sent = pieces(way.dialect, own, min(amount, SESSION), way.period)
+        if way.dialect.switches:
+            sent = pressing(sent, way.dialect.switches, own, way.period)
+        with kind(designs[number % len(ways)]) as engine:
+            outcome = play(way, engine, list(sent))
         outcome.seed = own
         yield outcome
         amount -= outcome.judgement.bytes
@@ -69,15 +79,21 @@ def play(target: Target, engine: Engine, sent: Sequence[Piece],
     ends = np.cumsum([len(piece.levels) for piece in sent])
     floods = [(int(end) - len(piece.levels), int(end) if end < len(line) else CUT)
               for piece, end in zip(sent, ends, strict=True) if piece.kind == "flood"]
+    inputs = {"rx": line}
+    if target.dialect.switches:
+        inputs["limits"] = np.concatenate([
+            np.zeros(len(piece.levels), np.uint8) if piece.pressed is None else piece.pressed
+            for piece in sent])
     engine.set(**target.inputs)
-    seen = _played(target, engine, line)
-    return Outcome(0, list(sent), target.judge(line, seen, floods), len(line))
+    seen = {**inputs, **_played(target, engine, inputs)}
+    return Outcome(target, 0, list(sent), target.judge(line, seen, floods), len(line))
 
 
-def _played(target: Target, engine: Engine, line: Levels) -> Mapping[str, NDArray]:
+def _played(target: Target, engine: Engine, inputs: Mapping[str, Levels]) -> Mapping[str, NDArray]:
     parts = []
-    for start in range(0, len(line), ROWS):
-        rows = engine.play({"rx": line[start:start + ROWS]}, target.outputs)
+    for start in range(0, len(inputs["rx"]), ROWS):
+        rows = engine.play({name: levels[start:start + ROWS] for name, levels in inputs.items()},
+                           target.outputs)
         parts.append({name: row.astype(np.min_scalar_type(int(row.max(initial=0))))
                       for name, row in rows.items()})
     return {name: np.concatenate([part[name] for part in parts]) for name in target.outputs}
@@ -110,6 +126,9 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
         if any(failure.kind == what for failure in cut.judgement.failures):
             best = cut
             break
+    alone = test([replace(piece, pressed=None) for piece in best.pieces])
+    if any(failure.kind == what for failure in alone.judgement.failures):
+        best = alone
     some = best.pieces[OPENING:-1]
     size = max(1, len(some) // 2)
     while time.monotonic() < limit:
@@ -129,5 +148,6 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
 
 def _framed(target: Target, sent: Sequence[Piece], some: Sequence[Piece]) -> list[Piece]:
     """Put the opening before some pieces, and time for answers behind them."""
-    clocks = target.dialect.room * target.dialect.answer * FRAME * target.period // 4
+    waiting = target.dialect.room // 4 or MOST_OWED
+    clocks = waiting * target.dialect.answer * FRAME * target.period
     return [*sent[:OPENING], *some, Piece("rest", b"", high(clocks))]

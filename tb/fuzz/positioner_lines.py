@@ -13,9 +13,6 @@ __all__ = ["AXES", "BREAK", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP",
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
 UP, DOWN = 2**31 - 1, -2**31
-ROOM = 31
-"""Answers that can wait by name; there are no more of them than bytes and ends of lines."""
-
 _SYNTAX = {b"CONNECT": "", b"DISCONNECT": "", b"MOV": "mw", b"STOP": "m", b"VEL": "mr",
            b"P": "pnnn", b"GOTO": "p", b"ORIGIN": "", b"POS": "nnn"}
 _KINDS = {"m": rb"MOT[123]", "w": rb"CC?", "r": rb"[-+]?\d+", "p": rb"[-+]?\d+", "n": rb"[-+]?\d+"}
@@ -101,7 +98,8 @@ def _legal(rng: random.Random) -> bytes:
 DIALECT = Dialect(
     _legal, quiet=(b"CONNECT 1\n", b"FOO\n", b"\n", b"VEL MOT1 0\n", b"P 8 1 1 1\n", b"GOTO 0\n",
                    b"MOV MOT4 C\n", b"POS 1 2\n", b"STOP"),
-    end=b"\n", letters=b"\n\r 0129-+CMOTPVELGSN", room=ROOM, answer=24, begin=b"CONNECT\n",
+    end=b"\n", letters=b"\n\r 0129-+CMOTPVELGSN", longest=LONGEST, room=0, answer=24,
+    begin=b"CONNECT\n", switches=AXES,
     alive=b"DISCONNECT\nCONNECT\nPOS 0 0 0\nVEL MOT1 1500\nVEL MOT2 1499\nVEL MOT3 1000\n"
           b"P 7 5 -9 11\nGOTO 7\nBYE\n")
 """How one speaks to it."""

@@ -257,6 +257,6 @@ def _legal(rng: random.Random) -> bytes:
 
 DIALECT = Dialect(
     _legal, quiet=(b":x?\r", b":v?\r", b":d\r", b":e2\r", b":x-1\r", b":zz\r", b"\r", b"ab", b":"),
-    end=b"\r", letters=b":\r?0129xvedXVED +-", room=ROOM, answer=15, begin=b":v30000\r",
-    alive=b":e1\r:v59999\r:x0\r:x7\r:x?\r:v?\r")
+    end=b"\r", letters=b":\r?0129xvedXVED +-", longest=LONGEST, room=ROOM, answer=15,
+    begin=b":v30000\r", alive=b":e1\r:v59999\r:x0\r:x7\r:x?\r:v?\r")
 """How one speaks to it."""

@@ -3,19 +3,19 @@
 """The machines with a serial line: how they are built here, and how one looks at what they did."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines import Positioner, SerialOrders, Single
 from fresa.machines.mill import MillPace
-from fresa.machines.positioner import PositionerPace
+from fresa.machines.positioner import GUARDS, PositionerPace
 from fresa.machines.single import SinglePace
 
 from .. import boards
 from ..design import Design
-from . import order_lines, orders, positioner, positioner_lines, single
+from . import axes, limits, order_lines, orders, positioner, positioner_lines, single
 from .line import Broken, Levels, hear, said
 from .pieces import Dialect
 from .ways import Failure, Steps, Verdict, walk
@@ -36,6 +36,8 @@ class Judgement:
         What must not be, the earliest first.
     lines, answers : int
         How many were sent, legal or not; how many answers came.
+    blocked : int
+        Movements that a switch has ended.
     steps : int
         Steps of all motors.
     timed, deviation : int, float
@@ -46,6 +48,7 @@ class Judgement:
     bytes: int = 0
     lines: int = 0
     answers: int = 0
+    blocked: int = 0
     steps: int = 0
     timed: int = 0
     deviation: float = 0.0
@@ -103,6 +106,8 @@ class Target:
         Levels of the other inputs.
     rates : Rates, optional
         If its motors have any.
+    others : tuple of Target
+        The same machine, built in other ways.
     """
 
     name: str
@@ -113,6 +118,7 @@ class Target:
     inspect: Callable[[Judgement, Levels, Seen, Floods], None]
     inputs: Mapping[str, int] = field(default_factory=dict)
     rates: Rates | None = None
+    others: tuple["Target", ...] = ()
 
     def judge(self, line: Levels, seen: Seen, floods: Floods = ()) -> Judgement:
         """Look at a session."""
@@ -148,20 +154,43 @@ _POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner_lines
                              low=3, setup=2, hold=4, settle=30, report=40_000)
 
 
-def _positioner(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
-    steps, failures = positioner.motors(seen)
-    heard = list(hear(line, _BIT))
-    lines = list(positioner_lines.lines(iter(heard)))
-    session = positioner.LineSession(said(seen["tx"], _BIT), steps, floods, 10 * _BIT,
-                                     _POSITIONER.report)
-    session.run(iter(lines))
-    judgement.failures += [*failures, *session.failures]
-    judgement.bytes, judgement.lines = len(heard), len(lines)
-    judgement.answers = session.answers
-    if not session.failures:  # else it is not known what was asked for
-        judgement.failures += session.missing_reports(len(line))
-        for one, effects in zip(steps, session.effects, strict=True):
-            judgement.add(one, walk(one, effects, _POSITIONER.clock, len(line), 30))
+def _positioner(backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS) -> Target:
+    def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+        steps, failures = axes.loads(seen, backlash)
+        nothing = np.zeros(len(line), np.uint8)
+        switches = {end: seen["limits"] >> number & 1 for number, end in enumerate(guards)}
+        own = [axes.Axis(
+            f"motor {number}", load, axes.Ends(switches.get(f"{name}-", nothing),
+                                               switches.get(f"{name}+", nothing),
+                                               _POSITIONER.settle),
+            (np.flatnonzero(np.diff(seen["moving"] >> number - 1 & 1, prepend=0))).tolist())
+            for number, (name, load) in enumerate(zip("XYZ", steps, strict=True), 1)]
+        for one in own:
+            failures += one.ends.passed(one.steps)
+        heard = list(hear(line, _BIT))
+        lines = list(positioner_lines.lines(iter(heard)))
+        session = positioner.LineSession(said(seen["tx"], _BIT), own, 10 * _BIT,
+                                         _POSITIONER.report, len(line))
+        session.run(iter(lines))
+        judgement.failures += [*failures, *session.failures]
+        judgement.bytes, judgement.lines = len(heard), len(lines)
+        judgement.answers = session.answers
+        judgement.blocked = sum(len(one.blocked) for one in own)
+        if session.failures:  # it is not known what was asked for
+            return
+        judgement.failures += session.missing_reports() + limits.sound(
+            seen["buzzer"], [at for one in own for at in one.blocked],
+            [at for one in own for at in one.perhaps], _POSITIONER.report)
+        for one in own:
+            judgement.add(one.steps, walk(one.steps, one.effects, _POSITIONER.clock, len(line), 30))
+
+    return Target(
+        "positioner", _BIT, positioner_lines.DIALECT,
+        lambda: boards.component("positioner", Positioner(
+            pace=_POSITIONER, backlash=backlash, guards=guards)),
+        ("tx", "step", "direction", "enable", "moving", "buzzer", "fault"), inspect,
+        rates=Rates(positioner_lines.TOP_SPEED, _POSITIONER.clock, positioner_lines.AXES,
+                    positioner_lines.begin))
 
 
 _BIT = 16
@@ -188,11 +217,7 @@ def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> N
 
 
 TARGETS = {target.name: target for target in (
-    Target("positioner", _BIT, positioner_lines.DIALECT,
-           lambda: boards.component("positioner", Positioner(pace=_POSITIONER)),
-           ("tx", "step", "direction", "enable", "fault"), _positioner,
-           rates=Rates(positioner_lines.TOP_SPEED, _POSITIONER.clock, positioner_lines.AXES,
-                       positioner_lines.begin)),
+    replace(_positioner(), others=(_positioner((0, 9, 70), ("X-", "X+", "Y-")),)),
     Target("single", _SINGLE.bit, single.DIALECT,
            lambda: boards.component("single", Single(pace=_SINGLE, greeting=single.GREETING,
                                                      help_text=single.HELP)),

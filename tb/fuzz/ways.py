@@ -42,15 +42,12 @@ class Mode(NamedTuple):
         Its steps in as many clocks as the modulus.
     run : bool
         It goes; else it makes no step.
-    sure : bool
-        It goes, and does not perhaps stand already for a reason that is not looked at.
     """
 
     low: int
     high: int
     rate: int
     run: bool
-    sure: bool = True
 
 
 class Effect(NamedTuple):
@@ -72,7 +69,7 @@ class Steps:
     way : array of int64
         Its direction, 1 or -1.
     place : array of int64
-        Where the motor is before each, and at last.
+        Where what it moves is before each, and at last.
     """
 
     clock: NDArray[np.int64]
@@ -80,10 +77,11 @@ class Steps:
     place: NDArray[np.int64]
 
     @classmethod
-    def of(cls, clock: NDArray, way: NDArray) -> "Steps":
-        """Count steps."""
+    def of(cls, clock: NDArray, way: NDArray, moves: NDArray | None = None) -> "Steps":
+        """Count steps, each of which moves something, unless told otherwise: 1, 0 or -1."""
         way = way.astype(np.int64)
-        return cls(clock.astype(np.int64), way, np.concatenate([[0], np.cumsum(way)]))
+        return cls(clock.astype(np.int64), way,
+                   np.concatenate([[0], np.cumsum(way if moves is None else moves)]))
 
     def between(self, first: int, last: int) -> tuple[int, int]:
         """Give the lowest and the highest place from one clock to another."""
@@ -138,7 +136,7 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     """
     bounds, spans = _spans(effects, clocks)
     begins, ends = bounds[:-1], bounds[1:]
-    sure = np.array([len(span) == 1 and span[0].run and span[0].sure and
+    sure = np.array([len(span) == 1 and span[0].run and
                      span[0].low == span[0].high for span in spans])
     highest = np.array([max((mode.high for mode in span if mode.run), default=-2**62)
                         for span in spans])

@@ -6,15 +6,28 @@ import numpy as np
 import pytest
 
 from fresa.drive import rate
+from fresa.motion import limits as switches
 from fresa.motion import order_control, order_ledger, positioning
 from fresa.protocol import frames
 from fresa.protocol import positioner as commands
 from tb.contracts.contract import Bug
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.fuzz import TARGETS, fuzz, measure, play, positioner_lines, shortest, single, spread
+from tb.fuzz import (
+    TARGETS,
+    fuzz,
+    limits,
+    measure,
+    play,
+    positioner_lines,
+    shortest,
+    single,
+    spread,
+)
+from tb.fuzz.axes import loads
 from tb.fuzz.line import FRAME, Broken, hear, high, levels, said
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
+from tb.fuzz.reasons import Reasons
 from tb.fuzz.targets import Judgement
 from tb.fuzz.ways import Effect, Mode, Steps, walk
 from tb.models.protocol import ReceiverModel
@@ -24,13 +37,18 @@ BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPE
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
-def judged(name: str, text: bytes) -> Judgement:
-    """Send some bytes, wait for as long as some more would take, and look at what came of it."""
+def judged(name: str, text: bytes, pressed: int = 0) -> Judgement:
+    """Send some bytes, wait for as long as some more would take, and look at what came of it.
+
+    Switches may be pressed for a moment behind the bytes.
+    """
     target = TARGETS[name]
     begin = BEGIN[name]
     sent = [Piece("rest", b"", high(99 + 3 * FRAME * BIT)),
             Piece("bytes", begin + text, levels(begin + text, BIT)),
-            Piece("rest", b"", high(40 * FRAME * BIT))]
+            Piece("rest", b"", high(100)),
+            Piece("rest", b"", high(100), np.full(100, pressed, np.uint8)),
+            Piece("rest", b"", high(35 * FRAME * BIT))]
     with AmaranthEngine(target.design()) as engine:
         return play(target, engine, sent).judgement
 
@@ -65,6 +83,20 @@ MISTAKES = {  # machine, few bytes, what is found, the mistake
 }
 
 
+ON = b"MOV MOT1 C\nMOV MOT2 CC\n"
+SWITCHES = {  # what is found, the mistake
+    "a step towards a switch": ("step", Bug(
+        switches, "self.direction & self.at_high |", "~self.direction & self.at_high |")),
+    "a movement that goes on": ("answer", Bug(
+        positioning, "~self.there & ~stopped", "~self.there")),
+    "a switch that is not told of": ("answer", Bug(
+        positioning, "hits & ~first, hits) | stopped)", "hits & ~first, hits))")),
+    "a switch that is told of again": ("answer", Bug(
+        positioning, "Mux(free, hits & ~first, hits)", "hits")),
+    "no buzzer": ("pins", Bug(positioning, "ticks != 0", "0")),
+}
+
+
 class TestMistakes:
     @pytest.mark.parametrize("name", TARGETS)
     def test_nothing_is_found_where_there_is_none(self, name):
@@ -78,6 +110,16 @@ class TestMistakes:
         with bug.planted():
             assert kind in {failure.kind for failure in judged(name, text).failures}
 
+    def test_nothing_is_found_where_switches_do_what_they_should(self):
+        found = judged("positioner", ON, 0b011)  # MOT2 moves away from its switch
+        assert found.failures == [] and found.blocked == 1
+
+    @pytest.mark.parametrize("mistake", SWITCHES)
+    def test_of_a_switch_is_found(self, mistake):
+        kind, bug = SWITCHES[mistake]
+        with bug.planted():
+            assert kind in {failure.kind for failure in judged("positioner", ON, 0b011).failures}
+
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
         if reason := CXXRTLEngine.missing():
@@ -86,7 +128,7 @@ class TestMistakes:
         with bug.planted():
             outcome = next(iter(fuzz(TARGETS["single"], 1, 3000)))
             assert outcome.judgement.failures
-            short = shortest(TARGETS["single"], outcome.pieces, 60)
+            short = shortest(outcome.target, outcome.pieces, 60)
         assert short.judgement.failures[0].kind == outcome.judgement.failures[0].kind
         assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 2
 
@@ -205,6 +247,91 @@ class TestWalk:
         effects = [self.REST, Effect(100, 110, Mode(2, 2, 2, True))]
         assert self.walk([112, 123], effects=effects).failures == []
         assert self.walk([112, 123, 133], effects=effects).failures[0].clock == 133
+
+
+class TestReasons:
+    """A flood of bad lines, one a byte, each answer of which takes as long as eleven."""
+
+    BYTE, LINES = 160, 60
+
+    def said(self, queue=32):
+        """Give what a queue of so many places would have said."""
+        said, waiting, free, clock = [], [], 0, 0
+        lines = [1000 + number * self.BYTE for number in range(self.LINES)]
+        while lines or waiting:
+            clock += 1
+            if waiting and clock >= free:  # begins, and then there is room for another
+                said.append((clock, waiting.pop(0)))
+                free = clock + 11 * self.BYTE
+            if lines and clock == lines[0] + 5:
+                lines.pop(0)
+                if len(waiting) <= queue:
+                    waiting.append(b"! COMMAND\n" if len(waiting) < queue else b"! OVERFLOW\n")
+        return said
+
+    def judged(self, said):
+        reasons = Reasons(said, lambda clock: clock + 20 * self.BYTE, self.BYTE, 10**6)
+        for number in range(self.LINES):
+            clock = 1000 + number * self.BYTE
+            if failure := reasons.refuse(b"", "COMMAND", clock, clock + 40):
+                return failure
+        return reasons.rest()
+
+    def test_one_answer_each_and_one_for_those_that_are_too_many(self):
+        said = self.said()
+        assert self.judged(said) is None and 33 < len(said) < self.LINES
+        texts = [text for _, text in said]
+        assert texts == sorted(texts) and 1 < texts.count(b"! OVERFLOW\n") < 9
+
+    @pytest.mark.parametrize("change", [
+        lambda said: said[:1], lambda said: said[:20] + said[21:], lambda said: said[:-1],
+        lambda said: [*said, (said[-1][0] + 3000, b"! COMMAND\n")],
+        lambda said: [(clock, b"! COMMAND\n") for clock, _ in said],
+        lambda said: [*said[:5], (said[5][0], b"! RANGE\n"), *said[6:]],
+        lambda said: [*said[:9], *((clock + 5000, text) for clock, text in said[9:])],
+    ])
+    def test_less_is_found(self, change):
+        assert self.judged(change(self.said()))
+
+    @pytest.mark.parametrize("queue", [1, 16, 30, 34])
+    def test_of_other_places_is_found(self, queue):
+        assert self.judged(self.said(queue))
+
+
+class TestLimits:
+    SAID = [(500, b"! RANGE\n"), (900, b"! LIMIT MOT2\n"), (1300, b"! LIMIT MOT1\n")]
+
+    def told(self, number, blocked, perhaps=()):
+        return limits.told(number, blocked, perhaps, self.SAID, lambda clock: clock + 450, 9000)
+
+    def test_each_is_told_of_once(self):
+        assert self.told(1, [700]) == self.told(2, [800]) == self.told(3, []) == []
+        assert self.told(1, [700, 1200]) == []  # before it was said
+        assert self.told(3, [], [700]) == self.told(2, [], [700]) == []
+
+    @pytest.mark.parametrize(("number", "blocked"), [
+        (3, [700]), (2, []), (2, [950]), (1, [700, 1400]), (1, [1400])])
+    def test_others_are_found(self, number, blocked):
+        assert self.told(number, blocked)
+
+    def test_the_buzzer_sounds_to_the_second_tick(self):
+        buzzer = np.zeros(1000, np.uint8)
+        buzzer[150:300] = buzzer[399:600] = 1
+        assert limits.sound(buzzer, [150, 399, 401], [], 100) == []
+        assert limits.sound(buzzer, [150, 399], [420], 100) == []
+        for wrong in ([150, 399], [150, 399, 401, 500], [150], [150, 398, 401], [151, 399, 401]):
+            assert limits.sound(buzzer, wrong, [], 100)
+
+    def test_play_is_a_gap(self):
+        ways = [1, 1, 1, 1, -1, 1, -1, -1, -1, 1]
+        seen = {name: np.zeros(40, np.uint8) for name in ("step", "direction", "enable")}
+        seen["enable"] += 7
+        for number, way in enumerate(ways):
+            seen["step"][3 * number + 1] = 4
+            seen["direction"][3 * number:3 * number + 3] = 4 * (way > 0)
+        (_, _, z), failures = loads(seen, (0, 0, 2))
+        assert failures == []
+        assert z.place.tolist() == [0, 0, 0, 1, 2, 2, 2, 2, 2, 1, 1]
 
 
 def test_rates_that_are_chosen():
