@@ -1,8 +1,10 @@
 """Contract of what the orders of the positioner do."""
 
-from amaranth import Cat, Const, Mux, Value
+from collections.abc import Callable
 
-from fresa.motion import Positioning, positioning
+from amaranth import Cat, Const, Mux
+
+from fresa.motion import Positioning, points, positioning
 from fresa.protocol.positioner import Answer, Command
 
 from .contract import Bits, Bug, Case, Component, Contract
@@ -38,6 +40,7 @@ def describe(c: Contract, dut: Positioning) -> None:
     refused = wrong | apart | empty
     taken = dut.orders.valid & dut.orders.ready
     obeyed = taken & ~refused & ~c.rst
+    point = _points(c, dut, taken & ~refused & (command == Command.P))
     with c.m.If(c.rst):
         c.m.d.sync += stored.eq(0)
     with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
@@ -47,21 +50,45 @@ def describe(c: Contract, dut: Positioning) -> None:
              bug=Bug(positioning, "with m.Case(Command.P):",
                      "with m.Case(Command.P, Command.POS):"))
     _changes(c, dut, obeyed)
+    _movements(c, dut, obeyed, point)
     _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
         apart, Answer.DISCONNECTED, Answer.EMPTY)))
 
 
-def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
-    """What changes, and by which order."""
-    order, command = dut.orders.p, dut.orders.p.command
+def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
+    """Watch what is stored, at any one place; return where the point is that an order names."""
+    number, words = dut.orders.p.point, c.words("points.places")
+    place = c.free(len(number), name="any_point")
+
+    def word_at(address: Bits) -> Bits:
+        value = words[0]
+        for other in range(1, len(words)):
+            value = Mux(address == other, words[other], value)
+        return value
+
+    c.always("keeps-its-points", "A point is where P stored it last.",
+             word_at(c.past(place)) == Mux(
+                 c.past(stores & (number == place) & (place != 0)), c.past(Cat(dut.numbers)),
+                 c.past(word_at(place))), seen=word_at(place) != 0,
+             bug=(Bug(positioning, "point.eq(number)", "point.eq(number + 1)"),
+                  Bug(points, "write.addr.eq(self.number)", "write.addr.eq(self.number | 1)")))
+    return word_at(number)
+
+
+def _orders(c: Contract, dut: Positioning, obeyed: Bits) -> Callable[..., Bits]:
+    """Return what says whether an order was obeyed in the clock before."""
+    order = dut.orders.p
 
     def then(*commands: Command, motor: int | None = None) -> Bits:
-        """Say whether such an order was obeyed in the clock before."""
-        of = Value.cast(0)
-        for one in commands:
-            of = of | (command == one)
+        of = Cat(order.command == one for one in commands).any()
         return c.past(obeyed & of & (order.motor == motor if motor is not None else 1))
 
+    return then
+
+
+def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
+    """What changes, and by which order."""
+    command, then = dut.orders.p.command, _orders(c, dut, obeyed)
     was_reset = c.past(c.rst)
     c.always("still-unless-connected", "Nothing moves that is not connected.",
              dut.connected | ~dut.run.any(), seen=dut.connected & dut.run.all(),
@@ -82,57 +109,76 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
                 (command == Command.ORIGIN) & (place == 0)) | c.rst,
             bug=Bug(positioning, "with m.If(order.command == Command.POS):",
                     "with m.If(order.command != Command.P):"))
+    c.always("place-of-pos", "No place is shown but that of POS while it is obeyed.",
+             (place == 0) | (command == Command.POS) & (place == Cat(dut.numbers)),
+             seen=place != 0,
+             bug=Bug(positioning, "with m.If(order.command == Command.POS):",
+                     "with m.If(order.command != Command.ORIGIN):"))
     c.holds("loads", "POS and ORIGIN are obeyed by a load.",
             when=obeyed & ((command == Command.POS) | (command == Command.ORIGIN)), then=dut.load,
             bug=Bug(positioning, "self.load.eq(1)", "self.load.eq(order.motor == 0)"))
+
+
+def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None:
+    """What moves, where to, and how fast."""
+    order, then, was_reset = dut.orders.p, _orders(c, dut, obeyed), c.past(c.rst)
+    going, halted = c.signal("going"), c.past(dut.halt)
+    after_reset = min(positioning.START_SPEED, dut.top_speed)
     for motor in range(3):
         name = f"mot{motor + 1}"
         run, run_before = dut.run[motor], c.past(dut.run[motor])
-        target, rate = dut.target[motor], dut.rate[motor]
+        target, rate, way = dut.target[motor], dut.rate[motor], going[motor]
+        moved, goes = then(Command.MOV, motor=motor), then(Command.GOTO)
+        begins = (moved | goes) & ~halted
         c.holds(f"{name}-moves-by-order", f"Motor {motor + 1} begins to move only by MOV of it and "
-                "by GOTO.", when=run & ~run_before,
-                then=(then(Command.MOV, motor=motor) | then(Command.GOTO)) & ~c.past(dut.halt),
+                "by GOTO.", when=run & ~run_before, then=begins,
                 bug=(Bug(positioning, OBEYED, "self.orders.valid & looked"),
                      Bug(positioning, "self.run[motor].eq(1)", "self.run.eq(~0)")))
+        c.holds(f"{name}-begins", f"By these motor {motor + 1} does begin to move.", when=begins,
+                then=run, bug=(Bug(positioning, "self.run.eq(~0), ", ""),
+                               Bug(positioning, "self.run[motor].eq(1), ", "")))
         c.holds(f"{name}-ends", f"Motor {motor + 1} ends its movement where it arrives or is "
-                "blocked, by STOP, and by a halt, unless another is ordered.",
-                when=~run & run_before, then=was_reset | c.past(
-                    dut.there[motor] | dut.blocked[motor] | dut.halt)
-                | then(Command.STOP, motor=motor)
-                | then(Command.DISCONNECT, Command.ORIGIN, Command.POS),
-                bug=Bug(positioning, "self.run[motor].eq(0)", "self.run.eq(0)"))
+                "blocked, by STOP, by a halt, and by ORIGIN and POS if it is to a point, unless "
+                "another is ordered.", when=~run & run_before, then=was_reset | halted
+                | c.past(dut.there[motor] | dut.blocked[motor])
+                | then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
+                | then(Command.ORIGIN, Command.POS) & c.past(way),
+                bug=(Bug(positioning, "self.run[motor].eq(0)", "self.run.eq(0)"),
+                     Bug(positioning, "self.run.eq(left & ~going)", "self.run.eq(0)")))
         c.holds(f"{name}-does-end", f"It does: no movement of motor {motor + 1} goes on that has "
                 "come to an end.", when=c.past(dut.there[motor] | dut.blocked[motor])
                 & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
-                then=~run | then(Command.MOV, motor=motor) | then(Command.GOTO),
+                then=~run | moved | goes,
                 bug=(Bug(positioning, MOVES, "self.run & ~self.there"),
                      Bug(positioning, MOVES, "self.run & ~stopped"),
                      Bug(positioning, "self.run & ~self.there & ~self.blocked", "self.run")))
-        c.holds(f"{name}-target", f"The target of motor {motor + 1} changes only by MOV of it, "
-                "to an end, and by GOTO.", when=target != c.past(target),
-                then=was_reset | then(Command.GOTO) | then(Command.MOV, motor=motor)
-                & (target == Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN)),
-                bug=Bug(positioning, "self.target[motor].eq(Mux(order.clockwise, UP, DOWN))",
-                        "self.target[motor].eq(Mux(order.clockwise, DOWN, UP))"))
-        c.holds(f"{name}-rate", f"The speed of motor {motor + 1} changes only by VEL of it, to "
-                "what it says.", when=rate != c.past(rate, init=positioning.START_SPEED),
-                then=was_reset | then(Command.VEL, motor=motor)
-                & (rate == c.past(dut.numbers[2])[:len(rate)]),
-                bug=(Bug(positioning, "self.rate[motor].eq(self.numbers[-1])",
-                         "self.rate[motor].eq(self.numbers[0])"),
-                     Bug(positioning, OBEYED, "self.orders.valid & looked")))
+        c.always(f"{name}-target", f"The target of motor {motor + 1} is a point, by GOTO, or an "
+                 "end, by MOV of it, whichever was last.", target == Mux(was_reset, 0, Mux(
+                     goes, c.past(point.word_select(motor, 32)).as_signed(), Mux(
+                         moved, Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN),
+                         c.past(target)))), seen=target != 0,
+                 bug=(Bug(positioning, "Mux(order.clockwise, UP, DOWN)",
+                          "Mux(order.clockwise, DOWN, UP)"),
+                      Bug(positioning, "Cat(self.target).eq(Cat(points.found))",
+                          "Cat(self.target).eq(Cat(self.numbers))")))
+        c.always(f"{name}-rate", f"The speed of motor {motor + 1} is that of the last VEL of it.",
+                 rate == Mux(was_reset, after_reset, Mux(
+                     then(Command.VEL, motor=motor), c.past(dut.numbers[2])[:len(rate)],
+                     c.past(rate, init=after_reset))), seen=rate != after_reset,
+                 bug=(Bug(positioning, "self.rate[motor].eq(self.numbers[-1])",
+                          "self.rate[motor].eq(self.numbers[0])"),
+                      Bug(positioning, OBEYED, "self.orders.valid & looked")))
+        c.always(f"{name}-is-going", f"A movement of motor {motor + 1} is to a point from GOTO to "
+                 "the next MOV of it.", way == ~was_reset & (goes | c.past(way) & ~moved),
+                 seen=way, bug=(Bug(positioning, "going[motor].eq(0)", "going.eq(0)"),
+                                Bug(positioning, "going.eq(~0), ", "")))
     c.holds("halts", "While it is to halt nothing moves from the next clock on.",
             when=c.past(dut.halt & dut.run.any()), then=~dut.run.any(),
             bug=Bug(positioning, "with m.If(self.halt):", "with m.If(self.halt & ~obeyed):"))
-    going = c.signal("going")
     c.holds("origin-ends-going", "ORIGIN and POS end all movements to points.",
             when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
             then=~(dut.run & c.past(going)).any(),
             bug=Bug(positioning, "self.run.eq(left & ~going)", "self.run.eq(left)"))
-    c.holds("going-is-to-a-point", "A movement is to a point from GOTO to the next MOV.",
-            when=(going != c.past(going)), then=was_reset | then(Command.GOTO, Command.MOV),
-            bug=Bug(positioning, "m.d.sync += self.rate[motor].eq(self.numbers[-1])",
-                    "m.d.sync += going[motor].eq(1)"))
 
 
 def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
@@ -197,6 +243,10 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                 "ended a movement, and once for that.", when=mine & ~kept,
                 then=c.past(hits[motor]) & (~hits[motor] | c.past(ended)),
                 bug=Bug(positioning, "Mux(free, hits & ~first, hits)", "hits"))
+        c.holds(f"limit-{motor + 1}-is-not-lost", f"What is to be told of motor {motor + 1} stays "
+                "so until it is being told.", when=c.past(hits[motor] & ~c.rst) & ~hits[motor],
+                then=mine, bug=Bug(positioning, "first = hits & (~hits + 1)[:MOTORS]",
+                                   "first = hits"))
         c.holds(f"limit-{motor + 1}-has-a-cause", f"Nothing is to be told of motor {motor + 1} "
                 "that did not happen.", when=hits[motor] & ~c.past(hits[motor]), then=c.past(ended),
                 bug=Bug(positioning, "stopped.eq(self.run & self.blocked)",
