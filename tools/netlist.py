@@ -30,9 +30,10 @@ from .console import (
 __all__ = ["line", "main", "run_checks"]
 
 ABOUT = """\
-Checks what Yosys makes of the mill for the Spartan-3E (synth_xilinx -family xc3se): the raw machine
-and the Nexys 2 with its switches, buttons and order sources, with the times that are built. Only X
-is looked for with short times, so that much happens.
+Checks what Yosys makes of the machines for the Spartan-3E (synth_xilinx -family xc3se): the raw
+mill and the Nexys 2 with its switches, buttons and order sources, with the times that are built;
+likewise `single` and `positioner`, as far as Yosys has models of the RAMs that they take. Only X is
+looked for with short times, so that much happens.
 
 {checks}
 
@@ -43,7 +44,7 @@ anything is checked it is synthesised, which takes a minute the first time.
 EPILOG = """\
 examples:
   python -m tools.netlist
-      All of it; a minute or two on two cores.
+      All of it; some minutes on two cores.
 
   python -m tools.netlist equal --flips 20 --seed 7
       RTL = netlist, and twenty flipped bits of look-up tables.
@@ -126,7 +127,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="bits of look-up tables to flip (default: %(default)s)")
     parser.add_argument("--cycles", metavar="N", type=whole(1, 1_000_000_000),
                         default=Options.cycles,
-                        help="clocks to look for X, in each of two runs (default: %(default)s)")
+                        help="clocks to look for X, in each of two runs; of machines on a serial "
+                             "line ten times as many (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", type=whole(0, (1 << 64) - 1),
                         default=Options.seed, help="seed of stimulus and flips "
                                                    "(default: %(default)s)")

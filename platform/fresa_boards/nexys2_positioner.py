@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from amaranth import Cat, Elaboratable, Module
+from amaranth import Cat, Elaboratable, Module, Signal
 from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth.lib import io
 
@@ -97,9 +97,13 @@ class Nexys2Positioner(Elaboratable):
         # What comes in
         m.submodules.machine = machine = self._machine
         m.submodules.debouncer = debouncer = self._debouncer
-        limits = ~ports["limits"] if self._normally_closed else ports["limits"]
+        # The pin of a switch is high where it is open. Nothing, not even an inverter, comes before
+        # the flip-flops.
+        high = Signal(len(machine.limits))
+        m.d.comb += machine.limits.eq(high if self._normally_closed else ~high)
         synchronize(m, "reset", ports["reset"], debouncer.i)
-        synchronize(m, "limits", limits, machine.limits)
+        synchronize(m, "limits", ~ports["limits"], high,
+                    init=0 if self._normally_closed else (1 << len(high)) - 1)
         synchronize(m, "rx", ports["rx"], machine.rx, init=1)
         wire_clock(m, ports, debouncer.o)
 

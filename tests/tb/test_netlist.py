@@ -3,18 +3,21 @@
 
 """Checks of the netlist: on a few cells, what is right passes and what is wrong is named."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from amaranth import ClockDomain, ClockSignal, Fragment, Module, Signal
 from amaranth.back import rtlil
+from amaranth.lib import memory
 
 from fresa import fsm
 from fresa.fsm import leave_unused_codes
 from tb.contracts.contract import Bug
 from tb.design import Design
-from tb.engines import EngineError
+from tb.engines import EngineError, source
+from tb.engines.netlist import netlist as synthesised
 from tb.netlist import CHECKS, Options, codes, equal, pins, unknown
 from tb.netlist.flat import Flat
 from tb.netlist.flips import flips
@@ -220,6 +223,25 @@ class TestEqual:
         assert equal.same("it", NETLIST, NETLIST, tmp_path, only=where)
         assert not equal.same("it", NETLIST, NETLIST.replace("4'h6", "4'h7"), tmp_path, only=where)
 
+    @pytest.mark.proof
+    def test_memories_of_flip_flops(self, tmp_path):
+        m = Module()
+        m.domains.sync = ClockDomain(reset_less=True)
+        pins = {name: Signal(width, name=name) for name, width in (("clk", 1), ("at", 1), ("i", 2))}
+        o = Signal(2, name="o")
+        m.submodules.ram = ram = memory.Memory(shape=2, depth=2, init=[1, 2])
+        store, fetch = ram.write_port(), ram.read_port()
+        m.d.comb += [ClockSignal().eq(pins["clk"]), store.en.eq(1), store.addr.eq(pins["at"]),
+                     store.data.eq(pins["i"]), fetch.addr.eq(~pins["at"]), o.eq(fetch.data)]
+        design = Design("it", m, pins.pop("clk"), pins, {"o": o})
+        verilog, gates = source.verilog(design), synthesised(design, rams=False)
+        assert equal.compare("it", verilog, gates, tmp_path, verilog=True) == equal.Verdict(
+            8, 8, 2, 6, 0, 0, [])
+        spoilt = re.sub(r"(LUT\d #\(\s+\.INIT\(\d+'h)(\w)", lambda table: table[1] + (
+            "0" if table[2] != "0" else "1"), gates, count=1)
+        assert spoilt != gates
+        assert equal.compare("it", verilog, spoilt, tmp_path, verilog=True).wrong
+
     def test_yosys_that_compares_nothing_is_an_error(self, tmp_path, monkeypatch):
         monkeypatch.setattr(equal, "_EQUIV", "log nothing")
         with pytest.raises(EngineError, match="compared 0 bits of it, not 2"):
@@ -359,6 +381,13 @@ class TestUnknown:
         seen = unknown.look(elaborate(unknown.MACHINE.make), Spoilt, unknown.MACHINE, seed=1,
                             clocks=200)
         assert seen.wrong is not None
+
+    def test_what_is_typed_takes_longer(self):
+        for runnable in unknown.ON_A_LINE:
+            for resets in (True, False):
+                rows = list(runnable.stimulus(5, 4000, resets))
+                assert sum(len(block["rst"]) for block in rows) == 40_000
+                assert any(block["rst"].any() for block in rows) == resets
 
     def test_resets_are_left_out_of_one_run(self):
         for runnable, reset in ((unknown.MACHINE, "rst"), (unknown.PANEL, "buttons")):
