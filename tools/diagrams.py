@@ -137,6 +137,13 @@ DIAGRAMS = (
         "`load`, which calls this place another.",
         "inputs: target run load moved outputs: step direction position", 0, 42),
     Diagram(
+        "ramp",
+        "Twelve steps from standstill: the first at once, the others by the rates of the levels, "
+        "up to 5, and down in time. Then 40 is the target, until at 16 it is 15: the motor slows "
+        "down past it, stands at 20, and comes back.",
+        "inputs: target moved outputs: step direction rate level position", 20, 312,
+        radix=("rate=dec", "level=dec")),
+    Diagram(
         "backlash",
         "After each reversal 3 steps only take up play and are not counted; where 2 are taken up "
         "and it reverses again, 2. A reset moves no gear. Then the play is 1.",

@@ -13,6 +13,7 @@ from . import (
     panel,
     positioner,
     protocol,
+    ramp,
     serial_line,
     serial_orders,
     single,
@@ -21,8 +22,8 @@ from . import (
 __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
-    "components": (drive, motion, control, guard, orders, serial_orders, panel, axis, serial_line,
-                   protocol, positioner),
+    "components": (drive, motion, control, guard, orders, serial_orders, panel, axis, ramp,
+                   serial_line, protocol, positioner),
     "machine": (mill, single, positioner),
     "board": (board,),
 }

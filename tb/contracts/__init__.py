@@ -30,6 +30,7 @@ from .position import POSITION
 from .positioner import POSITIONER
 from .positioner_commands import POSITIONER_COMMANDS
 from .positioning import POSITIONING
+from .ramp import RAMP
 from .rate import RATE
 from .sequencer import SEQUENCER
 from .single import SINGLE
@@ -53,6 +54,7 @@ COMPONENTS = {
     "step_dir": STEP_DIR,
     "rate": RATE,
     "position": POSITION,
+    "ramp": RAMP,
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,

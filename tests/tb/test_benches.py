@@ -42,6 +42,7 @@ from fresa.motion import (
     StartHandshake,
     StepCounter,
 )
+from fresa.motion.ramp import Ramp
 from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,
@@ -77,6 +78,7 @@ BUGS = {
     "step-dir-driver": (StepDirDriver, "step_pin", 0),
     "rate-generator": (RateGenerator, "due", 1),
     "move-to": (MoveTo, "direction", 1),
+    "ramp": (Ramp, "direction", 1),
     "backlash": (Backlash, "counted", 1),
     "limits": (Limits, "at_high", 0),
     "order-control": (OrderControl, "clear", 0),

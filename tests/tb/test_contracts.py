@@ -51,6 +51,9 @@ WHOLE_MACHINE = {
     "a position is that of the steps made, and never wraps; play is taken up, and no more": {
         "position": ["no-lost-step", "nearer", "never-wraps"],
         "backlash": ["within-the-play", "load-is-pushed", "no-more-than-the-play"]},
+    "a ramp changes the speed by a level a step, turns where it stands, and passes no target": {
+        "ramp": ["a-level-a-step", "turns-at-0", "stands-there", "never-passed",
+                 "nearer-or-slower", "no-faster-than-its-level", "among-the-targets"]},
     "an order that comes over a line is done once, in its turn, and of a line that was right": {
         "order_ledger": ["each-once-in-its-turn", "takes-the-next-only", "damaged-does-nothing",
                          "again-does-nothing", "answers-each", "answers-once", "manual-forgets"],

@@ -151,11 +151,26 @@ class TestSingle:
         assert (pins["bridge_0__io"], pins["uart_0__rx__io"], pins["uart_0__tx__io"]) == (
             "K13", "U6", "P9")
 
+    def test_a_ramp_is_built_and_told(self, tmp_path, capsys):
+        sources = []
+        for ramp in (["--ramp", 1000, "--top-speed", 100], []):
+            out = tmp_path / "out"
+            assert run("--machine", "single", "--board", "pins", *ramp, "--no-report",
+                       "-o", out) == 0
+            facts = json.loads((out / "report.json").read_text())
+            assert facts.get("ramp_steps_per_s2") == (1000 if ramp else None)
+            assert facts.get("top_speed_rpm") == (100 if ramp else None)
+            assert ("1000 steps/s² up to 100 rpm" in capsys.readouterr().out) == bool(ramp)
+            sources.append((out / "single.v").read_text())
+        assert "slowest" in sources[0] and "slowest" not in sources[1]
+
     @pytest.mark.parametrize(("arguments", "message"), [
         (["--machine", "single", "--guard"], "unrecognized arguments: --guard"),
         (["--machine", "single", "--size", "9x9"], "unrecognized arguments: --size 9x9"),
         (["--full-step"], "unrecognized arguments: --full-step"),
         (["--machine", "single", "--baud", "4000000"], "baud at a clock of 50000000 Hz must be"),
+        (["--machine", "single", "--ramp", "10"], "at 10 steps/s² it takes more than 4096 steps"),
+        (["--machine", "single", "--top-speed", "500"], "leave out --top-speed"),
         (["--machine", "lathe"], "invalid choice: 'lathe'"),
     ])
     def test_options_that_do_not_fit(self, tmp_path, capsys, arguments, message):

@@ -1,3 +1,5 @@
+# amaranth: UnusedElaboratable=no
+
 """Building `single`: one motor behind a serial line."""
 
 import argparse
