@@ -7,14 +7,14 @@ import zlib
 from .pieces import Dialect
 from .single import Frame
 
-__all__ = ["DIALECT", "DOWN", "GO", "LONGEST", "NUMBERS", "OPEN", "TELL", "UP", "asked", "checked",
-           "request"]
+__all__ = ["DIALECT", "DOWN", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP", "asked",
+           "checked", "request"]
 
 SIDE = 400
 """Places to go to are the corners of a square: so each way is along one of the 8 directions. They
 are so far from each other that orders have to wait."""
 
-LONGEST, NUMBERS = 32, 1 << 24
+LONGEST, ROOM, NUMBERS = 32, 63, 1 << 24
 TELL, OPEN, GO, UP, DOWN = range(5)
 
 
@@ -59,7 +59,7 @@ def _job(rng: random.Random) -> bytes:
 
 DIALECT = Dialect(
     _job, quiet=(request(TELL), request(TELL), request(TELL)[:-3] + b"\r", b":\r", b"AB\n", b":"),
-    end=b"\r", letters=b":\r\n0123456789ABCDEF=", longest=LONGEST, room=63, answer=40,
+    end=b"\r", letters=b":\r\n0123456789ABCDEF=", longest=LONGEST, room=ROOM, answer=40,
     begin=request(TELL),
     alive=b"".join(line + _GAP * 9 for line in [
         request(OPEN), request(OPEN), request(OPEN, 5), request(GO, 5, 1, 0, SIDE),

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .floods import PROMPT, Backlog, silence
 from .line import CUT, Text
-from .order_lines import DOWN, GO, NUMBERS, OPEN, TELL, UP, asked, checked
+from .order_lines import DOWN, GO, NUMBERS, OPEN, ROOM, TELL, UP, asked, checked
 from .single import Frame
 from .ways import Failure, Steps
 
@@ -115,19 +116,22 @@ class OrderSession:
 
     def run(self, given: Iterator[Frame]) -> None:
         """Look at all of it, up to the first answer that is wrong."""
-        place, flooded = 0, 0
+        place, flooded = 0, []
+        backlog = Backlog(ROOM, self._byte)
         floods = iter([*self._floods, (1 << 62, 1 << 62)])
         begin, end = next(floods)
         for frame in given:
             while frame.clock >= end:
                 place = self._flood(flooded, place, end)
-                (begin, end), flooded = next(floods), 0
-            if frame.clock >= begin:
-                flooded += 1
+                (begin, end), flooded, backlog = next(floods), [], Backlog(ROOM, self._byte)
+            if frame.clock >= begin and not (end < CUT and backlog.fits(frame)):
+                flooded.append(frame)
                 continue
             place = self._answer(frame, place)
             if self.failures:
                 return
+            if frame.clock >= begin:
+                backlog.answered(frame, self._said.starts[place - 1])
         if begin < 1 << 62:
             place = self._flood(flooded, place, end)
         if place < len(self._said.text):
@@ -137,14 +141,18 @@ class OrderSession:
     def _fail(self, clock: int, says: str) -> None:
         self.failures.append(Failure(clock, "answer", says))
 
-    def _flood(self, flooded: int, place: int, end: int) -> int:
-        """Look at the answers to a flood: what is so is told, or that a line was damaged."""
+    def _flood(self, flooded: Sequence[Frame], place: int, end: int) -> int:
+        """Look at the answers to what is left of a flood: what is so, or that a line was damaged.
+
+        Lines may be lost; nothing is left to wait.
+        """
         stop = self._said.before(end)
         answers = list(ANSWER.finditer(self._said.text, place, stop))
         if sum(len(answer[0]) for answer in answers) != stop - place and end < CUT:
             self._fail(end, "a flood is answered by what is no answer")
-        if not (end < CUT) <= len(answers) <= flooded:
-            self._fail(end, f"{flooded} lines of a flood have {len(answers)} answers")
+        if not (end < CUT and len(flooded) > 0) <= len(answers) <= len(flooded):
+            self._fail(end, f"{len(flooded)} lines of a flood have {len(answers)} answers")
+        self.failures += silence(flooded, self._said, self._byte, end)
         for answer in answers:
             outcome, *_ = fields = self._fields(answer[1].decode())
             if outcome not in (TOLD, DAMAGED) or not self._is_so(fields):
@@ -156,7 +164,8 @@ class OrderSession:
         """Look at the answer to a line; say where it ends."""
         starts = self._said.starts
         found = ANSWER.match(self._said.text, place)
-        due = max(frame.clock, (starts[place - 1] if place else 0) + self._byte) + 8 * self._byte
+        before = (starts[place - 1] if place else 0) + self._byte
+        due = max(frame.clock, before) + PROMPT * self._byte
         if not found or not frame.clock < starts[place] <= due:
             shown = self._said.text[place:place + 42]
             self._fail(starts[place] if shown else due, f"line {frame.text!r} is answered by "

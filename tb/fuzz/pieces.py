@@ -14,6 +14,9 @@ __all__ = ["OPENING", "Dialect", "Piece", "pieces"]
 #: Pieces at the begin of each session.
 OPENING = 3
 
+#: Bytes of a session that is flooded in its middle at the latest.
+LONG = 10_000
+
 #: Answers that may be owed where lines need not wait for them.
 MOST_OWED = 40
 
@@ -91,7 +94,7 @@ def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Pie
     """Give pieces with so many bytes, and what ends a session: the machine must still be there.
 
     As many lines wait as there is room for, and more only where the machine is flooded on purpose.
-    Where no byte can be lost lines are sent as they come.
+    Where no byte can be lost lines are sent as they come. Long sessions are flooded once or more.
     """
     rng = random.Random(seed)
     byte = FRAME * period
@@ -100,8 +103,11 @@ def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Pie
     answers = (dialect.begin.count(dialect.end) + 2) * dialect.answer * byte
     yield Piece("rest", b"", high(answers))
     owed = waiting = partial = 0  # clocks of answers; bytes that may wait; of a line without end
+    flood_at = count // 2 if count >= LONG else -1
     while count > 0:
-        piece = _piece(rng, dialect, period)
+        piece = (_flood if count <= flood_at else _piece)(rng, dialect, period)
+        if piece.kind == "flood":
+            flood_at = -1
         ends = piece.data.count(dialect.end) + (piece.kind == "noise")
         count -= max(1, len(piece.data))
         if not dialect.room:
@@ -210,7 +216,8 @@ def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
 
     Where bytes are lost, none of them changes anything, and they go by before anything else comes.
     """
-    lines = rng.choices(dialect.quiet, k=max(80, dialect.room // 2))
+    short = [line for line in dialect.quiet if len(line) <= 5]  # more of them wait
+    lines = rng.choices(rng.choice([dialect.quiet, short]), k=max(80, 2 * dialect.room))
     if not dialect.room:
         data = b"".join(line + rng.choice([dialect.end, dialect.legal(rng)]) * rng.choice([0, 1, 3])
                         for line in lines)
@@ -224,4 +231,4 @@ def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
 
 
 _KINDS = {_legal: 100, _mutated: 80, _any_bytes: 60, _long: 3, _framing: 10, _glitched: 20,
-          _break: 10, _noise: 10, _flood: 1}
+          _break: 10, _noise: 10, _flood: 0.6}

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .floods import PROMPT, Backlog, silence
 from .line import CUT, Heard, Text
 from .pieces import Dialect
 from .ways import Effect, Failure, Mode, Steps
@@ -25,6 +26,8 @@ ROOM = 127
 
 GREETING, HELP = b"!\r\n", b"?\r\n"
 """Short ones, so that there is time for more."""
+
+DAMAGED = b"err command\r\n"
 
 _WORD = re.compile(rb"[^ 0-9+-]*")
 _ASKS = {b"X?": rb"x:(\d+)\r\nok\r\n", b"V?": rb"v:(\d+)\r\nok\r\n",
@@ -143,18 +146,21 @@ class FrameSession:
         floods = iter([*self.floods, (1 << 62, 1 << 62)])
         begin, end = next(floods)
         flooded: list[Frame] = []
+        backlog = Backlog(ROOM, self.byte)
         for frame in given:
             while frame.clock >= end:
                 place = self._flood(flooded, place, end)
                 begin, end = next(floods)
-                flooded = []
+                flooded, backlog = [], Backlog(ROOM, self.byte)
             if self.failures:
                 return
-            if frame.clock >= begin:
+            if frame.clock >= begin and not (end < CUT and backlog.fits(frame)):
                 flooded.append(frame)
                 self._obey(frame, frame.clock, end)
-            else:
-                place = self._answer(frame, place)
+                continue
+            place = self._answer(frame, place)
+            if frame.clock >= begin and not self.failures:
+                backlog.answered(frame, self.said.starts[place - 1])
         if begin < 1 << 62 and not self.failures:
             place = self._flood(flooded, place, end)
         if place < len(self.said.text) and not self.failures:
@@ -173,7 +179,7 @@ class FrameSession:
         text, starts = self.said.text, self.said.starts
         expected = self._expected(frame)
         found = re.compile(expected).match(text, place)
-        due = max(frame.clock, starts[place - 1] + self.byte) + 8 * self.byte
+        due = max(frame.clock, starts[place - 1] + self.byte) + PROMPT * self.byte
         if not found or not frame.clock < starts[place] <= due:
             shown = repr(text[place:place + 20]) if place < len(text) else "nothing"
             when = starts[place] if place < len(text) else due
@@ -216,18 +222,31 @@ class FrameSession:
             self.target, self.target, self.speed, bool(self.enable))))
 
     def _flood(self, flooded: Sequence[Frame], place: int, end: int) -> int:
-        """Look at the answers to a flood: any frame may be lost, or be told to be damaged."""
+        """Look at the answers to what is left of a flood.
+
+        Frames may be lost, or told to be damaged. Others are answered in their turn, and none waits
+        for ever.
+        """
         stop, cut = self.said.before(end), end >= CUT
-        right = rb"|".join({rb"err command\r\n", *map(self._expected, flooded)})
+        right = rb"|".join({DAMAGED, *map(self._expected, flooded)})
         answers = list(re.finditer(right, self.said.text[place:stop]))
         rest = stop - place - sum(len(answer[0]) for answer in answers)
         if rest > cut * LONGEST_ANSWER:
             self.failures.append(Failure(
                 end, "answer", "a flood is answered by what is no answer: "
                 f"{self.said.text[place:stop][:200]!r}"))
-        elif not (1 - cut) <= len(answers) <= len(flooded):
+        elif not (1 - cut if flooded else 0) <= len(answers) <= len(flooded):
             self.failures.append(Failure(end, "answer", f"{len(flooded)} frames of a flood have "
                                          f"{len(answers)} answers"))
+        left = iter(flooded)
+        for answer in answers:
+            if answer[0] != DAMAGED and not any(
+                    re.fullmatch(self._expected(frame), answer[0]) for frame in left):
+                self.failures.append(Failure(
+                    self.said.starts[place + answer.start()], "answer",
+                    f"a flood is answered by {answer[0]!r}, which is out of turn"))
+                break
+        self.failures += silence(flooded, self.said, self.byte, end)
         self.answers += len(answers)
         return stop
 

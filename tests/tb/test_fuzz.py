@@ -24,7 +24,8 @@ from tb.fuzz import (
     spread,
 )
 from tb.fuzz.axes import loads
-from tb.fuzz.line import FRAME, Broken, hear, high, levels, said
+from tb.fuzz.floods import Backlog, silence
+from tb.fuzz.line import FRAME, Broken, Text, hear, high, levels, said
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
 from tb.fuzz.reasons import Reasons
@@ -247,6 +248,33 @@ class TestWalk:
         effects = [self.REST, Effect(100, 110, Mode(2, 2, 2, True))]
         assert self.walk([112, 123], effects=effects).failures == []
         assert self.walk([112, 123, 133], effects=effects).failures[0].clock == 133
+
+
+class TestFloods:
+    """Of frames that take ten bytes each, with room for fifty."""
+
+    FRAMES = [single.Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
+
+    def test_frames_have_room_until_so_many_wait(self):
+        backlog = Backlog(60, 10)
+        for frame in self.FRAMES[:5]:
+            assert backlog.fits(frame)
+            backlog.answered(frame, 1500)
+        assert not backlog.fits(self.FRAMES[5])
+        assert not backlog.fits(single.Frame(9000, b"", ""))  # it may be what is left of some
+
+    def test_frames_that_are_read_make_room(self):
+        backlog = Backlog(30, 10)
+        for frame in self.FRAMES:
+            assert backlog.fits(frame)
+            backlog.answered(frame, frame.clock + 90)
+
+    def test_silence_behind_a_frame_is_found(self):
+        said = Text(b"a" * 4, [1010, 1110, 1210, 1400])
+        assert silence(self.FRAMES[:4], said, 10, 2000) == []
+        failure, = silence([*self.FRAMES[:4], single.Frame(1700, b"x", "")], said, 10, 2000)
+        assert failure.clock == 1780
+        assert silence([single.Frame(1700, b"x", "")], said, 10, 1750) == []  # still to come
 
 
 class TestReasons:

@@ -1,0 +1,74 @@
+"""Floods of frames, where some may be lost: of which it is sure that there is room, and silence."""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from .line import CUT, Text
+from .ways import Failure
+
+__all__ = ["PROMPT", "Backlog", "silence"]
+
+PROMPT = 8
+"""Bytes of the line in which an answer begins when nothing goes before it."""
+
+BESIDES = 10
+"""Bytes that may wait besides whole frames: of one that is begun, or begun anew."""
+
+
+class Frame(Protocol):
+    """A frame that has ended."""
+
+    @property
+    def clock(self) -> int:
+        """When."""
+        ...
+
+    @property
+    def text(self) -> bytes:
+        """What is in it."""
+        ...
+
+
+def _size(frame: Frame) -> int:
+    return len(frame.text) + 2  # with what starts and ends it
+
+
+class Backlog:
+    """The frames of a flood that wait, for as long as there is room for all of them.
+
+    Parameters
+    ----------
+    room : int
+        Bytes for which there is room.
+    byte : int
+        Clocks of a byte.
+    """
+
+    def __init__(self, room: int, byte: int) -> None:
+        self._room, self._byte = room - BESIDES, byte
+        self._waiting: list[tuple[int, int]] = []  # when each was answered, and its size
+        self._sure = True
+
+    def fits(self, frame: Frame) -> bool:
+        """Say whether a frame and all before it surely had room."""
+        begin = frame.clock - _size(frame) * self._byte
+        self._waiting = [one for one in self._waiting if one[0] >= begin]
+        self._sure &= sum(size for _, size in self._waiting) + _size(frame) <= self._room
+        return self._sure
+
+    def answered(self, frame: Frame, clock: int) -> None:
+        """Note when the answer to a frame has begun: so much has been read."""
+        self._waiting.append((clock, _size(frame)))
+
+
+def silence(frames: Sequence[Frame], said: Text, byte: int, end: int) -> list[Failure]:
+    """Say where nothing was said before a frame began, so it had room, nor soon after its end."""
+    for frame in frames:
+        place = said.before(frame.clock + 1)
+        before = said.starts[place - 1] if place else -1
+        after = said.starts[place] if place < len(said.starts) else CUT
+        due = frame.clock + PROMPT * byte
+        if before < frame.clock - (_size(frame) + PROMPT) * byte and after > due < end:
+            return [Failure(due, "answer", f"frame {frame.text[:40]!r} has no answer, and nothing "
+                            "goes before it")]
+    return []
