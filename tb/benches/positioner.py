@@ -54,10 +54,46 @@ def axis(run: Run) -> str:
         ctx.set(dut.load, 1)
         await ctx.tick()
         run.see(ctx, dut, position=-20)
+        ctx.set(dut.load, 0)
+
+        # At half the speed, to the clock
+        ctx.set(dut.rate, 1)
+        ctx.set(dut.target, -16)
+        await run.until(ctx, dut, moved=1)
+        for _ in range(3):
+            await ctx.tick()
+            for _ in range(19):
+                run.see(ctx, dut, moved=0)
+                await ctx.tick()
+            run.see(ctx, dut, moved=1)
+        # After a rest, however long, at once
+        for rest in (41, 42, 43):
+            await ctx.tick().repeat(rest)
+            run.see(ctx, dut, there=1, moved=0)
+            ctx.set(dut.target, ctx.get(dut.target) + 1)
+            run.see(ctx, dut, there=0, moved=1)
+
+        # The other switch lets go down, and then up again, once it has settled
+        ctx.set(dut.low, 0)
+        ctx.set(dut.high, 1)
+        ctx.set(dut.play, 0)
+        await ctx.tick().repeat(25)
+        ctx.set(dut.target, -15)
+        await ctx.tick().repeat(2)
+        run.see(ctx, dut, moved=1, blocked=0)
+        await ctx.tick().repeat(25)
+        ctx.set(dut.target, -10)
+        run.see(ctx, dut, moved=0, blocked=1)
+        ctx.set(dut.high, 0)
+        run.see(ctx, dut, moved=0, blocked=1)
+        await ctx.tick().repeat(5)
+        run.see(ctx, dut, blocked=0)
+        await run.until(ctx, dut, position=-10)
 
     run.simulate(dut, test, observe)
     return ("to 4 with 2 pulses more for the play, back to 1; a switch held it there, and let it "
-            "go to 3; that place was called -20")
+            "go to 3; that place was called -20; steps to the clock, at once after a rest; the "
+            "other switch let it go down only")
 
 
 @bench
