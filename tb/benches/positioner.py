@@ -10,6 +10,8 @@ from fresa.protocol import LineEnd, PositionerCommands, Reporter
 from fresa.protocol.positioner import Answer, Command
 
 from ..bench import Run, bench, put
+from ..beside import beside
+from ..models.positioner import PositionerModel
 from ..models.protocol import bits
 
 
@@ -54,10 +56,46 @@ def axis(run: Run) -> str:
         ctx.set(dut.load, 1)
         await ctx.tick()
         run.see(ctx, dut, position=-20)
+        ctx.set(dut.load, 0)
+
+        # At half the speed, to the clock
+        ctx.set(dut.rate, 1)
+        ctx.set(dut.target, -16)
+        await run.until(ctx, dut, moved=1)
+        for _ in range(3):
+            await ctx.tick()
+            for _ in range(19):
+                run.see(ctx, dut, moved=0)
+                await ctx.tick()
+            run.see(ctx, dut, moved=1)
+        # After a rest, however long, at once
+        for rest in (41, 42, 43):
+            await ctx.tick().repeat(rest)
+            run.see(ctx, dut, there=1, moved=0)
+            ctx.set(dut.target, ctx.get(dut.target) + 1)
+            run.see(ctx, dut, there=0, moved=1)
+
+        # The other switch lets go down, and then up again, once it has settled
+        ctx.set(dut.low, 0)
+        ctx.set(dut.high, 1)
+        ctx.set(dut.play, 0)
+        await ctx.tick().repeat(25)
+        ctx.set(dut.target, -15)
+        await ctx.tick().repeat(2)
+        run.see(ctx, dut, moved=1, blocked=0)
+        await ctx.tick().repeat(25)
+        ctx.set(dut.target, -10)
+        run.see(ctx, dut, moved=0, blocked=1)
+        ctx.set(dut.high, 0)
+        run.see(ctx, dut, moved=0, blocked=1)
+        await ctx.tick().repeat(5)
+        run.see(ctx, dut, blocked=0)
+        await run.until(ctx, dut, position=-10)
 
     run.simulate(dut, test, observe)
     return ("to 4 with 2 pulses more for the play, back to 1; a switch held it there, and let it "
-            "go to 3; that place was called -20")
+            "go to 3; that place was called -20; steps to the clock, at once after a rest; the "
+            "other switch let it go down only")
 
 
 @bench
@@ -213,11 +251,12 @@ def reporter(run: Run) -> str:
 
 @bench
 def positioner(run: Run) -> str:
-    """A session on the line: points, jogging, a limit, errors, the origin."""
+    """A session on the line: points, jogging, a limit, errors, the origin; and the model."""
     bit = 16
     pace = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2, hold=2,
                           settle=5, report=10_000)
     dut = Positioner(pace=pace, backlash=(3, 0, 0))
+    model = PositionerModel(pace=pace, bit=bit, backlash=(3, 0, 0))
     said = bytearray()
     motors = [0, 0, 0]
 
@@ -263,7 +302,8 @@ def positioner(run: Run) -> str:
         await ctx.tick().repeat(50)
         await say(ctx, "MOV MOT1 C", "CONNECT", "VEL MOT1 1500", "GOTO 4", "P 4 20 -6 0", "GOTO 4")
         run.see(ctx, dut, connected=1, enable=0b111)
-        await run.until(ctx, dut, moving=0)
+        await ctx.tick().repeat(600)
+        run.see(ctx, dut, moving=0)
         run.expect("pulses", motors, [23, -6, 0])  # 3 take up the play of X
         await reports(ctx, 20, -6, 0)
         await say(ctx, "MOV MOT3 C", "STOP MOT3", "VEL MOT3 0")
@@ -283,6 +323,6 @@ def positioner(run: Run) -> str:
         run.expect("answers", answers, [ANSWERS[answer.value] for answer in (
             Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.COMMAND)])
 
-    run.simulate(dut, test, listen, count, deadline=90_000)
+    run.simulate(dut, test, beside(run, dut, model), listen, count, deadline=90_000)
     return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
-            "pulses agreed all the while")
+            "pulses agreed all the while, and every clock was as the model has it")

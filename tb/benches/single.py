@@ -4,6 +4,8 @@ from fresa.machines import Single
 from fresa.machines.single import PHASES, SinglePace
 
 from ..bench import Run, bench
+from ..beside import beside
+from ..models.single import SingleModel
 from ..terminal import typed
 
 BIT = 16
@@ -21,7 +23,10 @@ SESSION = [
 @bench
 def single(run: Run) -> str:
     """A session at a terminal: every command and error, power off and on, a reset."""
-    dut = Single(pace=SinglePace.real(clock=48_000, baud=3000), greeting=HELLO, help_text=HELP)
+    pace = SinglePace.real(clock=48_000, baud=3000)
+    dut = Single(pace=pace, greeting=HELLO, help_text=HELP)
+    model = SingleModel(bit=pace.bit, modulus=pace.modulus, rate=pace.rate, greeting=HELLO,
+                        help_text=HELP)
     said = bytearray()
 
     async def listen(ctx):
@@ -63,6 +68,8 @@ def single(run: Run) -> str:
         run.see(ctx, dut, position=0, coils=PHASES[2])
         await hear(ctx, HELLO + HELP)
 
-    run.simulate(dut, test, listen, inside=("commands.speed",), deadline=80_000)
+    run.simulate(dut, test, beside(run, dut, model), listen, inside=("commands.speed",),
+                 deadline=80_000)
     return (f"{len(SESSION)} frames, each answered once: 5 half steps forward, 3 back when power "
-            "came again; none that was wrong changed anything; a reset made no step")
+            "came again; none that was wrong changed anything; a reset made no step; every clock "
+            "was as the model has it")

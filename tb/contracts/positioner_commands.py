@@ -6,6 +6,7 @@ from fresa.protocol import LineEnd, PositionerCommands, positioner
 from fresa.protocol.positioner import ARGUMENTS, POINTS, Answer, Command, Kind
 
 from .contract import Bits, Bug, Case, Component, Contract
+from .positioner_read import watch_read
 
 __all__ = ["POSITIONER_COMMANDS"]
 
@@ -14,7 +15,7 @@ STALL = 3
 
 TYPED = (
     *((line, LineEnd.GOOD) for line in (
-        b"", b"P", b"GOTO", b"GOTO 7", b"GOTO 8", b"MOV", b"POS", b"VEL", b"STOP", b"MOT")),
+        b"", b"P", b"P ", b"GOTO", b"GOTO 7", b"GOTO 8", b"MOV", b"POS", b"VEL", b"STOP", b"MOT")),
     (b"", LineEnd.LONG), (b"ORIGIN", LineEnd.DAMAGED),
     *((line, LineEnd.GOOD) for line in (
         b"ORIGIN", b"ORIGIN ", b"STOP X", b"STOP MOT4", b"STOP MOT1", b"CONNECT", b"CONNECT ",
@@ -108,6 +109,7 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
                     "words.words.p.index >= len(Command)"))
     _ranges(c, dut, fine, state, takes, spaces)
     _inside(c, dut, state, taken)
+    watch_read(c, dut)
     c.leaves_unused_codes(
         "commands_state", fault=dut.fault, shows=~offered & ~items.ready, reached=Bug(
         positioner, "m.next = \"OFFER\"", "m.next = \"FAULT\""))
@@ -203,6 +205,6 @@ def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
 
 
 POSITIONER_COMMANDS = Component(
-    make=PositionerCommands, describe=describe, depth=380,
+    make=PositionerCommands, describe=describe, depth=388,
     cases=(Case({"top_speed": 9}), Case({"top_speed": 1500}, real=True),
            Case({"top_speed": 9}, upset=True)))

@@ -245,8 +245,7 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                 bug=Bug(positioning, "Mux(free, hits & ~first, hits)", "hits"))
         c.holds(f"limit-{motor + 1}-is-not-lost", f"What is to be told of motor {motor + 1} stays "
                 "so until it is being told.", when=c.past(hits[motor] & ~c.rst) & ~hits[motor],
-                then=mine, bug=Bug(positioning, "first = hits & (~hits + 1)[:MOTORS]",
-                                   "first = hits"))
+                then=mine, bug=Bug(positioning, "hits & ~first, hits)", "hits & ~first, 0)"))
         c.holds(f"limit-{motor + 1}-has-a-cause", f"Nothing is to be told of motor {motor + 1} "
                 "that did not happen.", when=hits[motor] & ~c.past(hits[motor]), then=c.past(ended),
                 bug=Bug(positioning, "stopped.eq(self.run & self.blocked)",

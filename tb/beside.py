@@ -1,0 +1,37 @@
+"""A model beside a machine on a bench: every output of every clock is what the model says."""
+
+from collections.abc import Callable, Coroutine
+from dataclasses import fields
+from typing import Any
+
+from amaranth.lib import wiring
+
+from .bench import Run
+from .players import Model
+
+__all__ = ["beside"]
+
+
+def beside(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Coroutine]:
+    """Return a player that compares a machine with its model, from power-up on.
+
+    It should come before players that look at outputs: what is wrong is then said where it shows
+    first.
+
+    Raises
+    ------
+    CheckFailed
+        While it plays, if an output is not that of the model.
+    """
+    async def compare(ctx) -> None:
+        pins = model.Inputs()
+        inputs = {field.name: run.rst if field.name == "rst" else getattr(dut, field.name)
+                  for field in fields(pins)}
+        while True:
+            for name, signal in inputs.items():
+                setattr(pins, name, ctx.get(signal))
+            run.see(ctx, dut, **vars(model.outputs(pins)))
+            model.edge(pins)
+            await ctx.tick()
+
+    return compare
