@@ -32,7 +32,9 @@ from .positioner_commands import POSITIONER_COMMANDS
 from .positioning import POSITIONING
 from .ramp import RAMP
 from .rate import RATE
+from .reporter import REPORTER
 from .sequencer import SEQUENCER
+from .serial_orders import SERIAL_ORDERS
 from .single import SINGLE
 from .spiral import SPIRAL
 from .square import SQUARE
@@ -85,6 +87,8 @@ COMPONENTS = {
     "hex_writer": HEX_WRITER,
     "frames": FRAMES,
     "positioner_commands": POSITIONER_COMMANDS,
+    "reporter": REPORTER,
+    "serial_orders": SERIAL_ORDERS,
     "mill": MILL,
     "single": SINGLE,
     "positioner": POSITIONER,

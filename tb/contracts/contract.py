@@ -21,11 +21,11 @@ from amaranth import ClockDomain, Const, Fragment, Module, Signal, Value
 from amaranth.back import rtlil
 from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In
+from amaranth.lib.wiring import In, Out
 
 from fresa import fsm
 
-__all__ = ["Bits", "Bug", "Case", "Component", "Contract", "Promise", "State"]
+__all__ = ["Bits", "Bug", "Case", "Component", "Contract", "Promise", "State", "Unknown"]
 
 Bits: TypeAlias = Any
 """What Amaranth takes for a value; its arithmetic is more than annotations can follow."""
@@ -149,6 +149,17 @@ class State:
         return self.register > max(self.codes.values())
 
 
+class Unknown(wiring.Component):
+    """In place of a part of a component: what it says is anything, see :meth:`Contract.unknown`."""
+
+    def __init__(self, part: wiring.Component) -> None:
+        Fragment.get(part, None)  # else Amaranth says that it was made for nothing
+        super().__init__(dict(part.signature.members))
+
+    def elaborate(self, platform) -> Module:
+        return Module()
+
+
 class Contract:
     """A component, its free inputs, and what is promised of it.
 
@@ -171,6 +182,7 @@ class Contract:
         self.m: Any = Module()
         self.promises: dict[str, Promise] = {}
         self._clock, self._free = ClockDomain("sync"), []
+        self._prefix = ""
         self.rst: Any = self._clock.rst
         self._dut, self._upset, self._only, self._broken = dut, upset, only, broken
         self._fragment = Fragment.get(dut, None)
@@ -219,6 +231,7 @@ class Contract:
                  cover: Bits, upset: bool) -> None:
         if upset != self._upset:
             return
+        name = f"{self._prefix}{name}"
         if name in self.promises:
             raise ValueError(f"{name!r} is promised twice")
         self.promises[name] = Promise(name, says, bug if isinstance(bug, tuple) else (bug,))
@@ -228,6 +241,22 @@ class Contract:
             self.m.d.comb += Cover(~kept, f"{name}?")
         else:
             self.m.d.comb += [Assert(kept, name), Cover(cover, f"{name}?")]
+
+    @contextmanager
+    def each(self, name: str) -> Iterator[None]:
+        """Put this name before those of all promises: of one part of several that are alike."""
+        before = self._prefix
+        self._prefix = f"{before}{name}-"
+        yield
+        self._prefix = before
+
+    def unknown(self, path: str) -> None:
+        """Let an `Unknown` part inside say anything in any clock."""
+        for names, member, value in self.part(path).signature.flatten(self.part(path)):
+            if member.flow == Out:
+                said = Value.cast(value)
+                self.m.d.comb += said.eq(self.free(
+                    len(said), name="_".join([path, *map(str, names)])))
 
     def assume(self, condition: Bits) -> None:
         """Leave out what the component is never given."""
