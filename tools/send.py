@@ -10,8 +10,9 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from fresa_host.delivery import deliver
 from fresa_host.errors import LineLost, MachineError
-from fresa_host.orders import Sender, begin_raised, deliver
+from fresa_host.orders import Sender, begin_raised
 from fresa_host.port import BAUD, Port
 
 from .console import (

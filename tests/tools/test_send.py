@@ -55,6 +55,7 @@ def mill(monkeypatch):
     mill = Mill()
     monkeypatch.setattr(send, "Port", mill)
     monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
+    monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
     monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
     return mill
 
