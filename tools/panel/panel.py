@@ -13,7 +13,8 @@ from ..console import UserError
 from ..web import Pages, View
 from .jogging import NOWHERE, Jogging
 from .kept import FASTEST, SLOWEST, TRAVEL, load, save
-from .machine import Heard, Machine
+from .line import Heard
+from .machine import Machine
 from .orders import read_axis, read_name, read_number, read_point, read_speed, read_ways
 
 __all__ = ["Panel"]

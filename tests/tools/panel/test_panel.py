@@ -14,7 +14,7 @@ from fresa_host import LineLost, positioner_link
 from fresa_host.positioner_lines import Steps
 from tests.host.fake import FakePositioner
 from tools.console import UserError
-from tools.panel import Panel, jogging, machine, panel
+from tools.panel import Panel, connecting, jogging, line, machine, panel
 from tools.panel.kept import Kept, load, save
 
 PORT = "/dev/fake"
@@ -38,7 +38,7 @@ class Direct:
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
     fake = FakePositioner()
-    monkeypatch.setattr(machine, "Speaker", Direct)
+    monkeypatch.setattr(line, "Speaker", Direct)
     monkeypatch.setattr(positioner_link, "Port", lambda name: fake)
     monkeypatch.setattr(panel, "LOOK", 0.01)
     monkeypatch.setattr(panel, "SAVE", 0.01)
@@ -242,7 +242,7 @@ def test_a_machine_that_was_left_moving_is_stopped(fake, path):
 
 
 def test_a_machine_that_does_not_stop_is_not_connected(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "PATIENCE", 0.1)
+    monkeypatch.setattr(connecting, "PATIENCE", 0.1)
     fake.target, fake.refuse = [10**9, 0, 0], {b"STOP": b"! DAMAGED\n"}
 
     async def what(site):
@@ -366,7 +366,7 @@ def test_a_place_that_was_told_does_not_freeze(fake, path):
         site.do("jog", ways=[1, 0, 0])
         begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
-        assert time.monotonic() < begun + machine.PATIENCE / 2
+        assert time.monotonic() < begun + connecting.PATIENCE / 2
 
     session(path, what)
 
@@ -487,7 +487,7 @@ def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
 
 
 def test_a_port_without_a_machine(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "PATIENCE", 0.05)
+    monkeypatch.setattr(line, "PATIENCE", 0.05)
     fake.refuse = {b"CONNECT": b""}
 
     async def what(site):
