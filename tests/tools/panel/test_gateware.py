@@ -38,8 +38,8 @@ async def connected(path: Path, port: str):
     page = panel.view()
     try:
         panel.do(page, "connect", {"port": port})
-        await until(lambda: not panel._doing)
-        assert panel._machine.connected, panel._note
+        await until(lambda: not panel._busy.doing)
+        assert panel._machine.connected, panel._news.note
         yield lambda name, **fields: panel.do(page, name, fields), panel
     finally:
         await panel.close()
@@ -70,19 +70,19 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
                 for axis in range(3):
                     do("speed", axis=axis, speed=26)
                 do("go", number=7)
-                await until(lambda: panel._note == "At point 7.")
+                await until(lambda: panel._news.note == "At point 7.")
             assert load(path).steps == (170, -114, 57)
             async with connected(path, port) as (_, panel):
                 assert panel._machine.steps == (170, -114, 57)
             await asyncio.to_thread(use, port)
             async with connected(path, port) as (do, panel):
-                assert panel._note.startswith("Connected")
+                assert panel._news.note.startswith("Connected")
                 await asyncio.sleep(0.3)
                 assert panel._machine.steps == (0, 0, 0)  # and to ask has moved nothing
                 do("go", number=7)
-                await until(lambda: panel._note == "At point 7.")
+                await until(lambda: panel._news.note == "At point 7.")
         async with switched_on() as port, connected(path, port) as (do, panel):
-            assert "reset" in panel._note
+            assert "reset" in panel._news.note
             assert panel._machine.steps == (170, -114, 57)
             do("jog", ways=[1, 0, 0])
             await until(lambda: (panel._machine.steps or (0,))[0] > 200)
