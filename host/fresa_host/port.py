@@ -1,5 +1,6 @@
 """Serial ports, by pyserial."""
 
+import errno
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -7,7 +8,7 @@ from typing import Any, TypeVar
 
 from .errors import LineLost
 
-__all__ = ["BAUD", "Port", "find_ports"]
+__all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports"]
 
 T = TypeVar("T")
 
@@ -17,6 +18,9 @@ BAUD = 9600
 #: Seconds that a read waits for the first byte.
 PATIENCE = 0.05
 
+#: How names of pseudo-terminals begin. Each is somebody else's when it is gone.
+PSEUDO_TERMINALS = "/dev/pts/"
+
 MOST_AT_ONCE = 4096
 
 #: Seconds that a write may wait for a line that takes nothing.
@@ -24,7 +28,9 @@ WRITE_PATIENCE = 2.0
 
 
 class Port:
-    """A serial port that is open.
+    """A serial port that is open, and locked, so that no other that is locked can be opened on it.
+
+    Two programs on one line would mix their words.
 
     Parameters
     ----------
@@ -50,9 +56,9 @@ class Port:
         try:
             self._serial: Any = serial.serial_for_url(
                 name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE,
-                exclusive=True)  # two programs on one line would mix their words
+                exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise LineLost(f"{name} cannot be opened: {_reason(error)}") from error
+            raise LineLost(f"{name} cannot be opened: {_why_closed(name, error)}") from error
 
     @property
     def waiting(self) -> bool:
@@ -99,6 +105,27 @@ def find_ports() -> list[str]:
 
     found = sorted(comports(), key=lambda port: (port.vid is None, port.device))
     return [port.device for port in found]
+
+
+_IN_USE = "another program has it open; end that first"
+_WHY: dict[object, str] = {
+    errno.ENOENT: "there is no such port; is it plugged in?",
+    errno.EACCES: "you may not; on Linux, join the group dialout",
+    errno.EAGAIN: _IN_USE,  # locked
+    errno.EBUSY: _IN_USE,
+    errno.ENOTTY: "it is no serial port",
+    errno.ECONNREFUSED: "nobody listens there",
+}
+
+
+def _why_closed(name: str, error: Exception) -> str:
+    """Say why a port cannot be opened, and what to do."""
+    number = getattr(error, "errno", None)
+    if number is None and error.__context__ is not None:  # pyserial says some only in its text
+        number = next(iter(error.__context__.args), None)
+    if number == errno.ENOENT and name.startswith(PSEUDO_TERMINALS):
+        return "there is no such port; python -m tools.serve prints another each time"
+    return _WHY.get(number) or _reason(error)
 
 
 def _reason(error: Exception) -> str:
