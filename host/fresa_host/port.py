@@ -1,7 +1,9 @@
 """Serial ports, by pyserial."""
 
 import errno
+import os
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TypeVar
@@ -12,6 +14,9 @@ __all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports"]
 
 T = TypeVar("T")
 
+#: What pyserial raises where a port is gone, or (the last two) closed meanwhile.
+_GONE = (OSError, TypeError, AttributeError)
+
 #: Bits a second of every machine's line.
 BAUD = 9600
 
@@ -20,6 +25,11 @@ PATIENCE = 0.05
 
 #: How names of pseudo-terminals begin. Each is somebody else's when it is gone.
 PSEUDO_TERMINALS = "/dev/pts/"
+
+#: Seconds that a break lasts, and that the line rests behind it: longer than the bytes take that
+#: are in the port itself, and than one.
+BREAK = 0.02
+REST = 0.003
 
 MOST_AT_ONCE = 4096
 
@@ -87,10 +97,36 @@ class Port:
         with self._lock:
             self._gone(lambda: self._serial.write(data))
 
+    @property
+    def can_break(self) -> bool:
+        """Whether `send_break` can do something."""
+        return not os.path.realpath(self.name).startswith(PSEUDO_TERMINALS) and (
+            not self.name.startswith("socket:"))
+
+    def send_break(self) -> None:
+        """Hold the line low for longer than a byte, if the port can; what was not sent yet is lost.
+
+        Twice, for a byte that the first time cuts off may be heard as one that is damaged, and no
+        more. If the port is gone, the next `write` says so.
+        """
+        if self.can_break:
+            with suppress(*_GONE):
+                self._serial.reset_output_buffer()
+            for _ in range(2):
+                self._hold_low()
+
+    def _hold_low(self) -> None:
+        with suppress(*_GONE):  # some converters refuse
+            self._serial.break_condition = True
+            time.sleep(BREAK)
+        with suppress(*_GONE):
+            self._serial.break_condition = False
+        time.sleep(REST)
+
     def _gone(self, work: Callable[[], T]) -> T:
         try:
             return work()
-        except (OSError, TypeError, AttributeError) as error:  # the last two: closed meanwhile
+        except _GONE as error:
             raise LineLost(f"{self.name} is gone: {_reason(error)}") from error
 
     def close(self) -> None:

@@ -44,6 +44,51 @@ def test_what_cannot_be_opened(name, says):
     assert str(caught.value).startswith(f"{name} cannot be opened: ") and says in str(caught.value)
 
 
+@pytest.fixture
+def breaks(monkeypatch) -> list[bool]:
+    """Give what any port of pyserial's is told of breaks."""
+    import serial
+
+    told = []
+    monkeypatch.setattr(serial.SerialBase, "break_condition", property(
+        lambda self: False, lambda self, value: told.append(value)))
+    return told
+
+
+def test_a_break_begins_and_ends(breaks):
+    port = Port("loop://")
+    assert port.can_break
+    port.write(b"MOV MOT1 C")  # and is heard by nobody
+    port.send_break()
+    assert not port.waiting
+    assert breaks == [True, False] * 2
+    port.close()
+
+
+def test_a_converter_that_knows_no_break_is_left_in_peace(breaks, monkeypatch):
+    def refuse(value: bool) -> None:
+        raise OSError(25, "Inappropriate ioctl for device")
+
+    port = Port("loop://")
+    monkeypatch.setattr("serial.SerialBase.break_condition", property(
+        lambda self: False, lambda self, value: refuse(value)))
+    port.send_break()
+    port.write(b"STOP")
+    assert port.read() == b"STOP"
+    port.close()
+
+
+def test_a_terminal_by_whatever_name_carries_no_break(name, breaks, tmp_path):
+    link = tmp_path / "port"
+    link.symlink_to(name)
+    for other in (name, str(link)):
+        port = Port(other)
+        assert not port.can_break
+        port.send_break()
+        port.close()
+    assert breaks == []
+
+
 def test_the_end_of_a_terminal_is_told():
     machine, terminal = os.openpty()
     tty.setraw(machine)

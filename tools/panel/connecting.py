@@ -54,7 +54,7 @@ async def find_place(line: Line, left: Steps) -> tuple[Steps, bool]:
 
 
 async def rest(line: Line) -> Steps:
-    """Wait until two reports say the same; tell it to stop until they do."""
+    """Wait until two reports say the same; end all movement until they do."""
     loop = asyncio.get_running_loop()
     end, before = loop.time() + PATIENCE, None
     while loop.time() < end:
@@ -62,7 +62,7 @@ async def rest(line: Line) -> Steps:
             if said == before:
                 return said
             if before is not None:
-                line.say(lines.stop())
+                line.halt()
             before = said
     raise TimedOut(f"the positioner at {line.port} does not stop: it moves")
 

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable
 from contextlib import suppress
 
-from fresa_host import LineLost, TimedOut
+from fresa_host import LineLost, Port, TimedOut
 from fresa_host.positioner_lines import Limit, Refusal, Steps
 from fresa_host.positioner_link import PositionerLink
 
@@ -27,6 +27,8 @@ class Line:
     ----------
     port : str
         The serial port.
+    opened : callable
+        Opens it, given its name.
     heard : callable
         Called in the event loop with what the machine says while it is connected.
     lost : callable
@@ -38,9 +40,9 @@ class Line:
         Set by who has connected it.
     """
 
-    def __init__(self, port: str, heard: Callable[[Heard], None],
+    def __init__(self, port: str, opened: Callable[[str], Port], heard: Callable[[Heard], None],
                  lost: Callable[[LineLost], None]) -> None:
-        self.port = port
+        self.port, self._opened = port, opened
         self.connected = False
         self._heard, self._lost = heard, lost
         self._loop = asyncio.get_running_loop()
@@ -56,10 +58,10 @@ class Line:
         LineLost
             If the port cannot be opened.
         """
-        self._link = await asyncio.to_thread(
-            PositionerLink, self.port, heard=lambda said: self._later(self._take, said),
-            lost=lambda error: self._later(self._lose, error))
-        self._speaker = Speaker(self._link.send)
+        self._link = await asyncio.to_thread(lambda: PositionerLink(
+            self._opened(self.port), heard=lambda said: self._later(self._take, said),
+            lost=lambda error: self._later(self._lose, error)))
+        self._speaker = Speaker(self._link)
 
     def close(self) -> None:
         """Send what there is, and let go of the port. Waits for both."""
@@ -72,6 +74,13 @@ class Line:
         """Send orders; do not wait until they are. A port that is gone will be told of."""
         if self._speaker is not None:
             self._speaker.say(orders)
+
+    def halt(self) -> bool:
+        """End all movement; see `PositionerLink.halt`. Say whether other orders may be lost."""
+        if self._link is None or self._speaker is None:
+            return False
+        self._speaker.halt()
+        return self._link.can_break
 
     async def hear(self) -> Heard:
         """Wait for what the machine says next. Only before it is connected.

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from fresa_host import LineLost, MachineError, Place
+from fresa_host import LineLost, MachineError, Place, Port
 from fresa_host import positioner_lines as lines
 from fresa_host.positioner_lines import AXES, STEPS_PER_UM, Limit, Steps
 
@@ -17,6 +17,10 @@ __all__ = ["SILENCE", "Machine"]
 #: Seconds without a report after which what is shown is no longer true.
 SILENCE = 0.45
 
+#: What the machine says of the line that a break damages, and seconds within which it does.
+DAMAGED = "DAMAGED"
+FORGIVEN = 0.5
+
 #: Seconds until the last words are on the line: 41 bytes.
 ON_LINE = 0.06
 
@@ -26,10 +30,13 @@ class Machine:
 
     All methods but those that are asynchronous return at once. An axis that moves, and neither was
     told to nor is on its way, is told to stop with every report until it does: the line may have
-    swallowed the first time.
+    swallowed the first time. If it goes on even so, and no other axis is to move, all movement is
+    ended by a break of the line.
 
     Parameters
     ----------
+    opened : callable
+        Opens a serial port, given its name.
     heard : callable
         Called in the event loop with what the machine says while it is connected.
     lost : callable
@@ -41,12 +48,16 @@ class Machine:
         The place that was reported last since it was connected.
     """
 
-    def __init__(self, heard: Callable[[Heard], None], lost: Callable[[str], None]) -> None:
-        self._heard, self._lost = heard, lost
+    def __init__(self, opened: Callable[[str], Port], heard: Callable[[Heard], None],
+                 lost: Callable[[str], None]) -> None:
+        self._opened, self._heard, self._lost = opened, heard, lost
         self._loop = asyncio.get_running_loop()
         self._line: Line | None = None
         self._closing: asyncio.Task[None] | None = None
         self._heard_at = 0.0
+        self._halted_at = -FORGIVEN
+        self._speeds: dict[str, float] = {}
+        self._strays: set[str] = set()
         # Axes that may move, and where to; None for those that go on until they are stopped.
         self._going: dict[str, int | None] = {}
         self.steps: Steps | None = None
@@ -79,9 +90,9 @@ class Machine:
             If no machine reports, or it does not stop, or the line is too bad to know.
         """
         await self.disconnect()
-        line = self._line = Line(port, self._hear, self._lose)
+        line = self._line = Line(port, self._opened, self._hear, self._lose)
         self.steps = None
-        self._going = {}
+        self._going, self._speeds, self._strays = {}, {}, set()
         try:
             await line.open()
             place, forgot = await find_place(line, kept.steps)
@@ -129,12 +140,17 @@ class Machine:
         self._send(lines.jog(axis, way) if way else lines.stop([axis]))
 
     def stop(self) -> None:
-        """End all movement."""
+        """End all movement, whatever stands in the line."""
         self._going.clear()
-        self._send(lines.stop())
+        if self._line is not None and self._line.halt():
+            self._halted_at = self._loop.time()
+            for axis, speed in self._speeds.items():  # orders that were on their way are lost
+                self.set_speed(axis, speed)
+            self._send(lines.store(WITNESS, ZERO))
 
     def set_speed(self, axis: str, um_per_second: float) -> None:
         """Set the speed of an axis."""
+        self._speeds[axis] = um_per_second
         self._send(lines.speed(axis, round(um_per_second * STEPS_PER_UM)))
 
     def store(self, number: int, point: Sequence[float | None]) -> None:
@@ -170,14 +186,20 @@ class Machine:
             self.steps = said
         elif isinstance(said, Limit):
             self._going.pop(said.axis, None)
+        elif said.reason == DAMAGED and self._loop.time() < self._halted_at + FORGIVEN:
+            return
         self._heard(said)
 
     def _stop_strays(self, now: Steps) -> None:
         """Stop what moves and should not."""
         moved = [axis for axis, was, at in zip(AXES, self.steps or now, now, strict=True)
                  if was != at]
-        if strays := [axis for axis in moved if axis not in self._going]:
-            self._send(lines.stop(strays))
+        strays = {axis for axis in moved if axis not in self._going}
+        if strays & self._strays and not self._going:
+            self.stop()
+        elif strays:
+            self._send(lines.stop(sorted(strays)))
+        self._strays = strays
         for axis, at in zip(AXES, now, strict=True):
             if self._going.get(axis) == at:
                 del self._going[axis]

@@ -78,7 +78,7 @@ class Moves:
         self.ways = ways
 
     def stop(self) -> None:
-        """End all movement, whoever holds what."""
+        """End all movement, whoever holds what, and whatever stands in the line."""
         self._machine.stop()
         self.end_going()
         self.ways, self._jogging = NOWHERE, Jogging()

@@ -3,6 +3,7 @@
 from fresa_host import Place
 from fresa_host.positioner_lines import AXES, MEANINGS, STEPS_PER_UM, Limit, Refusal
 
+from ..serve import Switches
 from ..web import Pages
 from .busy import Busy
 from .kept import FASTEST, SLOWEST, TRAVEL, Kept
@@ -21,6 +22,8 @@ class News:
     ----------
     pages : Pages
         Who is told.
+    switches : Switches, optional
+        Limit switches that pages can press.
 
     Attributes
     ----------
@@ -30,14 +33,14 @@ class News:
         The machine should report, and does not.
     """
 
-    def __init__(self, pages: Pages) -> None:
-        self._pages = pages
+    def __init__(self, pages: Pages, switches: Switches | None) -> None:
+        self._pages, self._switches = pages, switches
         self.note, self._bad = "", False
         self.silent = False
         self._reports = 0
         pages.tell("hello", {
             "axes": AXES, "slowest": SLOWEST, "fastest": FASTEST, "travel": TRAVEL,
-            "steps_per_um": STEPS_PER_UM})
+            "steps_per_um": STEPS_PER_UM, "switches": switches.ends if switches else []})
 
     def say(self, note: str, *, bad: bool = False) -> None:
         """Note what has happened; it is told with the next `tell`."""
@@ -67,7 +70,7 @@ class News:
             "connected": machine.connected, "doing": busy.doing, "ports": ports.offered,
             "port": ports.chosen(kept.port), "note": self.note, "bad": self._bad,
             "silent": self.silent, "limits": sorted(moves.limits), "goal": moves.goal,
-            "ways": moves.ways})
+            "ways": moves.ways, "pressed": self._switches.pressed if self._switches else []})
         self._pages.tell("place", {"um": Place.of(kept.steps), "steps": kept.steps,
                                    "reports": self._reports})
         self._pages.tell("kept", {"speeds": kept.speeds, "points": kept.points})

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from fresa_host import MachineError, Place
+from fresa_host import MachineError, Place, Port
 
 from ..console import UserError
 from ..web import Pages, View
@@ -15,8 +15,17 @@ from .line import Heard
 from .machine import Machine
 from .moves import Moves
 from .news import News
-from .orders import read_axis, read_name, read_number, read_point, read_speed, read_ways
+from .orders import (
+    read_axis,
+    read_name,
+    read_number,
+    read_point,
+    read_speed,
+    read_switch,
+    read_ways,
+)
 from .ports import Ports
+from .simulated import Simulated
 
 __all__ = ["Panel"]
 
@@ -43,8 +52,8 @@ class Panel:
         File of what is kept.
     port : str, optional
         A port to offer beside those that the system knows, chosen at first.
-    only : bool
-        Offer no other port.
+    simulated : Simulated, optional
+        A machine in simulation, whose port is the only one then.
 
     Attributes
     ----------
@@ -59,15 +68,17 @@ class Panel:
         If the file cannot be read.
     """
 
-    def __init__(self, path: Path, port: str | None = None, *, only: bool = False) -> None:
+    def __init__(self, path: Path, port: str | None = None, *,
+                 simulated: Simulated | None = None) -> None:
         self.pages = Pages(self)
         self.kept = load(path)
         self._path, self._written = path, self.kept
-        self._ports = Ports(port, only=only)
-        self._machine = Machine(self._heard, self._lost)
+        self._simulated = simulated
+        self._ports = Ports(simulated.port if simulated else port, only=simulated is not None)
+        self._machine = Machine(simulated.open if simulated else Port, self._heard, self._lost)
         self._moves = Moves(self._machine)
         self._busy = Busy(self._done)
-        self._news = News(self.pages)
+        self._news = News(self.pages, simulated.switches if simulated else None)
         self._tasks = [asyncio.create_task(work) for work in (
             self._look(), self._keep(),
             self._ports.watch(lambda: not self._machine.connected))]
@@ -119,6 +130,8 @@ class Panel:
                 self._store_here(read_number(message))
             case "go":
                 self._go(read_number(message))
+            case "limit":
+                self._press(*read_switch(message))
             case _:
                 raise UserError(f"there is no {name[:40]!r}")
         self._tell()
@@ -170,6 +183,11 @@ class Panel:
         self._moves.tell_speeds(self.kept.speeds)
         self._moves.go(number, self.kept.points[number - 1])
         self._news.say(f"Going to point {number}.")
+
+    def _press(self, name: str, on: bool) -> None:
+        if self._simulated is None:
+            raise UserError("a real machine's limit switches are pressed by hand")
+        self._simulated.switches.press(name, on)
 
     def _needed(self) -> None:
         if not self._machine.connected:
