@@ -16,7 +16,7 @@ from tools.panel.kept import load
 
 pytestmark = pytest.mark.browser
 ADDRESS = r"http://127\.0\.0\.1:\d+/\S+"
-WIDTH, HEIGHT = 1180, 780
+WIDTH, HEIGHT = 1180, 800
 
 
 class Page(browsing.Page):
@@ -208,6 +208,21 @@ class TestPoints:
         page.until(lambda: page.place("x") > 1, "a move")
         page.find("stop").click()
         assert page.rest()[0] < 4000
+
+
+def test_limit_switches_are_pressed_on_the_page(page):
+    switch = page.find("limit-X+")
+    switch.click()
+    page.until(lambda: switch.get_attribute("aria-pressed") == "true", "a pressed switch")
+    page.hold("d")
+    page.until(lambda: "A limit switch stopped X" in page.status, "the stop")
+    page.keys_up("d")
+    assert page.rest() == (0, 0, 0)
+    page.hold("a")  # the way back is free
+    page.until(lambda: page.place("x") < -1, "the way back")
+    page.keys_up("a")
+    switch.click()
+    page.until(lambda: switch.get_attribute("aria-pressed") == "false", "a released switch")
 
 
 def test_everything_is_kept(home, chromium):
