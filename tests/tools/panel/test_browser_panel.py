@@ -237,6 +237,9 @@ def test_everything_is_kept(home, chromium):
         page.until(lambda: page.place("x") > 3, "a move")
         page.keys_up("d")
         seen = page.rest()
+        page.until(page.find("stop").is_enabled, "a way to stop")
+    page.until(lambda: "Stop with it" in page.status, "the end being told")
+    assert not page.find("stop").is_enabled()
     # What moved while the panel ended is kept too.
     steps = load(home / "fresa" / "panel-simulated.json").steps
     place = tuple(round(um, 2) for um in Place.of(steps))

@@ -203,8 +203,8 @@ class Panel {
       : "There is no serial port: plug the machine in.";
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
-    const lost = this.lost ? "The panel cannot be reached, not even to stop: is its command still"
-      + " running? What was held here it has let go of." : "";
+    const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by itself."
+      + " If python -m tools.panel was started anew, open the address that it printed." : "";
     const text = lost || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);
     if (status.textContent !== text) status.textContent = text;
