@@ -179,7 +179,8 @@ class Panel {
     document.body.dataset.silent = Boolean(silent);
     find("connect").textContent = connected ? "Disconnect" : "Connect";
     find("connect").classList.toggle("primary", !connected);
-    find("connect").disabled = this.lost || Boolean(state.doing) || (!connected && !state.ports.length);
+    find("connect").disabled = this.lost || Boolean(state.doing)
+      || (!connected && !state.ports.length);
     find("port").disabled = connected || Boolean(state.doing);
     find("origin").disabled = !connected;
     find("place-note").textContent = connected ? "" : "as it was left";
@@ -203,12 +204,14 @@ class Panel {
       : "There is no serial port: plug the machine in.";
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
-    const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by itself."
-      + " If python -m tools.panel was started anew, open the address that it printed." : "";
+    const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
+      + " itself. If python -m tools.panel was started anew, open the address that it printed."
+      : "";
     const text = lost || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);
     if (status.textContent !== text) status.textContent = text;
-    status.dataset.tone = lost || notice || silence || (!doing && state.bad && state.note) ? "bad" : "";
+    const bad = lost || notice || silence || (!doing && state.bad && state.note);
+    status.dataset.tone = bad ? "bad" : "";
   }
 }
 
