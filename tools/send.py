@@ -1,18 +1,14 @@
 """Send a picture, or a list of orders, to a mill over its serial line."""
 
 import argparse
-import contextlib
-import queue
-import signal
-import sys
-import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
 
+from fresa_host.delivery import deliver
 from fresa_host.errors import LineLost, MachineError
-from fresa_host.orders import Sender, begin_raised, deliver
-from fresa_host.port import BAUD, Port
+from fresa_host.orders import Sender, begin_raised
+from fresa_host.port import BAUD, PSEUDO_TERMINALS, Port
 
 from .console import (
     Parser,
@@ -27,6 +23,7 @@ from .console import (
 )
 from .image import add_picture_arguments, picture_from_arguments
 from .job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
+from .keyboard import Ended, Keyboard
 
 __all__ = ["main"]
 
@@ -74,59 +71,6 @@ SILENCE = 3.0
 
 PATIENCE = 30.0
 """Seconds in which a mill that was never heard must answer."""
-
-
-class Ended(Exception):
-    """Whoever is at the keyboard wants no more."""
-
-
-class Keyboard:
-    """Someone who may pause a job, go on, or end it.
-
-    Attributes
-    ----------
-    interrupts : int
-        Times that Ctrl-C was pressed, since the last Return.
-    """
-
-    def __init__(self) -> None:
-        self.interrupts = 0
-        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
-
-    @contextlib.contextmanager
-    def listening(self) -> Iterator[None]:
-        """Count Ctrl-C instead of breaking off, and read lines if there is a terminal."""
-        def count(*_) -> None:
-            self.interrupts += 1
-
-        before = signal.signal(signal.SIGINT, count)
-        try:
-            if sys.stdin is not None and sys.stdin.isatty():
-                threading.Thread(target=self._read, args=(sys.stdin,), daemon=True).start()
-            yield
-        finally:
-            signal.signal(signal.SIGINT, before)
-
-    def _read(self, stream) -> None:
-        for line in stream:
-            self._lines.put(line.strip().lower())
-
-    def paused(self, paused: bool) -> bool:
-        """Return whether the job is paused from now on.
-
-        Raises
-        ------
-        Ended
-            If it was paused and Ctrl-C came again, or for ``q``.
-        """
-        while not self._lines.empty():
-            line = self._lines.get()
-            if line == "q":
-                raise Ended
-            self.interrupts = int(line == "p")
-        if self.interrupts > 1:
-            raise Ended
-        return bool(self.interrupts)
 
 
 class Watch:
@@ -202,7 +146,7 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
     try:
         with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
-            deliver(sender, lambda: Port(args.port), watch=Watch(sender, keyboard, progress))
+            deliver(sender, _opening(args.port), watch=Watch(sender, keyboard, progress))
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
             + _same(args))
@@ -216,6 +160,22 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
         return 1
     say(f"done: {sender.total} orders in {time.monotonic() - begun:.0f} s")
     return 0
+
+
+def _opening(name: str) -> Callable[[], Port]:
+    """Return what opens a port, again and again, unless it cannot come back by that name."""
+    opened = False
+
+    def connect() -> Port:
+        nonlocal opened
+        if opened and name.startswith(PSEUDO_TERMINALS):  # it may be anybody's window by now
+            raise MachineError(f"{name} is gone, and comes back by another name: give that to "
+                               "--port, as python -m tools.serve prints it")
+        port = Port(name)
+        opened = True
+        return port
+
+    return connect
 
 
 def _same(args: argparse.Namespace) -> str:

@@ -1,21 +1,18 @@
 """Orders to the mill over a line that drops, doubles or changes bytes: each is done once.
 
 `Sender` is the host's side of docs/serial-orders.md without I/O: it is given what was heard and
-the time, and says what to send. `deliver` joins it to a port, and to another when that is gone.
+the time, and says what to send. `fresa_host.delivery` joins it to a port.
 """
 
 import random
-import time
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import Enum, auto
-from typing import Protocol
 
-from .errors import LineLost, MachineError, WasReset
+from .errors import MachineError, WasReset
 from .order_lines import LAST_NUMBER, Answer, AnswerReader, Kind, Order, Outcome, request
 
-__all__ = ["JobRefused", "Line", "NotReady", "Order", "OrderRefused", "Phase", "Sender",
-           "begin_raised", "deliver"]
+__all__ = ["JobRefused", "NotReady", "Order", "OrderRefused", "Phase", "Sender", "begin_raised"]
 
 ANSWER_TIME = 0.5
 """Seconds after which a request without an answer is sent again; both take 70 ms at 9600 baud."""
@@ -61,19 +58,6 @@ def begin_raised(orders: Sequence[Order]) -> list[Order]:
     """Return orders that begin with raising the tool, as a job must: with one more if need be."""
     up = [] if orders and orders[0].kind == Kind.UP else [Order(Kind.UP)]
     return [*up, *orders]
-
-
-class Line(Protocol):
-    """What `deliver` asks of a `Port`."""
-
-    @property
-    def waiting(self) -> bool: ...
-
-    def read(self) -> bytes: ...
-
-    def write(self, data: bytes) -> None: ...
-
-    def close(self) -> None: ...
 
 
 class Phase(Enum):
@@ -256,55 +240,3 @@ class Sender:
                            "SW7 on")
         if answer.error:
             raise NotReady("the mill shows an error: reset it with BTN0")
-
-
-def deliver(sender: Sender, connect: Callable[[], Line], *,
-            watch: Callable[[bool], None] = lambda connected: None,
-            clock: Callable[[], float] = time.monotonic,
-            rest: Callable[[float], None] = time.sleep) -> None:
-    """Send a job over a port, and over another one when that is gone, until it is finished.
-
-    Parameters
-    ----------
-    sender : Sender
-        The job.
-    connect : callable
-        Opens the port. The first time it must succeed; later it is tried until it does.
-    watch : callable
-        Called often, with whether there is a port. What it raises ends the delivery.
-    clock, rest : callable
-        Seconds now; waits so many.
-
-    Raises
-    ------
-    LineLost
-        If the port cannot be opened the first time.
-    MachineError
-        If the job cannot go on.
-    """
-    port: Line | None = None
-    begun = False
-    try:
-        while not sender.finished:
-            if begun:
-                watch(port is not None)
-            try:
-                if port is None:
-                    port = connect()
-                    while port.waiting:  # answers to somebody else
-                        port.read()
-                    sender.connected(clock())
-                    begun = True
-                if line := sender.send(clock()):
-                    port.write(line)
-                sender.receive(port.read(), clock())
-            except LineLost:
-                if not begun:
-                    raise
-                if port is not None:
-                    port.close()
-                port = None
-                rest(QUIET)
-    finally:
-        if port is not None:
-            port.close()

@@ -1,21 +1,35 @@
 """Serial ports, by pyserial."""
 
+import errno
+import os
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TypeVar
 
 from .errors import LineLost
 
-__all__ = ["BAUD", "Port", "find_ports"]
+__all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports"]
 
 T = TypeVar("T")
+
+#: What pyserial raises where a port is gone, or (the last two) closed meanwhile.
+_GONE = (OSError, TypeError, AttributeError)
 
 #: Bits a second of every machine's line.
 BAUD = 9600
 
 #: Seconds that a read waits for the first byte.
 PATIENCE = 0.05
+
+#: How names of pseudo-terminals begin. Each is somebody else's when it is gone.
+PSEUDO_TERMINALS = "/dev/pts/"
+
+#: Seconds that a break lasts, and that the line rests behind it: longer than the bytes take that
+#: are in the port itself, and than one.
+BREAK = 0.02
+REST = 0.003
 
 MOST_AT_ONCE = 4096
 
@@ -24,7 +38,9 @@ WRITE_PATIENCE = 2.0
 
 
 class Port:
-    """A serial port that is open.
+    """A serial port that is open, and locked, so that no other that is locked can be opened on it.
+
+    Two programs on one line would mix their words.
 
     Parameters
     ----------
@@ -50,9 +66,9 @@ class Port:
         try:
             self._serial: Any = serial.serial_for_url(
                 name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE,
-                exclusive=True)  # two programs on one line would mix their words
+                exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise LineLost(f"{name} cannot be opened: {_reason(error)}") from error
+            raise LineLost(f"{name} cannot be opened: {_why_closed(name, error)}") from error
 
     @property
     def waiting(self) -> bool:
@@ -81,10 +97,36 @@ class Port:
         with self._lock:
             self._gone(lambda: self._serial.write(data))
 
+    @property
+    def can_break(self) -> bool:
+        """Whether `send_break` can do something."""
+        return not os.path.realpath(self.name).startswith(PSEUDO_TERMINALS) and (
+            not self.name.startswith("socket:"))
+
+    def send_break(self) -> None:
+        """Hold the line low for longer than a byte, if the port can; what was not sent yet is lost.
+
+        Twice, for a byte that the first time cuts off may be heard as one that is damaged, and no
+        more. If the port is gone, the next `write` says so.
+        """
+        if self.can_break:
+            with suppress(*_GONE):
+                self._serial.reset_output_buffer()
+            for _ in range(2):
+                self._hold_low()
+
+    def _hold_low(self) -> None:
+        with suppress(*_GONE):  # some converters refuse
+            self._serial.break_condition = True
+            time.sleep(BREAK)
+        with suppress(*_GONE):
+            self._serial.break_condition = False
+        time.sleep(REST)
+
     def _gone(self, work: Callable[[], T]) -> T:
         try:
             return work()
-        except (OSError, TypeError, AttributeError) as error:  # the last two: closed meanwhile
+        except _GONE as error:
             raise LineLost(f"{self.name} is gone: {_reason(error)}") from error
 
     def close(self) -> None:
@@ -99,6 +141,27 @@ def find_ports() -> list[str]:
 
     found = sorted(comports(), key=lambda port: (port.vid is None, port.device))
     return [port.device for port in found]
+
+
+_IN_USE = "another program has it open; end that first"
+_WHY: dict[object, str] = {
+    errno.ENOENT: "there is no such port; is it plugged in?",
+    errno.EACCES: "you may not; on Linux, join the group dialout",
+    errno.EAGAIN: _IN_USE,  # locked
+    errno.EBUSY: _IN_USE,
+    errno.ENOTTY: "it is no serial port",
+    errno.ECONNREFUSED: "nobody listens there",
+}
+
+
+def _why_closed(name: str, error: Exception) -> str:
+    """Say why a port cannot be opened, and what to do."""
+    number = getattr(error, "errno", None)
+    if number is None and error.__context__ is not None:  # pyserial says some only in its text
+        number = next(iter(error.__context__.args), None)
+    if number == errno.ENOENT and name.startswith(PSEUDO_TERMINALS):
+        return "there is no such port; python -m tools.serve prints another each time"
+    return _WHY.get(number) or _reason(error)
 
 
 def _reason(error: Exception) -> str:

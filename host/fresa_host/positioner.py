@@ -91,8 +91,8 @@ class Positioner:
         try:
             if kind is not None:
                 with suppress(LineLost):
-                    self.stop()
-                    time.sleep(10 * len(lines.stop()) / self._link.baud)  # until it is on the line
+                    self._link.halt()
+                    time.sleep(20 * len(lines.stop()) / self._link.baud)  # until it is on the line
         finally:
             self.close()
 

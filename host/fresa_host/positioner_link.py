@@ -7,7 +7,7 @@ from collections.abc import Callable
 from .errors import LineLost
 from .lines import LineSplitter
 from .port import Port
-from .positioner_lines import Limit, Refusal, Steps, read_line
+from .positioner_lines import AXES, Limit, Refusal, Steps, read_line, stop
 
 __all__ = ["PositionerLink"]
 
@@ -59,6 +59,27 @@ class PositionerLink:
         except LineLost as error:
             self._lose(error)
             raise
+
+    @property
+    def can_break(self) -> bool:
+        """Whether the port can send a break."""
+        return self._port.can_break
+
+    def halt(self) -> None:
+        """End all movement: by a break, if the port can, and by order.
+
+        The break does not wait for what stands in the line, which is lost. The machine then refuses
+        one line, as `DAMAGED`.
+
+        Raises
+        ------
+        LineLost
+            See `send`.
+        """
+        # The line that the break has damaged goes on until the first of these ends it.
+        lost = stop(AXES[:1]) if self.can_break else b""
+        self._port.send_break()
+        self.send(lost + stop())
 
     def close(self) -> None:
         """Let go of the port. What moves goes on."""

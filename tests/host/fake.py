@@ -6,7 +6,9 @@ from collections.abc import Callable
 
 from fresa_host import LineLost
 
-__all__ = ["FakePort", "FakePositioner"]
+__all__ = ["BREAK", "FakePort", "FakePositioner"]
+
+BREAK = b"(break)"
 
 
 class FakePort:
@@ -18,6 +20,13 @@ class FakePort:
         Given a line or frame with its end, gives what comes back.
     ends : bytes
         What ends one.
+
+    Attributes
+    ----------
+    written : list of bytes
+        What was written, line by line, and `BREAK` for a break.
+    can_break : bool
+        Whether it can send one.
     """
 
     name = "fake"
@@ -27,7 +36,7 @@ class FakePort:
         self.answer, self.ends = answer, ends
         self.written: list[bytes] = []
         self.coming = b""
-        self.gone = self.closed = False
+        self.gone = self.closed = self.can_break = False
         self._lock = threading.Lock()
 
     @property
@@ -57,6 +66,14 @@ class FakePort:
             self.written.append(part)
             self.say(self.answer(part))
 
+    def send_break(self) -> None:
+        if self.can_break:
+            self.written.append(BREAK)
+            self.broken()
+
+    def broken(self) -> None:
+        """Hear a break."""
+
     def close(self) -> None:
         self.closed = True
 
@@ -79,6 +96,12 @@ class FakePositioner(FakePort):
         self.points: dict[str, list[int]] = {}
         self.refuse: dict[bytes, bytes] = {}
         self.deaf: list[bytes] = []
+        self.damaged = False
+
+    @property
+    def resting(self) -> bool:
+        """Whether it is where it goes to."""
+        return self.steps == self.target
 
     def reset(self) -> None:
         """Switch it off and on."""
@@ -89,7 +112,13 @@ class FakePositioner(FakePort):
         number = int(motor[-1]) - 1
         self.target = [*self.target[:number], there, *self.target[number + 1:]]
 
+    def broken(self) -> None:
+        self.target, self.damaged = self.steps, True
+
     def obey(self, line: bytes) -> bytes:
+        if self.damaged:
+            self.damaged = False
+            return b"! DAMAGED\n"
         if line in self.deaf:
             self.deaf.remove(line)
             return b""

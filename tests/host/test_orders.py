@@ -1,26 +1,11 @@
 """Orders over a line that drops, doubles and changes bytes, to a model of the mill's gateware."""
 
-import random
-from collections.abc import Iterator
-
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fresa.motion import Outcome as GatewareOutcome
-from fresa.motion import RequestKind
-from fresa.protocol import BAUD
-from fresa_host import order_lines, port
-from fresa_host.errors import LineLost, MachineError, WasReset
-from fresa_host.order_lines import (
-    LAST_NUMBER,
-    Answer,
-    AnswerReader,
-    Kind,
-    Order,
-    Outcome,
-    request,
-)
+from fresa_host.errors import MachineError, WasReset
+from fresa_host.order_lines import LAST_NUMBER, Answer, Kind, Order, Outcome, request
 from fresa_host.orders import (
     RUNS,
     JobRefused,
@@ -29,51 +14,9 @@ from fresa_host.orders import (
     Phase,
     Sender,
     begin_raised,
-    deliver,
 )
 from tb.models.orders import OrdersModel
-from tests.noise import Noise
-
-
-def job(count: int, seed: int = 0) -> list[Order]:
-    rng = random.Random(seed)
-
-    def order(kind: Kind) -> Order:
-        return Order(kind, rng.randrange(2**16), rng.randrange(2**16)) if kind == Kind.GO else (
-            Order(kind))
-
-    kinds = rng.choices([Kind.GO, Kind.UP, Kind.DOWN], [6, 1, 1], k=count - 1)
-    return [Order(Kind.UP), *map(order, kinds)]
-
-
-class World:
-    """A sender, a mill, the line between them, and the time."""
-
-    def __init__(self, mill: OrdersModel | None = None, *, noise: float = 0, seed: int = 0) -> None:
-        self.mill = mill or OrdersModel()
-        self.rng = random.Random(seed)
-        self.there, self.back = (Noise(self.rng, noise) for _ in range(2))
-        self.now = 0.0
-        self.done: list[Order] = []
-
-    def carry_out(self) -> None:
-        kind, x, y = self.mill.ledger.carry_out()
-        self.done.append(Order(Kind(kind), x, y) if kind == Kind.GO else Order(Kind(kind)))
-
-    def step(self, sender: Sender, *, carry_out: float = 0.6) -> None:
-        heard = self.mill.hear(self.there.through(sender.send(self.now)))
-        if self.mill.ledger.waiting and self.rng.random() < carry_out:
-            self.carry_out()
-        sender.receive(self.back.through(heard), self.now)
-        self.now += max(0.07, sender.wait(self.now) * self.rng.random())
-
-    def run(self, sender: Sender, steps: int = 10**6) -> None:
-        sender.connected(self.now)
-        for _ in range(steps):
-            if sender.finished:
-                return
-            self.step(sender)
-        assert steps < 10**6, "it never ends"
+from tests.host.world import World, job
 
 
 class TestEachIsDoneOnce:
@@ -345,105 +288,12 @@ class TestWhatGoesWrong:
             world.run(sender)
 
 
-class Cable:
-    """Ports to a mill, of which each is gone after some reads."""
-
-    def __init__(self, world: World, lives: Iterator[int]) -> None:
-        self.world, self.lives, self.opened = world, lives, 0
-
-    def connect(self):
-        life = next(self.lives)
-        if life < 0:
-            raise LineLost("no such port")
-        self.opened += 1
-        self.left, self.heard = life, b""
-        return self
-
-    @property
-    def waiting(self) -> bool:
-        return False
-
-    def write(self, data: bytes) -> None:
-        self.heard += self.world.mill.hear(data)
-
-    def read(self) -> bytes:
-        self.world.now += 0.07
-        if self.world.mill.ledger.waiting:
-            self.world.carry_out()
-        self.left -= 1
-        if self.left < 0:
-            raise LineLost("unplugged")
-        heard, self.heard = self.heard, b""
-        return heard
-
-    def close(self) -> None:
-        self.heard = b""
-
-
-class TestDeliver:
-    def deliver(self, lives, orders):
-        world = World()
-        cable, seen = Cable(world, iter([*lives, 10**6])), []
-
-        def rest(seconds: float) -> None:
-            world.now += seconds
-
-        deliver(Sender(orders), cable.connect, watch=seen.append, clock=lambda: world.now,
-                rest=rest)
-        return world, cable, seen
-
-    @given(st.lists(st.integers(-3, 12), max_size=9))
-    @settings(max_examples=30, deadline=None)
-    def test_unplugged_whenever(self, lives):
-        world, cable, seen = self.deliver([3, *lives], job(15))
-        assert world.done == job(15)
-        assert cable.opened >= 2 and set(seen) == {True, False}
-
-    def test_no_port_at_first_is_an_error(self):
-        with pytest.raises(LineLost, match="no such port"):
-            self.deliver([-1], job(3))
-
-
-class TestLines:
-    def test_both_sides_mean_the_same(self):
-        assert {kind.name: kind.value for kind in Kind} == {
-            kind.name: kind.value for kind in RequestKind}
-        assert {outcome.name: outcome.value for outcome in Outcome} == {
-            outcome.name: outcome.value for outcome in GatewareOutcome}
-        assert port.BAUD == BAUD
-
-    @given(st.binary(max_size=200))
-    def test_answers_are_found_in_anything(self, data):
-        mill = OrdersModel()
-        answer = mill.hear(request(Kind.TELL))
-        assert len(AnswerReader().feed(data.replace(b"=", b"-") + answer)) == 1
-
-    @given(st.binary(max_size=400))
-    def test_noise_is_no_answer(self, data):
-        assert AnswerReader().feed(data) == []
-
-    def test_memory_is_bounded(self):
-        reader = AnswerReader()
-        reader.feed(b"=" + b"0" * 10**6)
-        assert len(reader._begun or b"") <= order_lines.LENGTH + 1
-
-    @pytest.mark.parametrize("at", range(1, 31))
-    def test_a_digit_changed_is_found(self, at):
-        answer = bytearray(OrdersModel().hear(request(Kind.TELL)))
-        for digit in b"0123456789ABCDEF":
-            changed = answer.copy()
-            changed[at] = digit
-            assert bool(AnswerReader().feed(bytes(changed))) == (changed == answer)
-
-    @pytest.mark.parametrize(("make", "says"), [
-        (lambda: Order(Kind.TELL), "an order is to go, up or down"),
-        (lambda: Order(Kind.GO, 65536, 0), "x must be from 0 to 65535, not 65536"),
-        (lambda: Order(Kind.GO, 0, -1), "y must be from 0 to 65535, not -1"),
-        (lambda: Sender([]), f"a job has 1 to {LAST_NUMBER} orders, not 0"),
-        (lambda: Sender(job(3), first=4), "the first order must be from 1 to 3, not 4"),
-        (lambda: Sender([Order(Kind.GO, 1, 2)]), "raising the tool, not with go 1 2"),
-        (lambda: Sender([Order(Kind.UP), Order(Kind.DOWN)], first=2), "not with down"),
-    ])
-    def test_impossible(self, make, says):
-        with pytest.raises(ValueError, match=says):
-            make()
+@pytest.mark.parametrize(("make", "says"), [
+    (lambda: Sender([]), f"a job has 1 to {LAST_NUMBER} orders, not 0"),
+    (lambda: Sender(job(3), first=4), "the first order must be from 1 to 3, not 4"),
+    (lambda: Sender([Order(Kind.GO, 1, 2)]), "raising the tool, not with go 1 2"),
+    (lambda: Sender([Order(Kind.UP), Order(Kind.DOWN)], first=2), "not with down"),
+])
+def test_impossible(make, says):
+    with pytest.raises(ValueError, match=says):
+        make()

@@ -8,7 +8,7 @@ import pytest
 
 from fresa_host import LimitReached, LineLost, Place, Positioner, Refused, TimedOut
 from fresa_host import positioner as module
-from tests.host.fake import FakePositioner
+from tests.host.fake import BREAK, FakePositioner
 
 
 @pytest.fixture
@@ -114,13 +114,16 @@ def test_an_axis_that_is_stopped_or_jogged_leaves_the_others_on_their_way(positi
     assert positioner.wait(timeout=0.01).x > 0  # it goes nowhere any more
 
 
-@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
-def test_what_ends_a_block_with_an_error_stops_all_axes(fake, error):
+@pytest.mark.parametrize(("error", "can_break"), [(RuntimeError, False), (KeyboardInterrupt, True)])
+def test_what_ends_a_block_with_an_error_stops_all_axes(fake, error, can_break):
+    fake.can_break = can_break
     with pytest.raises(error), opened(fake) as positioner:
         positioner.connect()
         positioner.jog("x", 1)
         raise error
     assert fake.target == fake.steps and fake.closed
+    assert fake.written.count(BREAK) == can_break
+    assert fake.written[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
     fake.written.clear()
     with opened(fake):
         pass

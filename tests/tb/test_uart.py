@@ -83,3 +83,10 @@ class TestSerialLine:
             before = line._engine.clock
             line.run(clocks)
             assert line._engine.clock == before + clocks
+
+    def test_a_break_cuts_off_a_byte_and_comes_before_what_waits(self):
+        line = self.line()
+        line.send(b"abc")
+        said = line.run(25 * PERIOD)  # into the second
+        line.send_break()
+        assert said + line.run(60 * 10 * PERIOD) == b"a\x02c"  # so much of it, damaged

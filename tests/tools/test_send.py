@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from fresa_host.errors import LineLost
+from fresa_host.port import Port
 from tb.models.orders import OrdersModel
 from tools import send
 from tools.job import picture_orders, read_orders, write_orders
@@ -55,6 +56,7 @@ def mill(monkeypatch):
     mill = Mill()
     monkeypatch.setattr(send, "Port", mill)
     monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
+    monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
     monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
     return mill
 
@@ -203,9 +205,23 @@ class TestSend:
         assert capsys.readouterr().err.count("error: ") == 2
 
 
+def test_a_terminal_that_is_gone_is_not_opened_again(mill, job, monkeypatch, capsys):
+    """It may be the window of anybody by then."""
+    def end():
+        raise LineLost("/dev/pts/7 is gone: Input/output error")
+
+    opened = []
+    monkeypatch.setattr(send, "Port", lambda name: opened.append(name) or mill)
+    mill.at = {2: end}
+    assert run(job, "--port", "/dev/pts/7") == 1
+    out = capsys.readouterr().out
+    assert "/dev/pts/7 is gone, and comes back by another name: give that to --port" in out
+    assert opened == ["/dev/pts/7"]
+
+
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 def test_by_pyserial_over_a_terminal(job, capsys):
-    """The whole of it, with the model behind a real port."""
+    """The whole of it, with the model behind a real port, which only one can have open."""
     machine, port = os.openpty()
     tty.setraw(machine)
     model, done = OrdersModel(), []
@@ -217,9 +233,14 @@ def test_by_pyserial_over_a_terminal(job, capsys):
                 done.append(model.ledger.carry_out())
             os.write(machine, answer)
 
+    name = os.ttyname(port)
+    other = Port(name)
+    assert run(job, "--port", name) == 2
+    assert f"{name} cannot be opened: another program has it open" in capsys.readouterr().err
+    other.close()
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
-    assert run(job, "--port", os.ttyname(port)) == 0
+    assert run(job, "--port", name) == 0
     thread.join(10)
     os.close(port)
     os.close(machine)

@@ -10,12 +10,13 @@ from contextlib import AsyncExitStack, nullcontext
 from tb.engines import CXXRTLEngine, Engine
 
 from ..console import Parser, UserError, command, say, whole
-from ..serve import MACHINES, Service, build
+from ..serve import MACHINES, Service, Switches, build
 from ..serve.machines import BAUD
 from ..web import redirect, serve, stopping
 from .kept import folder
 from .panel import Panel
 from .routes import panel_site
+from .simulated import Simulated
 
 __all__ = ["main"]
 
@@ -38,6 +39,7 @@ examples:
 
   python -m tools.panel --simulate
       No machine needed: its gateware runs in simulation, in real time, if there is a C++ compiler.
+      Its limit switches are pressed on the page.
       What is kept of that is kept apart.
 
   python -m tools.panel socket://127.0.0.1:4000
@@ -73,13 +75,15 @@ async def _serve(machine: tuple[Engine, int] | None, args: argparse.Namespace) -
     """Serve until Ctrl-C."""
     with stopping() as stop:
         async with AsyncExitStack() as stack:
-            port, name, failed = args.serial, "panel.json", asyncio.Future()
+            simulated, name, failed = None, "panel.json", asyncio.Future()
             if machine is not None:
                 engine, period = machine
                 service = await stack.enter_async_context(
                     Service(engine, period, speed=period * BAUD))
-                port, name, failed = service.path, "panel-simulated.json", service.ended
-            panel = Panel(folder() / name, port, only=machine is not None)
+                switches = Switches(MACHINES["positioner"].switches, service)
+                simulated = Simulated(service, switches)
+                name, failed = "panel-simulated.json", service.ended
+            panel = Panel(folder() / name, args.serial, simulated=simulated)
             stack.push_async_callback(panel.close)
             address = await stack.enter_async_context(serve(panel_site(panel), args.port))
             say(address)

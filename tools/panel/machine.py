@@ -3,59 +3,26 @@
 import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 
-from fresa_host import LineLost, MachineError, Place, TimedOut
+from fresa_host import LineLost, MachineError, Place, Port
 from fresa_host import positioner_lines as lines
-from fresa_host.positioner_lines import AXES, POINTS, STEPS_PER_UM, Limit, Refusal, Steps
-from fresa_host.positioner_link import PositionerLink
+from fresa_host.positioner_lines import AXES, STEPS_PER_UM, Limit, Steps
 
+from .connecting import WITNESS, ZERO, find_place, rest
 from .kept import Kept
-from .speaker import Speaker
+from .line import Heard, Line
 
 __all__ = ["SILENCE", "Machine"]
-
-#: Seconds that a machine has for a report, for standing still, and for taking its place.
-PATIENCE = 2.0
 
 #: Seconds without a report after which what is shown is no longer true.
 SILENCE = 0.45
 
-ZERO = Steps(0, 0, 0)
-
-#: The point that is `ZERO` in the machine, except on the way to what the user calls so.
-WITNESS = POINTS[-1]
-
-#: A line that is always refused, for a reason that no other has here: so what was before is known.
-FENCE = b"VEL MOT1 0\n"
-
-#: Times that a machine is asked whether it was reset, and reports after which no answer comes.
-TRIES = 3
-SETTLED = 2
-MUTE = 10
+#: What the machine says of the line that a break damages, and seconds within which it does.
+DAMAGED = "DAMAGED"
+FORGIVEN = 0.5
 
 #: Seconds until the last words are on the line: 41 bytes.
 ON_LINE = 0.06
-
-Heard = Steps | Refusal | Limit
-
-
-@dataclass(eq=False)
-class _Line:
-    """A line that is open, or being opened. What comes before it is connected waits in `heard`."""
-
-    port: str
-    link: PositionerLink | None = None
-    speaker: Speaker | None = None
-    connected: bool = False
-    heard: asyncio.Queue[Heard | LineLost] = field(default_factory=asyncio.Queue)
-
-    def close(self) -> None:
-        """Send what there is, and let go of the port. Waits for both."""
-        if self.speaker is not None:
-            self.speaker.close()
-        if self.link is not None:
-            self.link.close()
 
 
 class Machine:
@@ -63,10 +30,13 @@ class Machine:
 
     All methods but those that are asynchronous return at once. An axis that moves, and neither was
     told to nor is on its way, is told to stop with every report until it does: the line may have
-    swallowed the first time.
+    swallowed the first time. If it goes on even so, and no other axis is to move, all movement is
+    ended by a break of the line.
 
     Parameters
     ----------
+    opened : callable
+        Opens a serial port, given its name.
     heard : callable
         Called in the event loop with what the machine says while it is connected.
     lost : callable
@@ -78,12 +48,16 @@ class Machine:
         The place that was reported last since it was connected.
     """
 
-    def __init__(self, heard: Callable[[Heard], None], lost: Callable[[str], None]) -> None:
-        self._heard, self._lost = heard, lost
+    def __init__(self, opened: Callable[[str], Port], heard: Callable[[Heard], None],
+                 lost: Callable[[str], None]) -> None:
+        self._opened, self._heard, self._lost = opened, heard, lost
         self._loop = asyncio.get_running_loop()
-        self._line: _Line | None = None
+        self._line: Line | None = None
         self._closing: asyncio.Task[None] | None = None
         self._heard_at = 0.0
+        self._halted_at = -FORGIVEN
+        self._speeds: dict[str, float] = {}
+        self._strays: set[str] = set()
         # Axes that may move, and where to; None for those that go on until they are stopped.
         self._going: dict[str, int | None] = {}
         self.steps: Steps | None = None
@@ -101,10 +75,7 @@ class Machine:
     async def connect(self, port: str, kept: Kept) -> bool:
         """Connect, stop what moves, and tell the machine its speeds, its points and its place.
 
-        Its place only if it was reset, and left elsewhere. It was if it stands at (0, 0, 0) and
-        has no `WITNESS`: a reset forgets points, and somebody's origin does not. To ask for that
-        point moves nothing, for that is (0, 0, 0) too. If another program has put it elsewhere,
-        the speed is the lowest and the order to stop right behind: an axis makes a step at most.
+        Its place only if it had forgotten that; see `find_place`.
 
         Returns
         -------
@@ -119,21 +90,12 @@ class Machine:
             If no machine reports, or it does not stop, or the line is too bad to know.
         """
         await self.disconnect()
-        line = self._line = _Line(port)
+        line = self._line = Line(port, self._opened, self._hear, self._lose)
         self.steps = None
-        self._going = {}
+        self._going, self._speeds, self._strays = {}, {}, set()
         try:
-            line.link = await asyncio.to_thread(
-                PositionerLink, port, heard=lambda said: self._later(self._hear, line, said),
-                lost=lambda error: self._later(self._lose, line, error))
-            line.speaker = Speaker(line.link.send)
-            # What somebody had typed before may be taken for the beginning of the first line.
-            self._send(b"CONNECT\n" + lines.stop() + b"CONNECT\n")
-            await self._next(line)
-            self._send(lines.stop())
-            place = await self._rest(line)
-            forgot = place == ZERO != kept.steps and await self._was_reset(line)
-            place = await (self._tell_place(line, kept.steps) if forgot else self._rest(line))
+            await line.open()
+            place, forgot = await find_place(line, kept.steps)
         except BaseException:
             await self._let_go()
             raise
@@ -156,7 +118,7 @@ class Machine:
             if line.connected:
                 line.connected = False
                 self.stop()
-                self.steps = await self._rest(line)
+                self.steps = await rest(line)
         await self._let_go()
 
     async def _let_go(self) -> None:
@@ -166,54 +128,6 @@ class Machine:
         line, self._line = self._line, None
         if line is not None:
             await asyncio.to_thread(line.close)
-
-    # What connecting is made of
-
-    async def _next(self, line: _Line) -> Heard:
-        """Wait for what the machine says next."""
-        try:
-            said = await asyncio.wait_for(line.heard.get(), PATIENCE)
-        except TimeoutError:
-            raise TimedOut(f"no positioner reports at {line.port}: is it on?") from None
-        if isinstance(said, LineLost):
-            raise said
-        return said
-
-    async def _rest(self, line: _Line) -> Steps:
-        """Wait until two reports say the same; tell it to stop until they do."""
-        end, before = self._loop.time() + PATIENCE, None
-        while self._loop.time() < end:
-            if isinstance(said := await self._next(line), Steps):
-                if said == before:
-                    return said
-                if before is not None:
-                    self._send(lines.stop())
-                before = said
-        raise TimedOut(f"the positioner at {line.port} does not stop: it moves")
-
-    async def _was_reset(self, line: _Line) -> bool:
-        """Ask a machine that stands at `ZERO` for its `WITNESS`."""
-        slow = b"".join(lines.speed(axis, 1) for axis in AXES)
-        for _ in range(TRIES):
-            self._send(slow + lines.go_to(WITNESS) + lines.stop() + FENCE)
-            answers, quiet = [], 0
-            while quiet < (SETTLED if answers else MUTE):
-                said = await self._next(line)
-                if isinstance(said, Refusal):
-                    answers.append(said.reason)
-                quiet = quiet + 1 if isinstance(said, Steps) else 0
-            if sorted(answers) in (["RANGE"], ["EMPTY", "RANGE"]):
-                return "EMPTY" in answers
-        raise TimedOut(f"the line to the positioner at {line.port} is disturbed")
-
-    async def _tell_place(self, line: _Line, steps: Steps) -> Steps:
-        """Tell it where it is, until it says so itself."""
-        for _ in range(TRIES):
-            self._send(lines.place(steps))
-            for _ in range(MUTE):
-                if await self._next(line) == steps:
-                    return steps
-        raise TimedOut(f"the line to the positioner at {line.port} is disturbed")
 
     # What it is told
 
@@ -226,12 +140,17 @@ class Machine:
         self._send(lines.jog(axis, way) if way else lines.stop([axis]))
 
     def stop(self) -> None:
-        """End all movement."""
+        """End all movement, whatever stands in the line."""
         self._going.clear()
-        self._send(lines.stop())
+        if self._line is not None and self._line.halt():
+            self._halted_at = self._loop.time()
+            for axis, speed in self._speeds.items():  # orders that were on their way are lost
+                self.set_speed(axis, speed)
+            self._send(lines.store(WITNESS, ZERO))
 
     def set_speed(self, axis: str, um_per_second: float) -> None:
         """Set the speed of an axis."""
+        self._speeds[axis] = um_per_second
         self._send(lines.speed(axis, round(um_per_second * STEPS_PER_UM)))
 
     def store(self, number: int, point: Sequence[float | None]) -> None:
@@ -254,48 +173,42 @@ class Machine:
         self._send(b"ORIGIN\n")
 
     def _send(self, orders: bytes) -> None:
-        """Send orders. A port that is gone will be told by its threads."""
-        if self._line is not None and self._line.speaker is not None:
-            self._line.speaker.say(orders)
+        """Send orders, if there is somebody to send them to."""
+        if self._line is not None:
+            self._line.say(orders)
 
     # What is heard, in the event loop
 
-    def _later(self, call: Callable, line: _Line, what: object) -> None:
-        with suppress(RuntimeError):  # the loop has ended
-            self._loop.call_soon_threadsafe(call, line, what)
-
-    def _hear(self, line: _Line, said: Heard) -> None:
-        if line is not self._line:
-            return
-        if not line.connected:
-            line.heard.put_nowait(said)
-            return
+    def _hear(self, said: Heard) -> None:
         if isinstance(said, Steps):
             self._heard_at = self._loop.time()
             self._stop_strays(said)
             self.steps = said
         elif isinstance(said, Limit):
             self._going.pop(said.axis, None)
+        elif said.reason == DAMAGED and self._loop.time() < self._halted_at + FORGIVEN:
+            return
         self._heard(said)
 
     def _stop_strays(self, now: Steps) -> None:
         """Stop what moves and should not."""
         moved = [axis for axis, was, at in zip(AXES, self.steps or now, now, strict=True)
                  if was != at]
-        if strays := [axis for axis in moved if axis not in self._going]:
-            self._send(lines.stop(strays))
+        strays = {axis for axis in moved if axis not in self._going}
+        if strays & self._strays and not self._going:
+            self.stop()
+        elif strays:
+            self._send(lines.stop(sorted(strays)))
+        self._strays = strays
         for axis, at in zip(AXES, now, strict=True):
             if self._going.get(axis) == at:
                 del self._going[axis]
 
-    def _lose(self, line: _Line, error: LineLost) -> None:
-        if line is not self._line:
-            return
-        line.heard.put_nowait(error)
-        if line.connected:
-            self._line = None
+    def _lose(self, error: LineLost) -> None:
+        line, self._line = self._line, None
+        if line is not None:
             self._closing = asyncio.create_task(asyncio.to_thread(line.close))
-            self._lost(str(error))
+        self._lost(str(error))
 
 
 def _steps(point: Sequence[float | None]) -> Steps | None:

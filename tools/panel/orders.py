@@ -7,7 +7,8 @@ from fresa_host.positioner_lines import AXES, POINTS
 from ..console import UserError
 from .kept import FASTEST, SLOWEST, Point, um, whole
 
-__all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_ways"]
+__all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_switch",
+           "read_ways"]
 
 Message = Mapping[str, object]
 
@@ -49,6 +50,14 @@ def read_name(message: Message) -> str:
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
         raise UserError("choose a port first")
     return name
+
+
+def read_switch(message: Message) -> tuple[str, bool]:
+    """Give the name of a limit switch, and whether it shall be pressed."""
+    end, pressed = message.get("end"), message.get("pressed")
+    if not isinstance(end, str) or not isinstance(pressed, bool):
+        raise UserError("a limit switch has an end and is pressed or not")
+    return end[:LONGEST_NAME], pressed
 
 
 def read_ways(message: Message) -> tuple[int, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from queue import SimpleQueue
 
 from fresa_host import LineLost
+from fresa_host.positioner_link import PositionerLink
 
 __all__ = ["Speaker"]
 
@@ -17,28 +18,32 @@ class Speaker:
 
     Parameters
     ----------
-    send : callable
-        Sends; see `PositionerLink.send`.
+    link : PositionerLink
+        Where to.
     """
 
-    def __init__(self, send: Callable[[bytes], None]) -> None:
-        self._send = send
-        self._orders: SimpleQueue[bytes | None] = SimpleQueue()
-        self._thread = threading.Thread(target=self._work, daemon=True)
+    def __init__(self, link: PositionerLink) -> None:
+        self._link = link
+        self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def say(self, orders: bytes) -> None:
         """Send orders, when those before are sent."""
-        self._orders.put(orders)
+        self._work.put(lambda: self._link.send(orders))
+
+    def halt(self) -> None:
+        """End all movement, when what is before is handed to the port. See `PositionerLink`."""
+        self._work.put(self._link.halt)
 
     def close(self) -> None:
         """Send what there is, and end."""
-        self._orders.put(None)
+        self._work.put(None)
         self._thread.join()
 
-    def _work(self) -> None:
-        while (orders := self._orders.get()) is not None:
+    def _run(self) -> None:
+        while (work := self._work.get()) is not None:
             try:
-                self._send(orders)
+                work()
             except LineLost:
                 return

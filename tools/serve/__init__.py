@@ -3,5 +3,6 @@
 from .machines import MACHINES, Served, build
 from .running import Running
 from .service import Service
+from .switches import Switches
 
-__all__ = ["MACHINES", "Running", "Served", "Service", "build"]
+__all__ = ["MACHINES", "Running", "Served", "Service", "Switches", "build"]

@@ -8,8 +8,10 @@ from tb.engines import Engine
 
 from ..console import Parser, UserError, command, known, say, whole
 from ..web import stopping
-from .machines import BAUD, MACHINES, build
+from .machines import BAUD, MACHINES, Served, build
 from .service import HOST, Service
+from .switches import Switches
+from .typed import Typed
 
 __all__ = ["main"]
 
@@ -22,6 +24,12 @@ port of this computer too.
 Time passes as for the real machine: a byte takes a millisecond, a motor its time. Everybody who is
 connected hears what the machine says. They speak one line at a time, and wait for each other.
 What the machine says while nobody listens is lost. Ctrl-C ends it.
+
+What is typed here, a line each, happens to the machine:
+
+  limit x on    presses the limit switch of an axis of the positioner; limit x off releases it
+  break         holds the line to the machine low for two bytes' time: neither a pseudo-terminal
+                nor TCP carries a break that a program sends
 """
 
 EPILOG = f"""\
@@ -64,11 +72,12 @@ def main(argv: list[str] | None = None) -> int:
     args = parser.parse_args(argv)
     served = MACHINES[known(args.machine, MACHINES, "machine")]
     engine, period = build(served, args.engine)
-    asyncio.run(_serve(engine, period, args))
+    asyncio.run(_serve(engine, period, served, args))
     return 0
 
 
-async def _serve(engine: Engine, period: int, args: argparse.Namespace) -> None:
+async def _serve(engine: Engine, period: int, served: Served,
+                 args: argparse.Namespace) -> None:
     """Serve until Ctrl-C."""
     speed = args.speed and args.speed * period * BAUD
     with stopping() as stop:
@@ -79,10 +88,18 @@ async def _serve(engine: Engine, period: int, args: argparse.Namespace) -> None:
             if sys.stdout is not None:
                 sys.stdout.flush()
             stopped = asyncio.create_task(stop.wait())
+            typed = asyncio.create_task(_listen(Typed(service, Switches(served.switches, service))))
             await asyncio.wait([stopped, service.ended], return_when=asyncio.FIRST_COMPLETED)
             stopped.cancel()
+            typed.cancel()
             if service.ended.done():
                 raise UserError(service.ended.result())
+
+
+async def _listen(typed: Typed) -> None:
+    """Do what is typed, if there is somebody to type."""
+    if sys.stdin is not None:
+        await typed.listen(sys.stdin.fileno())
 
 
 def _speed(text: str) -> float | None:

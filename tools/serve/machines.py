@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
-from fresa.machines.positioner import Positioner, PositionerPace
+from fresa.machines.positioner import GUARDS, Positioner, PositionerPace
 from fresa.machines.single import Single, SinglePace
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
@@ -38,11 +38,15 @@ class Served:
         Makes its design, with ``rx`` and ``tx``, for a clock in Hz and a number of baud.
     levels : mapping of str to int
         Its other inputs, where they are not 0.
+    switches : tuple of str
+        The ends of its axes that have a limit switch, such as ``X+``, by the bits of its input
+        ``limits``.
     """
 
     about: str
     design: Callable[[int, int], Design]
     levels: Mapping[str, int] = field(default_factory=dict)
+    switches: tuple[str, ...] = ()
 
 
 def _single(clock: int, baud: int) -> Design:
@@ -61,7 +65,8 @@ def _mill(clock: int, baud: int) -> Design:
 
 MACHINES = {
     "single": Served("one motor; commands such as  :x100  and Return", _single),
-    "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner),
+    "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner,
+                         switches=GUARDS),
     "mill": Served("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                    _mill, {"switches": AUTOMATIC}),
 }

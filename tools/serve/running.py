@@ -50,6 +50,8 @@ class Running:
         self._slice = FIRST_SLICE
         self._lock = threading.Lock()
         self._given = bytearray()
+        self._levels: dict[str, int] = {}
+        self._breaks = 0
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
@@ -76,6 +78,16 @@ class Running:
             self._given += taken
             return len(taken)
 
+    def send_break(self) -> None:
+        """Hold the line to the machine low for a moment, before what it was given and waits."""
+        with self._lock:
+            self._breaks += 1
+
+    def set(self, **levels: int) -> None:
+        """Set inputs of the machine, by and by."""
+        with self._lock:
+            self._levels |= levels
+
     def _work(self) -> None:
         error = None
         try:
@@ -94,8 +106,13 @@ class Running:
         if clocks < 1:
             return
         with self._lock:
+            if self._breaks:
+                self._line.send_break(self._breaks)
             self._line.send(bytes(self._given))
+            self._engine.set(**self._levels)
             self._given.clear()
+            self._levels.clear()
+            self._breaks = 0
         said = self._line.run(clocks)
         end = time.monotonic()
         self._pace.made(clocks, end)

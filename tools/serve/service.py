@@ -111,6 +111,14 @@ class Service:
         await asyncio.to_thread(self._running.stop)
         self._terminal.close()
 
+    def send_break(self) -> None:
+        """Hold the machine's line low for a moment, whoever speaks."""
+        self._running.send_break()
+
+    def set(self, **levels: int) -> None:
+        """Set inputs of the machine, beside its line."""
+        self._running.set(**levels)
+
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a TCP connection until it is closed."""
         if len(self._clients) >= MOST_CLIENTS:

@@ -16,7 +16,7 @@ from tools.panel.kept import load
 
 pytestmark = pytest.mark.browser
 ADDRESS = r"http://127\.0\.0\.1:\d+/\S+"
-WIDTH, HEIGHT = 1180, 780
+WIDTH, HEIGHT = 1180, 800
 
 
 class Page(browsing.Page):
@@ -210,6 +210,21 @@ class TestPoints:
         assert page.rest()[0] < 4000
 
 
+def test_limit_switches_are_pressed_on_the_page(page):
+    switch = page.find("limit-X+")
+    switch.click()
+    page.until(lambda: switch.get_attribute("aria-pressed") == "true", "a pressed switch")
+    page.hold("d")
+    page.until(lambda: "A limit switch stopped X" in page.status, "the stop")
+    page.keys_up("d")
+    assert page.rest() == (0, 0, 0)
+    page.hold("a")  # the way back is free
+    page.until(lambda: page.place("x") < -1, "the way back")
+    page.keys_up("a")
+    switch.click()
+    page.until(lambda: switch.get_attribute("aria-pressed") == "false", "a released switch")
+
+
 def test_everything_is_kept(home, chromium):
     """End the panel and begin it again: it is as it was, though the machine was off."""
     browser = chromium(WIDTH, HEIGHT)
@@ -222,6 +237,9 @@ def test_everything_is_kept(home, chromium):
         page.until(lambda: page.place("x") > 3, "a move")
         page.keys_up("d")
         seen = page.rest()
+        page.until(page.find("stop").is_enabled, "a way to stop")
+    page.until(lambda: "Stop with it" in page.status, "the end being told")
+    assert not page.find("stop").is_enabled()
     # What moved while the panel ended is kept too.
     steps = load(home / "fresa" / "panel-simulated.json").steps
     place = tuple(round(um, 2) for um in Place.of(steps))

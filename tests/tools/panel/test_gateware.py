@@ -10,9 +10,11 @@ import pytest
 
 from fresa_host import Positioner
 from tb.engines import ENGINES
+from tools.console import UserError
 from tools.panel import Panel
 from tools.panel.kept import load
-from tools.serve import MACHINES, Service, build
+from tools.panel.simulated import Simulated
+from tools.serve import MACHINES, Service, Switches, build
 from tools.serve.machines import BAUD
 
 pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
@@ -33,13 +35,13 @@ async def until(holds: Callable[[], object]) -> None:
 
 
 @asynccontextmanager
-async def connected(path: Path, port: str):
-    panel = Panel(path, port, only=True)
+async def connected(path: Path, port: str, simulated: Simulated | None = None):
+    panel = Panel(path, port, simulated=simulated)
     page = panel.view()
     try:
         panel.do(page, "connect", {"port": port})
-        await until(lambda: not panel._doing)
-        assert panel._machine.connected, panel._note
+        await until(lambda: not panel._busy.doing)
+        assert panel._machine.connected, panel._news.note
         yield lambda name, **fields: panel.do(page, name, fields), panel
     finally:
         await panel.close()
@@ -58,6 +60,48 @@ def use(port: str) -> None:
 
 
 @pytest.mark.compiler
+def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries):
+    if reason := ENGINES["cxxrtl"].missing():
+        pytest.skip(reason)
+
+    async def session():
+        engine, period = build(MACHINES["positioner"], "cxxrtl")
+        async with Service(engine, period, speed=period * BAUD) as service:
+            switches = Switches(MACHINES["positioner"].switches, service)
+            simulated = Simulated(service, switches)
+            async with connected(tmp_path / "panel.json", service.path, simulated) as (do, panel):
+                def moves() -> bool:
+                    return engine.get("moving") != 0
+
+                do("speed", axis=0, speed=26)
+                do("jog", ways=[1, 0, 0])
+                await until(moves)
+                # By a break alone: whoever holds the button goes on holding it.
+                service.send_break()
+                await until(lambda: not moves())
+                do("jog", ways=[0, 0, 0])
+                await until(lambda: "DAMAGED" in panel._news.note)
+                do("jog", ways=[1, 0, 0])
+                await until(moves)
+                do("stop")
+                await until(lambda: not moves())
+                await asyncio.sleep(0.3)  # what the panel has damaged by its own is nobody's matter
+                assert "refused" not in panel._news.note
+                do("jog", ways=[1, 0, 0])
+                do("limit", end="X+", pressed=True)
+                await until(lambda: "limit switch stopped X" in panel._news.note)
+                assert not moves()
+                do("jog", ways=[-1, 0, 0])  # the way back is free
+                await until(moves)
+                do("stop")
+                do("limit", end="X+", pressed=False)
+                with pytest.raises(UserError, match="no limit switch 'X-'"):
+                    do("limit", end="X-", pressed=True)
+
+    asyncio.run(session())
+
+
+@pytest.mark.compiler
 def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
     if reason := ENGINES["cxxrtl"].missing():
         pytest.skip(reason)
@@ -70,19 +114,19 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
                 for axis in range(3):
                     do("speed", axis=axis, speed=26)
                 do("go", number=7)
-                await until(lambda: panel._note == "At point 7.")
+                await until(lambda: panel._news.note == "At point 7.")
             assert load(path).steps == (170, -114, 57)
             async with connected(path, port) as (_, panel):
                 assert panel._machine.steps == (170, -114, 57)
             await asyncio.to_thread(use, port)
             async with connected(path, port) as (do, panel):
-                assert panel._note.startswith("Connected")
+                assert panel._news.note.startswith("Connected")
                 await asyncio.sleep(0.3)
                 assert panel._machine.steps == (0, 0, 0)  # and to ask has moved nothing
                 do("go", number=7)
-                await until(lambda: panel._note == "At point 7.")
+                await until(lambda: panel._news.note == "At point 7.")
         async with switched_on() as port, connected(path, port) as (do, panel):
-            assert "reset" in panel._note
+            assert "reset" in panel._news.note
             assert panel._machine.steps == (170, -114, 57)
             do("jog", ways=[1, 0, 0])
             await until(lambda: (panel._machine.steps or (0,))[0] > 200)

@@ -12,7 +12,7 @@ ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=4))
 READERS = [orders.read_axis, orders.read_speed, orders.read_number, orders.read_name,
-           orders.read_ways, orders.read_point]
+           orders.read_ways, orders.read_point, orders.read_switch]
 
 
 class TestOrders:
@@ -22,6 +22,7 @@ class TestOrders:
         assert orders.read_number({"number": 1}) == 1
         assert orders.read_name({"port": "COM3"}) == "COM3"
         assert orders.read_ways({"ways": [-1, 0, 1]}) == (-1, 0, 1)
+        assert orders.read_switch({"end": "X+", "pressed": True}) == ("X+", True)
         assert orders.read_point({"place": [1, None, -14_000]}) == (1.0, None, -14_000.0)
 
     @pytest.mark.parametrize(("read", "message", "error"), [
@@ -37,6 +38,8 @@ class TestOrders:
         (orders.read_ways, {"ways": [0, 0]}, "ways must be three of -1, 0 and 1"),
         (orders.read_ways, {"ways": [0, 0, 2]}, "ways must be three"),
         (orders.read_ways, {"ways": [0, 0, 0.0]}, "ways must be three"),
+        (orders.read_switch, {"end": 0, "pressed": True}, "has an end"),
+        (orders.read_switch, {"end": "X+", "pressed": 1}, "pressed or not"),
         (orders.read_point, {"place": [0, 0]}, "place must be three numbers of um"),
         (orders.read_point, {"place": [0, 14_001, 0]}, "y must be from -14000 to 14000 um"),
         (orders.read_point, {"place": [0, 0, "1"]}, "z must be"),

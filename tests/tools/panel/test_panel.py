@@ -1,94 +1,15 @@
 """The panel between pages and a machine: what is sent, what is told, what is kept."""
 
 import asyncio
-import json
-import threading
 import time
-from collections.abc import Callable
-from contextlib import asynccontextmanager, suppress
-from pathlib import Path
 
 import pytest
 
-from fresa_host import LineLost, positioner_link
 from fresa_host.positioner_lines import Steps
-from tests.host.fake import FakePositioner
+from tests.tools.panel.session import PORT, STOP, session
 from tools.console import UserError
-from tools.panel import Panel, jogging, machine, panel
+from tools.panel import connecting, line, machine, panel
 from tools.panel.kept import Kept, load, save
-
-PORT = "/dev/fake"
-STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
-
-
-class Direct:
-    """Says at once what the panel says in a thread of its own."""
-
-    def __init__(self, send: Callable[[bytes], None]) -> None:
-        self._send = send
-
-    def say(self, orders: bytes) -> None:
-        with suppress(LineLost):
-            self._send(orders)
-
-    def close(self) -> None:
-        pass
-
-
-@pytest.fixture
-def fake(monkeypatch) -> FakePositioner:
-    fake = FakePositioner()
-    monkeypatch.setattr(machine, "Speaker", Direct)
-    monkeypatch.setattr(positioner_link, "Port", lambda name: fake)
-    monkeypatch.setattr(panel, "LOOK", 0.01)
-    monkeypatch.setattr(panel, "SAVE", 0.01)
-    return fake
-
-
-@pytest.fixture
-def path(tmp_path) -> Path:
-    return tmp_path / "panel.json"
-
-
-class Site:
-    """A panel, and what a page would know of it."""
-
-    def __init__(self, panel: Panel) -> None:
-        self.panel = panel
-        self.page = panel.view()
-
-    def told(self, about: str) -> dict:
-        return json.loads(self.panel.pages.texts[about])
-
-    def do(self, name: str, **fields: object) -> None:
-        self.panel.do(self.page, name, fields)
-
-    async def until(self, holds: Callable[[], object]) -> None:
-        async with asyncio.timeout(20):
-            while not holds():
-                await asyncio.sleep(0.005)
-
-    async def connect(self) -> None:
-        self.do("connect", port=PORT)
-        await self.until(lambda: not self.told("state")["doing"])
-        assert self.told("state")["connected"], self.told("state")
-
-
-@asynccontextmanager
-async def opened(path: Path):
-    panel = Panel(path, PORT, only=True)
-    try:
-        yield Site(panel)
-    finally:
-        await panel.close()
-
-
-def session(path: Path, what: Callable) -> None:
-    async def run() -> None:
-        async with opened(path) as site:
-            await what(site)
-
-    asyncio.run(run())
 
 
 def test_connecting_tells_the_machine_what_was_kept(fake, path):
@@ -149,54 +70,6 @@ def test_a_machine_that_was_on_knows_better(fake, path):
     assert load(path).steps == (1, 2, 3)
 
 
-def test_what_is_held_moves_and_what_is_let_go_stops(fake, path):
-    async def what(site):
-        await site.connect()
-        begun = len(fake.written)
-        site.do("jog", ways=[1, -1, 0])
-        site.do("jog", ways=[0, -1, 0])
-        site.do("jog", ways=[0, 0, 1])
-        site.do("jog", ways=[0, 0, 1])
-        assert site.told("state")["ways"] == [0, 0, 1]
-        site.panel.left(site.page)
-        assert fake.written[begun:] == [
-            b"MOV MOT1 C\n", b"MOV MOT2 CC\n", b"STOP MOT1\n", b"STOP MOT2\n", b"MOV MOT3 C\n",
-            b"STOP MOT3\n"]
-
-    session(path, what)
-
-
-def test_a_page_that_hangs_holds_nothing(fake, path, monkeypatch):
-    monkeypatch.setattr(jogging, "PATIENCE", 60)
-
-    async def what(site):
-        await site.connect()
-        site.do("jog", ways=[1, 0, 0])
-        await asyncio.sleep(0.05)
-        site.do("holding")
-        assert fake.written[-1] == b"MOV MOT1 C\n"
-        monkeypatch.setattr(jogging, "PATIENCE", 0.01)
-        await site.until(lambda: fake.written[-1] == b"STOP MOT1\n")
-        site.do("holding")  # too late: it must be pressed again
-        await asyncio.sleep(0.05)
-        assert fake.written[-1] == b"STOP MOT1\n"
-
-    session(path, what)
-
-
-def test_stop_stops_what_others_hold(fake, path):
-    async def what(site):
-        await site.connect()
-        site.do("jog", ways=[1, 0, 0])
-        site.panel.do(site.panel.view(), "stop", {})
-        site.do("holding")
-        await asyncio.sleep(0.05)
-        assert fake.written[-4:] == [b"MOV MOT1 C\n", b"STOP MOT1\n", b"STOP MOT2\n",
-                                     b"STOP MOT3\n"]
-
-    session(path, what)
-
-
 def test_points_are_stored_and_gone_to(fake, path):
     async def what(site):
         site.do("point", number=1, place=[100, 50, None])  # also before it is connected
@@ -223,69 +96,6 @@ def test_points_are_stored_and_gone_to(fake, path):
     kept = load(path)
     assert kept.points[0] == (100, 50, 0) and kept.points[5] == (1, 0, -1)
     assert kept.speeds == (4, 20, 4) and kept.steps == (57, 0, -57)
-
-
-def resting(fake: FakePositioner) -> bool:
-    return fake.steps == fake.target
-
-
-def test_a_machine_that_was_left_moving_is_stopped(fake, path):
-    """The panel was killed, say, or the plug pulled, while a button was held."""
-    fake.deaf = [STOP[1], STOP[1]]
-    fake.connected, fake.target = True, [10**6, -10**6, 0]
-
-    async def what(site):
-        await site.connect()
-        assert resting(fake) and site.told("place")["steps"] == fake.steps
-
-    session(path, what)
-
-
-def test_a_machine_that_does_not_stop_is_not_connected(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "PATIENCE", 0.1)
-    fake.target, fake.refuse = [10**9, 0, 0], {b"STOP": b"! DAMAGED\n"}
-
-    async def what(site):
-        site.do("connect", port=PORT)
-        await site.until(lambda: site.told("state")["note"])
-        assert "does not stop: it moves" in site.told("state")["note"]
-        assert not site.told("state")["connected"] and fake.closed
-        assert not fake.connected  # without power it does
-
-    session(path, what)
-
-
-@pytest.mark.parametrize("stop", [lambda site: site.do("jog", ways=[0, 0, 0]),
-                                  lambda site: site.do("stop")])
-def test_an_order_to_stop_that_is_lost_is_repeated(fake, path, stop):
-    async def what(site):
-        await site.connect()
-        site.do("jog", ways=[0, 1, 0])
-        await site.until(lambda: fake.steps[1] > 5000)
-        fake.deaf = [STOP[1]] * 3
-        stop(site)
-        await site.until(lambda: not fake.deaf and resting(fake))
-
-    session(path, what)
-
-
-def test_what_is_on_its_way_or_held_is_not_stopped(fake, path):
-    async def what(site):
-        await site.connect()
-        begun = len(fake.written)
-        site.do("point", number=1, place=[1000, 0, 300])
-        site.do("go", number=1)
-        await site.until(lambda: fake.steps[2] == fake.target[2])
-        await asyncio.sleep(0.05)
-        site.do("jog", ways=[0, 1, 0])
-        await site.until(lambda: site.told("place")["steps"][0] == fake.target[0] == 56761)
-        assert not any(line.startswith(b"STOP") for line in fake.written[begun:])
-        # Once there it has no business to move.
-        fake.target = [0, *fake.target[1:]]
-        await site.until(lambda: STOP[0] in fake.written[begun:] and STOP[2] not in fake.written[
-            begun:])
-
-    session(path, what)
 
 
 def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
@@ -320,7 +130,7 @@ def test_asking_whether_it_was_reset_moves_a_step_at_most(fake, path):
 
     async def what(site):
         await site.connect()
-        assert resting(fake)
+        assert fake.resting
 
     session(path, what)
     asked = fake.written.index(b"GOTO 7\n")
@@ -366,24 +176,7 @@ def test_a_place_that_was_told_does_not_freeze(fake, path):
         site.do("jog", ways=[1, 0, 0])
         begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
-        assert time.monotonic() < begun + machine.PATIENCE / 2
-
-    session(path, what)
-
-
-def test_a_slider_does_not_hold_up_a_stop(fake, path, monkeypatch):
-    monkeypatch.setattr(panel, "LOOK", 0.1)
-
-    async def what(site):
-        await site.connect()
-        site.do("jog", ways=[1, 0, 0])
-        begun = len(fake.written)
-        for speed in range(1, 27):
-            site.do("speed", axis=0, speed=speed)
-        site.do("stop")
-        assert fake.written[begun:begun + 3] == STOP
-        await site.until(lambda: b"VEL MOT1 1476\n" in fake.written)
-        assert sum(line.startswith(b"VEL") for line in fake.written[begun:]) == 1
+        assert time.monotonic() < begun + connecting.PATIENCE / 2
 
     session(path, what)
 
@@ -404,38 +197,6 @@ def test_a_port_that_is_lost_while_it_connects_is_named(fake, path):
     session(path, what)
 
 
-def test_a_port_that_takes_nothing_is_lost_and_holds_nobody_up(fake, path, monkeypatch):
-    monkeypatch.undo()
-    monkeypatch.setattr(positioner_link, "Port", lambda name: fake)
-    full = threading.Event()
-    written = fake.write
-
-    def write(data: bytes) -> None:
-        if full.is_set():
-            time.sleep(0.3)
-            raise LineLost("fake is gone: Write timeout")
-        written(data)
-
-    async def what(site):
-        fake.write = write
-        await site.connect()
-        site.do("jog", ways=[1, 0, 0])
-        await site.until(lambda: b"MOV MOT1 C\n" in fake.written)
-        full.set()
-        begun = time.monotonic()
-        site.do("stop")
-        await asyncio.sleep(0)
-        assert time.monotonic() < begun + 0.2
-        await site.until(lambda: not site.told("state")["connected"])
-        assert site.told("state")["note"] == (
-            "fake is gone: Write timeout. What moved may still move.")
-        full.clear()
-        await site.connect()
-        assert resting(fake)
-
-    session(path, what)
-
-
 def test_what_needs_a_machine_says_so(fake, path):
     async def what(site):
         for name, fields in [("origin", {}), ("go", {"number": 1}), ("here", {"number": 1}),
@@ -446,6 +207,8 @@ def test_what_needs_a_machine_says_so(fake, path):
         site.do("stop")
         with pytest.raises(UserError, match="there is no port /etc/passwd: choose one of the list"):
             site.do("connect", port="/etc/passwd")
+        with pytest.raises(UserError, match="a real machine's limit switches are pressed by hand"):
+            site.do("limit", end="X+", pressed=True)
         with pytest.raises(UserError, match="there is no 'explode'"):
             site.do("explode")
         assert not fake.written
@@ -487,7 +250,7 @@ def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
 
 
 def test_a_port_without_a_machine(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "PATIENCE", 0.05)
+    monkeypatch.setattr(line, "PATIENCE", 0.05)
     fake.refuse = {b"CONNECT": b""}
 
     async def what(site):

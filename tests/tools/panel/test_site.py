@@ -12,7 +12,7 @@ from tools.web import serve
 
 def test_a_page_with_the_address_is_told_everything_and_can_ask(tmp_path):
     async def session():
-        panel = Panel(tmp_path / "panel.json", "/dev/fake", only=True)
+        panel = Panel(tmp_path / "panel.json", "/dev/fake")
         async with serve(panel_site(panel)) as address, ClientSession() as browser:
             for name in ("", "page/main.js", "page/link.js", "page/base.css", "page/hold.js"):
                 async with browser.get(address + name) as answer:
@@ -36,7 +36,7 @@ def test_a_page_with_the_address_is_told_everything_and_can_ask(tmp_path):
 @pytest.mark.parametrize("headers", [{"Origin": "http://evil.example"}, {"Host": "evil.example"}])
 def test_pages_of_others_do_not_get_in(tmp_path, headers):
     async def session():
-        panel = Panel(tmp_path / "panel.json", "/dev/fake", only=True)
+        panel = Panel(tmp_path / "panel.json", "/dev/fake")
         async with serve(panel_site(panel)) as address, ClientSession() as browser:
             with pytest.raises(WSServerHandshakeError) as caught:
                 await browser.ws_connect(address + "ws", headers=headers)

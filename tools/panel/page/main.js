@@ -4,6 +4,7 @@ import { bindButton, isTyping } from "./hold.js";
 import { Jog, WAYS } from "./jog.js";
 import { Link } from "./link.js";
 import { Points } from "./points.js";
+import { Switches } from "./switches.js";
 
 /** Milliseconds for which a message that something could not be done stays. */
 const NOTICE = 8000;
@@ -19,9 +20,11 @@ class Panel {
     this.hello = { axes: ["x", "y", "z"], slowest: 1, fastest: 26, travel: 14000 };
     this.state = { connected: false, doing: "connecting", ports: [], limits: [], ways: [0, 0, 0] };
     this.notice = "";
+    this.lost = false;
     const send = (name, fields) => this.link.send(name, fields);
     this.jog = new Jog(send, () => this.#show());
     this.points = new Points(find("points"), send);
+    this.switches = new Switches(find("switches"), send);
     this.#build(send);
     this.#bindKeys();
     this.link = new Link({
@@ -106,7 +109,9 @@ class Panel {
 
   #linked(open) {
     document.body.dataset.connection = open ? "open" : "lost";
+    this.lost = !open;
     find("connection").textContent = open ? "connected" : "connection lost, trying again";
+    find("stop").disabled = this.lost;
     if (!open) this.jog.releaseAll();
     this.#show();
   }
@@ -128,12 +133,17 @@ class Panel {
     }, NOTICE);
   }
 
-  #hello(hello) { this.hello = hello; }
+  #hello(hello) {
+    this.hello = hello;
+    this.switches.offer(hello.switches);
+    find("switches-panel").hidden = !hello.switches.length;
+  }
 
   #state(state) {
     if (this.state.connected && !state.connected) this.jog.releaseAll();
     this.state = state;
     this.#ports(state);
+    this.switches.show(state.pressed);
   }
 
   #ports({ ports, port }) {
@@ -169,7 +179,8 @@ class Panel {
     document.body.dataset.silent = Boolean(silent);
     find("connect").textContent = connected ? "Disconnect" : "Connect";
     find("connect").classList.toggle("primary", !connected);
-    find("connect").disabled = Boolean(state.doing) || (!connected && !state.ports.length);
+    find("connect").disabled = this.lost || Boolean(state.doing)
+      || (!connected && !state.ports.length);
     find("port").disabled = connected || Boolean(state.doing);
     find("origin").disabled = !connected;
     find("place-note").textContent = connected ? "" : "as it was left";
@@ -193,10 +204,14 @@ class Panel {
       : "There is no serial port: plug the machine in.";
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
-    const text = notice || silence || doing || state.note
+    const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
+      + " itself. If python -m tools.panel was started anew, open the address that it printed."
+      : "";
+    const text = lost || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);
     if (status.textContent !== text) status.textContent = text;
-    status.dataset.tone = notice || silence || (!doing && state.bad && state.note) ? "bad" : "";
+    const bad = lost || notice || silence || (!doing && state.bad && state.note);
+    status.dataset.tone = bad ? "bad" : "";
   }
 }
 

@@ -1,0 +1,76 @@
+"""What pages are told."""
+
+from fresa_host import Place
+from fresa_host.positioner_lines import AXES, MEANINGS, STEPS_PER_UM, Limit, Refusal
+
+from ..serve import Switches
+from ..web import Pages
+from .busy import Busy
+from .kept import FASTEST, SLOWEST, TRAVEL, Kept
+from .line import Heard
+from .machine import Machine
+from .moves import Moves
+from .ports import Ports
+
+__all__ = ["News"]
+
+
+class News:
+    """What is to be known of the machine, for pages.
+
+    Parameters
+    ----------
+    pages : Pages
+        Who is told.
+    switches : Switches, optional
+        Limit switches that pages can press.
+
+    Attributes
+    ----------
+    note : str
+        What has happened last.
+    silent : bool
+        The machine should report, and does not.
+    """
+
+    def __init__(self, pages: Pages, switches: Switches | None) -> None:
+        self._pages, self._switches = pages, switches
+        self.note, self._bad = "", False
+        self.silent = False
+        self._reports = 0
+        pages.tell("hello", {
+            "axes": AXES, "slowest": SLOWEST, "fastest": FASTEST, "travel": TRAVEL,
+            "steps_per_um": STEPS_PER_UM, "switches": switches.ends if switches else []})
+
+    def say(self, note: str, *, bad: bool = False) -> None:
+        """Note what has happened; it is told with the next `tell`."""
+        self.note, self._bad = note, bad
+
+    def forget(self) -> None:
+        """Note that nothing has happened yet."""
+        self.say("")
+        self.silent = False
+
+    def hear(self, said: Heard, arrived: int | None) -> None:
+        """Note what the machine says, and at which point it has arrived with that, if at any."""
+        self.silent = False
+        if isinstance(said, Limit):
+            self.say(f"A limit switch stopped {said.axis.upper()}. Move away from it.", bad=True)
+        elif isinstance(said, Refusal):
+            meaning = MEANINGS.get(said.reason, "it does not say more")
+            self.say(f"The machine refused: {meaning} ({said.reason}).", bad=True)
+        else:
+            self._reports += 1
+            if arrived is not None:
+                self.say(f"At point {arrived}.")
+
+    def tell(self, machine: Machine, moves: Moves, ports: Ports, busy: Busy, kept: Kept) -> None:
+        """Tell all pages how it is. What has not changed is not sent."""
+        self._pages.tell("state", {
+            "connected": machine.connected, "doing": busy.doing, "ports": ports.offered,
+            "port": ports.chosen(kept.port), "note": self.note, "bad": self._bad,
+            "silent": self.silent, "limits": sorted(moves.limits), "goal": moves.goal,
+            "ways": moves.ways, "pressed": self._switches.pressed if self._switches else []})
+        self._pages.tell("place", {"um": Place.of(kept.steps), "steps": kept.steps,
+                                   "reports": self._reports})
+        self._pages.tell("kept", {"speeds": kept.speeds, "points": kept.points})
