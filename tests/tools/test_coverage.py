@@ -64,7 +64,7 @@ class TestStates:
     def test_finds_the_state_machines_by_their_mark(self):
         assert coverage.with_state_machine() == [
             "order_control", "sequencer", "start", "coordinates", "square", "uart_receiver",
-            "decimal_writer", "frames", "positioner_commands"]
+            "decimal_writer", "frames", "positioner_commands", "reporter"]
 
     @needs_prover
     def test_tells_what_is_reached_and_when_from_what_is_not(self, monkeypatch, tmp_path):
