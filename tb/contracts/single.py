@@ -4,18 +4,19 @@
 
 from typing import cast
 
-from amaranth import Array, Cat, Fragment, Module, Mux
+from amaranth import Array, Cat, Const, Fragment, Module, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.drive import PhaseDriver, RateGenerator, phase, rate
 from fresa.machines import Single, single
 from fresa.machines.single import SinglePace
-from fresa.motion import position
+from fresa.motion import MoveTo, position
+from fresa.motion.ramp import Ramp
 from fresa.protocol import LineItem, LineReader, Received, UARTTransmitter, frames
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Bits, Bug, Case, Component, Contract
 
 __all__ = ["SINGLE"]
 
@@ -28,6 +29,9 @@ def describe(c: Contract, dut: Single) -> None:
     sequence = driver.sequence
     came, place, at = c.past(row), dut.position, c.part("move").position
     forward, back = (came + 1)[:len(row)], (came - 1)[:len(row)]
+    move = c.part("move")
+    slows = move.level != 0 if isinstance(move, Ramp) else Const(0)  # also past the set-point
+    up = Mux(slows, driver.direction, target > place)
 
     c.always("coils-legal", "A coil word is one of the motor's table, or none.",
              (dut.coils == 0) | Cat(dut.coils == word for word in sequence).any(),
@@ -39,14 +43,14 @@ def describe(c: Contract, dut: Single) -> None:
     c.holds("no-step-without-power", "Without power no step is made, nor asked for.",
             when=~dut.enable, then=~moved & ~dut.moving,
             bug=Bug(single, "commands.enable & ~self.fault", "~self.fault"))
-    c.holds("steps-as-asked", "A step is made only towards the set-point that a frame gave.",
-            when=moved, then=enable & (target != place)
-            & (driver.direction == (target > place)),
+    c.holds("steps-as-asked", "A step is made only towards the set-point that a frame gave, or "
+            "as the ramp needs it to slow down.",
+            when=moved, then=enable & (slows | (target != place)) & (driver.direction == up),
             bug=Bug(single, "driver.direction.eq(move.direction)",
                     "driver.direction.eq(~move.direction)"))
     c.holds("coils-follow", "The coils go one row on with a step, forward or back, and in no other "
             "clock.", when=c.past(dut.enable),
-            then=(row == Mux(c.past(moved), Mux(c.past(target > place), forward, back), came))
+            then=(row == Mux(c.past(moved), Mux(c.past(up), forward, back), came))
             & (dut.coils == Array(sequence)[row]),
             bug=Bug(phase, "row + Mux(self.direction, 1, -1)", "row + 2"))
     lines = c.part("lines")
@@ -69,7 +73,8 @@ def describe(c: Contract, dut: Single) -> None:
             then=(place == 0) & (target == 0) & (row == came) & ~dut.moving,
             bug=Bug(phase, "(rest >= 0) & ~ResetSignal()", "(rest >= 0)"))
     c.always("in-range", "The position stays among the set-points that there can be.",
-             (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS),
+             (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS)
+             & (_stands(c, move) >= 0) & (_stands(c, move) < POSITIONS),
              seen=place == 2,
              bug=Bug(frames, "self.target.eq(value)", "self.target.eq(~value)"))
     command, value, answer = (c.signal(f"commands.{name}")
@@ -86,12 +91,20 @@ def describe(c: Contract, dut: Single) -> None:
             bug=Bug(single, "commands.enable & ~self.fault", "commands.enable"))
 
 
+def _stands(c: Contract, move: MoveTo | Ramp) -> Bits:
+    """Where it can stand."""
+    if isinstance(move, Ramp):
+        return move.position + Mux(c.signal("move.way"), move.level, -move.level)
+    return move.position
+
+
 def _watch_times(c: Contract, dut: Single) -> None:
     """Promise that a step is made when it is due, and that it is due when the speed says."""
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
     late, rest = c.signal("rate.late"), c.signal("driver.rest")
+    asked = move.asked if isinstance(move, Ramp) else speed.rate
     c.always("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
-             speed.rate == (c.part("commands").speed * dut.rpm)[:len(speed.rate)],
+             asked == (c.part("commands").speed * dut.rpm)[:len(asked)],
              seen=dut.position == 1,
              bug=Bug(single, "asked = commands.speed * self.rpm",
                      "asked = commands.speed[1:] * self.rpm"))
@@ -142,15 +155,18 @@ class _Printed(wiring.Component):
         return m
 
 
-def make(*, terminal: bool = True, unipolar: bool = False, full_step: bool = False) -> Single:
+def make(*, terminal: bool = True, unipolar: bool = False, full_step: bool = False,
+         ramp: int = 0) -> Single:
     """Make a machine; one without a terminal has frames of which each byte comes in a clock."""
     if terminal:
-        return Single(unipolar=unipolar, full_step=full_step)
+        return Single(unipolar=unipolar, full_step=full_step, ramp=ramp)
     dut = Single(pace=SinglePace(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",
                  unipolar=unipolar, full_step=full_step)
-    for part in (dut._lines, dut._transmitter, dut._rate, dut._driver):
+    for part in (dut._lines, dut._transmitter, dut._rate, dut._driver, dut._move):
         Fragment.get(part, None)  # else Amaranth says that they were made for nothing
     dut._rate = RateGenerator(modulus=256, max_rate=128)  # at 100 rpm a step takes three clocks
+    if ramp:
+        dut._move = Ramp(rates=(64, 100, 119), max_rate=SPEEDS - 1, width=dut._move.width)
     dut._driver = PhaseDriver(sequence=dut._driver.sequence, period=2)
     dut._lines, dut._transmitter = cast(LineReader, _Typed()), cast(UARTTransmitter, _Printed())
     return dut
@@ -159,6 +175,8 @@ def make(*, terminal: bool = True, unipolar: bool = False, full_step: bool = Fal
 SINGLE = Component(
     make=make, describe=describe, depth=22,
     cases=(Case({"terminal": False}), Case({"terminal": False, "full_step": True}),
+           Case({"terminal": False, "ramp": 1}),
            Case({"terminal": True}, real=True),
            Case({"terminal": True, "unipolar": True, "full_step": True}, real=True),
+           Case({"terminal": True, "ramp": 1000}, real=True),
            Case({"terminal": False}, upset=True)))
