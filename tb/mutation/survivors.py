@@ -35,8 +35,8 @@ _NO_ANSWER_WAITS = ("It shows only in an answer that waits. Who takes answers is
 _ALL_SAID = ("The contract says every bit of an order where it means anything, and is proved of "
              "the mutant too; z3 did not prove in its time that no pin ever shows it.")
 
-_NO_NUMBER = ("The number differs only where none is due: after reset, or where END waits, which it "
-              "does not behind a number, whose end it has seen. NUMBER loads it before that.")
+_NO_NUMBER = ("The number differs only where none is due: after reset, or where END waits, which "
+              "it does not behind a number, whose end it has seen. NUMBER loads it before that.")
 
 EXPLAINED: dict[tuple[str, str], str] = {
     **{("coordinates", f"hdl/fresa/motion/coordinates.py:120 (reading): mux {change}"): _COPY
