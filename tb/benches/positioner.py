@@ -316,6 +316,9 @@ def positioner(run: Run) -> str:
         run.see(ctx, dut, moving=0, buzzer=1)
         await say(ctx, "ORIGIN", "HELLO")
         await reports(ctx, 0, 0, 0)
+        far = "1431655765 -1717986919 -252645136"
+        await say(ctx, f"P 7 {far}", f"POS {far}", "GOTO 7")
+        run.see(ctx, dut, moving=0)  # it is there
         await say(ctx, "DISCONNECT")
         run.see(ctx, dut, connected=0, enable=0, fault=0)
         run.expect("pulses", motors, [23, -6, jogged])

@@ -216,9 +216,14 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
              (~texts.bytes.valid | (busy & (texts.bytes.payload == rom[place])))
              & (~busy | (place < len(rom))),
              seen=texts.bytes.valid, bug=Bug(text, "fetch.addr.eq(after)", "fetch.addr.eq(place)"))
-    c.always("writer-is-sound", "The writer of numbers is not upset.", ~writer("FAULT"),
-             seen=writer("DIGIT"),
-             bug=Bug(decimal_writer, 'm.next = "DIGIT"', 'm.next = "FAULT"'))
+    c.always("writer-is-sound", "The writer of numbers is not upset, and is at a digit that there "
+             "is.", ~writer("FAULT") & (writer("REST") | (
+                 c.signal("writer.place") < c.part("writer").digits)), seen=writer("DIGIT"),
+             bug=(Bug(decimal_writer, 'm.next = "DIGIT"', 'm.next = "FAULT"'),
+                  Bug(decimal_writer, "place.eq(self.digits - 1)", "place.eq(self.digits)")))
+    c.always("answers-of-frames", "What is remembered is no name of a value.",
+             answer <= Answer.VALUE.value, seen=answer == Answer.HELP.value,
+             bug=Bug(frames, "answer.eq(Answer.HELP)", "answer.eq(Answer.SPEED)"))
 
 
 def make(*, short: bool = True) -> FrameInterpreter:
