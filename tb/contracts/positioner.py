@@ -5,22 +5,19 @@ one clock and the next, and are kept from any values of all registers, also of u
 others, about pins for ever, are kept from power-up by a machine without its line: any order comes
 in any clock, any answer is said, and any report. That lines are orders is promised by
 `uart_receiver`, `line` and `positioner_commands`; that an order moves the motor it names, by
-`positioning`; that steps come at the rate, and what play does to the position, by `axis`; and what
-is said, by `reporter`.
+`positioning`; and what is said, by `reporter`. The widths of STEP, the set-up and hold of DIR, the
+rate, and what play does to the position, are promised by `axis` at the pins of an axis: the pins of
+the machine are these and no other, for each motor.
 """
 
 from amaranth import Array, Cat, Mux, signed
 
-from fresa.drive import rate as rate_module
-from fresa.drive import step_dir
 from fresa.machines import Positioner, positioner
 from fresa.machines.positioner import PositionerPace
 from fresa.motion import axis as axis_module
 from fresa.protocol.positioner import Answer, Command
 
 from .contract import Bug, Case, Component, Contract, Unknown
-from .rate import watch_spaced
-from .step_dir import watch_driver
 
 __all__ = ["POSITIONER"]
 
@@ -97,7 +94,7 @@ def _watch_pins(c: Contract, dut: Positioner, index: int) -> None:
     load, place = c.part("positioning").load, c.part("positioning").place[index]
     step, up = dut.step[index], dut.direction[index]
     rises = step & ~c.past(step)
-    c.always("pins", "The pins are those of the driver, of which the times are promised here.",
+    c.always("pins", "The pins are those of the driver of this axis, and of no other.",
              Cat(step, up, dut.enable[index]) == Cat(
                  driver.step_pin, driver.direction_pin, driver.enable_pin), seen=step,
              bug=Bug(positioner, "self.direction[index].eq(axis.direction_pin ^ self._inverted)",
@@ -107,28 +104,15 @@ def _watch_pins(c: Contract, dut: Positioner, index: int) -> None:
     c.m.d.sync += sum_before.eq(Mux(c.rst, 0, Mux(load, place, total)))
     c.always("position-is-the-pulses", "The position is for ever the signed number of pulses at "
              "the pins, from where it was called otherwise.",
-             axis.position == total[:32].as_signed(), seen=rises,
-             bug=(Bug(axis_module, "backlash.moved.eq(driver.moved)",
-                      "backlash.moved.eq(driver.step)"),
-                  Bug(step_dir, "high = Signal(reset_less=True)", "high = Signal()"),
-                  Bug(positioner, "axis.place.eq(positioning.place[index])",
-                      "axis.place.eq(positioning.place[0])")) if name != "x" else
-             Bug(axis_module, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.step)"))
-    c.always("no-play", "Where an axis has no play every pulse counts.",
-             c.signal(f"{name}.backlash.left") == 0, seen=rises,
-             bug=Bug(positioner, "axis.play.eq(self._backlash[index])", "axis.play.eq(1)"))
+             (axis.position == total[:32].as_signed()) & (c.signal(f"{name}.backlash.left") == 0),
+             seen=rises, bug=Bug(axis_module, "backlash.moved.eq(driver.moved)",
+                                 "backlash.moved.eq(driver.step)"))
     due = dut.moving[index] & ~axis.there & ~load & rate.due & ~dut.fault
     c.holds("waits-for-no-other", "A step that is due is made when the driver is ready and its own "
             "switch lets it, whatever the other axes do.",
             when=due & driver.ready & ~axis.blocked, then=axis.moved,
             bug=Bug(positioner, "axis.load.eq(positioning.load)",
                     "axis.load.eq(positioning.load | positioning.run.all())"))
-    watch_driver(c, driver, path=f"{name}.driver.")
-    late = c.signal(f"{name}.rate.late")
-    c.always("no-more-is-owed", "The sum of the rate is in its range.",
-             (late >= -rate.modulus) & (late < rate.max_rate), seen=late >= 0,
-             bug=Bug(rate_module, "late >= 0", "late > 0"))
-    watch_spaced(c, rate, late + rate.modulus)
 
 
 def make(*, line: bool = True, **pace: int) -> Positioner:
