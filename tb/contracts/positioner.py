@@ -1,20 +1,36 @@
 """Contract of the positioner: what its motors never do, whatever its registers hold.
 
-Commands come as slow as a serial line, too slow to be waited for here; so each promise is about one
-clock and the next, and is kept from any values of all registers, also of upset ones. What takes
-longer is promised by the parts: see `positioning`, `axis` and `positioner_commands`.
+Commands come as slow as a serial line, too slow to be waited for here. So some promises are about
+one clock and the next, and are kept from any values of all registers, also of upset ones. The
+others, about pins for ever, are kept from power-up by a machine without its line: any order comes
+in any clock, any answer is said, and any report. That lines are orders is promised by
+`uart_receiver`, `line` and `positioner_commands`; that an order moves the motor it names, by
+`positioning`; and what is said, by `reporter`. The widths of STEP, the set-up and hold of DIR, the
+rate, and what play does to the position, are promised by `axis` at the pins of an axis: the pins of
+the machine are these and no other, for each motor.
 """
+
+from amaranth import Array, Cat, Mux, signed
 
 from fresa.machines import Positioner, positioner
 from fresa.machines.positioner import PositionerPace
+from fresa.motion import axis as axis_module
+from fresa.protocol.positioner import Answer, Command
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Bug, Case, Component, Contract, Unknown
 
 __all__ = ["POSITIONER"]
 
 
 def describe(c: Contract, dut: Positioner) -> None:
     """A step leaves a pin only where a movement is ordered, power is on, and no switch is ahead."""
+    if isinstance(c.part("commands"), Unknown):
+        for path in LINE:
+            c.unknown(path)
+        _type(c, dut)
+        for index, name in enumerate("xyz"):
+            with c.each(name):
+                _watch_pins(c, dut, index)
     known = c.past(1)
     orders = c.part("positioning")
     for index, name in enumerate("xyz"):
@@ -54,12 +70,73 @@ def describe(c: Contract, dut: Positioner) -> None:
                                 "axis.enable.eq(1)"))
 
 
-def make(**pace: int) -> Positioner:
-    """Make a machine of its times."""
-    return Positioner(pace=PositionerPace(**pace))
+def _type(c: Contract, dut: Positioner) -> None:
+    """Let covers, and they alone, order this: a solver that may choose is lost in it."""
+    orders, numbers = c.part("commands").orders, c.part("commands").numbers
+    typed = c.keep(range(len(ORDERS) + 1), name="orders_typed")
+    c.m.d.sync += typed.eq(typed + (orders.valid & orders.ready))
+    reset = c.keep(1, name="was_reset")  # once, when power has come
+    c.m.d.sync += reset.eq(reset | c.rst)
+    command, motor, clockwise = (Array(order[at] for order in ORDERS)[typed] for at in range(3))
+    c.usual((orders.valid == (typed < len(ORDERS))) & (orders.p.answer == Answer.NONE)
+            & (orders.p.command.as_value() == command) & (orders.p.motor == motor)
+            & (orders.p.clockwise == clockwise) & (orders.p.point == 1)
+            & Cat(number == 5 for number in numbers).all() & (dut.limits == 0)
+            & ~c.part("receiver").line_break & ~dut.fault & ~c.part("reporter").tick
+            & c.part("reporter").answers.ready
+            & (c.rst == (~reset & dut.step.all())))
 
+
+def _watch_pins(c: Contract, dut: Positioner, index: int) -> None:
+    """Promise what leaves the pins of a motor, from power-up on and for ever."""
+    name = "xyz"[index]
+    axis, driver, rate = (c.part(path) for path in (name, f"{name}.driver", f"{name}.rate"))
+    load, place = c.part("positioning").load, c.part("positioning").place[index]
+    step, up = dut.step[index], dut.direction[index]
+    rises = step & ~c.past(step)
+    c.always("pins", "The pins are those of the driver of this axis, and of no other.",
+             Cat(step, up, dut.enable[index]) == Cat(
+                 driver.step_pin, driver.direction_pin, driver.enable_pin), seen=step,
+             bug=Bug(positioner, "self.direction[index].eq(axis.direction_pin ^ self._inverted)",
+                     "self.direction[index].eq(axis.target > axis.position)"))
+    sum_before = c.keep(signed(32), name="sum")  # of pulses, and of what the place was called
+    total = sum_before + Mux(rises, Mux(up, 1, -1), 0)
+    c.m.d.sync += sum_before.eq(Mux(c.rst, 0, Mux(load, place, total)))
+    c.always("position-is-the-pulses", "The position is for ever the signed number of pulses at "
+             "the pins, from where it was called otherwise.",
+             (axis.position == total[:32].as_signed()) & (c.signal(f"{name}.backlash.left") == 0),
+             seen=rises, bug=Bug(axis_module, "backlash.moved.eq(driver.moved)",
+                                 "backlash.moved.eq(driver.step)"))
+    due = dut.moving[index] & ~axis.there & ~load & rate.due & ~dut.fault
+    c.holds("waits-for-no-other", "A step that is due is made when the driver is ready and its own "
+            "switch lets it, whatever the other axes do.",
+            when=due & driver.ready & ~axis.blocked, then=axis.moved,
+            bug=Bug(positioner, "axis.load.eq(positioning.load)",
+                    "axis.load.eq(positioning.load | positioning.run.all())"))
+
+
+def make(*, line: bool = True, **pace: int) -> Positioner:
+    """Make a machine of its times, or one to which any order comes in any clock."""
+    dut = Positioner(pace=PositionerPace(**pace))
+    if not line:
+        for name in LINE:
+            setattr(dut, f"_{name}", Unknown(getattr(dut, f"_{name}")))
+    return dut
+
+
+LINE = ("receiver", "lines", "commands", "reporter", "transmitter")
+"""The parts of its line."""
+
+ORDERS = [(command.value, motor, clockwise) for command, motor, clockwise in (
+    (Command.CONNECT, 0, 0), (Command.MOV, 0, 1), (Command.MOV, 1, 1), (Command.MOV, 2, 1),
+    (Command.CONNECT, 0, 0), (Command.POS, 0, 0), (Command.MOV, 0, 0), (Command.MOV, 1, 0),
+    (Command.MOV, 2, 0), (Command.DISCONNECT, 0, 0))]
+"""What covers order: command, motor, and way."""
+
+QUICK = {"clock": 16_000, "baud": 1000, "top_speed": 1500, "width": 2, "low": 2, "setup": 2,
+         "hold": 2, "settle": 3, "report": 10_000}
 
 POSITIONER = Component(
-    make=make, describe=describe, depth=4,
-    cases=(Case({"clock": 16_000, "baud": 1000, "top_speed": 1500, "width": 2, "low": 2,
-                 "setup": 2, "hold": 2, "settle": 3, "report": 10_000}, upset=True),))
+    make=make, describe=describe, depth=26,
+    cases=(Case({**QUICK, "line": False, "clock": 1600, "baud": 100, "top_speed": 160}),
+           Case(QUICK, upset=True)))

@@ -126,16 +126,14 @@ def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
     c.holds("on-time", "A report begins in the clock after its tick, whatever was said before.",
             when=line.begins & ~c.rst, then=c.state("reporter_state")("REST") & (line.left == 0)
             & ~dut.answers.ready & ~dut.bytes.valid,
-            bug=(Bug(reporter, QUIET, "with m.Elif(time > self.quiet >> 1):"),
-                 Bug(reporter, QUIET, "with m.Elif(time != self.quiet):")))
+            bug=Bug(reporter, QUIET, "with m.Elif(time != self.quiet):"))
     busy, offered = c.signal("texts.busy"), dut.bytes.valid
     c.holds("first-byte-in-time", "Its first byte is offered four clocks after the tick.",
             when=line.is_report & (line.left != 0) & (since < 4),
-            then=(since != 0) & Mux(since == 1, line.asks & (line.left == PIECES), busy
-                & (
-                line.left == PIECES - 1) & (c.signal("texts.place") == 0)
-                & (offered == (since == 3))
-                & (~offered | (dut.bytes.payload == ord("#")))),
+            then=(since != 0) & Mux(
+                since == 1, line.asks & (line.left == PIECES),
+                busy & (line.left == PIECES - 1) & (c.signal("texts.place") == 0)
+                & (offered == (since == 3)) & (~offered | (dut.bytes.payload == ord("#")))),
             bug=Bug(reporter, "text.eq(0), left.eq(3)", "text.eq(1), left.eq(3)"))
 
 
@@ -235,8 +233,7 @@ def _watch_time(c: Contract, dut: Reporter, line: Line, byte: int, waited: Bits)
     c.always("over-by-the-tick", "What is left of a line takes no longer than it is to the next "
              "tick, as long as a byte takes no longer than was said.", time >= need,
              seen=state("DIGITS"),
-             bug=(Bug(reporter, QUIET, "with m.Elif(time > self.quiet >> 1):"),
-                  Bug(reporter, "Mux(left == 0, 2, 1)", "Mux(left == 0, 2, 0)")))
+             bug=Bug(reporter, QUIET, "with m.Elif(time > self.quiet >> 1):"))
 
 
 def make(*, answers: tuple[bytes, ...], period: int, byte: int, short: bool = False) -> Reporter:

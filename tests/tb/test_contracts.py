@@ -71,7 +71,14 @@ WHOLE_MACHINE = {
                         "connected"]},
     "a motor of the positioner steps only by order, connected, and not towards its switch": {
         "positioner": ["{}-moves-by-order", "{}-is-connected", "{}-stops-at-its-limit",
-                       "{}-counts-its-steps", "fault-holds"]},
+                       "{}-counts-its-steps", "fault-holds", "{}-pins",
+                       "{}-position-is-the-pulses", "{}-waits-for-no-other"]},
+    "a report begins at its tick, whole, with the positions of one clock": {
+        "reporter": ["on-time", "first-byte-in-time", "as-ordered", "as-it-was",
+                     "over-by-the-tick"]},
+    "an order that was acknowledged is handed on once, as its line said; each line has an answer": {
+        "serial_orders": ["handed-on-as-said", "handed-on-once", "acknowledged-is-offered",
+                          "in-their-turn", "damaged-is-not-obeyed", "one-answer-a-line"]},
     "a frame is answered once, and a bad one changes nothing": {
         "frames": ["one-answer", "answers-what-it-is", "target-stays", "speed-stays",
                    "power-stays"]},
