@@ -11,7 +11,7 @@ __all__ = ["UART_RECEIVER"]
 LINE = (
     "11" "0" "10101100" "1"  # 35h
     "0" "01011010" "0" "1"  # 5Ah without its stop bit
-    "0" "00000000" "000" "1"  # a break, which is lost
+    "0" "00000000" "0000000000000" "1"  # a break, which is lost
     "0" "10000011" "1" "1"  # C1h after it
 )
 """What the covers look at: levels of the line, each for a bit."""
@@ -106,7 +106,20 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
             when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
             then=dut.bytes.valid & (payload == c.past(payload)),
             bug=Bug(receiver, "with m.If(self.overrun):", "with m.If(0):"))
+    low = c.keep(range(10 * period), name="low")  # clocks for which it has been, in this state
+    longest = low == 10 * period - 1
+    with c.m.If(c.rst | ~state("LOW") | settled):
+        c.m.d.sync += low.eq(0)
+    with c.m.Elif(~dut.rx & ~longest):
+        c.m.d.sync += low.eq(low + 1)
+    c.always("low-is-counted", "Clocks are counted in which it is low and should be high.",
+             c.signal("low") == low, seen=longest,
+             bug=Bug(receiver, "low.eq(0)", "low.eq(low)"))
     zeros = ended & ~stop & (word == 0)
+    again = state("LOW") & ~dut.rx & longest
+    c.holds("break-in-a-byte", "So is one that is low for ten bits more, whatever came before.",
+            when=c.past(again & ~c.rst), then=dut.line_break,
+            bug=Bug(receiver, "self.line_break.eq(1)", "self.line_break.eq(self.line_break)"))
     c.holds("break-shows", "A line that is low for a byte and its stop bit is a break.",
             when=c.past(zeros & ~c.rst), then=dut.line_break,
             bug=Bug(receiver, "~bit & (word == 0)", "~bit & (word == 1)"))
@@ -120,7 +133,7 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
     c.holds("break-is-waiting", "While it shows no byte is looked for.", when=dut.line_break,
             then=state("LOW"), bug=Bug(receiver, 'm.next = "LOW"', 'm.next = "IDLE"'))
     c.holds("no-other-break", "Nothing else is a break.", when=dut.line_break,
-            then=c.past(zeros | dut.line_break),
+            then=c.past(zeros | again | dut.line_break),
             bug=Bug(receiver, "~bit & (word == 0)", "~bit"))
     c.holds("reset-begins-anew", "Reset forgets everything.", when=c.past(c.rst),
             then=state("LOW") & ~dut.bytes.valid & ~dut.line_break,
@@ -210,7 +223,7 @@ def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte:
 _SENDERS = {"agreed": "at the rate agreed", "slow": "2 % slower", "fast": "2 % faster"}
 
 UART_RECEIVER = Component(
-    make=UARTReceiver, describe=describe, depth=47 * 16,
+    make=UARTReceiver, describe=describe, depth=len(LINE) * 16,
     cases=(Case({"period": 16}), Case({"period": 50}),
            Case({"period": 5208}, real=True),
            Case({"period": 16}, upset=True)))

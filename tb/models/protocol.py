@@ -26,6 +26,7 @@ class ReceiverModel:
         self.high: int | None = 0  # clocks for which it is, or None when that was long enough
         self.byte: tuple[int, bool] | None = None  # that waits, and whether it is not to be trusted
         self.lost = False
+        self.low = 0  # clocks for which it was low since it should have been high
         self.line_break = False
 
     def clock(self, rx: int, taken: bool) -> None:
@@ -42,8 +43,10 @@ class ReceiverModel:
         """Look at the line; return the byte that is complete, and whether its stop bit lacks."""
         if self.high is not None:
             self.high = self.high + 1 if rx else 0
+            self.low += not rx
+            self.line_break |= self.low >= 10 * self.period
             if self.high > 2 * self.spread:
-                self.high, self.line_break = None, False
+                self.high, self.low, self.line_break = None, 0, False
             return None
         if self.levels or not rx:
             self.levels.append(rx)

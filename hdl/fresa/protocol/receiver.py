@@ -27,7 +27,9 @@ class UARTReceiver(wiring.Component):
 
     A byte without a stop bit is handed on with ``error``, and the next is looked for when the line
     has been high for longer than a disturbance, ``2 * spread + 1`` clocks; so it is after reset. A
-    break, a line that is low for longer than a byte, is one byte 0 with ``error``. There is room
+    break, a line that is low for longer than a byte, is one byte 0 with ``error``. One that begins
+    in the middle of a byte damages that, and is seen ten bits after its missing stop bit. There is
+    room
     for one byte: where it has not been taken when the next is complete, the next is lost, and the
     one after that has ``error``. So nothing is missing from the stream unseen.
 
@@ -37,7 +39,8 @@ class UARTReceiver(wiring.Component):
     =======  ========================================================  ========================
     state    does                                                      next
     =======  ========================================================  ========================
-    LOW      waits for the line to be high for more than a moment      IDLE
+    LOW      waits for the line to be high for more than a moment,     IDLE
+             tells a break if it is low for ten bits
     IDLE     waits for it to be low                                    START
     START    looks at the start bit                                    DATA, or IDLE if it is 1
     DATA     looks at eight bits                                       STOP
@@ -66,7 +69,8 @@ class UARTReceiver(wiring.Component):
     overrun : Out(1)
         A byte is lost. For a clock.
     line_break : Out(1)
-        The line has been low for longer than a byte, and not high for long enough since.
+        The line has been low for longer than a byte, or for longer than two if it was not idle
+        before, and not high for long enough since.
     fault : Out(1)
         The state register was upset. Stays until reset.
 
@@ -107,6 +111,9 @@ class UARTReceiver(wiring.Component):
         with m.If(look):
             m.d.sync += looks.eq(Cat(self.rx, looks))
 
+        # Clocks for which it was low since it should have been high.
+        low = Signal(range(10 * self.period))
+
         # Bits come in from the top; a 1 goes before them, and falls out when there are eight.
         ended = Signal()
         with m.FSM(name="receiver_state") as fsm:
@@ -115,8 +122,12 @@ class UARTReceiver(wiring.Component):
                 with m.If(self.rx):
                     m.d.sync += time.eq(time + 1)
                     with m.If(decide):
-                        m.d.sync += self.line_break.eq(0)
+                        m.d.sync += [self.line_break.eq(0), low.eq(0)]
                         m.next = "IDLE"
+                with m.Elif(low == 10 * self.period - 1):
+                    m.d.sync += self.line_break.eq(1)
+                with m.Else():
+                    m.d.sync += low.eq(low + 1)
 
             with m.State("IDLE"):
                 m.d.sync += time.eq(first)

@@ -33,12 +33,7 @@ def frames(line: list[int], period: int):
     def vote(bit: int) -> int:
         return int(sum(line[last_look(bit) - n * spread] for n in range(3)) >= 2)
 
-    def settled(clock: int) -> int:
-        """Return the last of the first clocks in which the line is high for long enough."""
-        return next((n for n in range(clock + 2 * spread, len(line))
-                     if all(line[n - 2 * spread:n + 1])), len(line))
-
-    now = settled(0)
+    now = settled(line, 0, spread)
     while True:
         began = next((n for n in range(now + 1, len(line)) if not line[n]), len(line))
         if last_look(9) >= len(line):
@@ -50,15 +45,23 @@ def frames(line: list[int], period: int):
         stop = vote(9)
         last = now
         if not stop:
-            now = settled(now + 1)
+            now = settled(line, now + 1, spread)
         yield last, sum(vote(n + 1) << n for n in range(8)), stop, now
+
+
+def settled(line: list[int], clock: int, spread: int) -> int:
+    """Return the last of the first clocks in which the line is high for long enough."""
+    return next((n for n in range(clock + 2 * spread, len(line))
+                 if all(line[n - 2 * spread:n + 1])), len(line))
 
 
 def model(line, ready, period):
     """Yield the outputs of each clock."""
     found = {last: (byte, stop) for last, byte, stop, _ in frames(line, period)}
     high = {again for _, _, stop, again in frames(line, period) if not stop}
-    valid = payload = lost = broken = 0
+    high.add(settled(line, 0, period // 16))
+    valid = payload = lost = broken = low = 0
+    waiting = True
     for clock, taken in enumerate(ready):
         byte, stop = found.get(clock, (None, 1))
         framing = int(not stop)
@@ -70,10 +73,12 @@ def model(line, ready, period):
             valid, payload, lost = 1, byte | (framing or lost) << 8, 0
         elif taken:
             valid = 0
+        low = low + 1 - line[clock] if waiting else 0
+        broken |= low >= 10 * period
         if byte is not None:
-            broken = int(framing and byte == 0)
+            broken, waiting = int(framing and byte == 0), bool(framing)
         elif clock in high:
-            broken = 0
+            broken, waiting = 0, False
 
 
 def play(line, ready, period):
@@ -170,6 +175,27 @@ class TestUARTReceiver:
         broken = [clock for clock, row in enumerate(rows) if row[4]]
         assert broken == list(range(4 + 9 * 16 + 8 + 1 + 1, 4 + 1000 + 3))
 
+    @pytest.mark.parametrize(("byte", "sent"), [
+        (0xFF, 1), (0xFF, 2), (0x55, 4), (0x80, 5), (0x01, 7), (0x80, 8), (0x80, 9), (0xFF, 9)])
+    def test_break_in_the_middle_of_a_byte(self, byte, sent):
+        """It is seen within two bytes from where the line fell, and is nothing but damage."""
+        line = [1] * 20 + wave(bits(byte), 16)[:sent * 16]
+        fell = len(line)
+        line += [0] * 30 * 16 + [1] * 40
+        rows = check(line, [1] * len(line), 16)
+        broken = [clock for clock, row in enumerate(rows) if row[4]]
+        assert broken == list(range(broken[0], len(line) - 40 + 3))
+        assert broken[0] - fell <= 20 * 16
+        assert all(item > 0xFF for item in taken(rows, [1] * len(line)))
+
+    def test_zeros_are_no_break(self):
+        """Even where it is not known where a byte begins, and the sender is slow."""
+        line = [1] * 8 + [0] * 4
+        for number in range(20):
+            line += wave(bits(0), 16 * 1.019, start=number / 20)
+        rows = check([*line, *[1] * 40], [1] * (len(line) + 40), 16)
+        assert not any(row[4] for row in rows)
+
     def test_disturbances_do_not_end_a_break(self):
         line = [1] * 20 + [0] * 3000 + [1] * 100
         for clock in range(30, 3000, 37):
@@ -191,7 +217,9 @@ class TestUARTReceiver:
         assert seen["bytes_payload"][seen["bytes_valid"] == 1].tolist() == [0x35]
 
     def test_power_up_at_a_low_line(self):
-        assert not any(row[0] for row in play([0] * 500, [1] * 500, 16))
+        rows = play([0] * 500, [1] * 500, 16)
+        assert not any(row[0] for row in rows)
+        assert [row[4] for row in rows] == [0] * 160 + [1] * 340
 
     @pytest.mark.parametrize("period", [0, 15, 2**26 + 1, 16.0])
     def test_impossible_period(self, period):
