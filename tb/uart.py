@@ -99,12 +99,12 @@ class SerialLine:
         """Send bytes, when those before are sent."""
         self._waiting.extend(data)
 
-    def send_break(self, times: int = 1) -> None:
+    def send_break(self) -> None:
         """Hold the line low for two bytes' time, at once; what waits comes behind that.
 
         A byte that is under way is cut off.
         """
-        self._levels = deque(times * [(0, 2 * FRAME * self._period), (1, FRAME * self._period)])
+        self._levels = deque([(0, 2 * FRAME * self._period), (1, FRAME * self._period)])
 
     def run(self, clocks: int) -> bytes:
         """Run so many clocks; give the bytes that the design has sent meanwhile.

@@ -104,16 +104,14 @@ class Port:
             not self.name.startswith("socket:"))
 
     def send_break(self) -> None:
-        """Hold the line low for longer than a byte, if the port can; what was not sent yet is lost.
+        """Hold the line low for longer than two bytes, if the port can.
 
-        Twice, for a byte that the first time cuts off may be heard as one that is damaged, and no
-        more. If the port is gone, the next `write` says so.
+        What was not sent yet is lost. If the port is gone, the next `write` says so.
         """
         if self.can_break:
             with suppress(*_GONE):
                 self._serial.reset_output_buffer()
-            for _ in range(2):
-                self._hold_low()
+            self._hold_low()
 
     def _hold_low(self) -> None:
         with suppress(*_GONE):  # some converters refuse

@@ -128,8 +128,8 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
             bug=Bug(receiver, "self.line_break.eq(0)", "self.line_break.eq(self.line_break)"))
     c.holds("break-lasts", "Until then it shows, whatever disturbs it.",
             when=c.past(dut.line_break & ~settled & ~c.rst), then=dut.line_break,
-            bug=Bug(receiver, "with m.If(decide):\n                        m.d.sync += self",
-                    "with m.If(1):\n                        m.d.sync += self"))
+            bug=Bug(receiver, "with m.If(decide):\n                        m.d.sync += [self",
+                    "with m.If(1):\n                        m.d.sync += [self"))
     c.holds("break-is-waiting", "While it shows no byte is looked for.", when=dut.line_break,
             then=state("LOW"), bug=Bug(receiver, 'm.next = "LOW"', 'm.next = "IDLE"'))
     c.holds("no-other-break", "Nothing else is a break.", when=dut.line_break,

@@ -51,7 +51,7 @@ class Running:
         self._lock = threading.Lock()
         self._given = bytearray()
         self._levels: dict[str, int] = {}
-        self._breaks = 0
+        self._break = False
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
@@ -81,7 +81,7 @@ class Running:
     def send_break(self) -> None:
         """Hold the line to the machine low for a moment, before what it was given and waits."""
         with self._lock:
-            self._breaks += 1
+            self._break = True
 
     def set(self, **levels: int) -> None:
         """Set inputs of the machine, by and by."""
@@ -106,13 +106,13 @@ class Running:
         if clocks < 1:
             return
         with self._lock:
-            if self._breaks:
-                self._line.send_break(self._breaks)
+            if self._break:
+                self._line.send_break()
             self._line.send(bytes(self._given))
             self._engine.set(**self._levels)
             self._given.clear()
             self._levels.clear()
-            self._breaks = 0
+            self._break = False
         said = self._line.run(clocks)
         end = time.monotonic()
         self._pace.made(clocks, end)

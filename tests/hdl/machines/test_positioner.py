@@ -200,6 +200,15 @@ class TestSession:
         _, y, _ = desk.motors()
         assert desk.reported() == [x, y, z] and desk.answers == ["! DAMAGED"]
 
+    @pytest.mark.parametrize("after", [15, 33, 50, 90, 140])
+    def test_a_break_that_cuts_a_byte_off_does_too(self, desk, after):
+        desk.say("CONNECT", "MOV MOT1 C")
+        line = [level for byte in b"P 1 2 3 4" for level in bits(byte) for _ in range(BIT)]
+        desk.play(line[:after * BIT // 10])
+        assert desk.engine.get("moving") == 0b001
+        desk.play([0] * 20 * BIT)
+        assert desk.engine.get("moving") == 0
+
 
 class TestLimits:
     @pytest.mark.parametrize("guards", [GUARDS, ("Z-", "X-", "Y+"), ("X-", "X+", "Z+")])
