@@ -115,6 +115,7 @@ _OF_LINES_AND_AXES = ("phase step_dir rate position backlash limits uart_receive
                       "line words decimal_reader decimal_writer text")
 _OF_OTHER_MACHINES = ("axis points positioning order_ledger hex_reader hex_writer frames "
                       "positioner_commands single positioner")
+_OF_MORE = "ramp reporter"
 _BUILD = ("platform", "tools/build.py", "tools/synthesis.py")
 
 PARTS = {part.name: part for part in (
@@ -147,6 +148,8 @@ PARTS = {part.name: part for part in (
          remembers=True),
     Part("mutants-machines", f"tools.mutate {_OF_OTHER_MACHINES} --mutants 2000 {_STATE} {_JSON}",
          _MUTANTS, f"tools.mutate points --mutants 30 {_STATE} {_JSON}", remembers=True),
+    Part("mutants-more", f"tools.mutate {_OF_MORE} --mutants 300 {_STATE} {_JSON}",
+         _MUTANTS, f"tools.mutate ramp --mutants 30 {_STATE} {_JSON}", remembers=True),
     Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
     Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
          f"tools.faults flips --flips 20000 {_JSON}"),
@@ -161,6 +164,7 @@ PARTS = {part.name: part for part in (
     *(Part(f"size-{name}", f"tools.build {options} -o {{folder}}", (*_BUILD, "examples"),
            figures="report.json")
       for name, options in (("serial", "--orders serial"), ("single", "--machine single"),
+                            ("ramp", "--machine single --ramp 1000"),
                             ("positioner", "--machine positioner"))),
     Part("size-board", "tools.build --size 400x400 --enlarge -o {folder}", (*_BUILD, "examples"),
          figures="report.json"),

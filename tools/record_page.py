@@ -16,6 +16,12 @@ figures of the commands named below each heading; `verification.json` beside it 
 for programs. Nothing here was typed by hand.
 """
 
+_MUTANTS = ("mutants", "mutants-lines", "mutants-machines", "mutants-more")
+_FUZZ = ("fuzz-single", "fuzz-positioner", "fuzz-mill")
+_COVERAGE = ("coverage", "coverage-single", "coverage-positioner")
+_SIZES = ("size", "size-guard", "size-board", "size-serial", "size-single", "size-ramp",
+          "size-positioner")
+
 
 def summary(name: str, figures: Facts) -> Facts:
     """Keep of a part's figures what the record has room for.
@@ -178,6 +184,7 @@ def _size(*builds: Facts) -> list[str]:
 def _design(facts: Facts) -> str:
     words = [facts["machine"], "by its own pins" if facts["board"] == "pins" else facts["board"],
              *(["with guard"] if facts.get("guard") else []),
+             *(["with a ramp"] if facts.get("ramp_steps_per_s2") else []),
              *(["orders over a serial line"] if facts.get("orders") == "serial" else [])]
     return ", ".join(words)
 
@@ -217,13 +224,12 @@ What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted 
 it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
 Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
-of the score.""", ("mutants", "mutants-lines", "mutants-machines"), _mutants),
+of the score.""", _MUTANTS, _mutants),
     _Section("Lines", """\
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
 serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
 comes at its time; the position that is told is that of the steps; all of it from the description of
-lines, with no model of the gateware.""", ("fuzz-single", "fuzz-positioner", "fuzz-mill"),
-             _fuzz),
+lines, with no model of the gateware.""", _FUZZ, _fuzz),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
 and afterwards all as from power-up that shall be so.""", ("resets",), _resets),
@@ -232,11 +238,8 @@ One flip-flop upset in the midst of work. *Silent* is a motor in a wrong place, 
 says a wrong one, without a word.""", ("flips",), _upsets),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
-registers from a code that no state has.""",
-             ("coverage", "coverage-single", "coverage-positioner"), _coverage),
-    _Section("Size", "Of the Spartan-3E.",
-             ("size", "size-guard", "size-board", "size-serial", "size-single", "size-positioner"),
-             _size),
+registers from a code that no state has.""", _COVERAGE, _coverage),
+    _Section("Size", "Of the Spartan-3E.", _SIZES, _size),
 )
 
 # What is too long to keep
@@ -286,17 +289,17 @@ def _short_coverage(figures: Facts) -> Facts:
 
 
 def _short_build(figures: Facts) -> Facts:
-    return _only(figures, ("machine", "board", "guard", "orders", "resources", "capacity"))
+    return _only(figures, ("machine", "board", "guard", "orders", "ramp_steps_per_s2", "resources",
+                           "capacity"))
 
 
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
     "resets": _short_resets, "flips": _short_flips,
-    **dict.fromkeys(("mutants", "mutants-lines", "mutants-machines"), _short_mutants),
-    **dict.fromkeys(("fuzz-single", "fuzz-positioner", "fuzz-mill"), _short_fuzz),
-    **dict.fromkeys(("coverage", "coverage-single", "coverage-positioner"), _short_coverage),
-    **dict.fromkeys(("size", "size-guard", "size-board", "size-serial", "size-single",
-                     "size-positioner"), _short_build),
+    **dict.fromkeys(_MUTANTS, _short_mutants),
+    **dict.fromkeys(_FUZZ, _short_fuzz),
+    **dict.fromkeys(_COVERAGE, _short_coverage),
+    **dict.fromkeys(_SIZES, _short_build),
 }
 
 # Words and tables

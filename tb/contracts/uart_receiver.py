@@ -10,8 +10,8 @@ __all__ = ["UART_RECEIVER"]
 
 LINE = (
     "11" "0" "10101100" "1"  # 35h
-    "0" "01011010" "0" "1"  # 5Ah without its stop bit
-    "0" "00000000" "0000000000000" "1"  # a break, which is lost
+    "0" "01011010" "0000000000000" "1"  # 5Ah without its stop bit, and a break
+    "0" "00000000" "000" "1"  # another, of which the byte is lost
     "0" "10000011" "1" "1"  # C1h after it
 )
 """What the covers look at: levels of the line, each for a bit."""

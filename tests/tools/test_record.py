@@ -179,7 +179,7 @@ class TestPage:
         facts = {"parts": {name: {"command": name, "seconds": 1, "resumed": False, "facts": {
             "all": counts, "components": {name: {**counts, "score": 50.0}}, "survivors": []}}
             for name, counts in (("mutants", one), ("mutants-lines", two),
-                                 ("mutants-machines", none))},
+                                 ("mutants-machines", none), ("mutants-more", none))},
             "cores": 2, "versions": [], "gateware": ""}
         assert "| **all** | 20 | 4 | 12 | 10 | 12 | 4 | 75.00 |" in page(facts)
 

@@ -47,7 +47,8 @@ class Reporter(wiring.Component):
         Clocks from tick to tick, up to ``MAX_PERIOD``. Between two ticks there must be time for the
         longest report, the longest answer, and two bytes more.
     byte : int
-        Clocks that the line takes to send a byte.
+        Clocks that the line takes to send a byte: 160 at least. With fewer than 11 what is said
+        above of times does not hold.
 
     Members
     -------
