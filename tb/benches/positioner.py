@@ -167,7 +167,7 @@ def positioner_commands(run: Run) -> str:
 @bench
 def positioning(run: Run) -> str:
     """Orders obeyed and refused; movements that arrive, and that a switch ends."""
-    dut = Positioning(top_speed=1500)
+    dut = Positioning(top_speed=1500, waiting=4)
     answers = []
 
     async def listener(ctx):
