@@ -9,7 +9,7 @@ from amaranth.lib import wiring
 from .bench import Run
 from .players import Model
 
-__all__ = ["beside"]
+__all__ = ["beside", "ticks"]
 
 
 def beside(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Coroutine]:
@@ -35,3 +35,9 @@ def beside(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Cor
             await ctx.tick()
 
     return compare
+
+
+async def ticks(ctx, count: int) -> None:
+    """Wait so many clocks; unlike ``repeat``, this can be left when another player fails."""
+    for _ in range(count):
+        await ctx.tick()

@@ -10,7 +10,7 @@ from fresa.protocol import LineEnd, PositionerCommands, Reporter
 from fresa.protocol.positioner import Answer, Command
 
 from ..bench import Run, bench, put
-from ..beside import beside
+from ..beside import beside, ticks
 from ..models.positioner import PositionerModel
 from ..models.protocol import bits
 
@@ -167,7 +167,7 @@ def positioner_commands(run: Run) -> str:
 @bench
 def positioning(run: Run) -> str:
     """Orders obeyed and refused; movements that arrive, and that a switch ends."""
-    dut = Positioning(top_speed=1500)
+    dut = Positioning(top_speed=1500, waiting=4)
     answers = []
 
     async def listener(ctx):
@@ -265,12 +265,12 @@ def positioner(run: Run) -> str:
         while True:
             while ctx.get(dut.tx):
                 await ctx.tick()
-            await ctx.tick().repeat(bit // 2)
+            await ticks(ctx, bit // 2)
             byte = 0
             for place in range(8):
-                await ctx.tick().repeat(bit)
+                await ticks(ctx, bit)
                 byte |= ctx.get(dut.tx) << place
-            await ctx.tick().repeat(bit)
+            await ticks(ctx, bit)
             said.append(byte)
 
     async def count(ctx):
@@ -287,8 +287,8 @@ def positioner(run: Run) -> str:
         for byte in "".join(f"{line}\n" for line in lines).encode():
             for level in bits(byte):
                 ctx.set(dut.rx, level)
-                await ctx.tick().repeat(bit)
-        await ctx.tick().repeat(60)
+                await ticks(ctx, bit)
+        await ticks(ctx, 60)
 
     async def reports(ctx, x, y, z):
         """Wait for a report that began after this."""
@@ -299,10 +299,10 @@ def positioner(run: Run) -> str:
 
     async def test(ctx):
         ctx.set(dut.rx, 1)
-        await ctx.tick().repeat(50)
+        await ticks(ctx, 50)
         await say(ctx, "MOV MOT1 C", "CONNECT", "VEL MOT1 1500", "GOTO 4", "P 4 20 -6 0", "GOTO 4")
         run.see(ctx, dut, connected=1, enable=0b111)
-        await ctx.tick().repeat(600)
+        await ticks(ctx, 600)
         run.see(ctx, dut, moving=0)
         run.expect("pulses", motors, [23, -6, 0])  # 3 take up the play of X
         await reports(ctx, 20, -6, 0)

@@ -4,7 +4,7 @@ from fresa.machines import Single
 from fresa.machines.single import PHASES, SinglePace
 
 from ..bench import Run, bench
-from ..beside import beside
+from ..beside import beside, ticks
 from ..models.single import SingleModel
 from ..terminal import typed
 
@@ -33,12 +33,12 @@ def single(run: Run) -> str:
         while True:
             while ctx.get(dut.tx):
                 await ctx.tick()
-            await ctx.tick().repeat(BIT // 2)
+            await ticks(ctx, BIT // 2)
             byte = 0
             for place in range(8):
-                await ctx.tick().repeat(BIT)
+                await ticks(ctx, BIT)
                 byte |= ctx.get(dut.tx) << place
-            await ctx.tick().repeat(BIT)
+            await ticks(ctx, BIT)
             run.expect("stop bit", ctx.get(dut.tx), 1)
             said.append(byte)
 

@@ -56,9 +56,10 @@ def describe(c: Contract, dut: Positioning) -> None:
 
 
 def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
-    """Watch what is stored, at any one place; return where the point is that an order names."""
+    """Watch what is stored, in each clock at another place; return the point of an order."""
     number, words = dut.orders.p.point, c.words("points.places")
-    place = c.free(len(number), name="any_point")
+    place = c.keep(len(number), name="watched_point")
+    c.m.d.sync += place.eq(place + 1)
 
     def word_at(address: Bits) -> Bits:
         value = words[0]
@@ -253,6 +254,9 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
     c.holds("sounds", "The buzzer is on after a switch ended a movement.",
             when=c.past(struck.any() & ~c.rst), then=dut.buzzer,
             bug=Bug(positioning, "ticks.eq(2)", "ticks.eq(0)"))
+    c.always("two-ticks", "It waits for two ticks at most.", c.signal("ticks") <= 2,
+             seen=c.signal("ticks") == 2,
+             bug=Bug(positioning, "ticks.eq(2)", "ticks.eq(3)"))
     c.holds("is-still-again", "It goes off at a tick, and at no other time but reset.",
             when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst),
             bug=Bug(positioning, "self.tick & self.buzzer", "self.buzzer"))
