@@ -340,7 +340,7 @@ DIAGRAMS = (
         "with the clock after the end was taken, and not before; then `ok` and the end of the line "
         "are sent.",
         "frames: items_valid items_ready items_payload.byte items_payload.end "
-        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 12, 32,
+        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 1268, 1288,
         radix=("items_payload.byte=hex", "bytes_payload=hex", "target=dec")),
     Diagram(
         "positioner-commands",
