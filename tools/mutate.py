@@ -199,8 +199,8 @@ def run(state: State, path: Path, names: Sequence[str], mutants: int, jobs: int)
         with Progress(len(names), "components", "counting mutants") as progress:
             measures = _all(pool, {name: (measure, name) for name in names}, progress.advance)
         given = shares({name: measures[name].mutants for name in names}, mutants)
-        for name in names:
-            _keep_or_begin(state, name, measures[name], given[name])
+        given = {name: _keep_or_begin(state, name, measures[name], given[name])
+                 for name in names}
         left = [name for name in names if not state.findings[name].complete]
         with Progress(sum(given.values()), "mutants", "mutants") as progress:
             progress.advance(sum(len(state.findings[name].verdicts) for name in names))
@@ -208,11 +208,18 @@ def run(state: State, path: Path, names: Sequence[str], mutants: int, jobs: int)
                     progress.advance)
 
 
-def _keep_or_begin(state: State, name: str, measured: Measure, count: int) -> None:
+def _keep_or_begin(state: State, name: str, measured: Measure, count: int) -> int:
+    """Keep what is known of about so many mutants; say how many it is of.
+
+    Shares shift by a few when another component gets larger.
+    """
     found = state.findings.get(name)
-    if found is None or found.key != measured.key or (found.mutants
-                                                     and len(found.mutants) != count):
+    known = len(found.mutants) if found else 0
+    if found is None or found.key != measured.key or (
+            known and abs(known - count) * 20 > count):
         state.findings[name] = Findings(measured.key, measured.mutants)
+        return count
+    return known or count
 
 
 def _decide(pool: ProcessPoolExecutor, jobs: int, state: State, path: Path,

@@ -91,6 +91,14 @@ class TestState:
         mutate._keep_or_begin(state, "coil", Measure(99, "key"), 2)  # another choice of mutants
         assert not state.findings["coil"].verdicts
 
+    def test_a_share_that_shifts_a_little_loses_nothing(self):
+        state = State(4, {"coil": Findings("key", 99, mutants=["one"] * 40)})
+        measured = Measure(99, "key")
+        assert mutate._keep_or_begin(state, "coil", measured, 39) == 40
+        assert state.findings["coil"].mutants
+        assert mutate._keep_or_begin(state, "coil", measured, 45) == 45
+        assert not state.findings["coil"].mutants
+
 
 class TestReport:
     @needs_prover  # whose version is written
