@@ -251,7 +251,7 @@ def reporter(run: Run) -> str:
 
 @bench
 def positioner(run: Run) -> str:
-    """A session on the line: points, jogging, a limit, errors, the origin; and the model."""
+    """A session on the line: points, jogging, a limit, errors, the origin."""
     bit = 16
     pace = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2, hold=2,
                           settle=5, report=10_000)
