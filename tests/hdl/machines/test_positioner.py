@@ -26,6 +26,12 @@ REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :\n")
 ON_THE_WIRE = BIT * 10
 
 
+def runs_long(test):
+    """Mark what needs a compiled simulation: without one it would take most of a minute."""
+    return pytest.mark.compiler(
+        pytest.mark.skipif(bool(NO_COMPILER), reason=str(NO_COMPILER))(test))
+
+
 def engine_of(pace: PositionerPace = PACE, **options):
     kind = AmaranthEngine if NO_COMPILER else CXXRTLEngine
     return kind(component("positioner", Positioner(pace=pace, **options)))
@@ -100,6 +106,7 @@ def desk():
 
 
 class TestSession:
+    @runs_long
     def test_points_and_reports(self, desk):
         desk.say("CONNECT", "VEL MOT1 1500", "VEL MOT2 1000", "P 1 40 -30 5", "GOTO 1")
         assert desk.reported() == [40, -30, 5] == desk.motors()
@@ -126,6 +133,7 @@ class TestSession:
         assert b"#" not in desk.text and desk.motors() == [0, 0, 0]
         assert not desk.seen["enable"].any()
 
+    @runs_long
     def test_disconnect_ends_movement_and_reports(self, desk):
         desk.say("CONNECT", "MOV MOT1 C")
         desk.wait(2 * PACE.report)
@@ -141,6 +149,7 @@ class TestSession:
         ("", "COMMAND"), ("VEL MOT1 0", "RANGE"), ("P 99 1 2 3", "RANGE"), ("GOTO 1", "EMPTY"),
         ("STOP", "ARGUMENT"), ("x" * 255, "LONG"), ("P 1 0 0 2147483648", "RANGE"),
     ])
+    @runs_long
     def test_a_bad_line_has_one_answer_and_changes_nothing(self, desk, line, answer):
         desk.say("CONNECT", "VEL MOT2 700", "POS 1 2 3", line)
         assert desk.reported() == [1, 2, 3]
@@ -157,6 +166,7 @@ class TestSession:
         assert desk.reported() == [7, 8, 9]
         assert desk.answers == ["! DAMAGED"]
 
+    @runs_long
     def test_all_answers_are_whole_lines_at_any_time(self, desk):
         """A flood of bad lines, with movements under it: nothing is garbled, no report is late."""
         desk.say("CONNECT", "MOV MOT1 C", "MOV MOT2 CC")
@@ -171,6 +181,7 @@ class TestSession:
         answers = [line for line in lines if line.startswith(b"!")]
         assert answers == [b"! ARGUMENT", b"! RANGE", b"! COMMAND"] * 15
 
+    @runs_long
     def test_more_bad_lines_than_can_be_answered(self, desk):
         """No byte is lost, a stop acts at once all the same, and then all is well."""
         desk.say("CONNECT", "MOV MOT2 C")
@@ -186,6 +197,7 @@ class TestSession:
         assert known > 31 and 0 < rest < 150 - known
         assert desk.reported() == [0, y, 0] == desk.motors()
 
+    @runs_long
     def test_a_break_of_the_line_ends_every_movement(self, desk):
         desk.say("CONNECT", "MOV MOT1 C", "MOV MOT3 CC")
         desk.play([0] * 9 * BIT + [1] * 60)  # a byte 0
@@ -200,6 +212,7 @@ class TestSession:
         _, y, _ = desk.motors()
         assert desk.reported() == [x, y, z] and desk.answers == ["! DAMAGED"]
 
+    @runs_long
     @pytest.mark.parametrize("after", [15, 33, 50, 90, 140])
     def test_a_break_that_cuts_a_byte_off_does_too(self, desk, after):
         desk.say("CONNECT", "MOV MOT1 C")
@@ -211,6 +224,7 @@ class TestSession:
 
 
 class TestLimits:
+    @runs_long
     @pytest.mark.parametrize("guards", [GUARDS, ("Z-", "X-", "Y+"), ("X-", "X+", "Z+")])
     def test_a_limit_blocks_one_way_of_one_axis(self, guards):
         for number, guard in enumerate(guards):
@@ -259,6 +273,7 @@ class TestTimes:
                 assert not before.size or change - before[-1] >= pace.hold
         return len(rises)
 
+    @runs_long
     @pytest.mark.parametrize("inverted", [False, True])
     def test_of_the_driver_modules(self, inverted):
         desk = Desk(inverted=inverted, backlash=(3, 0, 2))
@@ -281,6 +296,7 @@ class TestTimes:
         assert desk.reported() == [0, 0, 0] == desk.motors()
         desk.engine.close()
 
+    @runs_long
     @pytest.mark.parametrize("rates", [(1, 1500, 200), (7, 1499, 997), (313, 26, 750),
                                        (1234, 571, 3), (1500, 1500, 1500), (1001, 640, 1477)])
     def test_steps_have_no_jitter_beyond_the_rounding_of_the_rate(self, rates):
@@ -305,11 +321,9 @@ class TestTimes:
             late = rises * rate - np.arange(len(rises)) * pace.clock
             assert late.max() - late.min() < rate if len(rises) else rate < 5
 
-    @pytest.mark.compiler
+    @runs_long
     def test_a_million_steps_a_second(self):
         """At the board's clock, with pulses for such a module, while it reports at 9600 baud."""
-        if NO_COMPILER:
-            pytest.skip(NO_COMPILER)
         pace = PositionerPace.real(top_speed=1_000_000, width_ns=400, low_ns=400, setup_ns=200,
                                    hold_ns=200)
         rates = (1_000_000, 999_983, 31_415)
