@@ -88,6 +88,9 @@ class Terminal:
         while True:
             if not self.open:
                 if was_open:
+                    # Else it would be said in the name of who opens it next.
+                    if data := self._left():
+                        return data
                     self._renew()
                 was_open = False
                 await asyncio.sleep(LOOK)
@@ -101,6 +104,13 @@ class Terminal:
             except OSError as error:
                 if error.errno != errno.EIO:
                     raise
+
+    def _left(self) -> bytes:
+        """Give some of what was sent before it was closed."""
+        try:
+            return os.read(self._ours, CHUNK)
+        except OSError:
+            return b""
 
     async def _readable(self) -> None:
         """Wait until there may be something to read."""
