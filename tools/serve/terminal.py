@@ -87,6 +87,10 @@ class Terminal:
         was_open = True
         while True:
             if not self.open:
+                # Somebody may have written and closed it since the last look. What is left here
+                # would be said in the name of who opens it next.
+                if data := self._left():
+                    return data
                 if was_open:
                     self._renew()
                 was_open = False
@@ -101,6 +105,13 @@ class Terminal:
             except OSError as error:
                 if error.errno != errno.EIO:
                     raise
+
+    def _left(self) -> bytes:
+        """Give some of what was sent before it was closed."""
+        try:
+            return os.read(self._ours, CHUNK)
+        except OSError:
+            return b""
 
     async def _readable(self) -> None:
         """Wait until there may be something to read."""

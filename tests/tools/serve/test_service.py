@@ -17,11 +17,12 @@ import pytest
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tests.echo import Echo
+from tests.tools.process import PATIENCE
 from tools.console import UserError
 from tools.serve import Service, running, service
+from tools.serve.terminal import Terminal
 
 BIT = 16
-PATIENCE = 60
 
 
 @asynccontextmanager
@@ -79,8 +80,12 @@ def test_a_program_on_the_terminal_talks_to_the_machine_byte_by_byte():
     asyncio.run(session())
 
 
-def test_who_comes_later_finds_nothing_of_who_was_there_before():
+def test_who_comes_later_finds_nothing_of_who_was_there_before(monkeypatch):
+    renew = Terminal._renew
+
     async def session():
+        renewed = asyncio.Event()
+        monkeypatch.setattr(Terminal, "_renew", lambda self: (renew(self), renewed.set()))
         async with echo(port=0) as served:
             first = Program(served.path)
             attributes = termios.tcgetattr(first.file)
@@ -89,15 +94,30 @@ def test_who_comes_later_finds_nothing_of_who_was_there_before():
             reader, writer = await connect(served)
             os.write(first.file, b"secret\n")
             assert await reader.readline() == b"secret\n"
+            renewed.clear()
             first.close()  # and has not read it
             writer.write(b"nobody has it open\n")
             assert (await reader.readuntil(b"open\n")).endswith(b"nobody has it open\n")
-            await asyncio.sleep(5 * 0.02)
+            await renewed.wait()
+            writer.write(b"all is said\n")
+            assert (await reader.readuntil(b"said\n")).endswith(b"all is said\n")
             second = Program(served.path)
             assert not termios.tcgetattr(second.file)[3] & (termios.ECHO | termios.ICANON)
             os.write(second.file, b"new\n")
             assert await second.hear(4) == b"new\n"
             second.close()
+
+    asyncio.run(session())
+
+
+def test_who_writes_and_closes_at_once_is_heard():
+    async def session():
+        async with echo(port=0) as served:
+            reader, _ = await connect(served)
+            for number in range(20):
+                with open(served.path, "wb", buffering=0) as file:
+                    file.write(b"%d\n" % number)
+                assert await reader.readline() == b"%d\n" % number
 
     asyncio.run(session())
 
@@ -190,7 +210,8 @@ def test_who_does_not_read_is_cut_off_and_holds_nobody_up(monkeypatch):
         async with echo(port=0) as served:
             deaf = socket.create_connection(("127.0.0.1", served.port))
             deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
-            await asyncio.sleep(0.05)
+            while not served._clients:
+                await asyncio.sleep(0.005)
             writer, = served._clients
             writer.transport.pause_reading()
             full = writer.transport.get_extra_info("socket")

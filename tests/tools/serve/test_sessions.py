@@ -10,11 +10,10 @@ import pytest
 
 from fresa_host import Place, Positioner, Refused, Single
 from tb.engines import ENGINES
-from tests.tools.process import ROOT, command
+from tests.tools.process import PATIENCE, ROOT, command
 from tools.serve.__main__ import main
 
 serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
-PATIENCE = 60
 
 
 @pytest.fixture(scope="module")
