@@ -21,10 +21,12 @@ from .synthesis import PASSES, Resources, synthesise
 
 __all__ = ["main"]
 
+PROG = "python -m tools.build"
+
 ABOUT = """\
 Writes a folder with everything that Xilinx ISE 14.7 needs to make a bitstream for a Nexys 2.
 
-  mill.v  mill.ucf  mill.prj  mill.xst   the design, its pins, what XST does with it
+  MACHINE.v  MACHINE.ucf  .prj  .xst     the design, its pins, what XST does with it
   build.sh  build.bat                    run one of them where ISE is: two bitstreams come out, one
                                          to load over USB, one for the platform flash
   report.json                            the figures that are printed
@@ -35,7 +37,7 @@ machines:
   single       one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)
   positioner   three axes of a micropositioner, on the same line (docs/positioner.md)
 
-With --board pins it is mill.v and report.json alone: the raw machine, for other boards and for
+With --board pins it is MACHINE.v and report.json alone: the raw machine, for other boards and for
 simulators.
 """
 
@@ -112,7 +114,8 @@ def resource_lines(resources: Resources, capacity: Capacity) -> list[str]:
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     # Each machine has options of its own: which one it is must be known before they are.
-    chosen, _ = _which(Parser(add_help=False, allow_abbrev=False)).parse_known_args(argv)
+    parser = Parser(prog=PROG, add_help=False, allow_abbrev=False)
+    chosen, _ = _which(parser).parse_known_args(argv)
     args = _parser(chosen.machine).parse_args(argv)
     job = MACHINES[args.machine].job(args)
     built, facts = job.built, job.facts
@@ -157,7 +160,7 @@ def _which(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 
 def _parser(machine: str) -> argparse.ArgumentParser:
-    parser = _which(Parser(prog="python -m tools.build", description=ABOUT, epilog=EPILOG,
+    parser = _which(Parser(prog=PROG, description=ABOUT, epilog=EPILOG,
                            allow_abbrev=False))
     parser.add_argument("--board", metavar="NAME", choices=BOARDS, default="nexys2-500",
                         help=f"one of: {', '.join(BOARDS)} (default: %(default)s)")

@@ -11,7 +11,7 @@ from fresa.machines.mill import PICTURE_MAX
 from .console import Parser, check_outputs, command, is_special, say, write_files_atomically
 from .picture import LARGEST, Prepared, encode, load, prepare, preview
 
-__all__ = ["add_picture_arguments", "main", "picture_from_arguments"]
+__all__ = ["add_picture_arguments", "main", "picture_from_arguments", "prepares_picture"]
 
 ABOUT = """\
 Turns any picture into the pixels that the machine mills: dark is cut, light stays.
@@ -90,6 +90,13 @@ def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--keep-lines", action="store_true", help="do not let fine lines fade when shrinking"
     )
+
+
+def prepares_picture(args: argparse.Namespace) -> bool:
+    """Say whether any of these options was given a value other than its own."""
+    parser = argparse.ArgumentParser()
+    add_picture_arguments(parser)
+    return any(getattr(args, name) != value for name, value in vars(parser.parse_args([])).items())
 
 
 def picture_from_arguments(args: argparse.Namespace) -> Prepared:

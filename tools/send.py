@@ -21,7 +21,7 @@ from .console import (
     whole,
     write_atomically,
 )
-from .image import add_picture_arguments, picture_from_arguments
+from .image import add_picture_arguments, picture_from_arguments, prepares_picture
 from .job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
 from .keyboard import Ended, Keyboard
 
@@ -118,6 +118,8 @@ def main(argv: list[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     if (args.port is None) == (args.output is None):
         raise UserError("say either --port, to send the job, or -o, to write its orders")
+    if args.output is not None and (args.first != 1 or args.again):
+        raise UserError("a list has all orders of a job: leave out --from and --again with -o")
     check_output(args.output)
     orders = _orders(args)
     check_cuts(orders)
@@ -133,6 +135,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def _orders(args: argparse.Namespace) -> list:
     if args.image.suffix.lower() == ".txt":
+        if prepares_picture(args):
+            raise UserError(f"{args.image} is a list of orders: leave out what prepares pictures")
         return read_orders(args.image)
     prepared = picture_from_arguments(args)
     say(prepared.summary())

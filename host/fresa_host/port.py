@@ -26,10 +26,10 @@ PATIENCE = 0.05
 #: How names of pseudo-terminals begin. Each is somebody else's when it is gone.
 PSEUDO_TERMINALS = "/dev/pts/"
 
-#: Seconds that a break lasts, and that the line rests behind it: longer than the bytes take that
-#: are in the port itself, and than one.
+#: Seconds that a break lasts at least, longer than the bytes take that are in the port itself; and
+#: the bits of it, and of the rest behind it: more than two bytes, and than one.
 BREAK = 0.02
-REST = 0.003
+BREAK_BITS, REST_BITS = 25, 15
 
 MOST_AT_ONCE = 4096
 
@@ -61,7 +61,7 @@ class Port:
         try:
             import serial  # only who talks to a machine needs it
         except ImportError as error:
-            raise LineLost("pyserial is missing: pip install 'fresa[host]'") from error
+            raise LineLost("pyserial is missing: pip install -e '.[host]'") from error
         self._lock = threading.Lock()
         try:
             self._serial: Any = serial.serial_for_url(
@@ -116,10 +116,10 @@ class Port:
     def _hold_low(self) -> None:
         with suppress(*_GONE):  # some converters refuse
             self._serial.break_condition = True
-            time.sleep(BREAK)
+            time.sleep(max(BREAK, BREAK_BITS / self.baud))
         with suppress(*_GONE):
             self._serial.break_condition = False
-        time.sleep(REST)
+        time.sleep(REST_BITS / self.baud)
 
     def _gone(self, work: Callable[[], T]) -> T:
         try:

@@ -94,7 +94,7 @@ class Single:
     def move_to(self, position: int) -> None:
         """Send the motor to a position, 0 to 9999; do not wait until it is there.
 
-        A motor that moves turns round at once if need be.
+        A motor that moves turns round at once if need be; with a ramp, when it has slowed down.
         """
         self._ask(frame("x", position))
         self._target = position
@@ -107,13 +107,17 @@ class Single:
         """Give what the machine says of its commands."""
         return "\n".join(self._ask(frame("d")).lines)
 
-    def wait(self, timeout: float | None = None) -> int:
+    def wait(self, timeout: float | None = None, *, settle: float = 0.1) -> int:
         """Wait until the motor is where it was sent last; give the position.
 
         Parameters
         ----------
         timeout : float, optional
             Seconds that it may take. None for as long as it takes.
+        settle : float
+            Seconds for which it is seen there. A machine with a ramp may pass a set-point that was
+            given on the way, and come back: a step then takes sqrt(2 / a) s at most, with an
+            acceleration of a steps/s². This is longer for any from 200 up.
 
         Raises
         ------
@@ -121,11 +125,19 @@ class Single:
             If it is not there by then. It goes on.
         """
         end = None if timeout is None else time.monotonic() + timeout
+        since = None
         while True:
+            asked = time.monotonic()
             position = self.position
-            if self._target is None or position == self._target:
+            if self._target is None:
                 return position
-            if end is not None and time.monotonic() >= end:
+            if position == self._target:
+                since = asked if since is None else since
+                if asked - since >= settle:
+                    return position
+            else:
+                since = None
+            if since is None and end is not None and time.monotonic() >= end:
                 raise TimedOut(f"the motor is at {position}, not at {self._target}, "
                                f"after {timeout:g} s")
             time.sleep(LOOK)

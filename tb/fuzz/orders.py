@@ -144,14 +144,17 @@ class OrderSession:
     def _flood(self, flooded: Sequence[Frame], place: int, end: int) -> int:
         """Look at the answers to what is left of a flood: what is so, or that a line was damaged.
 
-        Lines may be lost; nothing is left to wait.
+        Lines may be lost; nothing is left to wait. Bytes may be lost between lines too: then what
+        follows, up to a return, is a damaged line more.
         """
         stop = self._said.before(end)
         answers = list(ANSWER.finditer(self._said.text, place, stop))
         if sum(len(answer[0]) for answer in answers) != stop - place and end < CUT:
             self._fail(end, "a flood is answered by what is no answer")
-        if not (end < CUT and len(flooded) > 0) <= len(answers) <= len(flooded):
-            self._fail(end, f"{len(flooded)} lines of a flood have {len(answers)} answers")
+        right = sum(int(answer[1][:1], 16) != DAMAGED for answer in answers)
+        if right > len(flooded) or (flooded and not answers and end < CUT):
+            self._fail(end, f"{len(flooded)} lines of a flood have {len(answers)} answers, "
+                       f"{right} of them to a line that is right")
         self.failures += silence(flooded, self._said, self._byte, end)
         for answer in answers:
             outcome, *_ = fields = self._fields(answer[1].decode())

@@ -225,7 +225,8 @@ class FrameSession:
         """Look at the answers to what is left of a flood.
 
         Frames may be lost, or told to be damaged. Others are answered in their turn, and none waits
-        for ever.
+        for ever. Bytes may be lost between frames too: then what follows, up to a return, is a
+        damaged frame more.
         """
         stop, cut = self.said.before(end), end >= CUT
         right = rb"|".join({DAMAGED, *map(self._expected, flooded)})
@@ -235,9 +236,9 @@ class FrameSession:
             self.failures.append(Failure(
                 end, "answer", "a flood is answered by what is no answer: "
                 f"{self.said.text[place:stop][:200]!r}"))
-        elif not (1 - cut if flooded else 0) <= len(answers) <= len(flooded):
+        elif flooded and not answers and not cut:
             self.failures.append(Failure(end, "answer", f"{len(flooded)} frames of a flood have "
-                                         f"{len(answers)} answers"))
+                                         "no answer"))
         left = iter(flooded)
         for answer in answers:
             if answer[0] != DAMAGED and not any(

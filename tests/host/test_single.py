@@ -99,6 +99,15 @@ def test_waiting_has_an_end(fake):
             motor.wait(timeout=0.02)
 
 
+def test_a_motor_that_passes_its_set_point_is_not_there(fake, monkeypatch):
+    way = [95, 100, 105, 108, 104, 100]
+    monkeypatch.setattr(Single, "position", property(lambda self: way.pop(0) if way[1:] else 100))
+    with opened(fake) as motor:
+        motor.move_to(100)
+        assert motor.wait(timeout=10, settle=0.01) == 100
+    assert way == [100]
+
+
 def test_a_reset_is_told_once(fake):
     with opened(fake) as motor:
         motor.move_to(50)

@@ -165,6 +165,10 @@ class TestSend:
         (["--port", "other"], "cannot be opened"), (["--port", "mill", "--from", "7"], "--from 7"),
         (["--port", "mill", "--from", "0"], "whole number from 1"),
         (["-o", "/no/such/folder/x.txt"], "folder does not exist"),
+        (["-o", "x.txt", "--from", "2"], "leave out --from and --again"),
+        (["-o", "x.txt", "--again"], "leave out --from and --again"),
+        (["--port", "mill", "--size", "9x9"], "is a list of orders: leave out"),
+        (["--port", "mill", "--thin"], "is a list of orders: leave out"),
     ])
     def test_one_line_and_nothing_sent(self, mill, job, capsys, arguments, says):
         assert run(job, *arguments) == 2

@@ -15,7 +15,7 @@ from .line import Heard, Line
 __all__ = ["SILENCE", "Machine"]
 
 #: Seconds without a report after which what is shown is no longer true.
-SILENCE = 0.45
+SILENCE = 0.38
 
 #: What the machine says of the line that a break damages, and seconds within which it does.
 DAMAGED = "DAMAGED"
