@@ -71,7 +71,7 @@ class Usual(NamedTuple):
     bits: float
 
 
-MACHINES = {"mill": Usual(300_000, 98, 98), "single": Usual(3_000_000, 98, 94),
+MACHINES = {"mill": Usual(300_000, 98, 98), "single": Usual(3_000_000, 98, 93),
             "positioner": Usual(3_000_000, 96, 95)}
 
 KINDS = {"lines and branches": ("line", "branch"), "bits": ("toggle",)}

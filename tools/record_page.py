@@ -41,14 +41,15 @@ def page(record: Facts) -> str:
     parts = record["parts"]
     text = [HEAD]
     for section in _SECTIONS:
-        if missing := [name for name in section.parts if name not in parts]:
-            out = ", ".join(missing)
-            text += [f"## {section.title}", "", f"Left out of this record: {out}.", ""]
-            continue
-        text += [f"## {section.title}", *(
-            f"- `{part['command']}`, {_seconds(part['seconds'])}{_resumed(part)}"
-            for part in map(parts.__getitem__, section.parts)), "", section.says, ""]
-        text += section.write(*(parts[name]["facts"] for name in section.parts))
+        there = [name for name in section.parts if name in parts]
+        missing = [name for name in section.parts if name not in parts]
+        text.append(f"## {section.title}")
+        if there and (section.apart or not missing):
+            text += [*(f"- `{part['command']}`, {_seconds(part['seconds'])}{_resumed(part)}"
+                       for part in map(parts.__getitem__, there)), "", section.says, ""]
+            text += section.write(*(parts[name]["facts"] for name in there))
+        if missing:
+            text += ["", f"Left out of this record: {', '.join(missing)}.", ""]
     text.append(_origin(record))
     return "\n".join(text)
 
@@ -202,6 +203,7 @@ class _Section:
     says: str
     parts: Sequence[str]
     write: Callable[..., list[str]]
+    apart: bool = False  # each of its parts says something without the others
 
 
 _SECTIONS = (
@@ -209,7 +211,7 @@ _SECTIONS = (
 The same stimulus, orders and chance, for every engine and for the model in Python; every output of
 every clock is compared.""", ("engines", "pair", "campaign", "engines-single",
                               "pair-single", "engines-positioner", "pair-positioner"),
-             _engines),
+             _engines, apart=True),
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
 any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise. A
@@ -224,12 +226,12 @@ What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted 
 it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
 Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
-of the score.""", _MUTANTS, _mutants),
+of the score.""", _MUTANTS, _mutants, apart=True),
     _Section("Lines", """\
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
 serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
 comes at its time; the position that is told is that of the steps; all of it from the description of
-lines, with no model of the gateware.""", _FUZZ, _fuzz),
+lines, with no model of the gateware.""", _FUZZ, _fuzz, apart=True),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
 and afterwards all as from power-up that shall be so.""", ("resets",), _resets),
@@ -239,7 +241,7 @@ says a wrong one, without a word.""", ("flips",), _upsets),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
 registers from a code that no state has.""", _COVERAGE, _coverage),
-    _Section("Size", "Of the Spartan-3E.", _SIZES, _size),
+    _Section("Size", "Of the Spartan-3E.", _SIZES, _size, apart=True),
 )
 
 # What is too long to keep

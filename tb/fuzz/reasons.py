@@ -59,6 +59,7 @@ class Reasons:
         self._said = [(begin, clock, text) for begin, (clock, text) in
                       zip(before, said, strict=False) if not text.startswith(b"! LIMIT")]
         self._latest, self._clocks, self._last = due, clocks, before[-1]
+        self._byte = byte
         # When each has left the queue: it makes room when the one before it is taken.
         self._late = [begin for begin, *_ in self._said]
         self._early = [begin - byte - MARGIN for begin in self._late]
@@ -97,7 +98,8 @@ class Reasons:
         """Say whether a reason is that, and comes in time; or is still to be said."""
         due = self._due(number, earliest)
         if number >= self.count:
-            return number > self.count or due > self._clocks
+            # One that has begun and is cut off by the end is none that was said.
+            return number > self.count or due + len(text) * self._byte > self._clocks
         _, clock, said = self._said[number]
         return said == text and earliest < clock <= due
 

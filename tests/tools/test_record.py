@@ -197,6 +197,22 @@ class TestPage:
         del facts["parts"]["vhdl"]
         assert "Left out of this record: vhdl." in page(facts)
 
+    def test_parts_that_say_something_by_themselves_are_shown_without_the_others(self):
+        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        seen = facts["parts"]["pair"]["facts"]["checksum"]
+        assert seen in page(facts)
+        del facts["parts"]["campaign"]
+        assert seen in page(facts)
+        assert "Left out of this record: campaign." in page(facts)
+
+    @pytest.mark.parametrize("name", ["size", "size-guard", "size-serial", "size-single",
+                                      "size-positioner"])
+    def test_the_readme_says_the_sizes_of_the_record(self, name):
+        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        found = facts["parts"][name]["facts"]["resources"]
+        row = " | ".join(str(found[what]) for what in ("luts", "flip_flops", "block_rams"))
+        assert f"| {row} |" in (DOCS.parent / "README.md").read_text(encoding="utf-8")
+
     def test_every_part_has_its_place(self):
         text = page({"parts": {}, "cores": 2, "versions": [], "gateware": ""})
         left_out = re.findall(r"^Left out of this record: (.*)\.$", text, re.M)
