@@ -144,7 +144,7 @@ PARTS = {part.name: part for part in (
          f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
          remembers=True),
     Part("mutants-lines", f"tools.mutate {_OF_LINES_AND_AXES} --mutants 2000 {_STATE} {_JSON}",
-         _MUTANTS, f"tools.mutate phase rate text --mutants 100 {_STATE} {_JSON}",
+         _MUTANTS, f"tools.mutate phase rate position --mutants 100 {_STATE} {_JSON}",
          remembers=True),
     Part("mutants-machines", f"tools.mutate {_OF_OTHER_MACHINES} --mutants 2000 {_STATE} {_JSON}",
          _MUTANTS, f"tools.mutate points --mutants 30 {_STATE} {_JSON}", remembers=True),
