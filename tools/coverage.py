@@ -86,12 +86,12 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--machine", metavar="NAME", choices=list(MACHINES), default="mill",
                         help=f"whose lines: {', '.join(MACHINES)} (default: %(default)s)")
     parser.add_argument("--cycles", metavar="N", type=whole(1),
-                        help="clocks to run (default: 300000 of the mill, 3000000 of the others)")
+                        help=f"clocks to run (default: {_usual('{0.cycles}')})")
     parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--least", metavar="P", type=_percent,
                         help="percent of lines and branches, and of bits, to come by (default: "
-                             f"{_usual()})")
+                             f"{_usual('{0.lines} and {0.bits}')})")
     parser.add_argument("--verbose", action="store_true",
                         help="name also the states and transitions that are reached")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
@@ -183,9 +183,8 @@ def _tell_lines(points: Sequence[Point]) -> dict:
     return {**facts, "never": [asdict(point) for point in points if not point.count]}
 
 
-def _usual() -> str:
-    return "; ".join(f"{usual.lines} and {usual.bits} of {name}"
-                     for name, usual in MACHINES.items())
+def _usual(what: str) -> str:
+    return "; ".join(f"{what.format(usual)} of {name}" for name, usual in MACHINES.items())
 
 
 def _percent(text: str) -> float:
