@@ -1,6 +1,6 @@
 """A motor that is sped up and slowed down."""
 
-from fresa.motion.ramp import Ramp
+from fresa.motion import Ramp
 
 from ..bench import Run, bench
 

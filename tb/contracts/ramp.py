@@ -2,8 +2,7 @@
 
 from amaranth import Array, Mux
 
-from fresa.motion import ramp
-from fresa.motion.ramp import Ramp, ramp_rates
+from fresa.motion import Ramp, ramp, ramp_rates
 
 from .contract import Bits, Bug, Case, Component, Contract
 

@@ -11,8 +11,7 @@ from amaranth.lib.wiring import In, Out
 from fresa.drive import PhaseDriver, RateGenerator, phase, rate
 from fresa.machines import Single, single
 from fresa.machines.single import SinglePace
-from fresa.motion import MoveTo, position
-from fresa.motion.ramp import Ramp
+from fresa.motion import MoveTo, Ramp, position
 from fresa.protocol import LineItem, LineReader, Received, UARTTransmitter, frames
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
 

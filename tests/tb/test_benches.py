@@ -37,12 +37,12 @@ from fresa.motion import (
     OrderLedger,
     PointStore,
     Positioning,
+    Ramp,
     SpiralWalk,
     SquareGenerator,
     StartHandshake,
     StepCounter,
 )
-from fresa.motion.ramp import Ramp
 from fresa.panel import Debouncer, Monitor, SevenSegment
 from fresa.protocol import (
     DecimalReader,

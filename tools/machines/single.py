@@ -7,7 +7,7 @@ import argparse
 from fresa.machines import Single
 from fresa.machines.mill import CLOCK
 from fresa.machines.single import TOP_SPEED, TURN, SinglePace
-from fresa.motion.ramp import MAX_ACCELERATION
+from fresa.motion import MAX_ACCELERATION
 from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
 from fresa_boards.nexys2_common import debounce_period

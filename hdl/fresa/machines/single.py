@@ -9,8 +9,7 @@ from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
 from ..drive import HALF_STEP, PhaseDriver, RateGenerator, swap_inner
-from ..motion import MoveTo
-from ..motion.ramp import MAX_ACCELERATION, Ramp, ramp_rates
+from ..motion import MAX_ACCELERATION, MoveTo, Ramp, ramp_rates
 from ..protocol import (
     BAUD,
     FrameInterpreter,

@@ -15,15 +15,17 @@ from .orders import Move, Order
 from .points import PointStore
 from .position import MoveTo
 from .positioning import Positioning
+from .ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "MAX_PLAY", "PICTURE_LIMIT", "Answer", "AutomaticControl", "Axis", "Backlash",
+    "MAX_ACCELERATION", "MAX_LEVELS", "MAX_PLAY", "PICTURE_LIMIT", "Answer",
+    "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Positioning", "Request", "RequestKind", "SpiralWalk",
-    "SquareGenerator", "StartHandshake", "StepCounter",
+    "PointStore", "Positioning", "Ramp", "Request", "RequestKind", "SpiralWalk",
+    "SquareGenerator", "StartHandshake", "StepCounter", "ramp_rates",
 ]

@@ -28,10 +28,10 @@ class UARTReceiver(wiring.Component):
     A byte without a stop bit is handed on with ``error``, and the next is looked for when the line
     has been high for longer than a disturbance, ``2 * spread + 1`` clocks; so it is after reset. A
     break, a line that is low for longer than a byte, is one byte 0 with ``error``. One that begins
-    in the middle of a byte damages that, and is seen ten bits after its missing stop bit. There is
-    room
-    for one byte: where it has not been taken when the next is complete, the next is lost, and the
-    one after that has ``error``. So nothing is missing from the stream unseen.
+    in the middle of a byte damages that, and is seen ten bits after its missing stop bit.
+
+    There is room for one byte: where it has not been taken when the next is complete, the next is
+    lost, and the one after that has ``error``. So nothing is missing from the stream unseen.
 
     A byte is there with the clock edge after the last look at its stop bit, ``9 * period +
     period // 2 + spread`` clocks after the one in which the line was first seen low.

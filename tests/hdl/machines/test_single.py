@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fresa.drive import FULL_STEP, HALF_STEP, swap_inner
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SinglePace
-from fresa.motion.ramp import ramp_rates
+from fresa.motion import ramp_rates
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.models.single import BIPOLAR, UNIPOLAR, SingleModel

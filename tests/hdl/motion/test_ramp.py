@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fresa.motion.ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
+from fresa.motion import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.motion import RampModel
