@@ -2,13 +2,14 @@
 
 import argparse
 import time
-from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
-from fresa_host.delivery import deliver
+from fresa_host.delivery import Reopened, deliver
 from fresa_host.errors import LineLost, MachineError
-from fresa_host.orders import Sender, begin_raised
-from fresa_host.port import BAUD, PSEUDO_TERMINALS, Port
+from fresa_host.jobs import begin_raised, check_cuts
+from fresa_host.orders import Sender
+from fresa_host.port import BAUD
 
 from .console import (
     Parser,
@@ -22,7 +23,7 @@ from .console import (
     write_atomically,
 )
 from .image import add_picture_arguments, picture_from_arguments, prepares_picture
-from .job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
+from .job import picture_orders, read_orders, stroke_start, write_orders
 from .keyboard import Ended, Keyboard
 
 __all__ = ["main"]
@@ -122,7 +123,10 @@ def main(argv: list[str] | None = None) -> int:
         raise UserError("a list has all orders of a job: leave out --from and --again with -o")
     check_output(args.output)
     orders = _orders(args)
-    check_cuts(orders)
+    try:
+        check_cuts(orders)
+    except ValueError as error:
+        raise UserError(str(error)) from error
     orders = begin_raised(orders)
     if args.output is not None:
         write_atomically(args.output, write_orders(orders))
@@ -150,7 +154,8 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
     try:
         with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
-            deliver(sender, _opening(args.port), watch=Watch(sender, keyboard, progress))
+            with closing(Reopened(args.port)) as port:
+                deliver(sender, port, watch=Watch(sender, keyboard, progress))
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
             + _same(args))
@@ -164,22 +169,6 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
         return 1
     say(f"done: {sender.total} orders in {time.monotonic() - begun:.0f} s")
     return 0
-
-
-def _opening(name: str) -> Callable[[], Port]:
-    """Return what opens a port, again and again, unless it cannot come back by that name."""
-    opened = False
-
-    def connect() -> Port:
-        nonlocal opened
-        if opened and name.startswith(PSEUDO_TERMINALS):  # it may be anybody's window by now
-            raise MachineError(f"{name} is gone, and comes back by another name: give that to "
-                               "--port, as python -m tools.serve prints it")
-        port = Port(name)
-        opened = True
-        return port
-
-    return connect
 
 
 def _same(args: argparse.Namespace) -> str:

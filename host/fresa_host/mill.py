@@ -1,0 +1,140 @@
+"""The mill that takes its orders over a serial line, from Python."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Self
+
+from .delivery import Reopened, deliver
+from .errors import LineLost, TimedOut
+from .jobs import begin_raised, check_cuts
+from .order_lines import Answer, AnswerReader, Kind, Order, request
+from .orders import ANSWER_TIME, Sender
+
+__all__ = ["Mill"]
+
+
+class Mill:
+    """A mill with its orders from a serial line, as `tools.build --orders serial` makes it.
+
+    It carries out whole jobs: lists of `Order`, in steps from the origin. What was done of a job is
+    known to the mill. So a job that was interrupted, by a cable or by Ctrl-C, is gone on with by
+    the same call, from this program or another.
+
+    Parameters
+    ----------
+    port : str
+        The serial port, such as ``/dev/ttyUSB0``; see `Port`. Nobody else can open it meanwhile.
+    timeout : float
+        Seconds for which the mill may be silent, or its port gone.
+
+    Raises
+    ------
+    LineLost
+        If the port cannot be opened.
+    TimedOut
+        If no mill answers.
+
+    Examples
+    --------
+    >>> with Mill("/dev/ttyUSB0") as mill:   # doctest: +SKIP
+    ...     mill.carry_out([Order(Kind.GO, 128, 0), Order(Kind.DOWN), Order(Kind.GO, 256, 128),
+    ...                     Order(Kind.UP), Order(Kind.GO, 0, 0)])
+    """
+
+    def __init__(self, port: str, *, timeout: float = 5.0) -> None:
+        self._port, self._timeout = Reopened(port), timeout
+        try:
+            self.state()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let go of the port. Orders that the mill has taken are carried out."""
+        self._port.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def state(self) -> Answer:
+        """Ask what the mill has done of a job, and whether it is stopped or in manual mode.
+
+        Between jobs it has no session, and counts nothing.
+
+        Raises
+        ------
+        TimedOut
+            If it does not answer.
+        LineLost
+            If the port is gone.
+        """
+        port, reader = self._port.open(), AnswerReader()
+        end, due = time.monotonic() + self._timeout, 0.0
+        try:
+            while (now := time.monotonic()) < end:
+                if now >= due:
+                    port.write(request(Kind.TELL))
+                    due = now + ANSWER_TIME
+                if answers := reader.feed(port.read()):
+                    return answers[-1]
+        except LineLost:
+            self.close()
+            raise
+        raise TimedOut(f"the mill at {self._port.name} does not answer: is it on, and was it built "
+                       "with --orders serial?")
+
+    def carry_out(self, orders: Sequence[Order], *, again: bool = False,
+                  progress: Callable[[int, int], None] = lambda done, total: None) -> None:
+        """Have a job carried out; return when all of it is.
+
+        The tool is raised first, unless the job begins so itself. If the mill is in the middle of
+        the same job, it goes on there. A job that was finished is done once more.
+
+        Parameters
+        ----------
+        orders : sequence of Order
+            What to do, one after the other; up to 16 777 214.
+        again : bool
+            Begin anew also where the mill is in the middle of this job.
+        progress : callable
+            Is told how many orders are done, and of how many, whenever that has changed. What it
+            raises ends the call; so does Ctrl-C. Two orders at most are carried out after that.
+
+        Raises
+        ------
+        ValueError
+            If there is no order, or are too many, or a cut is in none of the 8 directions. Nothing
+            was sent.
+        NotReady
+            The mill is in manual mode, stopped, or shows an error.
+        JobRefused
+            It is in the middle of another job.
+        OrderRefused
+            It refuses an order.
+        WasReset
+            It was reset in the middle: its origin is another now.
+        TimedOut
+            It was not heard for `timeout`.
+        LineLost
+            If the port cannot be opened.
+        """
+        if not orders:
+            raise ValueError("a job has at least one order")
+        check_cuts(orders)
+        sender = Sender(begin_raised(orders), again=again)
+        begun, shown = time.monotonic(), -1
+
+        def watch(_: bool) -> None:
+            nonlocal shown
+            if time.monotonic() - max(begun, sender.heard or 0) > self._timeout:
+                raise TimedOut(f"the mill at {self._port.name} is silent; {sender.done} of "
+                               f"{sender.total} orders are done, the same call goes on")
+            if sender.done != shown:
+                shown = sender.done
+                progress(shown, sender.total)
+
+        deliver(sender, self._port, watch=watch)
+        watch(True)
