@@ -43,3 +43,5 @@ if __name__ == "__main__":
         main(sys.argv[1])
     except MachineError as error:
         sys.exit(f"error: {error}")
+    except KeyboardInterrupt:
+        sys.exit("ended; the same command goes on")

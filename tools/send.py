@@ -5,7 +5,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from fresa_host.delivery import Reopened, deliver
+from fresa_host.delivery import ReopenedPort, deliver
 from fresa_host.errors import LineLost, MachineError
 from fresa_host.jobs import begin_raised, check_cuts
 from fresa_host.orders import Sender
@@ -154,7 +154,7 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
     try:
         with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
-            with closing(Reopened(args.port)) as port:
+            with closing(ReopenedPort(args.port)) as port:
                 deliver(sender, port, watch=Watch(sender, keyboard, progress))
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "

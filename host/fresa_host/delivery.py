@@ -8,7 +8,7 @@ from .errors import LineLost, MachineError
 from .orders import Sender
 from .port import PSEUDO_TERMINALS, Port
 
-__all__ = ["Line", "Lines", "Reopened", "deliver"]
+__all__ = ["Line", "LineOpener", "ReopenedPort", "deliver"]
 
 AGAIN = 0.5
 """Seconds from one try to open a port that is gone to the next."""
@@ -25,15 +25,15 @@ class Line(Protocol):
     def write(self, data: bytes) -> None: ...
 
 
-class Lines(Protocol):
-    """What `deliver` asks of a `Reopened`."""
+class LineOpener(Protocol):
+    """What `deliver` asks of a `ReopenedPort`."""
 
     def open(self) -> Line: ...
 
     def close(self) -> None: ...
 
 
-class Reopened:
+class ReopenedPort:
     """A serial port that is opened again when it was gone.
 
     Parameters
@@ -72,7 +72,7 @@ class Reopened:
             self._port = None
 
 
-def deliver(sender: Sender, lines: Lines, *,
+def deliver(sender: Sender, opener: LineOpener, *,
             watch: Callable[[bool], None] = lambda connected: None,
             clock: Callable[[], float] = time.monotonic,
             rest: Callable[[float], None] = time.sleep) -> None:
@@ -82,8 +82,9 @@ def deliver(sender: Sender, lines: Lines, *,
     ----------
     sender : Sender
         The job.
-    lines : Reopened or alike
-        The port. The first time it must open; later that is tried until it does. It is left open.
+    opener : ReopenedPort or alike
+        Gives the port. The first time it must open; later that is tried until it does. It is left
+        open.
     watch : callable
         Called often, with whether there is a port. What it raises ends the delivery.
     clock, rest : callable
@@ -103,7 +104,7 @@ def deliver(sender: Sender, lines: Lines, *,
             watch(line is not None)
         try:
             if line is None:
-                line = lines.open()
+                line = opener.open()
                 while line.waiting:  # answers to somebody else
                     line.read()
                 sender.connected(clock())
@@ -112,7 +113,7 @@ def deliver(sender: Sender, lines: Lines, *,
                 line.write(data)
             sender.receive(line.read(), clock())
         except LineLost:
-            lines.close()
+            opener.close()
             line = None
             if not begun:
                 raise

@@ -19,15 +19,20 @@ def check_cuts(orders: Sequence[Order]) -> None:
     Raises
     ------
     ValueError
-        If the tool is lowered and told to go where none of the 8 directions leads.
+        If the tool is lowered and told to go where none of the 8 directions leads, or to go from
+        where the job before left it, which nobody knows here.
     """
-    lowered, at = False, (0, 0)
+    lowered, at = False, None
     for number, order in enumerate(orders, start=1):
         if order.kind != Kind.GO:
             lowered = order.kind == Kind.DOWN
             continue
-        way = {abs(order.x - at[0]), abs(order.y - at[1])}
-        if lowered and len(way - {0}) > 1:
-            raise ValueError(f"order {number}, {order}: from {at[0]} {at[1]} no straight line of 8 "
-                             "directions leads there, and the tool is down")
+        if lowered and at is None:
+            raise ValueError(f"order {number}, {order}: the tool is down, and nobody said where; "
+                             "first go to where the cut begins")
+        if lowered and at is not None:
+            way = {abs(order.x - at[0]), abs(order.y - at[1])}
+            if len(way - {0}) > 1:
+                raise ValueError(f"order {number}, {order}: from {at[0]} {at[1]} no straight line "
+                                 "of 8 directions leads there, and the tool is down")
         at = (order.x, order.y)

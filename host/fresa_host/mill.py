@@ -4,13 +4,20 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Self
 
-from .delivery import Reopened, deliver
+from .delivery import ReopenedPort, deliver
 from .errors import LineLost, TimedOut
 from .jobs import begin_raised, check_cuts
 from .order_lines import Answer, AnswerReader, Kind, Order, request
-from .orders import ANSWER_TIME, Sender
+from .orders import ANSWER_TIME, OrderRefused, Sender
+from .port import Port
 
 __all__ = ["Mill"]
+
+LEAST_TIMEOUT = 2.0
+
+SILENCE = 0.1
+"""Seconds of silence after which no answer to an earlier question is still to come: an answer takes
+34 ms, a question 36 ms."""
 
 
 class Mill:
@@ -25,10 +32,13 @@ class Mill:
     port : str
         The serial port, such as ``/dev/ttyUSB0``; see `Port`. Nobody else can open it meanwhile.
     timeout : float
-        Seconds for which the mill may be silent, or its port gone.
+        Seconds for which the mill may be silent, or its port gone; at least 2, for it is asked
+        every half second at times.
 
     Raises
     ------
+    ValueError
+        If `timeout` is too short.
     LineLost
         If the port cannot be opened.
     TimedOut
@@ -42,7 +52,9 @@ class Mill:
     """
 
     def __init__(self, port: str, *, timeout: float = 5.0) -> None:
-        self._port, self._timeout = Reopened(port), timeout
+        if not timeout >= LEAST_TIMEOUT:
+            raise ValueError(f"timeout must be at least {LEAST_TIMEOUT:g} s, not {timeout!r}")
+        self._port, self._timeout = ReopenedPort(port), timeout
         try:
             self.state()
         except BaseException:
@@ -71,15 +83,16 @@ class Mill:
         LineLost
             If the port is gone.
         """
-        port, reader = self._port.open(), AnswerReader()
-        end, due = time.monotonic() + self._timeout, 0.0
+        end = time.monotonic() + self._timeout
         try:
-            while (now := time.monotonic()) < end:
-                if now >= due:
-                    port.write(request(Kind.TELL))
-                    due = now + ANSWER_TIME
-                if answers := reader.feed(port.read()):
-                    return answers[-1]
+            port = self._port.open()
+            while time.monotonic() < end:
+                _wait_for_silence(port, end)
+                port.write(request(Kind.TELL))
+                reader, due = AnswerReader(), time.monotonic() + ANSWER_TIME
+                while time.monotonic() < due:
+                    if answers := reader.feed(port.read()):
+                        return answers[-1]
         except LineLost:
             self.close()
             raise
@@ -90,8 +103,9 @@ class Mill:
                   progress: Callable[[int, int], None] = lambda done, total: None) -> None:
         """Have a job carried out; return when all of it is.
 
-        The tool is raised first, unless the job begins so itself. If the mill is in the middle of
-        the same job, it goes on there. A job that was finished is done once more.
+        The mill is in automatic mode, and its origin is where the job's is. The tool is raised
+        first, unless the job begins so itself. If the mill is in the middle of the same job, it
+        goes on there. A job that was finished is done once more.
 
         Parameters
         ----------
@@ -106,8 +120,8 @@ class Mill:
         Raises
         ------
         ValueError
-            If there is no order, or are too many, or a cut is in none of the 8 directions. Nothing
-            was sent.
+            If there is no order, or are too many, or a cut is in none of the 8 directions, or
+            begins nobody knows where. Nothing was sent.
         NotReady
             The mill is in manual mode, stopped, or shows an error.
         JobRefused
@@ -124,17 +138,30 @@ class Mill:
         if not orders:
             raise ValueError("a job has at least one order")
         check_cuts(orders)
-        sender = Sender(begin_raised(orders), again=again)
-        begun, shown = time.monotonic(), -1
+        raised = begin_raised(orders)
+        sender, before = Sender(raised, again=again), len(raised) - len(orders)
+        begun, shown = time.monotonic(), None
 
         def watch(_: bool) -> None:
             nonlocal shown
+            done = max(0, sender.done - before)
             if time.monotonic() - max(begun, sender.heard or 0) > self._timeout:
-                raise TimedOut(f"the mill at {self._port.name} is silent; {sender.done} of "
-                               f"{sender.total} orders are done, the same call goes on")
-            if sender.done != shown:
-                shown = sender.done
-                progress(shown, sender.total)
+                raise TimedOut(f"the mill at {self._port.name} is silent; {done} of {len(orders)} "
+                               "orders are done, the same call goes on")
+            if sender.heard is not None and done != shown:
+                shown = done
+                progress(done, len(orders))
 
-        deliver(sender, self._port, watch=watch)
+        try:
+            deliver(sender, self._port, watch=watch)
+        except OrderRefused as refused:
+            raise OrderRefused(refused.number - before, refused.order) from None
         watch(True)
+
+
+def _wait_for_silence(port: Port, end: float) -> None:
+    """Let go by what somebody else asked for, or asked for before."""
+    quiet = time.monotonic() + SILENCE
+    while (now := time.monotonic()) < min(quiet, end):
+        if port.read():
+            quiet = now + SILENCE

@@ -42,12 +42,14 @@ class OrderRefused(MachineError):
     ----------
     number : int
         Which, counted from 1.
+    order : Order
+        What it is.
     """
 
     def __init__(self, number: int, order: Order) -> None:
         super().__init__(f"the mill refuses order {number}, {order}; "
                          "reset it with BTN0 and find the origin again")
-        self.number = number
+        self.number, self.order = number, order
 
 
 class JobRefused(MachineError):

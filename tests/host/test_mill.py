@@ -4,7 +4,8 @@ import runpy
 
 import pytest
 
-from fresa_host import Kind, LineLost, Mill, NotReady, Order, TimedOut
+import fresa_host
+from fresa_host import Kind, LineLost, NotReady, Order, OrderRefused, TimedOut, order_lines
 from tests.host.world import World, job
 from tests.tools.process import ROOT
 
@@ -45,12 +46,18 @@ class Wire:
         self.open -= 1
 
 
+def Mill(name: str) -> fresa_host.Mill:
+    return fresa_host.Mill(name, timeout=0.05)
+
+
 @pytest.fixture
 def wire(monkeypatch):
     wire = Wire()
     monkeypatch.setattr("fresa_host.delivery.Port", wire)
     monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
     monkeypatch.setattr("fresa_host.mill.ANSWER_TIME", 0.001)
+    monkeypatch.setattr("fresa_host.mill.SILENCE", 0.001)
+    monkeypatch.setattr("fresa_host.mill.LEAST_TIMEOUT", 0.05)
     monkeypatch.setattr("fresa_host.orders.ANSWER_TIME", 0.001)
     monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
     monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
@@ -58,7 +65,7 @@ def wire(monkeypatch):
 
 
 def straight(count: int) -> list[Order]:
-    return [DOWN, *(Order(Kind.GO, 0, y) for y in range(1, count))]
+    return [Order(Kind.GO), DOWN, *(Order(Kind.GO, 0, y) for y in range(1, count - 1))]
 
 
 class TestCarryOut:
@@ -69,7 +76,7 @@ class TestCarryOut:
             mill.carry_out([UP, Order(Kind.GO, 7, 8)])
             assert mill.state().done == mill.state().taken and wire.open == 1
         assert wire.world.done == [UP, *straight(5), UP, Order(Kind.GO, 7, 8)]
-        assert told[0][0] == 0 and told[-1] == (6, 6) and sorted(set(told)) == told
+        assert told[0] == (0, 5) and told[-1] == (5, 5) and sorted(set(told)) == told
         assert wire.open == 0
 
     def test_the_same_job_twice(self, wire):
@@ -97,7 +104,9 @@ class TestCarryOut:
         assert wire.world.done == [UP, *straight(9)]
 
     @pytest.mark.parametrize(("orders", "says"), [
-        ([], "at least one order"), ([DOWN, Order(Kind.GO, 3, 4)], "none of the 8|8 directions")])
+        ([], "at least one order"),
+        ([Order(Kind.GO), DOWN, Order(Kind.GO, 3, 4)], "order 3, go 3 4: .* no straight line"),
+        ([DOWN, Order(Kind.GO, 0, 4)], "order 2, go 0 4: .* nobody said where")])
     def test_what_cannot_be_is_not_begun(self, wire, orders, says):
         with Mill("mill") as mill, pytest.raises(ValueError, match=says):
             mill.carry_out(orders)
@@ -121,6 +130,25 @@ def test_the_example(wire, capsys):
 
 
 class TestWrong:
+    def test_answers_to_earlier_questions_are_old_news(self, wire):
+        with Mill("mill") as mill:
+            wire.write(order_lines.request(Kind.TELL))  # asked, and not waited for
+            wire.world.mill.enable = 0
+            assert mill.state().manual
+
+    def test_a_refused_order_is_numbered_as_it_was_given(self, wire):
+        def refuse(done: int, total: int) -> None:
+            wire.world.mill.error = int(done == 2)
+
+        with Mill("mill") as mill, pytest.raises(OrderRefused, match="refuses order 4, ") as why:
+            mill.carry_out(straight(5), progress=refuse)
+        assert (why.value.number, why.value.order) == (4, straight(5)[3])
+
+    @pytest.mark.parametrize("timeout", [1.9, 0, -1, float("nan")])
+    def test_too_short_a_time(self, timeout):
+        with pytest.raises(ValueError, match="timeout must be at least 2 s"):
+            fresa_host.Mill("mill", timeout=timeout)
+
     def test_no_port(self, wire):
         with pytest.raises(LineLost, match="nothing cannot be opened"):
             Mill("nothing")
@@ -128,15 +156,15 @@ class TestWrong:
     def test_no_mill(self, wire):
         wire.dead = True
         with pytest.raises(TimedOut, match="--orders serial"):
-            Mill("mill", timeout=0.01)
+            Mill("mill")
         assert wire.open == 0
 
     def test_silence_in_the_middle(self, wire):
         def switch_off(done: int, total: int) -> None:
             wire.dead = done == 3
 
-        with Mill("mill", timeout=0.05) as mill:
-            with pytest.raises(TimedOut, match="3 of 10 orders are done, the same call goes on"):
+        with Mill("mill") as mill:
+            with pytest.raises(TimedOut, match="3 of 9 orders are done, the same call goes on"):
                 mill.carry_out(straight(9), progress=switch_off)
             wire.dead = False
             mill.carry_out(straight(9))
