@@ -25,8 +25,9 @@ __all__ = ["main"]
 
 ABOUT = """\
 Sends to a machine what no one should: lines good, changed and too long, random bytes, bytes without
-a stop bit, breaks, glitches, noise, and floods of lines. What comes of it is held against what the
-description of the machine says of lines, with no model of the gateware in between:
+a stop bit, breaks, also such as begin inside a byte, glitches, noise, and floods of lines. What
+comes of it is held against what the description of the machine says of lines, with no model of the
+gateware in between:
 
   each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
   each step lies on a way that a legal line asked for, and comes when the rate says, to the clock

@@ -51,7 +51,7 @@ def frames(heard: Iterator[Heard], ends: bytes = b"\r", longest: int = LONGEST
     """
     text: bytearray | None = None
     damaged = False
-    for clock, byte, error in heard:
+    for clock, byte, error, _ in heard:
         if byte == ord(":"):
             text, damaged = bytearray(), error
         elif text is not None or error:

@@ -8,7 +8,7 @@ import pytest
 from fresa.drive import rate
 from fresa.motion import limits as switches
 from fresa.motion import order_control, order_ledger, positioning
-from fresa.protocol import frames
+from fresa.protocol import frames, receiver
 from fresa.protocol import positioner as commands
 from tb.contracts.contract import Bug
 from tb.engines import AmaranthEngine, CXXRTLEngine
@@ -38,10 +38,11 @@ BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPE
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
-def judged(name: str, text: bytes, pressed: int = 0) -> Judgement:
+def judged(name: str, text: bytes, pressed: int = 0, low: int = 0) -> Judgement:
     """Send some bytes, wait for as long as some more would take, and look at what came of it.
 
-    Switches may be pressed for a moment behind the bytes.
+    Behind the bytes switches may be pressed for a moment, and the line may be low for some clocks
+    from the second data bit of another on.
     """
     target = TARGETS[name]
     begin = BEGIN[name]
@@ -49,6 +50,8 @@ def judged(name: str, text: bytes, pressed: int = 0) -> Judgement:
             Piece("bytes", begin + text, levels(begin + text, BIT)),
             Piece("rest", b"", high(100)),
             Piece("rest", b"", high(100), np.full(100, pressed, np.uint8)),
+            Piece("break", b"", np.concatenate([
+                levels(b"\xFF", BIT)[:2 * BIT * (low > 0)], np.zeros(low, np.uint8)])),
             Piece("rest", b"", high(35 * FRAME * BIT))]
     with AmaranthEngine(target.design()) as engine:
         return play(target, engine, sent).judgement
@@ -121,6 +124,12 @@ class TestMistakes:
         with bug.planted():
             assert kind in {failure.kind for failure in judged("positioner", ON, 0b011).failures}
 
+    def test_of_breaks_that_begin_inside_a_byte_are_found(self):
+        long_enough = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
+        assert judged("positioner", ON, low=long_enough).failures == []
+        with Bug(receiver, "low == 10 * self.period - 1", "low == 10 * self.period - 2").planted():
+            assert judged("positioner", ON, low=long_enough - 1).failures[0].kind == "step"
+
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
         if reason := CXXRTLEngine.missing():
@@ -169,19 +178,25 @@ class TestLine:
             parts += [(np.arange(30) & 1).repeat(runs).astype(np.uint8),
                       levels(rng.bytes(int(rng.integers(4))), BIT)]
         line = np.concatenate(parts)
-        model, expected = ReceiverModel(period=BIT), []
+        model, expected, breaks, broken = ReceiverModel(period=BIT), [], [], False
         for clock, level in enumerate(line.tolist()):
-            if model.byte is not None:
-                expected.append((clock - 1, *model.byte))
             model.clock(level, True)
-        assert expected == list(hear(line, BIT))
+            if model.byte is not None:
+                expected.append((clock, *model.byte))
+            if model.line_break and not broken:
+                breaks.append(clock)
+            broken = model.line_break
+        heard = list(hear(line, BIT))
+        assert expected == [one[:3] for one in heard]
         assert len(expected) > 200 and {error for *_, error in expected} == {0, 1}
+        assert breaks == [one.broken for one in heard if one.broken >= 0]
+        assert {byte == 0 for _, byte, _, clock in heard if clock >= 0} == {True, False}
 
     def test_reads_what_is_said_and_refuses_what_is_no_byte(self):
         line = np.concatenate([high(9), levels(b"ok\r\n", BIT), high(3)])
         read = said(line, BIT)
         assert (read.text, read.starts[:2]) == (b"ok\r\n", [9, 9 + FRAME * BIT])
-        assert [byte for _, byte, _ in hear(np.concatenate([high(3), line]), BIT)] == [*b"ok\r\n"]
+        assert [byte for _, byte, *_ in hear(np.concatenate([high(3), line]), BIT)] == [*b"ok\r\n"]
         line[9 + BIT - 1] ^= 1  # a start bit a clock too short
         with pytest.raises(Broken):
             said(line, BIT)
