@@ -16,7 +16,7 @@ from fresa.machines.single import SinglePace
 from .. import boards
 from ..design import Design
 from . import axes, limits, order_lines, orders, positioner, positioner_lines, single
-from .line import Broken, Levels, hear, said
+from .line import Broken, Heard, Levels, hear, said
 from .pieces import Dialect
 from .ways import Failure, Steps, Verdict, walk
 
@@ -134,6 +134,10 @@ class Target:
         return judgement
 
 
+def _ends(heard: Sequence[Heard], ends: bytes) -> list[int]:
+    return [one.clock for one in heard if one.byte in ends]
+
+
 _SINGLE = SinglePace.real(clock=48_000, baud=3000)
 
 
@@ -141,7 +145,8 @@ def _single(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> N
     steps, failures = single.motor(seen)
     heard = list(hear(line, _SINGLE.bit))
     frames = list(single.frames(iter(heard)))
-    session = single.FrameSession(said(seen["tx"], _SINGLE.bit), steps, floods, 10 * _SINGLE.bit)
+    session = single.FrameSession(said(seen["tx"], _SINGLE.bit), steps, floods,
+                                  _ends(heard, single.ENDS), 10 * _SINGLE.bit)
     session.run(iter(frames))
     judgement.failures += [*failures, *session.failures]
     judgement.bytes, judgement.lines = len(heard), len(frames)
@@ -204,8 +209,9 @@ _MILL, _TRAVEL = MillPace(period=60, scan_bits=4), 40
 def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
     steps, failures = orders.motors(seen)
     heard = list(hear(line, _BIT))
-    frames = list(single.frames(iter(heard), b"\r\n", order_lines.LONGEST))
-    session = orders.OrderSession(said(seen["tx"], _BIT), floods, 10 * _BIT)
+    frames = list(single.frames(iter(heard), order_lines.ENDS, order_lines.LONGEST))
+    session = orders.OrderSession(said(seen["tx"], _BIT), floods,
+                                  _ends(heard, order_lines.ENDS), 10 * _BIT)
     session.run(iter(frames))
     judgement.failures += [*failures, *session.failures]
     judgement.bytes, judgement.lines = len(heard), len(frames)

@@ -24,7 +24,7 @@ from tb.fuzz import (
     spread,
 )
 from tb.fuzz.axes import loads
-from tb.fuzz.floods import Backlog, silence
+from tb.fuzz.floods import Backlog, out_of_turn, silence
 from tb.fuzz.line import FRAME, Broken, Text, hear, high, levels, said
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
@@ -283,6 +283,20 @@ class TestFloods:
         for frame in self.FRAMES:
             assert backlog.fits(frame)
             backlog.answered(frame, frame.clock + 90)
+
+    def test_answers_are_in_turn_one_a_return(self):
+        ends = [1000, 1050, 1100, 1200]
+        def may(answer, frame):
+            return answer == b"damaged" or bool(frame and frame.text == answer)
+        def found(*answers):
+            return out_of_turn(answers, ends, self.FRAMES[:3], may)
+        right, damaged = self.FRAMES[0].text, b"damaged"
+        assert found((1010, right), (1051, damaged), (1110, right), (1210, right)) is None
+        assert found(*[(1300, damaged)] * 4) is None
+        assert found(*[(1300, damaged)] * 5) == 4
+        assert found((1010, right), (1110, damaged), (1130, damaged), (1150, damaged)) == 3
+        assert found((1300, right), (1300, right), (1300, right), (1300, right)) == 3
+        assert found((1300, b"other")) == 0
 
     def test_silence_behind_a_frame_is_found(self):
         said = Text(b"a" * 4, [1010, 1110, 1210, 1400])
