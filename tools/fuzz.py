@@ -37,6 +37,9 @@ gateware in between:
   is told of, and heard, once
   whatever was sent, at the end of each session the machine answers and moves as ever
 
+Every other session of single is with a ramp, and every other of positioner with play in two axes,
+and their limit switches at other ends. The rate of each step is then that of its place on the ramp.
+
 positioner is flooded with lines of all kinds, and obeys each; how many answers wait, and which of
 them give way to one OVERFLOW, is looked at, too. In a flood of the others bytes may be lost.
 

@@ -7,7 +7,7 @@ import pytest
 
 from fresa.drive import rate
 from fresa.motion import limits as switches
-from fresa.motion import order_control, order_ledger, positioning
+from fresa.motion import order_control, order_ledger, positioning, ramp
 from fresa.protocol import frames, receiver
 from fresa.protocol import positioner as commands
 from tb.contracts.contract import Bug
@@ -28,9 +28,12 @@ from tb.fuzz.floods import Backlog, out_of_turn, silence
 from tb.fuzz.line import FRAME, Broken, Text, hear, high, levels, said
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
+from tb.fuzz.ramps import Ramp, climb
 from tb.fuzz.reasons import Reasons
 from tb.fuzz.targets import Judgement
 from tb.fuzz.ways import Effect, Mode, Steps, walk
+from tb.models.drive import RateModel
+from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
 
 BIT = 16
@@ -38,13 +41,14 @@ BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPE
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
-def judged(name: str, text: bytes, pressed: int = 0, low: int = 0) -> Judgement:
+def judged(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False
+           ) -> Judgement:
     """Send some bytes, wait for as long as some more would take, and look at what came of it.
 
     Behind the bytes switches may be pressed for a moment, and the line may be low for some clocks
-    from the second data bit of another on.
+    from the second data bit of another on. Or it is the machine that is built in another way.
     """
-    target = TARGETS[name]
+    target = TARGETS[name].others[0] if other else TARGETS[name]
     begin = BEGIN[name]
     sent = [Piece("rest", b"", high(99 + 3 * FRAME * BIT)),
             Piece("bytes", begin + text, levels(begin + text, BIT)),
@@ -124,6 +128,13 @@ class TestMistakes:
         with bug.planted():
             assert kind in {failure.kind for failure in judged("positioner", ON, 0b011).failures}
 
+    def test_of_a_ramp_is_found(self):
+        found = judged("single", b":x7\r", other=True)
+        assert found.failures == [] and found.timed == found.steps == 7
+        with Bug(ramp, "& (left > self.level)", "& (left >= self.level)").planted():
+            failure, = judged("single", b":x7\r", other=True).failures
+        assert failure.kind == "time" and "too early" in failure.says
+
     def test_of_breaks_that_begin_inside_a_byte_are_found(self):
         long_enough = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
         assert judged("positioner", ON, low=long_enough).failures == []
@@ -140,7 +151,7 @@ class TestMistakes:
             assert outcome.judgement.failures
             short = shortest(outcome.target, outcome.pieces, 60)
         assert short.judgement.failures[0].kind == outcome.judgement.failures[0].kind
-        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 2
+        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 3
 
 
 @pytest.mark.compiler
@@ -263,6 +274,52 @@ class TestWalk:
         effects = [self.REST, Effect(100, 110, Mode(2, 2, 2, True))]
         assert self.walk([112, 123], effects=effects).failures == []
         assert self.walk([112, 123, 133], effects=effects).failures[0].clock == 133
+
+
+class TestClimb:
+    RATES, MODULUS, CLOCKS = (10, 24, 32, 38), 1000, 1500
+    GO = Mode(9, 9, 35, True)
+    EFFECTS = (Effect(-1, -1, Mode(0, 0, 35, True)), Effect(300, 304, GO))
+    OFF = (Effect(447, 450, GO._replace(run=False)), Effect(452, 457, GO))
+
+    def made(self, off=()):
+        """Give when a motor makes its steps, without power in some clocks."""
+        motor = RampModel(steps=self.RATES, width=15)
+        rate, clocks = RateModel(modulus=self.MODULUS, max_rate=40), []
+        for clock in range(self.CLOCKS):
+            now = {"target": 9 * (clock > 301), "run": int(clock not in off)}
+            moved = int(motor.asks(**now)[0] and rate.is_due())
+            clocks += [clock + 1] * moved  # the coils change
+            rate.clock(rate=motor.rate(35), moved=moved)
+            motor.clock(**now, asked=35, moved=moved)
+        return clocks
+
+    def climb(self, clocks, effects=EFFECTS):
+        return climb(Steps.of(np.array(clocks), np.ones(len(clocks))), effects,
+                     Ramp(self.RATES, self.MODULUS, 1, 0), self.CLOCKS)
+
+    def test_nothing_is_found_where_it_keeps_to_the_ramp(self):
+        clocks = self.made()
+        found = self.climb(clocks)
+        assert found.failures == [] and found.timed == 9 and 0 < found.deviation < 1
+        assert np.diff(clocks).max() == 100 and np.diff(clocks).min() < 30
+
+    @pytest.mark.parametrize(("changed", "kind"), [
+        (lambda clocks: clocks[:8], "step"), (lambda clocks: [*clocks, clocks[-1] + 100], "step"),
+        (lambda clocks: [*clocks[:5], clocks[5] - 2, *clocks[6:]], "time"),
+        (lambda clocks: [*clocks[:5], clocks[5] + 2, *clocks[6:]], "step"),
+        (lambda clocks: [*clocks[:1], *(each - 2 for each in clocks[1:])], "time"),
+        (lambda clocks: [250, *clocks[1:]], "step"),
+    ])
+    def test_other_steps_are_found(self, changed, kind):
+        failure, = self.climb(changed(self.made())).failures
+        assert failure.kind == kind
+
+    def test_power_lost_is_speed_lost(self):
+        effects = (*self.EFFECTS, *self.OFF)
+        assert self.climb(self.made(range(448, 455)), effects).failures == []
+        assert self.climb(self.made(range(448, 455))).failures
+        assert self.climb(self.made(), effects).failures
 
 
 class TestFloods:
