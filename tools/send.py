@@ -3,6 +3,7 @@
 import argparse
 import time
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 from fresa_host.delivery import deliver
@@ -121,19 +122,30 @@ def main(argv: list[str] | None = None) -> int:
     if args.output is not None and (args.first != 1 or args.again):
         raise UserError("a list has all orders of a job: leave out --from and --again with -o")
     check_output(args.output)
-    orders = _orders(args)
-    check_cuts(orders)
-    orders = begin_raised(orders)
     if args.output is not None:
+        orders = _orders(args)
         write_atomically(args.output, write_orders(orders))
         say(f"wrote {args.output}: {len(orders)} orders")
         return 0
-    if not args.first <= len(orders):
-        raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none of them")
-    return _send(Sender(orders, first=stroke_start(orders, args.first), again=args.again), args)
+    try:
+        with closing(Port(args.port)) as port:  # if it cannot be had, that is said at once
+            orders = _orders(args)
+            if not args.first <= len(orders):
+                raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none "
+                                "of them")
+            sender = Sender(orders, first=stroke_start(orders, args.first), again=args.again)
+            return _send(sender, port, args)
+    except LineLost as error:
+        raise UserError(str(error)) from error
 
 
 def _orders(args: argparse.Namespace) -> list:
+    orders = _asked_for(args)
+    check_cuts(orders)
+    return begin_raised(orders)
+
+
+def _asked_for(args: argparse.Namespace) -> list:
     if args.image.suffix.lower() == ".txt":
         if prepares_picture(args):
             raise UserError(f"{args.image} is a list of orders: leave out what prepares pictures")
@@ -144,19 +156,17 @@ def _orders(args: argparse.Namespace) -> list:
         return picture_orders(prepared.pixels)
 
 
-def _send(sender: Sender, args: argparse.Namespace) -> int:
+def _send(sender: Sender, port: Port, args: argparse.Namespace) -> int:
     keyboard = Keyboard()
     begun = time.monotonic()
     try:
         with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
-            deliver(sender, _opening(args.port), watch=Watch(sender, keyboard, progress))
+            deliver(sender, _opening(args.port, port), watch=Watch(sender, keyboard, progress))
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
             + _same(args))
         return 130
-    except LineLost as error:
-        raise UserError(str(error)) from error
     except MachineError as error:
         say(f"{error}")
         say(f"{sender.done} of {sender.total} orders are done; once the tool is back at the same "
@@ -166,18 +176,17 @@ def _send(sender: Sender, args: argparse.Namespace) -> int:
     return 0
 
 
-def _opening(name: str) -> Callable[[], Port]:
-    """Return what opens a port, again and again, unless it cannot come back by that name."""
-    opened = False
+def _opening(name: str, port: Port) -> Callable[[], Port]:
+    """Return what gives a port and then opens it again, unless it cannot come back by that name."""
+    ready = [port]
 
     def connect() -> Port:
-        nonlocal opened
-        if opened and name.startswith(PSEUDO_TERMINALS):  # it may be anybody's window by now
+        if ready:
+            return ready.pop()
+        if name.startswith(PSEUDO_TERMINALS):  # it may be anybody's window by now
             raise MachineError(f"{name} is gone, and comes back by another name: give that to "
                                "--port, as python -m tools.serve prints it")
-        port = Port(name)
-        opened = True
-        return port
+        return Port(name)
 
     return connect
 
