@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, out_of_turn, silence
+from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
 from .line import CUT, Text
-from .order_lines import DOWN, GO, NUMBERS, OPEN, ROOM, TELL, UP, asked, checked
+from .order_lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, asked, checked
 from .single import Frame
 from .ways import Failure, Steps
 
@@ -165,6 +165,11 @@ class OrderSession:
         if wrong is not None:
             clock, text = begun[wrong]
             self._fail(clock, f"a flood is answered by {text!r}, which is out of turn")
+        sizes = [(clock, 1 if int(text[:1], 16) == DAMAGED else LONGEST + 1)
+                 for clock, text in begun]
+        if (wrong := beyond_room(sizes, ends, ROOM)) is not None:
+            self._fail(begun[wrong][0], "more lines are answered behind a flood than "
+                       f"{ROOM} bytes can be")
         self.failures += silence(flooded, self._said, self._byte, end)
         for answer in answers:
             outcome, *_ = fields = self._fields(answer[1].decode())

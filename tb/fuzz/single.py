@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, out_of_turn, silence
+from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
 from .line import CUT, Heard, Text
 from .pieces import Dialect
 from .ways import Effect, Failure, Mode, Steps
@@ -181,6 +181,12 @@ class FrameSession:
             return b"err %s\r\n" % wrong.encode()
         return _ASKS.get(_word(frame.text), rb"ok\r\n")
 
+    def _least(self, answer: bytes, frames: Sequence[Frame]) -> int:
+        """Give the bytes that wait, at least, of a frame with an answer, with the end."""
+        if answer == DAMAGED:
+            return 1
+        return 1 + min((len(frame.text) for frame in frames if self._may(answer, frame)), default=0)
+
     def _may(self, answer: bytes, frame: Frame | None) -> bool:
         return answer == DAMAGED or bool(
             frame and re.fullmatch(self._expected(frame), answer))
@@ -257,6 +263,10 @@ class FrameSession:
             clock, text = begun[wrong]
             self.failures.append(Failure(
                 clock, "answer", f"a flood is answered by {text!r}, which is out of turn"))
+        sizes = [(clock, self._least(text, flooded)) for clock, text in begun]
+        if (wrong := beyond_room(sizes, ends, ROOM)) is not None:
+            self.failures.append(Failure(begun[wrong][0], "answer", "more frames are answered "
+                                         f"behind a flood than {ROOM} bytes can be"))
         self.failures += silence(flooded, self.said, self.byte, end)
         self.answers += len(answers)
         return stop

@@ -24,7 +24,7 @@ from tb.fuzz import (
     spread,
 )
 from tb.fuzz.axes import loads
-from tb.fuzz.floods import Backlog, out_of_turn, silence
+from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, silence
 from tb.fuzz.line import FRAME, Broken, Text, hear, high, levels, said
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
@@ -354,6 +354,12 @@ class TestFloods:
         assert found((1010, right), (1110, damaged), (1130, damaged), (1150, damaged)) == 3
         assert found((1300, right), (1300, right), (1300, right), (1300, right)) == 3
         assert found((1300, b"other")) == 0
+
+    def test_more_answers_than_there_is_room_for_are_found(self):
+        ends = [1000, 1100, 2000]
+        held = [(1050, 10), (1150, 10), *((1200 + 9 * number, 10) for number in range(5))]
+        assert beyond_room([*held, (2010, 10), (2020, 50)], ends, 50) is None
+        assert beyond_room([*held, (1900, 1)], ends, 50) == 7
 
     def test_silence_behind_a_frame_is_found(self):
         said = Text(b"a" * 4, [1010, 1110, 1210, 1400])
