@@ -5,7 +5,7 @@ import re
 import zlib
 
 from .pieces import Dialect
-from .single import Frame
+from .single_lines import Frame
 
 __all__ = ["DIALECT", "DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP",
            "asked", "checked", "request"]

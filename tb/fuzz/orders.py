@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
 from .line import CUT, Text
 from .order_lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, asked, checked
-from .single import Frame
+from .single_lines import Frame
 from .ways import Failure, Steps
 
 __all__ = ["OrderSession", "Taken", "follow", "motors"]

@@ -1,85 +1,25 @@
-"""`single` at the level of frames: which are legal, what each is answered, where it may go."""
+"""`single` at the level of frames: what each is answered, where the motor may go."""
 
-import random
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
-from .line import CUT, Heard, Text
-from .pieces import Dialect
+from .line import CUT, Text
+from .single_lines import ASKS, GREETING, HELP, LEGAL, ROOM, Frame, refusal, word
 from .ways import Effect, Failure, Mode, Steps
 
-__all__ = ["DIALECT", "ENDS", "Frame", "FrameSession", "begin", "frames", "motor", "refusal"]
+__all__ = ["FrameSession", "motor"]
 
 PHASES = (0b0001, 0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001)
 """Coil words forward."""
 
-POSITIONS, SPEEDS, LONGEST = 10_000, 60_000, 126
 LONGEST_ANSWER = len(b"x:9999\r\nok\r\n")
-ROOM = 127
-"""Bytes and ends of frames that can wait."""
-
-ENDS = b"\r"
-"""Bytes that end a frame."""
-
-GREETING, HELP = b"!\r\n", b"?\r\n"
-"""Short ones, so that there is time for more."""
-
 DAMAGED = b"err command\r\n"
-
-_WORD = re.compile(rb"[^ 0-9+-]*")
-_ASKS = {b"X?": rb"x:(\d+)\r\nok\r\n", b"V?": rb"v:(\d+)\r\nok\r\n",
-         b"D": re.escape(HELP + b"ok\r\n")}
-_LEGAL = {b"X": range(POSITIONS), b"V": range(1, SPEEDS), b"E": range(2)}
-
-
-class Frame(NamedTuple):
-    """A frame that has ended: when, what is in it, and what is wrong with the bytes themselves."""
-
-    clock: int
-    text: bytes
-    wrong: str
-
-
-def frames(heard: Iterator[Heard], ends: bytes = ENDS, longest: int = LONGEST
-           ) -> Iterator[Frame]:
-    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
-
-    A byte outside that lacks its stop bit may have been a ``:``, and begins a damaged one.
-    """
-    text: bytearray | None = None
-    damaged = False
-    for clock, byte, error, _ in heard:
-        if byte == ord(":"):
-            text, damaged = bytearray(), error
-        elif text is not None or error:
-            text = bytearray() if text is None else text
-            damaged |= error
-            if byte in ends:
-                wrong = "command" if damaged else "length" if len(text) > longest else ""
-                yield Frame(clock, bytes(text), wrong)
-                text = None
-            else:
-                text.append(byte)
-
-
-def refusal(text: bytes) -> str:
-    """Say what is wrong with the text of a frame, or nothing."""
-    word = _word(text)
-    rest = text[len(word):]
-    if word in _ASKS:
-        return "command" if rest else ""
-    if word not in _LEGAL:
-        return "command"
-    if not re.fullmatch(rb"[0-9]+", rest):
-        return "number"
-    return "" if int(rest) in _LEGAL[word] else "range"
 
 
 def motor(seen: Mapping[str, NDArray]) -> tuple[Steps, list[Failure]]:
@@ -179,7 +119,7 @@ class FrameSession:
         wrong = frame.wrong or refusal(frame.text)
         if wrong:
             return b"err %s\r\n" % wrong.encode()
-        return _ASKS.get(_word(frame.text), rb"ok\r\n")
+        return ASKS.get(word(frame.text), rb"ok\r\n")
 
     def _least(self, answer: bytes, frames: Sequence[Frame]) -> int:
         """Give the bytes that wait, at least, of a frame with an answer, with the end."""
@@ -222,13 +162,13 @@ class FrameSession:
 
     def _obey(self, frame: Frame, earliest: int, latest: int) -> None:
         """Do what a frame asks for, some time between two clocks."""
-        word = _word(frame.text)
-        if frame.wrong or refusal(frame.text) or word not in _LEGAL:
+        own = word(frame.text)
+        if frame.wrong or refusal(frame.text) or own not in LEGAL:
             return
-        number = int(frame.text[len(word):])
-        if word == b"X":
+        number = int(frame.text[len(own):])
+        if own == b"X":
             self.target = number
-        elif word == b"V":
+        elif own == b"V":
             self.speed = number
         else:
             self.enable = number
@@ -270,33 +210,3 @@ class FrameSession:
         self.failures += silence(flooded, self.said, self.byte, end)
         self.answers += len(answers)
         return stop
-
-
-def _word(text: bytes) -> bytes:
-    found = _WORD.match(text)
-    return found[0].upper() if found else b""
-
-
-def begin(rates: Sequence[int]) -> bytes:
-    """Give the frames that set a speed and begin a long way."""
-    return b":v%d\r:x9999\r" % tuple(rates)
-
-
-def _legal(rng: random.Random) -> bytes:
-    kind = rng.randrange(20)
-    if kind < 8:
-        number = rng.randrange(rng.choice([3, 20, 200, POSITIONS, POSITIONS + 3]))
-        line = b":x%d\r" % number
-    elif kind < 11:
-        line = b":v%d\r" % rng.choice([rng.randrange(SPEEDS), rng.randrange(20_000, SPEEDS + 9)])
-    else:
-        line = rng.choice([b":x?\r", b":x?\r", b":v?\r", b":d\r", b":e0\r", b":e1\r", b":e1\r",
-                           b":e2\r", b":\r"])
-    return line.upper() if rng.random() < 0.2 else line
-
-
-DIALECT = Dialect(
-    _legal, quiet=(b":x?\r", b":v?\r", b":d\r", b":e2\r", b":x-1\r", b":zz\r", b"\r", b"ab", b":"),
-    end=b"\r", letters=b":\r?0129xvedXVED +-", longest=LONGEST, room=ROOM, answer=15,
-    begin=b":v30000\r", alive=b":e1\r:v59999\r:x0\r:x7\r:x?\r:v?\r")
-"""How one speaks to it."""

@@ -16,7 +16,7 @@ from fresa.motion import ramp_rates
 
 from .. import boards
 from ..design import Design
-from . import axes, limits, order_lines, orders, positioner, positioner_lines, single
+from . import axes, limits, order_lines, orders, positioner, positioner_lines, single, single_lines
 from .line import FRAME, Broken, Heard, Levels, hear, said
 from .pieces import Dialect
 from .ramps import Ramp, climb
@@ -148,15 +148,15 @@ def _single(pace: SinglePace, ramp: int = 0, top_speed: int = 1) -> Target:
             return walk(steps, effects, pace.modulus, clocks, 8)
         rates = ramp_rates(acceleration=ramp, top=top_speed * unit, modulus=modulus,
                            clock=pace.clock)
-        settle = pace.modulus // (single.SPEEDS * pace.rate) + 4
+        settle = pace.modulus // (single_lines.SPEEDS * pace.rate) + 4
         return climb(steps, effects, Ramp(rates, modulus, unit, settle), clocks)
 
     def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
         steps, failures = single.motor(seen)
         heard = list(hear(line, pace.bit))
-        frames = list(single.frames(iter(heard)))
+        frames = list(single_lines.frames(iter(heard)))
         session = single.FrameSession(said(seen["tx"], pace.bit), steps, floods,
-                                      _ends(heard, single.ENDS), FRAME * pace.bit)
+                                      _ends(heard, single_lines.ENDS), FRAME * pace.bit)
         session.run(iter(frames))
         judgement.failures += [*failures, *session.failures]
         judgement.bytes, judgement.lines = len(heard), len(frames)
@@ -165,12 +165,12 @@ def _single(pace: SinglePace, ramp: int = 0, top_speed: int = 1) -> Target:
             judgement.add(steps, follow(steps, session.effects, len(line)))
 
     return Target(
-        "single", pace.bit, single.DIALECT,
+        "single", pace.bit, single_lines.DIALECT,
         lambda: boards.component("single", Single(
-            pace=pace, ramp=ramp, top_speed=top_speed, greeting=single.GREETING,
-            help_text=single.HELP)),
+            pace=pace, ramp=ramp, top_speed=top_speed, greeting=single_lines.GREETING,
+            help_text=single_lines.HELP)),
         ("tx", "coils", "enable", "position", "fault"), inspect,
-        rates=None if ramp else Rates(single.SPEEDS - 1, pace.modulus, 1, single.begin))
+        rates=None if ramp else Rates(single_lines.SPEEDS - 1, pace.modulus, 1, single_lines.begin))
 
 
 #: With a ramp of 15 steps, from some 900 clocks each to some 100.
@@ -231,7 +231,7 @@ _MILL, _TRAVEL = MillPace(period=60, scan_bits=4), 40
 def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
     steps, failures = orders.motors(seen)
     heard = list(hear(line, _BIT))
-    frames = list(single.frames(iter(heard), order_lines.ENDS, order_lines.LONGEST))
+    frames = list(single_lines.frames(iter(heard), order_lines.ENDS, order_lines.LONGEST))
     session = orders.OrderSession(said(seen["tx"], _BIT), floods,
                                   _ends(heard, order_lines.ENDS), 10 * _BIT)
     session.run(iter(frames))

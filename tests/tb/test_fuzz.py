@@ -20,7 +20,7 @@ from tb.fuzz import (
     play,
     positioner_lines,
     shortest,
-    single,
+    single_lines,
     spread,
 )
 from tb.fuzz.axes import loads
@@ -38,6 +38,8 @@ from tb.models.protocol import ReceiverModel
 
 BIT = 16
 BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPEN, 1)}
+BREAK = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
+"""Clocks of the shortest break that begins with the second data bit of a byte."""
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
@@ -109,7 +111,7 @@ class TestMistakes:
     @pytest.mark.parametrize("name", TARGETS)
     def test_nothing_is_found_where_there_is_none(self, name):
         texts = dict.fromkeys(text for of, text, *_ in MISTAKES.values() if of == name)
-        found = judged(name, b"".join(texts))
+        found = judged(name, b"".join(texts), low=BREAK)
         assert found.failures == [] and found.steps
 
     @pytest.mark.parametrize("mistake", MISTAKES)
@@ -135,11 +137,9 @@ class TestMistakes:
             failure, = judged("single", b":x7\r", other=True).failures
         assert failure.kind == "time" and "too early" in failure.says
 
-    def test_of_breaks_that_begin_inside_a_byte_are_found(self):
-        long_enough = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
-        assert judged("positioner", ON, low=long_enough).failures == []
+    def test_of_breaks_that_begin_inside_a_byte_is_found(self):
         with Bug(receiver, "low == 10 * self.period - 1", "low == 10 * self.period - 2").planted():
-            assert judged("positioner", ON, low=long_enough - 1).failures[0].kind == "step"
+            assert judged("positioner", ON, low=BREAK - 1).failures[0].kind == "step"
 
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
@@ -213,8 +213,9 @@ class TestLine:
             said(line, BIT)
 
     def test_the_same_seed_sends_the_same(self):
+        dialect = single_lines.DIALECT
         first, again, other = (
-            [str(piece) for piece in pieces(single.DIALECT, seed, 500, BIT)] for seed in (1, 1, 2))
+            [str(piece) for piece in pieces(dialect, seed, 500, BIT)] for seed in (1, 1, 2))
         assert first == again != other
 
 
@@ -225,7 +226,7 @@ class TestLine:
     (b"x10000", "range"), (b"v0", "range"), (b"v60000", "range"), (b"e2", "range"),
 ])
 def test_frames_that_are_refused(text, wrong):
-    assert single.refusal(text) == wrong
+    assert single_lines.refusal(text) == wrong
 
 
 @pytest.mark.parametrize(("text", "wrong"), [
@@ -325,7 +326,7 @@ class TestClimb:
 class TestFloods:
     """Of frames that take ten bytes each, with room for fifty."""
 
-    FRAMES = [single.Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
+    FRAMES = [single_lines.Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
 
     def test_frames_have_room_until_so_many_wait(self):
         backlog = Backlog(60, 10)
@@ -333,7 +334,7 @@ class TestFloods:
             assert backlog.fits(frame)
             backlog.answered(frame, 1500)
         assert not backlog.fits(self.FRAMES[5])
-        assert not backlog.fits(single.Frame(9000, b"", ""))  # it may be what is left of some
+        assert not backlog.fits(single_lines.Frame(9000, b"", ""))  # it may be what is left of some
 
     def test_frames_that_are_read_make_room(self):
         backlog = Backlog(30, 10)
@@ -364,9 +365,9 @@ class TestFloods:
     def test_silence_behind_a_frame_is_found(self):
         said = Text(b"a" * 4, [1010, 1110, 1210, 1400])
         assert silence(self.FRAMES[:4], said, 10, 2000) == []
-        failure, = silence([*self.FRAMES[:4], single.Frame(1700, b"x", "")], said, 10, 2000)
+        failure, = silence([*self.FRAMES[:4], single_lines.Frame(1700, b"x", "")], said, 10, 2000)
         assert failure.clock == 1780
-        assert silence([single.Frame(1700, b"x", "")], said, 10, 1750) == []  # still to come
+        assert silence([single_lines.Frame(1700, b"x", "")], said, 10, 1750) == []  # still to come
 
 
 class TestReasons:
