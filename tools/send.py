@@ -122,22 +122,34 @@ def main(argv: list[str] | None = None) -> int:
     if args.output is not None and (args.first != 1 or args.again):
         raise UserError("a list has all orders of a job: leave out --from and --again with -o")
     check_output(args.output)
-    orders = _orders(args)
+    if args.output is not None:
+        orders = _orders(args)
+        write_atomically(args.output, write_orders(orders))
+        say(f"wrote {args.output}: {len(orders)} orders")
+        return 0
+    try:
+        with closing(ReopenedPort(args.port)) as port:
+            port.open()  # if it cannot be had, that is said at once
+            orders = _orders(args)
+            if not args.first <= len(orders):
+                raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none "
+                                "of them")
+            sender = Sender(orders, first=stroke_start(orders, args.first), again=args.again)
+            return _send(sender, port, args)
+    except LineLost as error:
+        raise UserError(str(error)) from error
+
+
+def _orders(args: argparse.Namespace) -> list:
+    orders = _asked_for(args)
     try:
         check_cuts(orders)
     except ValueError as error:
         raise UserError(str(error)) from error
-    orders = begin_raised(orders)
-    if args.output is not None:
-        write_atomically(args.output, write_orders(orders))
-        say(f"wrote {args.output}: {len(orders)} orders")
-        return 0
-    if not args.first <= len(orders):
-        raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none of them")
-    return _send(Sender(orders, first=stroke_start(orders, args.first), again=args.again), args)
+    return begin_raised(orders)
 
 
-def _orders(args: argparse.Namespace) -> list:
+def _asked_for(args: argparse.Namespace) -> list:
     if args.image.suffix.lower() == ".txt":
         if prepares_picture(args):
             raise UserError(f"{args.image} is a list of orders: leave out what prepares pictures")
@@ -148,20 +160,17 @@ def _orders(args: argparse.Namespace) -> list:
         return picture_orders(prepared.pixels)
 
 
-def _send(sender: Sender, args: argparse.Namespace) -> int:
+def _send(sender: Sender, port: ReopenedPort, args: argparse.Namespace) -> int:
     keyboard = Keyboard()
     begun = time.monotonic()
     try:
         with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
-            with closing(ReopenedPort(args.port)) as port:
-                deliver(sender, port, watch=Watch(sender, keyboard, progress))
+            deliver(sender, port, watch=Watch(sender, keyboard, progress))
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
             + _same(args))
         return 130
-    except LineLost as error:
-        raise UserError(str(error)) from error
     except MachineError as error:
         say(f"{error}")
         say(f"{sender.done} of {sender.total} orders are done; once the tool is back at the same "

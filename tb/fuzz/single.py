@@ -1,81 +1,25 @@
-"""`single` at the level of frames: which are legal, what each is answered, where it may go."""
+"""`single` at the level of frames: what each is answered, where the motor may go."""
 
-import random
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, silence
-from .line import CUT, Heard, Text
-from .pieces import Dialect
+from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
+from .line import CUT, Text
+from .single_lines import ASKS, GREETING, HELP, LEGAL, ROOM, Frame, refusal, word
 from .ways import Effect, Failure, Mode, Steps
 
-__all__ = ["DIALECT", "Frame", "FrameSession", "begin", "frames", "motor", "refusal"]
+__all__ = ["FrameSession", "motor"]
 
 PHASES = (0b0001, 0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001)
 """Coil words forward."""
 
-POSITIONS, SPEEDS, LONGEST = 10_000, 60_000, 126
 LONGEST_ANSWER = len(b"x:9999\r\nok\r\n")
-ROOM = 127
-"""Bytes and ends of frames that can wait."""
-
-GREETING, HELP = b"!\r\n", b"?\r\n"
-"""Short ones, so that there is time for more."""
-
 DAMAGED = b"err command\r\n"
-
-_WORD = re.compile(rb"[^ 0-9+-]*")
-_ASKS = {b"X?": rb"x:(\d+)\r\nok\r\n", b"V?": rb"v:(\d+)\r\nok\r\n",
-         b"D": re.escape(HELP + b"ok\r\n")}
-_LEGAL = {b"X": range(POSITIONS), b"V": range(1, SPEEDS), b"E": range(2)}
-
-
-class Frame(NamedTuple):
-    """A frame that has ended: when, what is in it, and what is wrong with the bytes themselves."""
-
-    clock: int
-    text: bytes
-    wrong: str
-
-
-def frames(heard: Iterator[Heard], ends: bytes = b"\r", longest: int = LONGEST
-           ) -> Iterator[Frame]:
-    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
-
-    A byte outside that lacks its stop bit may have been a ``:``, and begins a damaged one.
-    """
-    text: bytearray | None = None
-    damaged = False
-    for clock, byte, error in heard:
-        if byte == ord(":"):
-            text, damaged = bytearray(), error
-        elif text is not None or error:
-            text = bytearray() if text is None else text
-            damaged |= error
-            if byte in ends:
-                wrong = "command" if damaged else "length" if len(text) > longest else ""
-                yield Frame(clock, bytes(text), wrong)
-                text = None
-            else:
-                text.append(byte)
-
-
-def refusal(text: bytes) -> str:
-    """Say what is wrong with the text of a frame, or nothing."""
-    word = _word(text)
-    rest = text[len(word):]
-    if word in _ASKS:
-        return "command" if rest else ""
-    if word not in _LEGAL:
-        return "command"
-    if not re.fullmatch(rb"[0-9]+", rest):
-        return "number"
-    return "" if int(rest) in _LEGAL[word] else "range"
 
 
 def motor(seen: Mapping[str, NDArray]) -> tuple[Steps, list[Failure]]:
@@ -120,6 +64,8 @@ class FrameSession:
     floods : sequence of pairs
         From which clock to which there were more frames than could be answered. One that goes on
         when the session ends has its end at ``CUT``, or later.
+    ends : sequence of int
+        When returns came.
     byte : int
         Clocks of a byte.
     """
@@ -127,6 +73,7 @@ class FrameSession:
     said: Text
     steps: Steps
     floods: Sequence[tuple[int, int]]
+    ends: Sequence[int]
     byte: int
     effects: list[Effect] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
@@ -145,11 +92,11 @@ class FrameSession:
             return
         floods = iter([*self.floods, (1 << 62, 1 << 62)])
         begin, end = next(floods)
-        flooded: list[Frame] = []
+        last, flooded = -1, []
         backlog = Backlog(ROOM, self.byte)
         for frame in given:
             while frame.clock >= end:
-                place = self._flood(flooded, place, end)
+                place = self._flood(flooded, last, place, end)
                 begin, end = next(floods)
                 flooded, backlog = [], Backlog(ROOM, self.byte)
             if self.failures:
@@ -158,11 +105,11 @@ class FrameSession:
                 flooded.append(frame)
                 self._obey(frame, frame.clock, end)
                 continue
-            place = self._answer(frame, place)
+            place, last = self._answer(frame, place), frame.clock
             if frame.clock >= begin and not self.failures:
                 backlog.answered(frame, self.said.starts[place - 1])
         if begin < 1 << 62 and not self.failures:
-            place = self._flood(flooded, place, end)
+            place = self._flood(flooded, last, place, end)
         if place < len(self.said.text) and not self.failures:
             self.failures.append(Failure(
                 self.said.starts[place], "answer",
@@ -172,7 +119,17 @@ class FrameSession:
         wrong = frame.wrong or refusal(frame.text)
         if wrong:
             return b"err %s\r\n" % wrong.encode()
-        return _ASKS.get(_word(frame.text), rb"ok\r\n")
+        return ASKS.get(word(frame.text), rb"ok\r\n")
+
+    def _least(self, answer: bytes, frames: Sequence[Frame]) -> int:
+        """Give the bytes that wait, at least, of a frame with an answer, with the end."""
+        if answer == DAMAGED:
+            return 1
+        return 1 + min((len(frame.text) for frame in frames if self._may(answer, frame)), default=0)
+
+    def _may(self, answer: bytes, frame: Frame | None) -> bool:
+        return answer == DAMAGED or bool(
+            frame and re.fullmatch(self._expected(frame), answer))
 
     def _answer(self, frame: Frame, place: int) -> int:
         """Look at the answer to a frame; say where it ends."""
@@ -205,13 +162,13 @@ class FrameSession:
 
     def _obey(self, frame: Frame, earliest: int, latest: int) -> None:
         """Do what a frame asks for, some time between two clocks."""
-        word = _word(frame.text)
-        if frame.wrong or refusal(frame.text) or word not in _LEGAL:
+        own = word(frame.text)
+        if frame.wrong or refusal(frame.text) or own not in LEGAL:
             return
-        number = int(frame.text[len(word):])
-        if word == b"X":
+        number = int(frame.text[len(own):])
+        if own == b"X":
             self.target = number
-        elif word == b"V":
+        elif own == b"V":
             self.speed = number
         else:
             self.enable = number
@@ -221,8 +178,8 @@ class FrameSession:
         self.effects.append(Effect(earliest, latest, Mode(
             self.target, self.target, self.speed, bool(self.enable))))
 
-    def _flood(self, flooded: Sequence[Frame], place: int, end: int) -> int:
-        """Look at the answers to what is left of a flood.
+    def _flood(self, flooded: Sequence[Frame], last: int, place: int, end: int) -> int:
+        """Look at the answers to what is left of a flood behind the last frame that had room.
 
         Frames may be lost, or told to be damaged. Others are answered in their turn, and none waits
         for ever. Bytes may be lost between frames too: then what follows, up to a return, is a
@@ -239,44 +196,17 @@ class FrameSession:
         elif flooded and not answers and not cut:
             self.failures.append(Failure(end, "answer", f"{len(flooded)} frames of a flood have "
                                          "no answer"))
-        left = iter(flooded)
-        for answer in answers:
-            if answer[0] != DAMAGED and not any(
-                    re.fullmatch(self._expected(frame), answer[0]) for frame in left):
-                self.failures.append(Failure(
-                    self.said.starts[place + answer.start()], "answer",
-                    f"a flood is answered by {answer[0]!r}, which is out of turn"))
-                break
+        begun = [(self.said.starts[place + answer.start()], answer[0]) for answer in answers]
+        ends = self.ends[bisect_right(self.ends, last):bisect_left(self.ends, end)]
+        wrong = out_of_turn(begun, ends, flooded, self._may)
+        if wrong is not None:
+            clock, text = begun[wrong]
+            self.failures.append(Failure(
+                clock, "answer", f"a flood is answered by {text!r}, which is out of turn"))
+        sizes = [(clock, self._least(text, flooded)) for clock, text in begun]
+        if (wrong := beyond_room(sizes, ends, ROOM)) is not None:
+            self.failures.append(Failure(begun[wrong][0], "answer", "more frames are answered "
+                                         f"behind a flood than {ROOM} bytes can be"))
         self.failures += silence(flooded, self.said, self.byte, end)
         self.answers += len(answers)
         return stop
-
-
-def _word(text: bytes) -> bytes:
-    found = _WORD.match(text)
-    return found[0].upper() if found else b""
-
-
-def begin(rates: Sequence[int]) -> bytes:
-    """Give the frames that set a speed and begin a long way."""
-    return b":v%d\r:x9999\r" % tuple(rates)
-
-
-def _legal(rng: random.Random) -> bytes:
-    kind = rng.randrange(20)
-    if kind < 8:
-        number = rng.randrange(rng.choice([3, 20, 200, POSITIONS, POSITIONS + 3]))
-        line = b":x%d\r" % number
-    elif kind < 11:
-        line = b":v%d\r" % rng.choice([rng.randrange(SPEEDS), rng.randrange(20_000, SPEEDS + 9)])
-    else:
-        line = rng.choice([b":x?\r", b":x?\r", b":v?\r", b":d\r", b":e0\r", b":e1\r", b":e1\r",
-                           b":e2\r", b":\r"])
-    return line.upper() if rng.random() < 0.2 else line
-
-
-DIALECT = Dialect(
-    _legal, quiet=(b":x?\r", b":v?\r", b":d\r", b":e2\r", b":x-1\r", b":zz\r", b"\r", b"ab", b":"),
-    end=b"\r", letters=b":\r?0129xvedXVED +-", longest=LONGEST, room=ROOM, answer=15,
-    begin=b":v30000\r", alive=b":e1\r:v59999\r:x0\r:x7\r:x?\r:v?\r")
-"""How one speaks to it."""

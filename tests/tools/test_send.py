@@ -85,6 +85,13 @@ class TestSend:
         assert run(tmp_path / "small.png", "--port", "mill") == 0
         assert mill.done == list(map(str, picture_orders(pixels)))
 
+    def test_a_port_that_is_none_is_told_before_the_picture_is_prepared(self, mill, tmp_path,
+                                                                        capsys):
+        Image.new("1", (6, 5)).save(tmp_path / "small.png")
+        assert run(tmp_path / "small.png", "--port", "other") == 2
+        said = capsys.readouterr()
+        assert said.err == "error: other cannot be opened\n" and not said.out
+
     def test_orders_are_written_instead(self, mill, job, tmp_path):
         out = tmp_path / "out.txt"
         assert run(job, "-o", out) == 0
