@@ -43,10 +43,10 @@ and their limit switches at other ends. The rate of each step is then that of it
 positioner is flooded with lines of all kinds, and obeys each; how many answers wait, and which of
 them give way to one OVERFLOW, is looked at, too. In a flood of the others bytes may be lost.
 
-Then step times are measured at the pins, for many rates, all motors at once, while the line is
-flooded: how much later one step is than another, each compared with its exact time. Where each
-comes in the first clock that is not too early this is under a clock, and nothing is left beyond
-that rounding.
+Then step times are measured at the pins, for many rates, each on every motor, all motors at once,
+while the line is flooded: how much later one step is than another, each compared with its exact
+time. Where each comes in the first clock that is not too early this is under a clock, and nothing
+is left beyond that rounding.
 """
 
 EPILOG = f"""\
@@ -168,23 +168,24 @@ def _times(target: Target, args: argparse.Namespace) -> dict:
     assert target.rates is not None
     chosen = spread(target.rates, args.rates)
     measured = []
-    with Progress(len(chosen), "rates", "step times") as progress:
+    motors = target.rates.motors
+    with Progress(-(-len(chosen) // motors) * motors, "measurements", "step times") as progress:
         for times in measure(target, chosen, args.seed):
             measured.append(times)
-            progress.advance(min(target.rates.motors, len(chosen)))
+            progress.advance()
     good = all(times.beyond == 0 and times.steps and not times.failures for times in measured)
     say("step times " + f"{'rates':>14} {'steps':>9}  {'apart':>8}  beyond rounding")
     for low, high in zip(_BANDS, _BANDS[1:], strict=False):
-        if own := [times for times in measured if low <= times.rates[0] < high]:
-            say(f"           {f'{min(times.rates[0] for times in own)}..':>6}"
-                f"{max(times.rates[-1] for times in own):<8} {_steps(own):>9}  "
+        if own := [times for times in measured if low <= min(times.rates) < high]:
+            say(f"           {f'{min(min(times.rates) for times in own)}..':>6}"
+                f"{max(max(times.rates) for times in own):<8} {_steps(own):>9}  "
                 f"{max(times.deviation for times in own):8.4f}  "
                 f"{max(times.beyond for times in own)} clocks")
     for times in measured:
         if times.beyond or times.failures or not times.steps:
             says = times.failures[0].says if times.failures else "steps are not at their times"
             say(f"WRONG      rates {times.rates}, {times.steps} steps: {says}")
-    return {"rates": len(chosen), "motors": target.rates.motors, "steps": _steps(measured),
+    return {"rates": len(chosen), "motors": motors, "steps": _steps(measured),
             "deviation": max(times.deviation for times in measured),
             "beyond_rounding": max(times.beyond for times in measured), "good": good,
             "measured": [{"rates": times.rates, "steps": times.steps,

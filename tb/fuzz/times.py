@@ -60,7 +60,7 @@ def spread(rates: Rates, count: int) -> list[int]:
 
 def measure(target: Target, chosen: list[int], seed: int, *, kind: type[Engine] = CXXRTLEngine
             ) -> Iterator[Times]:
-    """Measure rates, as many at once as there are motors.
+    """Measure rates, as many at once as there are motors, and each on every motor.
 
     Raises
     ------
@@ -74,10 +74,12 @@ def measure(target: Target, chosen: list[int], seed: int, *, kind: type[Engine] 
         # Motors that are left over go as fast as they can.
         own = chosen[first:first + rates.motors]
         own += [rates.most] * (rates.motors - len(own))
-        sent = _busy(target, rates, own, random.Random(f"{seed} {own}"))
-        with kind(design) as engine:
-            judgement = play(target, engine, sent).judgement
-        yield Times(tuple(own), judgement.timed, judgement.deviation, judgement.failures)
+        for _ in range(rates.motors):
+            sent = _busy(target, rates, own, random.Random(f"{seed} {own}"))
+            with kind(design) as engine:
+                judgement = play(target, engine, sent).judgement
+            yield Times(tuple(own), judgement.timed, judgement.deviation, judgement.failures)
+            own = [*own[1:], own[0]]
 
 
 def _busy(target: Target, rates: Rates, own: list[int], rng: random.Random) -> list[Piece]:

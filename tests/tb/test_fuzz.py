@@ -176,8 +176,11 @@ class TestMachines:
                 next(measure(TARGETS[name], [1], 1))
             return
         chosen = [rates.most, rates.most - 1, 997, 613, 500, 499]
+        seen = set()
         for times in measure(TARGETS[name], chosen, 1):
             assert times.failures == [] and times.beyond == 0 and times.steps > 50
+            seen |= set(enumerate(times.rates))
+        assert seen == {(motor, rate) for motor in range(rates.motors) for rate in chosen}
 
 
 class TestLine:
