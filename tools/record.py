@@ -105,7 +105,7 @@ _RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.p
          "tb/stimulus.py", "tb/vhdl")
 #: What is typed besides, and switches.
 _RUNS_ON_A_LINE = (*_RUNS, "tb/terminal.py", "tb/desk.py", "tb/fuzz")
-_FAULTS = ("tb/faults", "tb/engines", "tb/boards.py", "tools/faults.py")
+_FAULTS = ("tb/faults", "tb/engines", "tb/boards.py", "tools/faults")
 _MUTANTS = ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py")
 #: Mutants are shared out to the components of a command: those of one machine stay the same when
 #: another gets more.

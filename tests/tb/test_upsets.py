@@ -21,7 +21,7 @@ from tb.models.mill import MillInputs, MillModel
 from tb.script import Hold, Jog, Mode, Order, Reset, record
 from tb.stimulus import chance, orders
 from tb.yosys import YOSYS
-from tools.faults import KEPT, PACE, TRAVEL, machine
+from tools.faults.strike import KEPT, PACE, TRAVEL, machine
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
 

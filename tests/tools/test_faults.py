@@ -11,7 +11,9 @@ from fresa.motion import guard
 from tb.contracts.contract import Bug
 from tb.engines import source
 from tb.engines.build import missing
-from tools import build, faults
+from tools import build
+from tools.faults import __main__ as faults
+from tools.faults import strike as striking
 from tools.synthesis import Resources
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -44,7 +46,7 @@ class TestFlips:
                 machine[verdict] for verdict in ("harmless", "visible", "stuck", "silent"))
             assert machine["flip_flops"] == sum(r["bits"] for r in machine["registers"].values())
         assert 0.2 < plain["silent_rate"] < 0.4
-        assert len(plain["silent_ones"]) == faults.SHOWN
+        assert len(plain["silent_ones"]) == striking.SHOWN
         assert guarded["silent"] == 0 and guarded["silent_ones"] == []
         said = capsys.readouterr().out
         assert re.search(r"^0 of 60000 silent \(0.0000%\); ", said, re.M)
@@ -60,7 +62,7 @@ class TestFlips:
 
     def test_guard_with_a_gap_is_found(self, tmp_path, monkeypatch, capsys):
         """A guard that compares no positions lets some through; the status says so."""
-        make = faults.machine
+        make = striking.machine
 
         def with_gap(*, guard: bool):
             with GAP.planted():
@@ -68,7 +70,7 @@ class TestFlips:
                 source.rtlil(design)
             return design
 
-        monkeypatch.setattr(faults, "machine", with_gap)
+        monkeypatch.setattr(striking, "machine", with_gap)
         status, (machine,) = strike(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
         assert status == 1
         assert machine["silent"] > 10
@@ -90,7 +92,7 @@ class TestResets:
         assert capsys.readouterr().out.count("every coil word legal, none moved") == 2
 
     def test_mistake_ends_in_status_1(self, monkeypatch, capsys):
-        monkeypatch.setattr(faults, "KEPT", ("black", "orange", "rest"))
+        monkeypatch.setattr(striking, "KEPT", ("black", "orange", "rest"))
         assert run("resets", "--resets", 1500, "--no-guard") == 1
         assert "started is not as from power-up after a reset" in capsys.readouterr().out
 
