@@ -1,9 +1,8 @@
-"""Strike the machine: resets at any time, and flip-flops that change by themselves."""
+"""Strike a machine: resets at any time, and flip-flops that change by themselves."""
 
 import argparse
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from importlib.metadata import version
 
 from amaranth.back import rtlil
@@ -11,11 +10,13 @@ from amaranth.back import rtlil
 from fresa.machines.mill import Mill
 from tb.engines import EngineError
 from tb.engines.build import missing
-from tb.faults.upsets import Verdict
+from tb.faults.machine import Coils, Machine
+from tb.faults.machines import MACHINES
+from tb.faults.verdicts import Verdict
 
 from ..console import Progress, UserError, check_output, command, say, write_atomically
 from ..synthesis import PASSES, Resources, synthesise
-from .parser import make_parser
+from .parser import FLIPS, FLIPS_ON_A_LINE, RESETS, make_parser
 from .results import Flips
 from .strike import run_flips, run_resets
 
@@ -41,44 +42,61 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0 if good else 1
 
 
-def _guards(args: argparse.Namespace) -> list[bool]:
-    return [False, True] if args.guard is None else [args.guard]
+def _machines(args: argparse.Namespace) -> list[Machine]:
+    """Make the machines that are to be struck."""
+    if args.machine != "mill":
+        if args.guard is not None:
+            raise UserError(f"leave out --guard: {args.machine} has none")
+        return [MACHINES[args.machine]()]
+    return [MACHINES[args.machine](guard=guard)
+            for guard in ([False, True] if args.guard is None else [args.guard])]
 
 
-def _called(guard: bool) -> str:
+def _called(machine: Machine) -> str:
+    return machine.name if machine.guard is None else _guarded(machine.guard)
+
+
+def _guarded(guard: bool) -> str:
     return "with guard" if guard else "without guard"
 
 
 def _resets(args: argparse.Namespace, facts: dict[str, object]) -> bool:
+    count = args.resets or RESETS
     results = []
-    for guard in _guards(args):
-        with Progress(args.resets, "resets", _called(guard)) as progress:
-            done = run_resets(args.resets, args.seed, guard=guard, jobs=args.jobs,
-                              advance=progress.advance)
+    for machine in _machines(args):
+        with Progress(count, "resets", _called(machine)) as progress:
+            done = run_resets(machine, count, args.seed, jobs=args.jobs, advance=progress.advance)
         results.append(done)
-        say(f"{_called(guard):14} {done.resets} resets in {done.clocks} clocks with {done.steps} "
+        right = ["every coil word legal" if _has_coils(machine) else "every pulse whole",
+                 "none moved", "all as from power-up that shall be",
+                 *(["each question answered"] if machine.line else [])]
+        say(f"{_called(machine):14} {done.resets} resets in {done.clocks} clocks with {done.steps} "
             f"steps, {done.seconds:.1f} s: "
             + (f"WRONG in clock {done.wrong[0].clock}, {done.wrong[0].what}" if done.wrong else
-               "every coil word legal, none moved, all as from power-up that shall be"))
-    facts |= {"seed": args.seed, "machines": [asdict(done) for done in results]}
+               ", ".join(right)))
+    facts |= {"seed": args.seed, "machines": [done.facts() for done in results]}
     return not any(done.wrong for done in results)
+
+
+def _has_coils(machine: Machine) -> bool:
+    return all(isinstance(motor, Coils) for motor in machine.motors)
 
 
 def _flips(args: argparse.Namespace, facts: dict[str, object]) -> bool:
     results = []
-    for guard in _guards(args):
-        with Progress(args.flips, "flips", _called(guard)) as progress:
-            done = run_flips(args.flips, args.seed, guard=guard, jobs=args.jobs,
-                             advance=progress.advance)
+    for machine in _machines(args):
+        count = args.flips or (FLIPS if machine.line is None else FLIPS_ON_A_LINE)
+        with Progress(count, "flips", _called(machine)) as progress:
+            done = run_flips(machine, count, args.seed, jobs=args.jobs, advance=progress.advance)
         results.append(done)
         _say_flips(done)
     facts |= {"seed": args.seed, "machines": [done.facts() for done in results]}
-    return not any(done.guard and done.count(Verdict.SILENT) for done in results)
+    return not any(done.machine.guard and done.count(Verdict.SILENT) for done in results)
 
 
 def _say_flips(done: Flips) -> None:
     columns = [verdict.name.lower() for verdict in Verdict]
-    say(f"{_called(done.guard):44} {'bits':>4} {'flips':>9}"
+    say(f"{_called(done.machine):44} {'bits':>4} {'flips':>9}"
         + "".join(f"{name:>10}" for name in columns))
     rows = [(register.name, register.width, row)
             for register, row in zip(done.registers, done.verdicts.tolist(), strict=True)]
@@ -97,7 +115,7 @@ def _cost(args: argparse.Namespace, facts: dict[str, object]) -> bool:
     with Progress(2 * PASSES, "passes", "counting resources") as progress:
         cost = _count_cost(progress.advance)
     for guard, resources in cost.items():
-        say(f"{_called(guard):14} {resources.luts} LUTs, {resources.flip_flops} flip-flops")
+        say(f"{_guarded(guard):14} {resources.luts} LUTs, {resources.flip_flops} flip-flops")
     say(f"counted by {cost[True].tool}")
     facts["machines"] = [{"guard": guard, **resources.facts()} for guard, resources in cost.items()]
     return True

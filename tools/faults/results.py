@@ -5,7 +5,8 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from tb.faults.upsets import Register, Silent, Verdict, WrongReset
+from tb.faults.machine import Machine
+from tb.faults.verdicts import Register, Silent, Verdict, WrongReset
 
 __all__ = ["Flips", "Resets"]
 
@@ -14,19 +15,30 @@ __all__ = ["Flips", "Resets"]
 class Resets:
     """What came of resets of a machine."""
 
-    guard: bool
+    machine: Machine
     resets: int = 0
     clocks: int = 0
     steps: int = 0
     seconds: float = 0.0
     wrong: list[WrongReset] = field(default_factory=list)
 
+    def facts(self) -> dict[str, object]:
+        """List the figures, ready for JSON."""
+        return {
+            **_called(self.machine),
+            "resets": self.resets,
+            "clocks": self.clocks,
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "wrong": [asdict(wrong) for wrong in self.wrong],
+        }
+
 
 @dataclass
 class Flips:
     """What came of upsets of a machine: how often each verdict, register by register."""
 
-    guard: bool
+    machine: Machine
     registers: list[Register]
     verdicts: NDArray[np.int64]
     clocks: int = 0
@@ -45,7 +57,7 @@ class Flips:
     def facts(self) -> dict[str, object]:
         """List the figures, ready for JSON."""
         return {
-            "guard": self.guard,
+            **_called(self.machine),
             "flips": self.flips,
             "flip_flops": sum(register.width for register in self.registers),
             "clocks_of_work": self.clocks,
@@ -59,3 +71,7 @@ class Flips:
                 for register, row in zip(self.registers, self.verdicts, strict=True)},
             "silent_ones": [asdict(upset) for upset in self.silent],
         }
+
+
+def _called(machine: Machine) -> dict[str, object]:
+    return ({"machine": machine.name} if machine.guard is None else {"guard": machine.guard})

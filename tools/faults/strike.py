@@ -5,31 +5,20 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines.mill import MillPace
-from tb import boards
-from tb.design import Design
-from tb.faults.upsets import Silent, Trial, Verdict, WrongReset
-from tb.faults.work import Rows, actions, rows_of_actions, rows_of_stimulus
-from tb.stimulus import chance, orders
+from tb.faults.machine import Machine
+from tb.faults.upsets import Trial
+from tb.faults.verdicts import Silent, Verdict, WrongReset
 
 from .results import Flips, Resets
 
-__all__ = ["KEPT", "PACE", "SHOWN", "TRAVEL", "machine", "run_flips", "run_resets"]
-
-PACE = MillPace(period=4, scan_bits=3)
-TRAVEL = 6
-"""Every time is shortened, so that much happens in few clocks."""
+__all__ = ["SHOWN", "run_flips", "run_resets"]
 
 FLIPS = 20_000
 """Upsets of a chunk: each chunk has work of its own."""
-
-PIECES = 150
-"""Pieces of work of a chunk."""
 
 RESETS = 500
 """Resets of a chunk."""
@@ -37,29 +26,22 @@ RESETS = 500
 SHOWN = 20
 """Silent upsets that are told of."""
 
-KEPT = ("black", "orange", "rest", "started",
-        "fault", "seen", "apart_x_before", "apart_y_before", "apart_z_before")
-"""What a reset does not set: where the motors stand, how long ago they stepped, that `start` has
-been taken; and of the guard what it must remember over a reset."""
+ASKED = 20
+"""Behind one of so many resets a machine on a line is asked whether it is there."""
 
 
-def machine(*, guard: bool) -> Design:
-    """Give the raw machine that is struck."""
-    return boards.mill(pace=PACE, z_travel=TRAVEL, guard=guard)
-
-
-def run_resets(count: int, seed: int, *, guard: bool, jobs: int,
+def run_resets(machine: Machine, count: int, seed: int, *, jobs: int,
                advance: Callable[[int], object]) -> Resets:
     """Reset a machine so often.
 
     Parameters
     ----------
+    machine : Machine
+        What to strike.
     count : int
         Resets.
     seed : int
         Of the work, and of when and how long it is reset.
-    guard : bool
-        Whether the machine has its guard.
     jobs : int
         Cores to use.
     advance : callable
@@ -67,12 +49,14 @@ def run_resets(count: int, seed: int, *, guard: bool, jobs: int,
     """
     def chunk(trial: Trial, number: int, size: int) -> tuple[int, int, WrongReset | None]:
         rng = np.random.default_rng([seed, number])
-        trial.load(_work_to_reset(seed, number))
-        return trial.resets(rng.integers(1, 121, size).tolist(),
-                            rng.choice([1, 1, 1, 2, 3, 4, 30], size).tolist(), KEPT)
+        trial.load(machine.work_to_reset(seed, number))
+        gaps = rng.integers(1, machine.gap + 1, size).tolist()
+        lengths = rng.choice([1, 1, 1, 2, 3, 4, 30], size).tolist()
+        asks = [machine.line is not None and place % ASKED == ASKED - 1 for place in range(size)]
+        return trial.resets(gaps, lengths, asks)
 
-    result = Resets(guard)
-    with _machines(guard, jobs) as trials:
+    result = Resets(machine)
+    with _trials(machine, jobs) as trials:
         began = time.perf_counter()
         for size, (clocks, steps, wrong) in _in_order(trials, count, RESETS, chunk):
             result.resets += size
@@ -84,25 +68,18 @@ def run_resets(count: int, seed: int, *, guard: bool, jobs: int,
     return result
 
 
-def _work_to_reset(seed: int, number: int) -> Rows:
-    """Orders that wait for the machine in one chunk, pins at random in the next."""
-    if number % 2:
-        return rows_of_stimulus(chance(seed, number, 40_000))
-    return rows_of_actions(islice(orders(seed * 1_000_003 + number), 200))
-
-
-def run_flips(count: int, seed: int, *, guard: bool, jobs: int,
+def run_flips(machine: Machine, count: int, seed: int, *, jobs: int,
               advance: Callable[[int], object]) -> Flips:
     """Upset a machine so often; see :func:`run_resets`."""
     def chunk(trial: Trial, number: int, size: int
               ) -> tuple[int, NDArray[np.int64], list[Silent]]:
-        trial.load(rows_of_actions(actions(seed * 1_000_003 + number, PIECES)))
+        trial.load(machine.work(seed * 1_000_003 + number))
         clocks = trial.work()
         return clocks, *trial.flips(seed, number * FLIPS, size)
 
-    with _machines(guard, jobs) as trials:
+    with _trials(machine, jobs) as trials:
         registers = trials[0].registers
-        result = Flips(guard, registers, np.zeros((len(registers), len(Verdict)), np.int64))
+        result = Flips(machine, registers, np.zeros((len(registers), len(Verdict)), np.int64))
         began = time.perf_counter()
         for size, (clocks, verdicts, silent) in _in_order(trials, count, FLIPS, chunk):
             result.clocks += clocks
@@ -114,11 +91,10 @@ def run_flips(count: int, seed: int, *, guard: bool, jobs: int,
 
 
 @contextmanager
-def _machines(guard: bool, count: int) -> Iterator[list[Trial]]:
-    """Make so many machines alike, one for each core."""
+def _trials(machine: Machine, count: int) -> Iterator[list[Trial]]:
+    """Make so many of a machine, one for each core."""
     with ExitStack() as stack:
-        design = machine(guard=guard)
-        yield [stack.enter_context(closing(Trial(design))) for _ in range(count)]
+        yield [stack.enter_context(closing(Trial(machine))) for _ in range(count)]
 
 
 def _in_order(trials: Sequence[Trial], count: int, most: int, chunk: Callable
