@@ -178,7 +178,8 @@ def _flipped(subject: Subject, options: Options) -> Task:
 def _equal_tasks(options: Options) -> list[Task]:
     # The longest at first: the others are done beside it.
     return [_equal(POSITIONER), _equal(MILL), _equal(GUARDED), _equal(BOARD), _equal(SINGLE),
-            _flipped(MILL, options), _flipped(SINGLE, replace(options, flips=1))]
+            _flipped(MILL, options),
+            *(_flipped(subject, replace(options, flips=1)) for subject in (SINGLE, POSITIONER))]
 
 
 # Unused codes
