@@ -14,10 +14,9 @@ from fresa.machines.single import SinglePace
 
 from .. import boards
 from ..design import Design
-from ..fuzz.pieces import Dialect, pieces
-from ..fuzz.positioner_lines import DIALECT as LINES
+from ..fuzz import TARGETS
+from ..fuzz.pieces import pieces
 from ..fuzz.presses import pressing
-from ..fuzz.single import DIALECT as FRAMES
 from ..fuzz.single import PHASES
 from ..plant import WORDS
 from ..stimulus import chance, orders
@@ -84,7 +83,7 @@ def single() -> Machine:
         idle=("moving", 0), fault="fault", zeros={"rst": 1},
         kept=("driver.row", "driver.coils", "driver.rest", "late", *OF_MEMORIES),
         work=lambda seed: single_work(seed, 30),
-        work_to_reset=_to_reset(design, FRAMES, single_sessions),
+        work_to_reset=_to_reset(design, single_sessions),
         gap=6000, window=6000, patience=20_000, line=Line(BIT, b"oe", single_question()))
 
 
@@ -107,13 +106,14 @@ def positioner() -> Machine:
               "backlash.way", "backlash.left", "limits.since", "limits.before",
               "limits.divider.count", *OF_MEMORIES),
         work=lambda seed: positioner_work(seed, 20),
-        work_to_reset=_to_reset(design, LINES, positioner_sessions),
+        work_to_reset=_to_reset(design, positioner_sessions),
         gap=12_000, window=12_000, patience=20_000, line=Line(BIT, b"!", positioner_question()))
 
 
-def _to_reset(design: Design, dialect: Dialect, sessions: Callable[[int], Rows]
-              ) -> Callable[[int, int], Rows]:
+def _to_reset(design: Design, sessions: Callable[[int], Rows]) -> Callable[[int, int], Rows]:
     """Sessions that soon move the motors in one chunk, anything at all in the next."""
+    dialect = TARGETS[design.name].dialect
+
     def work(seed: int, number: int) -> Rows:
         own = seed * 1_000_003 + number
         if number % 2 == 0:
