@@ -243,53 +243,6 @@ bool Trial::work(int64_t patience) {
 	return true;
 }
 
-// Says what becomes of an upset, and where the motors are then, and should be.
-Verdict Trial::strike(
-	int64_t clock, size_t number, size_t bit, int64_t window, int64_t patience, int64_t *place
-) {
-	size_t at = row_at[clock], end = row_at[clock];
-	while (ends[end] >= 0 && starts[end] < clock + window)
-		end = ends[end];
-	restore(&states[clock * words], contents[contents_at[clock]]);
-	flip(number, bit);
-	Seen now = seen[clock - 1];
-	int64_t elapsed = clock - starts[at], made = 0, moved = 0;
-	apply(rows[at]);
-	for (;; made++) {
-		engine.settle();
-		Stand before[MOST];
-		std::copy(now.stands, now.stands + MOST, before);
-		bool jumped = follow(now, rows[at]) != NOTHING;
-		for (size_t n = 0; n < motors.size(); n++)
-			if (now.stands[n].position != before[n].position)
-				moved = made;
-		int64_t length = (at + 1 < rows.size() ? starts[at + 1] : int64_t(row_at.size())) - starts[at];
-		int64_t golden = starts[at] + std::min(elapsed, length - 1);
-		if (error.get() && !rows[at].rst && !errors[golden])
-			return VISIBLE;
-		bool over = at == end;
-		if (over || (elapsed < length && (made < 4 || elapsed == 0) && same(golden))) {
-			if (compare(now, seen[golden], place) && !jumped && counts_right(now))
-				return HARMLESS;
-			return now.said.same(seen[golden].said) ? SILENT : VISIBLE;
-		}
-		if (rows[at].waits && elapsed > length + patience) {
-			compare(now, seen[starts[end]], place);
-			if (error.get())
-				return VISIBLE;
-			if (counts_right(now) && made - moved > patience / 2)
-				return STUCK;
-			return now.said.same(seen[golden].said) ? SILENT : VISIBLE;
-		}
-		bool was_idle = is_idle();
-		engine.edge();
-		if (++elapsed >= rows[at].clocks && (!rows[at].waits || was_idle)) {
-			apply(rows[++at]);
-			elapsed = 0;
-		}
-	}
-}
-
 std::vector<Row> rows_of(
 	size_t pins, int64_t rows, const uint64_t *levels, const int64_t *clocks, const uint8_t *marks
 ) {

@@ -18,7 +18,8 @@ from .verdicts import Register, Silent, Verdict, WrongReset
 
 __all__ = ["Trial"]
 
-LOOPS = [Path(__file__).with_name(name) for name in ("pins.h", "trial.h", "upsets.cc")]
+LOOPS = [Path(__file__).with_name(name)
+         for name in ("pins.h", "trial.h", "upsets.cc", "resets.cc")]
 
 ROOM = 8
 """Silent upsets of which a call tells more."""
