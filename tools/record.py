@@ -105,7 +105,9 @@ _RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.p
          "tb/stimulus.py", "tb/vhdl")
 #: What is typed besides, and switches.
 _RUNS_ON_A_LINE = (*_RUNS, "tb/terminal.py", "tb/desk.py", "tb/fuzz")
-_FAULTS = ("tb/faults", "tb/engines", "tb/boards.py", "tools/faults.py")
+_FAULTS = ("tb/faults", "tb/engines", "tb/models", "tb/boards.py", "tb/plant.py", "tb/script.py",
+           "tb/stimulus.py", "tools/faults")
+_FAULTS_ON_A_LINE = (*_FAULTS, "tb/fuzz")
 _MUTANTS = ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py")
 #: Mutants are shared out to the components of a command: those of one machine stay the same when
 #: another gets more.
@@ -153,6 +155,10 @@ PARTS = {part.name: part for part in (
     Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
     Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
          f"tools.faults flips --flips 20000 {_JSON}"),
+    *(Part(f"{what}-{machine}", f"tools.faults {what} --machine {machine} {_JSON}",
+           _FAULTS_ON_A_LINE,
+           f"tools.faults {what} --machine {machine} --{what} 1000 {_JSON}")
+      for what in ("resets", "flips") for machine in ("single", "positioner")),
     Part("coverage", f"tools.coverage {_JSON}",
          (*_RUNS, *_PROOFS, "tb/coverage.py", "tools/coverage.py")),
     *(Part(f"coverage-{machine}", f"tools.coverage lines --machine {machine} {_JSON}",

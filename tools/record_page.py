@@ -18,6 +18,8 @@ for programs. Nothing here was typed by hand.
 
 _MUTANTS = ("mutants", "mutants-lines", "mutants-machines", "mutants-more")
 _FUZZ = ("fuzz-single", "fuzz-positioner", "fuzz-mill")
+_RESETS = ("resets", "resets-single", "resets-positioner")
+_FLIPS = ("flips", "flips-single", "flips-positioner")
 _COVERAGE = ("coverage", "coverage-single", "coverage-positioner")
 _SIZES = ("size", "size-guard", "size-board", "size-serial", "size-single", "size-ramp",
           "size-positioner")
@@ -143,16 +145,16 @@ def _fuzz(*runs: Facts) -> list[str]:
                         "clocks beyond rounding"], timed)]
 
 
-def _resets(resets: Facts) -> list[str]:
-    rows = [[_guarded(one), _many(one["resets"]), _many(one["clocks"]), _many(one["steps"]),
-             len(one["wrong"])] for one in resets["machines"]]
+def _resets(*runs: Facts) -> list[str]:
+    rows = [[_struck(one), _many(one["resets"]), _many(one["clocks"]), _many(one["steps"]),
+             len(one["wrong"])] for run in runs for one in run["machines"]]
     return [_table(["machine", "resets", "clocks", "steps", "wrong"], rows)]
 
 
-def _upsets(flips: Facts) -> list[str]:
+def _upsets(*runs: Facts) -> list[str]:
     verdicts = ("flips", "harmless", "visible", "stuck", "silent")
-    rows = [[_guarded(one), one["flip_flops"], *(_many(one[verdict]) for verdict in verdicts),
-             f"{100 * one['silent_rate']:.3f}"] for one in flips["machines"]]
+    rows = [[_struck(one), one["flip_flops"], *(_many(one[verdict]) for verdict in verdicts),
+             f"{100 * one['silent_rate']:.3f}"] for run in runs for one in run["machines"]]
     return [_table(["machine", "flip-flops", "upsets", *verdicts[1:], "% silent"], rows)]
 
 
@@ -233,11 +235,13 @@ serial line. Each line has its one answer; each step lies on a way that a legal 
 comes at its time; the position that is told is that of the steps; all of it from the description of
 lines, with no model of the gateware.""", _FUZZ, _fuzz, apart=True),
     _Section("Resets", """\
-In the midst of work, in any clock and of any length: no coil word out of the table, no coil moved,
-and afterwards all as from power-up that shall be so.""", ("resets",), _resets),
+In the midst of work, in any clock and of any length: no coil word out of the table, no motor moved,
+no pulse begun or cut, and afterwards all as from power-up that shall be so. `single` and
+`positioner` are asked then, and must do it and say so.""", _RESETS, _resets, apart=True),
     _Section("Upsets", """\
 One flip-flop upset in the midst of work. *Silent* is a motor in a wrong place, or a counter that
-says a wrong one, without a word.""", ("flips",), _upsets),
+says a wrong one, without a word. `single` and `positioner` have no guard; but their answers are
+words, too.""", _FLIPS, _upsets, apart=True),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
 registers from a code that no state has.""", _COVERAGE, _coverage),
@@ -297,7 +301,8 @@ def _short_build(figures: Facts) -> Facts:
 
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
-    "resets": _short_resets, "flips": _short_flips,
+    **dict.fromkeys(_RESETS, _short_resets),
+    **dict.fromkeys(_FLIPS, _short_flips),
     **dict.fromkeys(_MUTANTS, _short_mutants),
     **dict.fromkeys(_FUZZ, _short_fuzz),
     **dict.fromkeys(_COVERAGE, _short_coverage),
@@ -334,8 +339,11 @@ def _resumed(part: Facts) -> str:
     return ", besides what was known from a run before" if part["resumed"] else ""
 
 
-def _guarded(facts: Facts) -> str:
-    return "with guard" if facts["guard"] else "without guard"
+def _struck(facts: Facts) -> str:
+    """Name a machine; only the mill has a guard."""
+    if "guard" in facts:
+        return f"mill {'with' if facts['guard'] else 'without'} guard"
+    return facts["machine"]
 
 
 def _proved(proofs: Sequence[Facts]) -> int:

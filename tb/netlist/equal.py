@@ -14,12 +14,13 @@ flip-flops on both sides: Yosys has no model of a block RAM. There nets have los
 the Verilog is optimised before the flip-flops are paired, as Yosys does at the begin of synthesis.
 
 A flip-flop that the netlist does without must be a constant, which is proved of the RTL, or have no
-effect, which is proved by leaving it free.
+effect, which is proved by leaving it free. Where not even its name is left it is a constant if it
+stays as it starts, by itself.
 """
 
 import re
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import starmap
 from pathlib import Path
 
@@ -39,6 +40,7 @@ _EQUIV = (f"{_BOTH}equiv_make gold gate equiv; hierarchy -top equiv; opt_clean; 
           "equiv_simple; equiv_status")
 _MITER = (f"{_BOTH}miter -equiv -flatten gold gate miter; hierarchy -top miter; opt_clean; "
           "sat -prove trigger 0 miter")
+_STAYED = re.compile(r"SAT proof finished - (no model|model) found")
 _TRIED = re.compile(r"Trying to prove \$equiv for \\(.+):\n(?:ezsat\n)* (success!|failed\.)")
 _STATUS = re.compile(r"Found (\d+) \$equiv cells in equiv:\n"
                      r"  Of those cells (\d+) are proven and (\d+) are unproven\.")
@@ -76,6 +78,7 @@ class _Pairs:
 
     both: list[Net]
     constant: list[tuple[Net, str]]
+    lost: list[tuple[Net, str]]
     unused: int
     wrong: list[str]
 
@@ -108,7 +111,7 @@ def compare(top: str, rtl: str, netlist: str, folder: Path, *,
     gold, gates = load(folder / "gold.json", top), load(folder / "gate.json", top)
     if boxes := sorted({cell.type for cell in gates.cells if not cell.type.startswith("$")}):
         raise EngineError(f"Yosys has no model of {', '.join(boxes)}, which {top} takes")
-    pairs = _pair(gold, gates)
+    pairs = _settle(top, _pair(gold, gates), folder)
     wrong = [*pairs.wrong, *_unclocked(gold), *_unclocked(gates), *_undefined(gates)]
     log, names, ports = _cut_and(_EQUIV, top, gates, pairs, folder, only)
     status = _STATUS.search(log)
@@ -152,8 +155,8 @@ def _cut_and(what: str, top: str, gate: Flat, pairs: _Pairs, folder: Path,
     names = {**names, **constants}
     ports, keep = list(gate.outputs), ""
     if only is not None:
-        bits = {gate.names.get(name) for name in only}
-        names = {plain: name for plain, name in names.items() if gate.names[name] in bits}
+        bits = {gate.names[name] for name in only if name in gate.names}
+        names = {plain: name for plain, name in names.items() if gate.names.get(name) in bits}
         ports = [port for port, bits in gate.outputs.items()
                  if any((port, index) in only for index in range(len(bits)))]
         kept = [f"w:{plain}.d" for plain in names] + [f"w:{port}" for port in ports]
@@ -165,7 +168,7 @@ def _cut_and(what: str, top: str, gate: Flat, pairs: _Pairs, folder: Path,
 
 def _pair(gold: Flat, gate: Flat) -> _Pairs:
     """Find each flip-flop of one side on the other, by any name that it has."""
-    both, constant, wrong, unused = [], [], [], 0
+    both, constant, lost, wrong, unused = [], [], [], [], 0
     taken: dict[Bit, Net] = {}
     for bit in gold.registers:
         names = [name for name in gold.aliases.get(bit, []) if name in gate.names]
@@ -183,10 +186,31 @@ def _pair(gold: Flat, gate: Flat) -> _Pairs:
             if str(gold.start(bit)) != level:
                 wrong.append(f"{said(found[0])} starts at {level}, not {gold.start(bit)}")
             constant.append((found[0], level))
+        elif (start := gold.start(bit)) is not None and gold.aliases.get(bit):
+            lost.append((gold.aliases[bit][0], str(start)))
         else:
             unused += 1
     wrong += [f"{gate.name(bit)} is new" for bit in gate.registers if bit not in taken]
-    return _Pairs(both, constant, unused, wrong)
+    return _Pairs(both, constant, lost, unused, wrong)
+
+
+def _settle(top: str, pairs: _Pairs, folder: Path) -> _Pairs:
+    """Find which lost flip-flops stay as they start: these are constants, the others free."""
+    if not pairs.lost:
+        return pairs
+    text = (folder / "gold.il").read_text(encoding="utf-8")
+    (folder / "lost.il").write_text(text, encoding="utf-8")
+    add_to(folder / "lost.il", "".join(
+        alias(f"ff_{n}", name) for n, (name, _) in enumerate(pairs.lost)))
+    log = yosys("; ".join([CUT.format(side="lost"), "delete t:$dff", "opt_clean", *(
+        f"sat -set ff_{n}.q {level} -prove ff_{n}.d {level} {top}"
+        for n, (_, level) in enumerate(pairs.lost))]), folder)
+    stays = [verdict == "no model" for verdict in _STAYED.findall(log)]
+    if len(stays) != len(pairs.lost):
+        raise EngineError(f"Yosys came to no end with the flip-flops that {top} has lost")
+    constant = [net for net, stay in zip(pairs.lost, stays, strict=True) if stay]
+    return replace(pairs, constant=[*pairs.constant, *constant], lost=[],
+                   unused=pairs.unused + stays.count(False))
 
 
 def _undefined(gate: Flat) -> list[str]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
 
-from fresa.machines import Single
+from fresa.machines import Positioner, Single
 from fresa.machines.mill import PIXEL_STEPS, MillPace
 from fresa.machines.positioner import PositionerPace
 from fresa.motion import CoordinateGenerator, SquareGenerator
@@ -24,8 +24,9 @@ from ..design import Design
 from ..engines import source
 from ..engines.netlist import netlist
 
-__all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "POSITIONER_BOARD", "SINGLE",
-           "SINGLE_BOARD", "Built", "Subject", "elaborate", "state_machines"]
+__all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "POSITIONER",
+           "POSITIONER_BOARD", "SINGLE", "SINGLE_BOARD", "Built", "Subject", "elaborate",
+           "state_machines"]
 
 ELABORATING = threading.Lock()
 """Held while gateware is elaborated: a planted bug is there for all threads."""
@@ -146,7 +147,9 @@ _RELEASED = (("debouncer.o", 0),)  # BTN0
 
 SINGLE = Subject("single", lambda: boards.component("single", Single()), (("rst", 0),), "fault",
                  rams=False)
-"""One motor behind a serial line, without RAMs."""
+POSITIONER = Subject("positioner", lambda: boards.component("positioner", Positioner()),
+                     (("rst", 0),), "fault", rams=False)
+"""One motor and three behind a serial line, without RAMs."""
 
 SINGLE_BOARD = Subject(
     "nexys2-single",

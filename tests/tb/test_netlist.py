@@ -172,6 +172,7 @@ module it(clk, go, o);
   OBUF _3_ (.I(1'h0), .O(o));
 endmodule
 """
+NAMELESS = ALWAYS_0.replace("  wire state = 1'h0;\n", "")
 
 
 def compared(design: Design, netlist: str, folder: Path) -> equal.Verdict:
@@ -198,6 +199,8 @@ class TestEqual:
         (toggle(constant=True), ALWAYS_0, []),
         (toggle(), ALWAYS_0, ["state[0]"]),
         (toggle(constant=True, start=1), ALWAYS_0, ["state[0] starts at 0, not 1"]),
+        (toggle(constant=True), NAMELESS, []),
+        (toggle(), NAMELESS, ["o"]),
         (toggle(spare=True), NETLIST, []),
         (toggle(), NETLIST.replace(".I1(go), .O(out)", ".I1(late), .O(out)").replace(
             "endmodule", "wire late; FDRE #(.INIT(1'h0)) _4_ (.C(clk), .CE(1'h1), .R(1'h0), "

@@ -4,24 +4,32 @@
 
 import json
 import subprocess
-from itertools import islice
+from collections.abc import Callable
+from contextlib import closing
+from itertools import islice, pairwise
 
 import numpy as np
 import pytest
 
-from fresa.drive import coil
-from fresa.motion import sequencer
-from tb.boards import mill
+from fresa.drive import coil, phase, step_dir
+from fresa.machines import positioner as positioner_module
+from fresa.machines import single as single_module
+from fresa.motion import positioning, sequencer
 from tb.contracts.contract import Bug
 from tb.engines import source
 from tb.engines.build import missing
-from tb.faults.upsets import Trial, Verdict
-from tb.faults.work import actions, rows_of_actions, rows_of_stimulus
+from tb.faults.machine import Machine
+from tb.faults.machines import PACE, TRAVEL, mill, positioner, single
+from tb.faults.rows import Rows, rows_of_stimulus
+from tb.faults.sessions import BIT, positioner_sessions, single_sessions
+from tb.faults.upsets import Trial
+from tb.faults.verdicts import Verdict, WrongReset
+from tb.faults.work import actions, rows_of_actions
+from tb.fuzz.line import hear
 from tb.models.mill import MillInputs, MillModel
 from tb.script import Hold, Jog, Mode, Order, Reset, record
 from tb.stimulus import chance, orders
 from tb.yosys import YOSYS
-from tools.faults import KEPT, PACE, TRAVEL, machine
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
 
@@ -49,10 +57,22 @@ class TestWork:
 
     def test_rows_of_levels(self):
         stimulus = chance(1, 0, 3000)
-        rows = rows_of_stimulus(stimulus)
+        rows = rows_of_stimulus(stimulus, vars(MillInputs()))
         levels = np.repeat(rows.levels, rows.clocks, axis=0)
         assert (levels == np.stack([stimulus[name] for name in vars(MillInputs())], axis=1)).all()
         assert not rows.waits.any()
+
+    def test_sessions_are_lines(self):
+        """All that they say on the line is heard, and each begins with the line at rest."""
+        for sessions, first, end in ((positioner_sessions, b"CONNECT\n", b"\n"),
+                                     (single_sessions, b":v", b"\r")):
+            rows = sessions(3)
+            begins = np.flatnonzero(rows.begins)
+            for begin, stop in pairwise([*begins, len(rows)]):
+                line = np.repeat(rows.levels[begin:stop, 1], rows.clocks[begin:stop])
+                said = [heard.byte for heard in hear(line.astype(np.uint8), BIT)]
+                assert bytes(said).startswith(first) and bytes(said).endswith(end)
+            assert len(begins) == 40
 
     def test_every_error_is_over_before_the_next_reset(self):
         """Nor may manual mode end one: an upset in it would be seen by nobody."""
@@ -71,7 +91,7 @@ def guard(request) -> bool:
 
 @pytest.fixture(scope="module")
 def trial(guard):
-    trial = Trial(machine(guard=guard))
+    trial = Trial(mill(guard=guard))
     trial.load(rows_of_actions(actions(1, 100)))
     trial.work()
     yield trial
@@ -82,7 +102,7 @@ def trial(guard):
 @pytest.mark.compiler
 class TestUpsets:
     def test_they_are_the_flip_flops_of_the_netlist(self, trial, guard, tmp_path):
-        (tmp_path / "mill.il").write_text(source.rtlil(machine(guard=guard)))
+        (tmp_path / "mill.il").write_text(source.rtlil(mill(guard=guard).design))
         script = ("read_rtlil mill.il; synth_xilinx -family xc3se -flatten -top mill; "
                   "tee -q -o stat.json stat -json")
         subprocess.run([*YOSYS, "-q", "-p", script], cwd=tmp_path, check=True, capture_output=True)
@@ -138,6 +158,20 @@ class TestUpsets:
             trial.work()
 
 
+def struck(bug: Bug, make: Callable[[], Machine], rows: Rows, gap: int
+           ) -> tuple[int, WrongReset | None]:
+    """Reset a machine with a mistake in it; give the clocks that it took, and what is wrong."""
+    with bug.planted():
+        machine = make()
+        source.rtlil(machine.design)
+    rng = np.random.default_rng(1)
+    with closing(Trial(machine)) as trial:
+        trial.load(rows)
+        asks = [machine.line is not None and place % 5 == 0 for place in range(500)]
+        clocks, _, wrong = trial.resets(rng.integers(1, gap, 500).tolist(), [1] * 500, asks)
+    return clocks, wrong
+
+
 WORK = [Reset(), Mode(1), Hold(), Order(5, 3), Order(down=1), Order(2, 1), Order(up=1), Mode(0),
         Hold(2), Jog(0b010101, 9), Jog(0, 2)]
 
@@ -156,19 +190,67 @@ class TestResets:
          "controller.sequencer.refused is not as from power-up after a reset"),
     ], ids=["illegal", "jump", "moves", "keeps"])
     def test_mistakes_are_found(self, bug, found):
-        with bug.planted():
-            design = mill(pace=PACE, z_travel=TRAVEL)
-            source.rtlil(design)
-        trial = Trial(design)
-        trial.load(rows_of_actions(WORK))
-        rng = np.random.default_rng(1)
-        clocks, _, wrong = trial.resets(rng.integers(1, 40, 500).tolist(), [1] * 500, KEPT)
-        trial.close()
+        clocks, wrong = struck(bug, lambda: mill(guard=False), rows_of_actions(WORK), 40)
         assert wrong is not None
         assert wrong.what == found and wrong.clock == clocks < 20_000
 
     def test_none_without_a_mistake(self, trial):
         trial.load(rows_of_actions(WORK))
-        clocks, steps, wrong = trial.resets([30] * 500, [2] * 500, KEPT)
+        clocks, steps, wrong = trial.resets([30] * 500, [2] * 500)
         assert wrong is None
         assert clocks == 500 * 32 and steps > 500
+
+
+ON_A_LINE = {"single": (single, single_sessions), "positioner": (positioner, positioner_sessions)}
+
+
+@compiled
+@pytest.mark.compiler
+class TestResetsOnALine:
+    @pytest.mark.parametrize(("name", "bug", "found"), [
+        ("positioner", Bug(step_dir, "& power & ~ResetSignal()", "& power"), "a reset moves "),
+        ("positioner", Bug(step_dir, "high = Signal(reset_less=True)", "high = Signal()"),
+         "a pulse of "),
+        ("positioner", Bug(step_dir, "power = Signal(reset_less=True)", "power = Signal()"),
+         "DIR or ENABLE of "),
+        ("positioner", Bug(positioning, "going = Signal(MOTORS)",
+                           "going = Signal(MOTORS, reset_less=True)"),
+         "positioning.going is not as from power-up after a reset"),
+        ("positioner", Bug(positioner_module, "halt.eq(receiver.line_break)", "halt.eq(1)"),
+         "after a reset it does not do what it is asked"),
+        ("single", Bug(phase, "(rest >= 0) & ~ResetSignal()", "(rest >= 0)"), "a reset moves "),
+        ("single", Bug(phase, "coils = Signal(4, reset_less=True)", "coils = Signal(4)"),
+         "the coil word of the motor is illegal"),
+        ("single", Bug(single_module, "self.tx.eq(transmitter.tx)", "self.tx.eq(1)"),
+         "after a reset it does not do what it is asked, or does not say so"),
+    ], ids=["begins", "cuts", "turns", "keeps", "halts", "moves", "off", "dumb"])
+    def test_mistakes_are_found(self, name, bug, found):
+        make, sessions = ON_A_LINE[name]
+        _, wrong = struck(bug, make, sessions(1), 9000)
+        assert wrong is not None and wrong.what.startswith(found)
+
+    def test_none_without_a_mistake(self):
+        for make, sessions in ON_A_LINE.values():
+            with closing(Trial(make())) as trial:
+                trial.load(sessions(2))
+                clocks, steps, wrong = trial.resets([6000] * 40, [3] * 40, [False, True] * 20)
+                assert wrong is None
+                assert clocks > 40 * 6003 and steps > 1000
+
+
+@compiled
+@pytest.mark.compiler
+def test_upsets_of_single():
+    """What is known of some by thinking: its row is where the motor stands."""
+    machine = single()
+    with closing(Trial(machine)) as trial:
+        trial.load(machine.work(1))
+        trial.work()
+        verdicts, silent = trial.flips(7, 0, 3000)
+        come = {register.name: set(np.flatnonzero(row))
+                for register, row in zip(trial.registers, verdicts, strict=True)}
+    assert come["driver.row"] == {Verdict.SILENT}
+    assert come["transmitter.word"] == come["driver.rest"] == {Verdict.HARMLESS}
+    assert Verdict.VISIBLE in come["receiver.receiver_state_state"]  # shows a fault
+    assert Verdict.VISIBLE in come["lines.tail"]  # a frame is refused
+    assert silent and all(len(upset.place) == 1 for upset in silent)

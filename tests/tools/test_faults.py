@@ -4,6 +4,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -11,7 +12,10 @@ from fresa.motion import guard
 from tb.contracts.contract import Bug
 from tb.engines import source
 from tb.engines.build import missing
-from tools import build, faults
+from tb.faults import machines
+from tools import build
+from tools.faults import __main__ as faults
+from tools.faults import strike as striking
 from tools.synthesis import Resources
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -44,7 +48,7 @@ class TestFlips:
                 machine[verdict] for verdict in ("harmless", "visible", "stuck", "silent"))
             assert machine["flip_flops"] == sum(r["bits"] for r in machine["registers"].values())
         assert 0.2 < plain["silent_rate"] < 0.4
-        assert len(plain["silent_ones"]) == faults.SHOWN
+        assert len(plain["silent_ones"]) == striking.SHOWN
         assert guarded["silent"] == 0 and guarded["silent_ones"] == []
         said = capsys.readouterr().out
         assert re.search(r"^0 of 60000 silent \(0.0000%\); ", said, re.M)
@@ -60,15 +64,13 @@ class TestFlips:
 
     def test_guard_with_a_gap_is_found(self, tmp_path, monkeypatch, capsys):
         """A guard that compares no positions lets some through; the status says so."""
-        make = faults.machine
-
         def with_gap(*, guard: bool):
             with GAP.planted():
-                design = make(guard=guard)
-                source.rtlil(design)
-            return design
+                machine = machines.mill(guard=guard)
+                source.rtlil(machine.design)
+            return machine
 
-        monkeypatch.setattr(faults, "machine", with_gap)
+        monkeypatch.setitem(machines.MACHINES, "mill", with_gap)
         status, (machine,) = strike(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
         assert status == 1
         assert machine["silent"] > 10
@@ -90,9 +92,29 @@ class TestResets:
         assert capsys.readouterr().out.count("every coil word legal, none moved") == 2
 
     def test_mistake_ends_in_status_1(self, monkeypatch, capsys):
-        monkeypatch.setattr(faults, "KEPT", ("black", "orange", "rest"))
+        def forgets(*, guard: bool):
+            return replace(machines.mill(guard=guard), kept=("black", "orange", "rest"))
+
+        monkeypatch.setitem(machines.MACHINES, "mill", forgets)
         assert run("resets", "--resets", 1500, "--no-guard") == 1
         assert "started is not as from power-up after a reset" in capsys.readouterr().out
+
+
+@compiled
+@pytest.mark.compiler
+class TestMachinesOnALine:
+    @pytest.mark.parametrize(("name", "right"), [
+        ("single", "every coil word legal"), ("positioner", "every pulse whole")])
+    def test_resets_and_flips(self, name, right, tmp_path, capsys):
+        status, (machine,) = strike(tmp_path / "it.json", "resets", "--machine", name,
+                                    "--resets", 200, "--jobs", 1)
+        assert (status, machine["machine"], machine["wrong"]) == (0, name, [])
+        assert machine["resets"] == 200 and machine["steps"] > 1000
+        assert f"{right}, none moved" in capsys.readouterr().out
+        status, (machine,) = strike(tmp_path / "it.json", "flips", "--machine", name,
+                                    "--flips", 300, "--jobs", 1)
+        assert (status, machine["machine"], machine["flips"]) == (0, name, 300)
+        assert machine["harmless"] > 200 and machine["visible"] and machine["silent"]
 
 
 class TestCommand:
@@ -112,6 +134,8 @@ class TestCommand:
         (["flips", "--flips", "0"], "must be a whole number from 1, not '0'"),
         (["resets", "--seed", "-1"], "must be a whole number from 0 to 4294967295, not '-1'"),
         (["resets", "--json", "nowhere/it.json"], "its folder does not exist"),
+        (["flips", "--machine", "lathe"], "invalid choice: 'lathe'"),
+        (["resets", "--machine", "single", "--guard"], "leave out --guard: single has none"),
         (["cost", "--guard"], "unrecognized arguments: --guard"),
     ])
     def test_misuse(self, arguments, message, capsys):

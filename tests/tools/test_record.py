@@ -234,6 +234,25 @@ class TestPage:
             assert f"| its {name} | 9 000 | bits | 1 | 2 | 50.00 | 49.5 |" in text
             assert parts[name]["facts"]["lines"]["never"] == [{"kind": "line", "what": "it"}]
 
+    def test_each_machine_that_is_struck(self):
+        def facts(name: str, **more) -> Any:
+            return summary(name, {"machines": [more | {
+                "resets": 500, "clocks": 9000, "steps": 70, "wrong": ["much"] * 20,
+                "flip_flops": 263, "flips": 1000, "harmless": 600, "visible": 300, "stuck": 20,
+                "silent": 80, "silent_rate": 0.08, "silent_ones": ["one"] * 20}]})
+
+        names = {"resets": {"guard": True}, "resets-positioner": {"machine": "positioner"},
+                 "flips": {"guard": False}, "flips-single": {"machine": "single"}}
+        parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
+            name, **more)} for name, more in names.items()}
+        text = page({"parts": parts, "cores": 2, "versions": [], "gateware": ""})
+        for name in ("mill with guard", "positioner"):
+            assert f"| {name} | 500 | 9 000 | 70 | 10 |" in text
+        for name in ("mill without guard", "single"):
+            assert f"| {name} | 263 | 1 000 | 600 | 300 | 20 | 80 | 8.000 |" in text
+        for left_out in ("resets-single", "flips-positioner"):
+            assert f"Left out of this record: {left_out}." in text
+
     def test_long_lists_are_left_out(self):
         assert summary("mutants", {"all": {}, "mutants": {"coil": ["many"]}}) == {"all": {}}
 

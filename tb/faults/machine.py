@@ -1,0 +1,131 @@
+"""What must be known of a machine that is struck: its motors, what it says, what it works at."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ..design import Design
+from .rows import Rows
+
+__all__ = ["Coils", "Line", "Machine", "Pulses"]
+
+
+@dataclass(frozen=True)
+class Coils:
+    """A motor that is driven by coil words.
+
+    Attributes
+    ----------
+    name : str
+        What it is called.
+    count : str
+        Path of the register that counts its steps.
+    output : str
+        The output with the coil word.
+    words : sequence of int
+        Legal ones, forward.
+    power : str
+        The output without which all coils are off from the next clock on, and the motor stays where
+        it is; none if there is always power.
+    """
+
+    name: str
+    count: str
+    output: str
+    words: Sequence[int]
+    power: str = ""
+
+
+@dataclass(frozen=True)
+class Pulses:
+    """A motor that is driven by STEP, DIR and ENABLE: a bit of three outputs.
+
+    Attributes
+    ----------
+    name, count : str
+        See `Coils`.
+    bit : int
+        Which bit.
+    times : tuple of int
+        Least clocks that its driver module asks for: STEP high, which is how long it is, and low;
+        DIR and ENABLE still before STEP rises, and after it fell.
+    """
+
+    name: str
+    count: str
+    bit: int
+    times: tuple[int, int, int, int]
+
+
+@dataclass(frozen=True)
+class Line:
+    """The serial line of a machine.
+
+    Attributes
+    ----------
+    bit : int
+        Clocks of a bit.
+    answers : bytes
+        With which bytes its answers begin; other lines are no answers.
+    question : tuple
+        Work behind a reset, the number of its answers by how they begin, and the steps that each
+        motor makes for it.
+    """
+
+    bit: int
+    answers: bytes
+    question: tuple[Rows, tuple[int, ...], tuple[int, ...]]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine to be struck.
+
+    Attributes
+    ----------
+    name : str
+        What it is called.
+    design : Design
+        Its gateware.
+    motors : tuple of Coils or Pulses
+        What it drives.
+    idle : tuple of str and int
+        An output, and the level that it has where the machine waits for work.
+    fault : str
+        The output that shows faults.
+    zeros : mapping of str to int
+        Inputs, and the level of each with which this place is 0.
+    kept : tuple of str
+        Ends of the paths of the registers that a reset does not set.
+    work : callable
+        Gives work by a seed, for upsets.
+    work_to_reset : callable
+        Gives work by a seed and the number of a chunk.
+    gap : int
+        Most clocks from reset to reset.
+    window : int
+        Clocks of work after an upset, at least, before it is asked what has become of it.
+    patience : int
+        Clocks more than a row took without an upset after which nobody waits for the machine.
+    aside : tuple of str
+        Begins of the names of registers that have only to do with what is shown.
+    line : Line, optional
+        Its serial line.
+    guard : bool, optional
+        Whether it has its guard, if it can have one.
+    """
+
+    name: str
+    design: Design
+    motors: tuple[Coils | Pulses, ...]
+    idle: tuple[str, int]
+    fault: str
+    zeros: dict[str, int]
+    kept: tuple[str, ...]
+    work: Callable[[int], Rows]
+    work_to_reset: Callable[[int, int], Rows]
+    gap: int
+    window: int
+    patience: int
+    aside: tuple[str, ...] = ()
+    line: Line | None = None
+    guard: bool | None = None

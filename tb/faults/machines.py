@@ -1,0 +1,135 @@
+# amaranth: UnusedElaboratable=no
+
+"""The machines that can be struck, each with every time shortened."""
+
+from collections.abc import Callable
+from itertools import islice
+
+import numpy as np
+
+from fresa.machines import Positioner, Single
+from fresa.machines.mill import MillPace
+from fresa.machines.positioner import PositionerPace
+from fresa.machines.single import SinglePace
+
+from .. import boards
+from ..design import Design
+from ..fuzz import TARGETS
+from ..fuzz.pieces import pieces
+from ..fuzz.presses import pressing
+from ..fuzz.single import PHASES
+from ..plant import WORDS
+from ..stimulus import chance, orders
+from .machine import Coils, Line, Machine, Pulses
+from .rows import Rows, rows_of_stimulus
+from .sessions import (
+    BIT,
+    positioner_question,
+    positioner_sessions,
+    positioner_work,
+    single_question,
+    single_sessions,
+    single_work,
+)
+from .work import actions, rows_of_actions
+
+__all__ = ["MACHINES", "PACE", "TRAVEL", "mill", "positioner", "single"]
+
+PACE = MillPace(period=4, scan_bits=3)
+TRAVEL = 6
+"""Of the mill: so that much happens in few clocks."""
+
+OF_MEMORIES = "lines.items__payload", "texts.fetch__data", "points.read__data"
+"""Registers that memories have at their outputs: block RAM gives something in every clock."""
+
+
+def mill(*, guard: bool) -> Machine:
+    """Give the raw mill.
+
+    A reset does not set where its motors stand, how long ago they stepped, and that `start` has
+    been taken; and of the guard what it must remember over a reset.
+    """
+    design = boards.mill(pace=PACE, z_travel=TRAVEL, guard=guard)
+    main = "main " if guard else ""
+
+    def to_reset(seed: int, number: int) -> Rows:
+        """Orders that wait for the machine in one chunk, pins at random in the next."""
+        if number % 2:
+            return rows_of_stimulus(chance(seed, number, 40_000), design.inputs)
+        return rows_of_actions(islice(orders(seed * 1_000_003 + number), 200))
+
+    return Machine(
+        "mill", design, tuple(Coils(axis, f"controller {main}automatic {axis} count",
+                                    f"axis_{axis}", WORDS) for axis in "xyz"),
+        idle=("ready", 1), fault="error", zeros={"rst": 1, "mode": 0},
+        kept=("black", "orange", "rest", "started", "fault", "seen", "apart_x_before",
+              "apart_y_before", "apart_z_before"),
+        work=lambda seed: rows_of_actions(actions(seed, 150)), work_to_reset=to_reset,
+        gap=120, window=400, patience=2000, aside=("monitor.",), guard=guard)
+
+
+def single() -> Machine:
+    """Give `single`.
+
+    A reset does not set the row and the coils of its motor, and the times since the last step; nor
+    what its memories gave last, which nothing asks for before it is given anew.
+    """
+    pace = SinglePace.real(clock=48_000, baud=3000)
+    assert pace.bit == BIT
+    design = boards.component("single", Single(pace=pace, greeting=b"!\r\n", help_text=b"?\r\n"))
+    return Machine(
+        "single", design,
+        (Coils("the motor", "move position", "coils", PHASES, "enable"),),
+        idle=("moving", 0), fault="fault", zeros={"rst": 1},
+        kept=("driver.row", "driver.coils", "driver.rest", "late", *OF_MEMORIES),
+        work=lambda seed: single_work(seed, 30),
+        work_to_reset=_to_reset(design, single_sessions),
+        gap=6000, window=6000, patience=20_000, line=Line(BIT, b"oe", single_question()))
+
+
+def positioner() -> Machine:
+    """Give the positioner, with the lowest of clocks.
+
+    A reset does not set the pins of its driver modules and the timers of these; the times since the
+    last step, nor which way it went, and what play there is still to take up; the switches as they
+    were seen; nor what its memories gave last, which nothing asks for before it is given anew.
+    """
+    pace = PositionerPace(clock=100 * BIT, baud=100, top_speed=200, width=2, low=3, setup=2, hold=4,
+                          settle=30, report=20_000)
+    design = boards.component("positioner", Positioner(pace=pace))
+    times = pace.width, pace.low, pace.setup, pace.hold
+    return Machine(
+        "positioner", design,
+        tuple(Pulses(name, f"{name} move position", bit, times) for bit, name in enumerate("xyz")),
+        idle=("moving", 0), fault="fault", zeros={"rst": 1},
+        kept=("driver.step_pin", "driver.direction_pin", "driver.enable_pin", "driver.wait", "late",
+              "backlash.way", "backlash.left", "limits.since", "limits.before",
+              "limits.divider.count", *OF_MEMORIES),
+        work=lambda seed: positioner_work(seed, 20),
+        work_to_reset=_to_reset(design, positioner_sessions),
+        gap=12_000, window=12_000, patience=20_000, line=Line(BIT, b"!", positioner_question()))
+
+
+def _to_reset(design: Design, sessions: Callable[[int], Rows]) -> Callable[[int, int], Rows]:
+    """Sessions that soon move the motors in one chunk, anything at all in the next."""
+    dialect = TARGETS[design.name].dialect
+
+    def work(seed: int, number: int) -> Rows:
+        own = seed * 1_000_003 + number
+        if number % 2 == 0:
+            return sessions(own)
+        sent = pieces(dialect, own, 2000, BIT)
+        if dialect.switches:
+            sent = pressing(sent, dialect.switches, own, BIT)
+        sent = list(sent)
+        rx = np.concatenate([piece.levels for piece in sent])
+        pressed = np.concatenate([np.zeros(len(piece.levels), np.uint8) if piece.pressed is None
+                                  else piece.pressed for piece in sent])
+        return rows_of_stimulus({"rst": np.zeros_like(rx), "rx": rx, "limits": pressed},
+                                design.inputs)
+    return work
+
+
+MACHINES: dict[str, Callable[..., Machine]] = {
+    "mill": mill, "single": single, "positioner": positioner}
+"""Each by its name. The mill is made with its guard or without."""

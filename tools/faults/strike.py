@@ -1,0 +1,125 @@
+"""Strike a machine so often, on all cores."""
+
+import queue
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing, contextmanager
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tb.faults.machine import Machine
+from tb.faults.upsets import Trial
+from tb.faults.verdicts import Silent, Verdict, WrongReset
+
+from .results import Flips, Resets
+
+__all__ = ["SHOWN", "run_flips", "run_resets"]
+
+FLIPS = 20_000
+"""Upsets of a chunk: each chunk has work of its own."""
+
+RESETS = 500
+"""Resets of a chunk."""
+
+SHOWN = 20
+"""Silent upsets that are told of."""
+
+ASKED = 20
+"""Behind one of so many resets a machine on a line is asked whether it is there."""
+
+
+def run_resets(machine: Machine, count: int, seed: int, *, jobs: int,
+               advance: Callable[[int], object]) -> Resets:
+    """Reset a machine so often.
+
+    Parameters
+    ----------
+    machine : Machine
+        What to strike.
+    count : int
+        Resets.
+    seed : int
+        Of the work, and of when and how long it is reset.
+    jobs : int
+        Cores to use.
+    advance : callable
+        Is told how many resets are done.
+    """
+    def chunk(trial: Trial, number: int, size: int) -> tuple[int, int, WrongReset | None]:
+        rng = np.random.default_rng([seed, number])
+        trial.load(machine.work_to_reset(seed, number))
+        gaps = rng.integers(1, machine.gap + 1, size).tolist()
+        lengths = rng.choice([1, 1, 1, 2, 3, 4, 30], size).tolist()
+        asks = [machine.line is not None and place % ASKED == ASKED - 1 for place in range(size)]
+        return trial.resets(gaps, lengths, asks)
+
+    result = Resets(machine)
+    with _trials(machine, jobs) as trials:
+        began = time.perf_counter()
+        for size, (clocks, steps, wrong) in _in_order(trials, count, RESETS, chunk):
+            result.resets += size
+            result.clocks += clocks
+            result.steps += steps
+            result.wrong += [wrong] if wrong else []
+            advance(size)
+        result.seconds = time.perf_counter() - began
+    return result
+
+
+def run_flips(machine: Machine, count: int, seed: int, *, jobs: int,
+              advance: Callable[[int], object]) -> Flips:
+    """Upset a machine so often; see :func:`run_resets`."""
+    def chunk(trial: Trial, number: int, size: int
+              ) -> tuple[int, NDArray[np.int64], list[Silent]]:
+        trial.load(machine.work(seed * 1_000_003 + number))
+        clocks = trial.work()
+        return clocks, *trial.flips(seed, number * FLIPS, size)
+
+    with _trials(machine, jobs) as trials:
+        registers = trials[0].registers
+        result = Flips(machine, registers, np.zeros((len(registers), len(Verdict)), np.int64))
+        began = time.perf_counter()
+        for size, (clocks, verdicts, silent) in _in_order(trials, count, FLIPS, chunk):
+            result.clocks += clocks
+            result.verdicts += verdicts
+            result.silent += silent[: SHOWN - len(result.silent)]
+            advance(size)
+        result.seconds = time.perf_counter() - began
+    return result
+
+
+@contextmanager
+def _trials(machine: Machine, count: int) -> Iterator[list[Trial]]:
+    """Make so many of a machine, one for each core."""
+    with ExitStack() as stack:
+        yield [stack.enter_context(closing(Trial(machine))) for _ in range(count)]
+
+
+def _in_order(trials: Sequence[Trial], count: int, most: int, chunk: Callable
+              ) -> Iterator[tuple[int, tuple]]:
+    """Do `count` things in chunks on all cores; give size and result of each, in their order.
+
+    The loops let go of Python while they run, so threads will do, each with a machine of its own.
+    """
+    sizes = [min(most, count - done) for done in range(0, count, most)]
+    free: queue.SimpleQueue[Trial] = queue.SimpleQueue()
+    for trial in trials:
+        free.put(trial)
+
+    def run(number: int, size: int) -> tuple:
+        trial = free.get()
+        try:
+            return chunk(trial, number, size)
+        finally:
+            free.put(trial)
+
+    with ThreadPoolExecutor(len(trials)) as pool:
+        tasks = [pool.submit(run, *task) for task in enumerate(sizes)]
+        try:
+            for size, task in zip(sizes, tasks, strict=True):
+                yield size, task.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
