@@ -11,7 +11,7 @@ from .console import Parser, Progress, UserError, command, say, write_folder_ato
 from .wave.draw import draw
 from .wave.reader import Wave
 
-__all__ = ["DIAGRAMS", "Diagram", "main", "made"]
+__all__ = ["DIAGRAMS", "DOCS", "Diagram", "main", "made"]
 
 DOCS = Path(__file__).parent.parent / "docs"
 
@@ -85,8 +85,17 @@ class Diagram:
         with tempfile.TemporaryDirectory() as folder:
             vcd = Path(folder) / "wave.vcd"
             BENCHES[self.bench].run(vcd)
-            return draw(Wave(vcd), self.signals.split(), f"{self.start}clk", f"{self.end}clk",
-                        cycles=True, title=self.title, radix=self.radix, width=WIDTH)
+            return self.draw(vcd)
+
+    def draw(self, vcd: Path) -> str:
+        """Draw it from the waveform that its bench has written."""
+        return draw(Wave(vcd), self.signals.split(), f"{self.start}clk", f"{self.end}clk",
+                    cycles=True, title=self.title, radix=self.radix, width=WIDTH)
+
+    @property
+    def file(self) -> str:
+        """Where it is below docs."""
+        return f"{FOLDER}/{self.bench}.svg"
 
 
 DIAGRAMS = (
@@ -390,10 +399,9 @@ def made() -> dict[str, bytes]:
     page = [HEAD]
     with Progress(len(DIAGRAMS), "diagrams", "drawing") as progress:
         for diagram in DIAGRAMS:
-            name = f"{FOLDER}/{diagram.bench}.svg"
-            files[name] = diagram.svg().encode()
+            files[diagram.file] = diagram.svg().encode()
             page.append(f"## {diagram.title}\n\n{diagram.shows}\n\n"
-                        f"![{diagram.title}: timing diagram]({name})\n")
+                        f"![{diagram.title}: timing diagram]({diagram.file})\n")
             progress.advance()
     return {**files, PAGE: "\n".join(page).encode()}
 

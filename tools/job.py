@@ -11,7 +11,7 @@ from fresa_host.order_lines import LAST_NUMBER, Kind, Order
 
 from .console import UserError
 
-__all__ = ["check_cuts", "picture_orders", "read_orders", "stroke_start", "write_orders"]
+__all__ = ["picture_orders", "read_orders", "stroke_start", "write_orders"]
 
 LARGEST = 1 << 29
 """Bytes of the longest text that is read: one of all orders that a job may have, and more."""
@@ -119,26 +119,6 @@ def _order(words: list[str], where: str) -> Order:
 def write_orders(orders: list[Order]) -> bytes:
     """Return a text that `read_orders` reads."""
     return "".join(f"{order}\n" for order in orders).encode()
-
-
-def check_cuts(orders: list[Order]) -> None:
-    """Refuse what the mill would refuse in the middle of the job.
-
-    Raises
-    ------
-    UserError
-        If the tool is lowered and told to go where none of the 8 directions leads.
-    """
-    lowered, at = False, (0, 0)
-    for number, order in enumerate(orders, start=1):
-        if order.kind != Kind.GO:
-            lowered = order.kind == Kind.DOWN
-            continue
-        way = {abs(order.x - at[0]), abs(order.y - at[1])}
-        if lowered and len(way - {0}) > 1:
-            raise UserError(f"order {number}, {order}: from {at[0]} {at[1]} no straight line of 8 "
-                            "directions leads there, and the tool is down")
-        at = (order.x, order.y)
 
 
 def stroke_start(orders: list[Order], number: int) -> int:

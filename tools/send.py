@@ -2,14 +2,14 @@
 
 import argparse
 import time
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from fresa_host.delivery import deliver
+from fresa_host.delivery import ReopenedPort, deliver
 from fresa_host.errors import LineLost, MachineError
-from fresa_host.orders import Sender, begin_raised
-from fresa_host.port import BAUD, PSEUDO_TERMINALS, Port
+from fresa_host.jobs import begin_raised, check_cuts
+from fresa_host.orders import Sender
+from fresa_host.port import BAUD
 
 from .console import (
     Parser,
@@ -23,7 +23,7 @@ from .console import (
     write_atomically,
 )
 from .image import add_picture_arguments, picture_from_arguments, prepares_picture
-from .job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
+from .job import picture_orders, read_orders, stroke_start, write_orders
 from .keyboard import Ended, Keyboard
 
 __all__ = ["main"]
@@ -128,7 +128,8 @@ def main(argv: list[str] | None = None) -> int:
         say(f"wrote {args.output}: {len(orders)} orders")
         return 0
     try:
-        with closing(Port(args.port)) as port:  # if it cannot be had, that is said at once
+        with closing(ReopenedPort(args.port)) as port:
+            port.open()  # if it cannot be had, that is said before anything else
             orders = _orders(args)
             if not args.first <= len(orders):
                 raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none "
@@ -140,8 +141,12 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _orders(args: argparse.Namespace) -> list:
+    """Give all orders of the job."""
     orders = _asked_for(args)
-    check_cuts(orders)
+    try:
+        check_cuts(orders)
+    except ValueError as error:
+        raise UserError(str(error)) from error
     return begin_raised(orders)
 
 
@@ -156,13 +161,13 @@ def _asked_for(args: argparse.Namespace) -> list:
         return picture_orders(prepared.pixels)
 
 
-def _send(sender: Sender, port: Port, args: argparse.Namespace) -> int:
+def _send(sender: Sender, port: ReopenedPort, args: argparse.Namespace) -> int:
     keyboard = Keyboard()
     begun = time.monotonic()
     try:
         with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
-            deliver(sender, _opening(args.port, port), watch=Watch(sender, keyboard, progress))
+            deliver(sender, port, watch=Watch(sender, keyboard, progress))
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
             + _same(args))
@@ -174,21 +179,6 @@ def _send(sender: Sender, port: Port, args: argparse.Namespace) -> int:
         return 1
     say(f"done: {sender.total} orders in {time.monotonic() - begun:.0f} s")
     return 0
-
-
-def _opening(name: str, port: Port) -> Callable[[], Port]:
-    """Return what gives a port and then opens it again, unless it cannot come back by that name."""
-    ready = [port]
-
-    def connect() -> Port:
-        if ready:
-            return ready.pop()
-        if name.startswith(PSEUDO_TERMINALS):  # it may be anybody's window by now
-            raise MachineError(f"{name} is gone, and comes back by another name: give that to "
-                               "--port, as python -m tools.serve prints it")
-        return Port(name)
-
-    return connect
 
 
 def _same(args: argparse.Namespace) -> str:

@@ -1,14 +1,19 @@
 """The machines of Fresa from Python: what is at the other end of their serial lines.
 
-`Single` is one motor, `Positioner` three axes of a micropositioner. Both are opened with the name
-of a serial port and closed like a file. What goes wrong is raised as a `MachineError`.
+`Single` is one motor, `Positioner` three axes of a micropositioner, `Mill` a milling machine, which
+carries out lists of `Order`. All are opened with the name of a serial port and closed like a file.
+What goes wrong is raised as a `MachineError`.
 """
 
 from .errors import LimitReached, LineLost, MachineError, Refused, TimedOut, WasReset
+from .mill import Mill
+from .order_lines import Answer, Kind, Order
+from .orders import JobRefused, NotReady, OrderRefused
 from .place import Place
 from .port import Port
 from .positioner import Positioner
 from .single import Single
 
-__all__ = ["LimitReached", "LineLost", "MachineError", "Place", "Port", "Positioner", "Refused",
+__all__ = ["Answer", "JobRefused", "Kind", "LimitReached", "LineLost", "MachineError", "Mill",
+           "NotReady", "Order", "OrderRefused", "Place", "Port", "Positioner", "Refused",
            "Single", "TimedOut", "WasReset"]

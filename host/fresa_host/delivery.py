@@ -1,13 +1,14 @@
-"""A job for the mill, sent over a port, and over another one when that is gone."""
+"""A job for the mill, sent over a port, and over it again when it was gone."""
 
 import time
 from collections.abc import Callable
 from typing import Protocol
 
-from .errors import LineLost
+from .errors import LineLost, MachineError
 from .orders import Sender
+from .port import PSEUDO_TERMINALS, Port
 
-__all__ = ["Line", "deliver"]
+__all__ = ["Line", "LineOpener", "ReopenedPort", "deliver"]
 
 AGAIN = 0.5
 """Seconds from one try to open a port that is gone to the next."""
@@ -23,21 +24,67 @@ class Line(Protocol):
 
     def write(self, data: bytes) -> None: ...
 
+
+class LineOpener(Protocol):
+    """What `deliver` asks of a `ReopenedPort`."""
+
+    def open(self) -> Line: ...
+
     def close(self) -> None: ...
 
 
-def deliver(sender: Sender, connect: Callable[[], Line], *,
+class ReopenedPort:
+    """A serial port that is opened again when it was gone.
+
+    Parameters
+    ----------
+    name : str
+        What `Port` takes.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._port: Port | None = None
+        self._opened = False
+
+    def open(self) -> Port:
+        """Give the port; open it if it is not.
+
+        Raises
+        ------
+        LineLost
+            If it cannot be opened.
+        MachineError
+            If it cannot come back by that name.
+        """
+        if self._port is None:
+            if self._opened and self.name.startswith(PSEUDO_TERMINALS):  # anybody's window by now
+                raise MachineError(f"{self.name} is gone, and comes back by another name: use the "
+                                   "one that python -m tools.serve prints")
+            self._port = Port(self.name)
+            self._opened = True
+        return self._port
+
+    def close(self) -> None:
+        """Let go of it. Closing twice does nothing."""
+        if self._port is not None:
+            self._port.close()
+            self._port = None
+
+
+def deliver(sender: Sender, opener: LineOpener, *,
             watch: Callable[[bool], None] = lambda connected: None,
             clock: Callable[[], float] = time.monotonic,
             rest: Callable[[float], None] = time.sleep) -> None:
-    """Send a job over a port, and over another one when that is gone, until it is finished.
+    """Send a job over a port, which may be gone at times, until the job is finished.
 
     Parameters
     ----------
     sender : Sender
         The job.
-    connect : callable
-        Opens the port. The first time it must succeed; later it is tried until it does.
+    opener : ReopenedPort or alike
+        Gives the port. The first time it must open; later that is tried until it does. It is left
+        open.
     watch : callable
         Called often, with whether there is a port. What it raises ends the delivery.
     clock, rest : callable
@@ -50,29 +97,24 @@ def deliver(sender: Sender, connect: Callable[[], Line], *,
     MachineError
         If the job cannot go on.
     """
-    port: Line | None = None
+    line: Line | None = None
     begun = False
-    try:
-        while not sender.finished:
-            if begun:
-                watch(port is not None)
-            try:
-                if port is None:
-                    port = connect()
-                    while port.waiting:  # answers to somebody else
-                        port.read()
-                    sender.connected(clock())
-                    begun = True
-                if line := sender.send(clock()):
-                    port.write(line)
-                sender.receive(port.read(), clock())
-            except LineLost:
-                if not begun:
-                    raise
-                if port is not None:
-                    port.close()
-                port = None
-                rest(AGAIN)
-    finally:
-        if port is not None:
-            port.close()
+    while not sender.finished:
+        if begun:
+            watch(line is not None)
+        try:
+            if line is None:
+                line = opener.open()
+                while line.waiting:  # answers to somebody else
+                    line.read()
+                sender.connected(clock())
+                begun = True
+            if data := sender.send(clock()):
+                line.write(data)
+            sender.receive(line.read(), clock())
+        except LineLost:
+            opener.close()
+            line = None
+            if not begun:
+                raise
+            rest(AGAIN)

@@ -1,5 +1,6 @@
 """Lines of the mill's order source: what is asked, and what is answered. No I/O."""
 
+import operator
 import re
 import zlib
 from collections.abc import Sequence
@@ -53,6 +54,11 @@ class Order:
         ``GO``, ``UP`` or ``DOWN``.
     x, y : int
         Steps from the origin, 0 to 65 535, of a ``GO``.
+
+    Raises
+    ------
+    ValueError
+        If it is none of these, or a step is no whole number or out of range.
     """
 
     kind: Kind
@@ -62,9 +68,15 @@ class Order:
     def __post_init__(self) -> None:
         if self.kind not in (Kind.GO, Kind.UP, Kind.DOWN):
             raise ValueError(f"an order is to go, up or down, not {self.kind!r}")
+        object.__setattr__(self, "kind", Kind(self.kind))
         for name, place in (("x", self.x), ("y", self.y)):
-            if not 0 <= place <= 0xFFFF:
+            try:
+                steps = operator.index(place)  # of numpy's whole numbers too
+            except TypeError:
+                raise ValueError(f"{name} must be a whole number, not {place!r}") from None
+            if not 0 <= steps <= 0xFFFF:
                 raise ValueError(f"{name} must be from 0 to 65535, not {place!r}")
+            object.__setattr__(self, name, steps)
 
     def __str__(self) -> str:
         return f"go {self.x} {self.y}" if self.kind == Kind.GO else self.kind.name.lower()

@@ -12,7 +12,7 @@ from enum import Enum, auto
 from .errors import MachineError, WasReset
 from .order_lines import LAST_NUMBER, Answer, AnswerReader, Kind, Order, Outcome, request
 
-__all__ = ["JobRefused", "NotReady", "Order", "OrderRefused", "Phase", "Sender", "begin_raised"]
+__all__ = ["JobRefused", "NotReady", "Order", "OrderRefused", "Phase", "Sender"]
 
 ANSWER_TIME = 0.5
 """Seconds after which a request without an answer is sent again; both take 70 ms at 9600 baud."""
@@ -42,22 +42,18 @@ class OrderRefused(MachineError):
     ----------
     number : int
         Which, counted from 1.
+    order : Order
+        What it is.
     """
 
     def __init__(self, number: int, order: Order) -> None:
         super().__init__(f"the mill refuses order {number}, {order}; "
                          "reset it with BTN0 and find the origin again")
-        self.number = number
+        self.number, self.order = number, order
 
 
 class JobRefused(MachineError):
     """The mill is at another job."""
-
-
-def begin_raised(orders: Sequence[Order]) -> list[Order]:
-    """Return orders that begin with raising the tool, as a job must: with one more if need be."""
-    up = [] if orders and orders[0].kind == Kind.UP else [Order(Kind.UP)]
-    return [*up, *orders]
 
 
 class Phase(Enum):
@@ -84,7 +80,7 @@ class Sender:
     Parameters
     ----------
     orders : sequence of Order
-        The job, from 1 to 16 777 215 orders. See `begin_raised`.
+        The job, from 1 to 16 777 215 orders. See `fresa_host.jobs.begin_raised`.
     first : int
         Number of the order to begin with, counted from 1. It is one that raises the tool.
     again : bool

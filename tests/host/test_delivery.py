@@ -18,7 +18,7 @@ class Cable:
     def __init__(self, world: World, lives: Iterator[int]) -> None:
         self.world, self.lives, self.opened = world, lives, 0
 
-    def connect(self):
+    def open(self):
         life = next(self.lives)
         if life < 0:
             raise LineLost("no such port")
@@ -55,7 +55,7 @@ class TestDeliver:
         def rest(seconds: float) -> None:
             world.now += seconds
 
-        deliver(Sender(orders), cable.connect, watch=seen.append, clock=lambda: world.now,
+        deliver(Sender(orders), cable, watch=seen.append, clock=lambda: world.now,
                 rest=rest)
         return world, cable, seen
 

@@ -1,5 +1,6 @@
 """Lines of the mill's order source: the same on both sides, and found in anything."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -47,11 +48,19 @@ def test_a_digit_changed_is_found(at):
         assert bool(AnswerReader().feed(bytes(changed))) == (changed == answer)
 
 
-@pytest.mark.parametrize(("make", "says"), [
-    (lambda: Order(Kind.TELL), "an order is to go, up or down"),
-    (lambda: Order(Kind.GO, 65536, 0), "x must be from 0 to 65535, not 65536"),
-    (lambda: Order(Kind.GO, 0, -1), "y must be from 0 to 65535, not -1"),
-])
-def test_impossible(make, says):
-    with pytest.raises(ValueError, match=says):
-        make()
+class TestOrder:
+    def test_numbers_are_whole(self):
+        order = Order(Kind.GO, np.int64(3), True)  # pyright: ignore[reportArgumentType]
+        assert (str(order), type(order.x)) == ("go 3 1", int)
+        assert request(order.kind, 1, 1, order.x, order.y)
+        assert str(Order(4)) == "down"  # pyright: ignore[reportArgumentType]
+
+    @pytest.mark.parametrize(("order", "says"), [
+        ((Kind.GO, 24.0, 0), "x must be a whole number, not 24.0"),
+        ((Kind.GO, 0, "7"), "y must be a whole number, not '7'"),
+        ((Kind.GO, 0, 65536), "y must be from 0 to 65535, not 65536"),
+        ((Kind.GO, -1, 0), "x must be from 0 to 65535, not -1"),
+        ((Kind.TELL, 0, 0), "an order is to go, up or down"), (("go", 0, 0), "not 'go'")])
+    def test_what_is_none(self, order, says):
+        with pytest.raises(ValueError, match=says):
+            Order(*order)

@@ -5,6 +5,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fresa_host.errors import MachineError, WasReset
+from fresa_host.jobs import begin_raised
 from fresa_host.order_lines import LAST_NUMBER, Answer, Kind, Order, Outcome, request
 from fresa_host.orders import (
     RUNS,
@@ -13,7 +14,6 @@ from fresa_host.orders import (
     OrderRefused,
     Phase,
     Sender,
-    begin_raised,
 )
 from tb.models.orders import OrdersModel
 from tests.host.world import World, job

@@ -61,6 +61,7 @@ from fresa.protocol import (
 from tb.__main__ import main
 from tb.bench import Bench, CheckFailed, Run
 from tb.benches import BENCHES, GROUPS
+from tools.diagrams import DIAGRAMS, DOCS
 
 STATES = {
     "order-control", "motion-sequencer", "automatic-control", "numerical-controller",
@@ -185,6 +186,10 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
     assert bool(strings) == (name in STATES)
     if strings:
         assert re.search(r"^s[A-Z][A-Z-]+(-\d)?/\d+ ", vcd.read_text(), re.MULTILINE)
+
+    for diagram in (diagram for diagram in DIAGRAMS if diagram.bench == name):
+        assert (DOCS / diagram.file).read_text() == diagram.draw(vcd), (
+            "not as the gateware is: python -m tools.diagrams")
 
 
 def test_there_is_a_bench_for_every_component_and_machine():

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from fresa.motion import CoordinateGenerator
+from fresa_host.jobs import check_cuts
 from fresa_host.order_lines import LAST_NUMBER, Kind, Order
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tools import job
 from tools.console import UserError
-from tools.job import check_cuts, picture_orders, read_orders, stroke_start, write_orders
+from tools.job import picture_orders, read_orders, stroke_start, write_orders
 
 UP, DOWN = Order(Kind.UP), Order(Kind.DOWN)
 
@@ -102,16 +103,19 @@ class TestList:
 
 class TestCuts:
     @pytest.mark.parametrize("orders", [
-        [DOWN, go(3, 3)], [DOWN, go(0, 9)], [DOWN, go(0, 0)], [go(3, 4)], [DOWN, UP, go(3, 4)],
+        [go(0, 0), DOWN, go(3, 3)], [go(0, 0), DOWN, go(0, 9)], [go(0, 0), DOWN, go(0, 0)],
+        [go(3, 4)], [DOWN, UP, go(3, 4)], [DOWN],
         [go(9, 5), DOWN, go(5, 9)]])
     def test_along_8_directions(self, orders):
         check_cuts(orders)
 
     @pytest.mark.parametrize(("orders", "says"), [
-        ([DOWN, go(3, 4)], "order 2, go 3 4: from 0 0 no"),
+        ([DOWN, go(0, 4)], "order 2, go 0 4: the tool is down, and nobody said where"),
+        ([UP, DOWN, UP, DOWN, go(0, 0)], "order 5, go 0 0: the tool is down, and nobody"),
+        ([go(0, 0), DOWN, go(3, 4)], "order 3, go 3 4: from 0 0 no"),
         ([go(1, 1), DOWN, go(2, 1), go(3, 4)], "order 4, go 3 4: from 2 1 no")])
     def test_no_other(self, orders, says):
-        with pytest.raises(UserError, match=re.escape(says)):
+        with pytest.raises(ValueError, match=re.escape(says)):
             check_cuts(orders)
 
     def test_a_stroke_begins_where_the_tool_is_raised(self):

@@ -54,7 +54,7 @@ class Mill:
 @pytest.fixture
 def mill(monkeypatch):
     mill = Mill()
-    monkeypatch.setattr(send, "Port", mill)
+    monkeypatch.setattr("fresa_host.delivery.Port", mill)
     monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
     monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
     monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
@@ -222,11 +222,11 @@ def test_a_terminal_that_is_gone_is_not_opened_again(mill, job, monkeypatch, cap
         raise LineLost("/dev/pts/7 is gone: Input/output error")
 
     opened = []
-    monkeypatch.setattr(send, "Port", lambda name: opened.append(name) or mill)
+    monkeypatch.setattr("fresa_host.delivery.Port", lambda name: opened.append(name) or mill)
     mill.at = {2: end}
     assert run(job, "--port", "/dev/pts/7") == 1
     out = capsys.readouterr().out
-    assert "/dev/pts/7 is gone, and comes back by another name: give that to --port" in out
+    assert "/dev/pts/7 is gone, and comes back by another name: use the one that" in out
     assert opened == ["/dev/pts/7"]
 
 

@@ -123,8 +123,8 @@ class Positioner(wiring.Component):
     ====================  ==========================================================================
 
     Lines are obeyed when they have ended, however many wait to be answered: a ``STOP`` is never
-    late. A break of the line, low for longer than two bytes, ends every movement, as it may
-    be that nobody is there to do so.
+    late. A break of the line, low for ten bits, ends every movement, as it may be that nobody is
+    there to do so.
 
     While connected it reports ``# POS x y z :`` and a line feed, at fixed times that no answer
     delays, see :class:`Reporter`. A limit switch lets no step out towards its end, and all away

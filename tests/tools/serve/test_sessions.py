@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from fresa_host import Place, Positioner, Refused, Single
+from fresa_host import Kind, Mill, Order, Place, Positioner, Refused, Single
 from tb.engines import ENGINES
 from tests.tools.process import PATIENCE, ROOT, command
 from tools.serve import MACHINES
@@ -141,8 +141,20 @@ class TestPositioner:
                 ("8.00", "4.00"), ("4.00", "4.00"), ("0.00", "4.00")]]
 
 
+@pytest.mark.compiler
+class TestMill:
+    def test_a_program_with_fresa_host(self, serve):
+        with serve("mill", "--speed", "max") as path, Mill(path) as mill:
+            assert not mill.state().manual
+            told = []
+            for orders in ([Order(Kind.GO, 40, 8), Order(Kind.GO, 0, 0)], [Order(Kind.GO, 0, 9)]):
+                mill.carry_out(orders, progress=lambda done, _: told.append(done))
+                assert told[-1] == len(orders) and mill.state().session == 0
+            assert told[0] == 0
+
+
 def test_examples_say_what_they_need():
-    for name in ("turn_single.py", "scan_positioner.py"):
+    for name in ("turn_single.py", "scan_positioner.py", "mill_rosette.py"):
         done = subprocess.run([sys.executable, ROOT / "examples" / name, "/no/such/port"],
                               capture_output=True, text=True, check=False)
         assert done.returncode == 1 and not done.stdout

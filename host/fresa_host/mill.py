@@ -1,0 +1,167 @@
+"""The mill that takes its orders over a serial line, from Python."""
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Self
+
+from .delivery import ReopenedPort, deliver
+from .errors import LineLost, TimedOut
+from .jobs import begin_raised, check_cuts
+from .order_lines import Answer, AnswerReader, Kind, Order, request
+from .orders import ANSWER_TIME, OrderRefused, Sender
+from .port import Port
+
+__all__ = ["Mill"]
+
+LEAST_TIMEOUT = 2.0
+
+SILENCE = 0.1
+"""Seconds of silence after which no answer to an earlier question is still to come: an answer takes
+34 ms, a question 36 ms."""
+
+
+class Mill:
+    """A mill with its orders from a serial line, as `tools.build --orders serial` makes it.
+
+    It carries out whole jobs: lists of `Order`, in steps from the origin. What was done of a job is
+    known to the mill. So a job that was interrupted, by a cable or by Ctrl-C, is gone on with by
+    the same call, from this program or another.
+
+    Parameters
+    ----------
+    port : str
+        The serial port, such as ``/dev/ttyUSB0``; see `Port`. Nobody else can open it meanwhile.
+    timeout : float
+        Seconds for which the mill may be silent, or its port gone; at least 2, for it is asked
+        every half second at times.
+
+    Raises
+    ------
+    ValueError
+        If `timeout` is too short.
+    LineLost
+        If the port cannot be opened.
+    TimedOut
+        If no mill answers.
+
+    Examples
+    --------
+    >>> with Mill("/dev/ttyUSB0") as mill:   # doctest: +SKIP
+    ...     mill.carry_out([Order(Kind.GO, 128, 0), Order(Kind.DOWN), Order(Kind.GO, 256, 128),
+    ...                     Order(Kind.UP), Order(Kind.GO, 0, 0)])
+    """
+
+    def __init__(self, port: str, *, timeout: float = 5.0) -> None:
+        if not timeout >= LEAST_TIMEOUT:
+            raise ValueError(f"timeout must be at least {LEAST_TIMEOUT:g} s, not {timeout!r}")
+        self._port, self._timeout = ReopenedPort(port), timeout
+        try:
+            self.state()
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let go of the port. Orders that the mill has taken are carried out."""
+        self._port.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def state(self) -> Answer:
+        """Ask what the mill has done of a job, and whether it is stopped or in manual mode.
+
+        Between jobs it has no session, and counts nothing.
+
+        Raises
+        ------
+        TimedOut
+            If it does not answer.
+        LineLost
+            If the port is gone.
+        """
+        end = time.monotonic() + self._timeout
+        try:
+            port = self._port.open()
+            while time.monotonic() < end:
+                _wait_for_silence(port, end)
+                port.write(request(Kind.TELL))
+                reader, due = AnswerReader(), time.monotonic() + ANSWER_TIME
+                while time.monotonic() < due:
+                    if answers := reader.feed(port.read()):
+                        return answers[-1]
+        except LineLost:
+            self.close()
+            raise
+        raise TimedOut(f"the mill at {self._port.name} does not answer: is it on, and was it built "
+                       "with --orders serial?")
+
+    def carry_out(self, orders: Sequence[Order], *, again: bool = False,
+                  progress: Callable[[int, int], None] = lambda done, total: None) -> None:
+        """Have a job carried out; return when all of it is.
+
+        The mill is in automatic mode, and its origin is where the job's is. The tool is raised
+        first, unless the job begins so itself. If the mill is in the middle of the same job, it
+        goes on there. A job that was finished is done once more.
+
+        Parameters
+        ----------
+        orders : sequence of Order
+            What to do, one after the other; up to 16 777 214.
+        again : bool
+            Begin anew also where the mill is in the middle of this job.
+        progress : callable
+            Is told how many orders are done, and of how many, whenever that has changed. What it
+            raises ends the call; so does Ctrl-C. Two orders at most are carried out after that.
+
+        Raises
+        ------
+        ValueError
+            If there is no order, or are too many, or a cut is in none of the 8 directions, or
+            begins nobody knows where. Nothing was sent.
+        NotReady
+            The mill is in manual mode, stopped, or shows an error.
+        JobRefused
+            It is in the middle of another job.
+        OrderRefused
+            It refuses an order.
+        WasReset
+            It was reset in the middle: its origin is another now.
+        TimedOut
+            It was not heard for `timeout`.
+        LineLost
+            If the port cannot be opened.
+        """
+        if not orders:
+            raise ValueError("a job has at least one order")
+        check_cuts(orders)
+        raised = begin_raised(orders)
+        sender, before = Sender(raised, again=again), len(raised) - len(orders)
+        begun, shown = time.monotonic(), None
+
+        def watch(_: bool) -> None:
+            nonlocal shown
+            done = max(0, sender.done - before)
+            if time.monotonic() - max(begun, sender.heard or 0) > self._timeout:
+                raise TimedOut(f"the mill at {self._port.name} is silent; {done} of {len(orders)} "
+                               "orders are done, the same call goes on")
+            if sender.heard is not None and done != shown:
+                shown = done
+                progress(done, len(orders))
+
+        try:
+            deliver(sender, self._port, watch=watch)
+        except OrderRefused as refused:
+            raise OrderRefused(refused.number - before, refused.order) from None
+        watch(True)
+
+
+def _wait_for_silence(port: Port, end: float) -> None:
+    """Let go by what somebody else asked for, or asked for before."""
+    quiet = time.monotonic() + SILENCE
+    while (now := time.monotonic()) < min(quiet, end):
+        if port.read():
+            quiet = now + SILENCE
