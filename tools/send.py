@@ -141,6 +141,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _orders(args: argparse.Namespace) -> list:
+    """Give all orders of the job."""
     orders = _asked_for(args)
     try:
         check_cuts(orders)
