@@ -135,7 +135,7 @@ PARTS = {part.name: part for part in (
            f"tools.cosim --machine {machine} --engines {engines} --cycles {clocks} {_COSIM}",
            _RUNS_ON_A_LINE,
            f"tools.cosim --machine {machine} --engines {engines} --cycles {fewer} {_COSIM}")
-      for machine in ("single", "positioner")
+      for machine in ("single", "single-ramp", "positioner")
       for name, engines, clocks, fewer in (("engines", "all", 100_000, 20_000),
                                            ("pair", "cxxrtl,verilator", 10_000_000, 1_000_000))),
     *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",

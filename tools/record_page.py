@@ -212,7 +212,8 @@ _SECTIONS = (
     _Section("Engines in step", """\
 The same stimulus, orders and chance, for every engine and for the model in Python; every output of
 every clock is compared.""", ("engines", "pair", "campaign", "engines-single",
-                              "pair-single", "engines-positioner", "pair-positioner"),
+                              "pair-single", "engines-single-ramp", "pair-single-ramp",
+                              "engines-positioner", "pair-positioner"),
              _engines, apart=True),
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
