@@ -14,6 +14,9 @@ from ..beside import beside, ticks
 from ..models.positioner import PositionerModel
 from ..models.protocol import bits
 
+BYTE = 11
+"""Clocks of a byte on the line of the reporter's bench."""
+
 
 @bench
 def axis(run: Run) -> str:
@@ -214,39 +217,43 @@ def positioning(run: Run) -> str:
 @bench
 def reporter(run: Run) -> str:
     """Reports at their times, and answers in between that never delay one."""
-    dut = Reporter(answers=(b"! A\n", b"! LONGER\n"), period=240, byte=4)
+    dut = Reporter(answers=(b"! A\n", b"! LONGER\n"), period=640, byte=BYTE)
+    places = [(5, -17, 2**31 - 1), (0, -2**31, 1234567890)]
     begun, text = [], bytearray()
 
     async def line(ctx):
-        """Take a byte every 4 clocks."""
-        clock = 0
+        """Take a byte every 11 clocks."""
         while True:
-            if ctx.get(dut.bytes.valid) and clock % 4 == 0:
-                ctx.set(dut.bytes.ready, 1)
-                byte = ctx.get(dut.bytes.payload)
-                begun.extend([run.clock] * (byte == ord("#")))
-                text.append(byte)
+            ctx.set(dut.bytes.ready, 1)
+            while not ctx.get(dut.bytes.valid):
+                await ctx.tick()
+            byte = ctx.get(dut.bytes.payload)
+            begun.extend([run.clock] * (byte == ord("#")))
+            text.append(byte)
             await ctx.tick()
             ctx.set(dut.bytes.ready, 0)
-            clock += 1
+            await ticks(ctx, BYTE - 1)
 
     async def test(ctx):
-        for port, value in zip(dut.position, (5, -17, 2**31 - 1), strict=True):
-            ctx.set(port, value)
         ctx.set(dut.enable, 1)
-        for number in range(24):
-            await put(ctx, dut.answers, number % 2)
-        await ctx.tick().repeat(300)
-        lines = re.findall(rb"# POS 5 -17 2147483647 :\n|! A\n|! LONGER\n", bytes(text))
+        for place in places:
+            for port, value in zip(dut.position, place, strict=True):
+                ctx.set(port, value)
+            for number in range(12):
+                await put(ctx, dut.answers, number % 2)
+        await ticks(ctx, 700)
+        lines = re.findall(rb"# POS [^:]* :\n|! A\n|! LONGER\n", bytes(text))
         run.expect("text", b"".join(lines), bytes(text[:len(b"".join(lines))]))
         run.expect("reports", len(begun) >= 3, True)
-        run.expect("times", {b - a for a, b in zip(begun, begun[1:], strict=False)}, {240})
+        run.expect("times", {b - a for a, b in zip(begun, begun[1:], strict=False)}, {640})
+        run.expect("places", {line for line in lines if line[:1] == b"#"},
+                   {"# POS {} {} {} :\n".format(*place).encode() for place in places})
         run.expect("answers", [line for line in lines if line[:1] == b"!"],
                    [b"! A\n", b"! LONGER\n"] * 12)
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test, line)
-    return "24 answers, each whole and in order, and between them reports exactly 240 clocks apart"
+    return "24 answers, each whole and in order, and between them reports exactly 640 clocks apart"
 
 
 @bench
