@@ -112,6 +112,9 @@ def describe(c: Contract, dut: Reporter) -> None:
             when=c.past(c.rst), then=c.state("reporter_state")("REST") & ~dut.bytes.valid
             & (c.signal("time") == dut.period - 1) & ~c.signal("due"),
             bug=Bug(reporter, "due = Signal()", "due = Signal(init=1)"))
+    c.holds("reset-forgets", "After reset no position is kept.", when=c.past(c.rst),
+            then=Cat(c.signal(f"number_{place}") == 0 for place in range(3)).all(),
+            bug=Bug(reporter, 'name=f"number_{index}")', 'name=f"number_{index}", init=-index)'))
     _watch_inside(c, dut, line, since)
     if not hurried:
         _watch_time(c, dut, line, byte, waited)
