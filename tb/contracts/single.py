@@ -16,7 +16,7 @@ from fresa.protocol import LineItem, LineReader, Received, UARTTransmitter, fram
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
 
 from .contract import Bits, Bug, Case, Component, Contract
-from .frames import FRAMES
+from .frames import FRAMES_INSIDE
 from .line import LINE
 from .phase import PHASE
 from .position import POSITION
@@ -26,7 +26,7 @@ from .uart_transmitter import UART_TRANSMITTER
 
 __all__ = ["SINGLE"]
 
-PARTS = {"receiver": UART_RECEIVER, "lines": LINE, "commands": FRAMES,
+PARTS = {"receiver": UART_RECEIVER, "lines": LINE, "commands": FRAMES_INSIDE,
          "transmitter": UART_TRANSMITTER, "rate": RATE, "move": POSITION, "driver": PHASE}
 """Parts that keep their own contracts in the whole machine."""
 
