@@ -229,9 +229,10 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
 def describe_alone(c: Contract, dut: FrameInterpreter) -> None:
     """Promise besides what is kept where nobody needs it."""
     describe(c, dut)
-    numbers, kept = c.part("reader").numbers, c.keep(len(dut.speed), name="number_kept")
+    numbers = c.part("reader").numbers
+    kept = c.keep(len(dut.speed), init=START_SPEED, name="number_kept")
     with c.m.If(c.rst):
-        c.m.d.sync += kept.eq(0)
+        c.m.d.sync += kept.eq(START_SPEED)
     with c.m.Elif(c.state("interpreter_state")("NUMBER") & numbers.valid):
         c.m.d.sync += kept.eq(numbers.p.value)
     c.always("keeps-its-number", "It keeps the number that it read last.",
