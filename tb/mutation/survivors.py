@@ -29,8 +29,13 @@ _LOOK_MORE = ("There is one look more, and the two behind it push it out before 
               "decided. Induction over state and time together proves it.")
 _NO_ANSWER_WAITS = ("It shows only in an answer that waits. Who takes answers is ready from the "
                     "clock of the request until there is one, as the contract assumes: none waits.")
-_ALL_SAID = ("The contract says every bit of an order where it means anything, and is proved of "
-             "the mutant too; z3 did not prove in its time that no pin ever shows it.")
+_ALL_SAID = ("It is in the answer to a motor that there is not, which is ARGUMENT and no other: the "
+             "bit is 1 in it anyway.")
+_REFUSED = ("The place differs only in a line that is refused, of which nothing more is read; the "
+            "next line begins at 0. In a good line the contract says it, and is proved of the "
+            "mutant too.")
+_ZEROS = ("It leaves zeros inside a number unsaid, and of all reports none on this bench has any. "
+          "The contract of the writer of numbers finds it in the writer by itself.")
 _READ_AS_DAMAGED = ("The end of a damaged line has a code that no end has. Frames take every end "
                     "for damaged that is neither good nor too long: no pin shows it.")
 
@@ -68,6 +73,10 @@ EXPLAINED: dict[tuple[str, str], str] = {
     ("uart_receiver", "hdl/fresa/protocol/receiver.py:107 (look): eq A[1] stuck at 1"): _LOOK_MORE,
     ("positioner_commands", "hdl/fresa/protocol/positioner.py:138 (orders__payload): mux A[2] "
                             "stuck at 1"): _ALL_SAID,
+    ("positioner_commands", "no line (no name): reduce_and A[1] stuck at 1"): _REFUSED,
+    ("reporter", "no line (no name): reduce_and A[1] stuck at 0"): _ZEROS,
+    ("single", "hdl/fresa/protocol/receiver.py:100 (time): mux Y[0] stuck at 0"): _LINE_AT_REST,
+    ("single", "hdl/fresa/protocol/text.py:67 (place$88): mux S[0] stuck at 0"): _OTHER_PLACE,
     ("single", "hdl/fresa/protocol/line.py:146 (lines.$signature__data): mux B[0] stuck at 1"):
         _READ_AS_DAMAGED,
     **{("order_ledger", f"hdl/fresa/motion/order_ledger.py:136 (outcome): mux {change}"):
