@@ -29,7 +29,7 @@ _LOOK_MORE = ("There is one look more, and the two behind it push it out before 
               "decided. Induction over state and time together proves it.")
 _NO_ANSWER_WAITS = ("It shows only in an answer that waits. Who takes answers is ready from the "
                     "clock of the request until there is one, as the contract assumes: none waits.")
-_ALL_SAID = ("It is in the answer to a motor that there is not, which is ARGUMENT and no other: the "
+_ALL_SAID = ("It is in the answer to a motor that there is not, which is ARGUMENT: the "
              "bit is 1 in it anyway.")
 _REFUSED = ("The place differs only in a line that is refused, of which nothing more is read; the "
             "next line begins at 0. In a good line the contract says it, and is proved of the "
