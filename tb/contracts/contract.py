@@ -218,7 +218,8 @@ class Contract:
             It is about codes that no state machine gets into by itself.
         """
         when = Value.cast(when).any()
-        self._promise(name, says, bug, ~when | Value.cast(then).any(), when, upset)
+        self._promise(f"{self._prefix}{name}", says, bug, ~when | Value.cast(then).any(), when,
+                      upset)
 
     def always(self, name: str, says: str, condition: Bits, *, seen: Bits,
                bug: Bug | tuple[Bug, ...], upset: bool = False) -> None:
@@ -226,13 +227,13 @@ class Contract:
 
         The rest is as in :meth:`holds`.
         """
-        self._promise(name, says, bug, Value.cast(condition).any(), Value.cast(seen).any(), upset)
+        self._promise(f"{self._prefix}{name}", says, bug, Value.cast(condition).any(),
+                      Value.cast(seen).any(), upset)
 
     def _promise(self, name: str, says: str, bug: Bug | tuple[Bug, ...], kept: Bits,
                  cover: Bits, upset: bool) -> None:
         if upset != self._upset:
             return
-        name = f"{self._prefix}{name}"
         if name in self.promises:
             raise ValueError(f"{name!r} is promised twice")
         self.promises[name] = Promise(name, says, bug if isinstance(bug, tuple) else (bug,))
