@@ -81,10 +81,10 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
     c.holds("taken-is-gone", "A message that was taken, and after reset any, is not there again.",
             when=c.past(over | c.rst), then=~waits,
             bug=Bug(hex_reader, "self.messages.valid.eq(0), ", ""))
-    c.holds("reset-forgets", "After reset nothing is left of a message.", when=c.past(c.rst),
-            then=message == 0,
+    c.holds("begins-with-nothing", "After power-up, and after reset, nothing is left of a message.",
+            when=~c.past(1) | c.past(c.rst), then=message == 0,
             bug=Bug(hex_reader, "value = self.messages.p.value", "value = self.messages.p.value; "
-                    "self.messages.payload.as_value()._reset_less = True"))
+                    "self.messages.payload.as_value()._init = 1"))
     c.holds("good-is-right", "What is good has its digits, a CRC that is right, and no other byte, "
             "and its line came whole.", when=waits & good, then=right,
             bug=(Bug(hex_reader, "& crc.match_detected", ""),
