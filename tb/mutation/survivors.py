@@ -36,6 +36,10 @@ _REFUSED = ("The place differs only in a line that is refused, of which nothing 
             "mutant too.")
 _ZEROS = ("It leaves zeros inside a number unsaid, and of all reports none on this bench has any. "
           "The contract of the writer of numbers finds it in the writer by itself.")
+_NO_TENS = ("It counts tens as elevens, and no number that this bench says has any. The contract "
+            "of the writer of numbers finds it in the writer by itself.")
+_LEAVES_FAULT = ("It lets an interpreter that is upset leave FAULT. The contract of the interpreter "
+                 "finds it in the interpreter by itself.")
 _READ_AS_DAMAGED = ("The end of a damaged line has a code that no end has. Frames take every end "
                     "for damaged that is neither good nor too long: no pin shows it.")
 
@@ -79,6 +83,9 @@ EXPLAINED: dict[tuple[str, str], str] = {
     ("single", "hdl/fresa/protocol/text.py:67 (place$88): mux S[0] stuck at 0"): _OTHER_PLACE,
     ("single", "hdl/fresa/protocol/line.py:146 (lines.$signature__data): mux B[0] stuck at 1"):
         _READ_AS_DAMAGED,
+    ("single", "hdl/fresa/protocol/decimal_writer.py:95 (commands.writer.after): pmux B[42] stuck "
+               "at 1"): _NO_TENS,
+    ("single", "no line (no name): reduce_bool A[3] stuck at 1"): _LEAVES_FAULT,
     **{("order_ledger", f"hdl/fresa/motion/order_ledger.py:136 (outcome): mux {change}"):
        _NO_ANSWER_WAITS for change in ("A[1] stuck at 1", "A[3] inverted where bit 2 is 1")},
 }
