@@ -38,8 +38,8 @@ _ZEROS = ("It leaves zeros inside a number unsaid, and of all reports none on th
           "The contract of the writer of numbers finds it in the writer by itself.")
 _NO_TENS = ("It counts tens as elevens, and no number that this bench says has any. The contract "
             "of the writer of numbers finds it in the writer by itself.")
-_LEAVES_FAULT = ("It lets an interpreter that is upset leave FAULT. The contract of the interpreter "
-                 "finds it in the interpreter by itself.")
+_LEAVES_FAULT = ("It lets an interpreter of frames that is upset leave FAULT. The contract of "
+                 "frames finds it in the interpreter by itself.")
 _READ_AS_DAMAGED = ("The end of a damaged line has a code that no end has. Frames take every end "
                     "for damaged that is neither good nor too long: no pin shows it.")
 
