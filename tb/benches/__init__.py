@@ -12,6 +12,7 @@ from . import (
     orders,
     panel,
     positioner,
+    positioner_parts,
     protocol,
     ramp,
     serial_line,
@@ -23,7 +24,7 @@ __all__ = ["BENCHES", "GROUPS"]
 
 ROOMS = {
     "components": (drive, motion, control, guard, orders, serial_orders, panel, axis, ramp,
-                   serial_line, protocol, positioner),
+                   serial_line, protocol, positioner_parts),
     "machine": (mill, single, positioner),
     "board": (board,),
 }

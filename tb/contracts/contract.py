@@ -182,8 +182,9 @@ class Contract:
         self.m: Any = Module()
         self.promises: dict[str, Promise] = {}
         self._clock, self._free = ClockDomain("sync"), []
-        self._prefix = ""
+        self._prefix = self._root = ""
         self.rst: Any = self._clock.rst
+        self._assumed = 0
         self._dut, self._upset, self._only, self._broken = dut, upset, only, broken
         self._fragment = Fragment.get(dut, None)
         self.m.domains.sync = self._clock
@@ -217,7 +218,8 @@ class Contract:
             It is about codes that no state machine gets into by itself.
         """
         when = Value.cast(when).any()
-        self._promise(name, says, bug, ~when | Value.cast(then).any(), when, upset)
+        self._promise(f"{self._prefix}{name}", says, bug, ~when | Value.cast(then).any(), when,
+                      upset)
 
     def always(self, name: str, says: str, condition: Bits, *, seen: Bits,
                bug: Bug | tuple[Bug, ...], upset: bool = False) -> None:
@@ -225,13 +227,13 @@ class Contract:
 
         The rest is as in :meth:`holds`.
         """
-        self._promise(name, says, bug, Value.cast(condition).any(), Value.cast(seen).any(), upset)
+        self._promise(f"{self._prefix}{name}", says, bug, Value.cast(condition).any(),
+                      Value.cast(seen).any(), upset)
 
     def _promise(self, name: str, says: str, bug: Bug | tuple[Bug, ...], kept: Bits,
                  cover: Bits, upset: bool) -> None:
         if upset != self._upset:
             return
-        name = f"{self._prefix}{name}"
         if name in self.promises:
             raise ValueError(f"{name!r} is promised twice")
         self.promises[name] = Promise(name, says, bug if isinstance(bug, tuple) else (bug,))
@@ -250,6 +252,19 @@ class Contract:
         yield
         self._prefix = before
 
+    def keeps(self, path: str, component: "Component") -> None:
+        """Promise of a part inside what it promises by itself.
+
+        What it assumes of its inputs is promised, too: here it has to be so. A case with `upset`
+        leaves this to the part.
+        """
+        if self._upset:
+            return
+        before = self._prefix, self._root, self._assumed
+        self._prefix, self._root, self._assumed = f"{path}:", f"{path}.", 0
+        component.describe(self, self.part(""))
+        self._prefix, self._root, self._assumed = before
+
     def unknown(self, path: str) -> None:
         """Let an `Unknown` part inside say anything in any clock."""
         for names, member, value in self.part(path).signature.flatten(self.part(path)):
@@ -260,11 +275,17 @@ class Contract:
 
     def assume(self, condition: Bits) -> None:
         """Leave out what the component is never given."""
-        self.m.d.comb += Assume(condition)
+        if self._root:
+            self._assumed += 1
+            self.always(f"assumed-{self._assumed}", "It is used as it is meant to be.", condition,
+                        seen=condition, bug=())
+        else:
+            self.m.d.comb += Assume(condition)
 
     def usual(self, condition: Bits) -> None:
         """Let covers, and nothing else, look only where this holds: they are found sooner."""
-        self.m.d.comb += Assume(condition, "usual")
+        if not self._root:
+            self.m.d.comb += Assume(condition, "usual")
 
     def past(self, value: Bits, *, init: int = 0) -> Any:
         """Return `value` one clock ago; `init` in the first clock. Reset does not touch it."""
@@ -284,7 +305,7 @@ class Contract:
 
     def _inside(self, path: str) -> Fragment:
         fragment = self._fragment
-        for name in filter(None, path.split(".")):
+        for name in filter(None, f"{self._root}{path}".split(".")):
             fragment = fragment.find_subfragment(name)
         return fragment
 

@@ -9,7 +9,7 @@ from fresa.protocol.words import NUMBER_STARTS
 
 from .contract import Bits, Bug, Case, Component, Contract
 
-__all__ = ["FRAMES"]
+__all__ = ["FRAMES", "FRAMES_INSIDE"]
 
 
 class Frame:
@@ -226,11 +226,29 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
              bug=Bug(frames, "answer.eq(Answer.HELP)", "answer.eq(Answer.SPEED)"))
 
 
+def describe_alone(c: Contract, dut: FrameInterpreter) -> None:
+    """Promise besides what is kept where nobody needs it."""
+    describe(c, dut)
+    numbers = c.part("reader").numbers
+    kept = c.keep(len(dut.speed), init=START_SPEED, name="number_kept")
+    with c.m.If(c.rst):
+        c.m.d.sync += kept.eq(START_SPEED)
+    with c.m.Elif(c.state("interpreter_state")("NUMBER") & numbers.valid):
+        c.m.d.sync += kept.eq(numbers.p.value)
+    c.always("keeps-its-number", "It keeps the number that it read last.",
+             c.signal("value") == kept, seen=kept == 9,
+             bug=Bug(frames, "value.eq(reader.numbers.p.value)",
+                     "value.eq(~reader.numbers.p.value)"))
+
+
 def make(*, short: bool = True) -> FrameInterpreter:
     """Make it, with texts of a letter or with those that people see."""
     return FrameInterpreter(greeting=b"g", help_text=b"h") if short else FrameInterpreter()
 
 
 FRAMES = Component(
-    make=make, describe=describe, depth=16,
+    make=make, describe=describe_alone, depth=16,
     cases=(Case(), Case({"short": False}, real=True), Case(upset=True)))
+
+FRAMES_INSIDE = Component(make=make, describe=describe)
+"""What a machine relies on."""

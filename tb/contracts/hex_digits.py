@@ -81,6 +81,10 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
     c.holds("taken-is-gone", "A message that was taken, and after reset any, is not there again.",
             when=c.past(over | c.rst), then=~waits,
             bug=Bug(hex_reader, "self.messages.valid.eq(0), ", ""))
+    c.holds("begins-with-nothing", "After power-up, and after reset, nothing is left of a message.",
+            when=~c.past(1) | c.past(c.rst), then=message == 0,
+            bug=Bug(hex_reader, "value = self.messages.p.value", "value = self.messages.p.value; "
+                    "self.messages.payload.as_value()._init = 1"))
     c.holds("good-is-right", "What is good has its digits, a CRC that is right, and no other byte, "
             "and its line came whole.", when=waits & good, then=right,
             bug=(Bug(hex_reader, "& crc.match_detected", ""),
@@ -161,13 +165,17 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
             then=dut.messages.ready & ~offered,
             bug=Bug(hex_writer, "left = Signal(range(first + 1))",
                     "left = Signal(range(first + 1), reset_less=True)"))
-    rest = c.signal("rest")
+    rest, register = c.signal("rest"), c.signal("crc.crc_reg")
+    behind = Array(Cat(Const(0, 4 * said), message)[:len(rest)] for said in (
+        0, *(min(place, dut.digits) for place in range(length))))
+    c.holds("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
+            then=(rest == 0) & register.all(),
+            bug=Bug(hex_writer, "rest = Signal(4 * self.digits)",
+                    "rest = Signal(4 * self.digits, init=1)"))
     c.always("knows-the-place", "It knows what is left of the line.",
              (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
-             & (~sending | (c.signal("crc.crc_reg") == Cat(reversed(crc))))
-             & Cat((sent > place + 1) | ~sending | (digit == rest.word_select(
-                 (dut.digits - 1 - place + Mux(sent > 0, sent - 1, 0))[:8], 4))
-                 for place, digit in enumerate(digits)).all(),
+             & (~sending | (register == Cat(reversed(crc))))
+             & (rest == Mux(sending, behind[sent], 0)),
              seen=sending & (sent == length - 1),
              bug=Bug(hex_writer, "left.eq(left - 1)", "left.eq(left - 2)"))
 

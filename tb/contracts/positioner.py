@@ -68,6 +68,11 @@ def describe(c: Contract, dut: Positioner) -> None:
             when=known & (dut.enable & ~c.past(dut.enable)).any(), then=c.past(dut.connected),
             upset=True, bug=Bug(positioner, "axis.enable.eq(positioning.connected)",
                                 "axis.enable.eq(1)"))
+    broke = known & c.past(c.part("receiver").line_break)
+    c.holds("break-halts", "In the clock after a break of the line was heard no motor has a "
+            "movement.", when=broke, then=dut.moving == 0, upset=True, bug=_BREAK_UNHEARD)
+    c.holds("break-ends-steps", "No STEP rises in the clock after that.", when=c.past(broke),
+            then=(dut.step & ~c.past(dut.step)) == 0, upset=True, bug=_BREAK_UNHEARD)
 
 
 def _type(c: Contract, dut: Positioner) -> None:
@@ -123,6 +128,9 @@ def make(*, line: bool = True, **pace: int) -> Positioner:
             setattr(dut, f"_{name}", Unknown(getattr(dut, f"_{name}")))
     return dut
 
+
+_BREAK_UNHEARD = Bug(positioner, "positioning.halt.eq(receiver.line_break)",
+                     "positioning.halt.eq(0)")
 
 LINE = ("receiver", "lines", "commands", "reporter", "transmitter")
 """The parts of its line."""

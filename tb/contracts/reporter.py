@@ -112,6 +112,9 @@ def describe(c: Contract, dut: Reporter) -> None:
             when=c.past(c.rst), then=c.state("reporter_state")("REST") & ~dut.bytes.valid
             & (c.signal("time") == dut.period - 1) & ~c.signal("due"),
             bug=Bug(reporter, "due = Signal()", "due = Signal(init=1)"))
+    c.holds("reset-forgets", "After reset no position is kept.", when=c.past(c.rst),
+            then=Cat(c.signal(f"number_{place}") == 0 for place in range(3)).all(),
+            bug=Bug(reporter, 'name=f"number_{index}")', 'name=f"number_{index}", init=-index)'))
     _watch_inside(c, dut, line, since)
     if not hurried:
         _watch_time(c, dut, line, byte, waited)
@@ -152,10 +155,9 @@ def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
             when=state("ASK", "TEXT"),
             then=c.signal("text") == line.text(left + state("TEXT")),
             bug=Bug(reporter, "text.eq(self.answers.payload + 3)", "text.eq(3)"))
-    c.always("knows-where", "It keeps the positions that are still to be said.",
-             state("REST") | ~line.is_report | Cat(
-                 (left >> 1 <= place) | (c.signal(f"number_{place}")
-                                         == Array(line.where)[3 - (left >> 1) + place])
+    c.always("knows-where", "It keeps the positions, those that are still to be said before those "
+             "that were.", state("REST") | ~line.is_report | Cat(
+                 c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
                  for place in range(3)).all(), seen=left == 4,
              bug=Bug(reporter, "Cat(*numbers[1:], numbers[0])", "Cat(numbers)"))
     c.always("one-voice", "Text and number never speak at once, and only in their states.",

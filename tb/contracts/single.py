@@ -16,8 +16,22 @@ from fresa.protocol import LineItem, LineReader, Received, UARTTransmitter, fram
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
 
 from .contract import Bits, Bug, Case, Component, Contract
+from .frames import FRAMES_INSIDE
+from .line import LINE
+from .phase import PHASE
+from .position import POSITION
+from .rate import RATE
+from .uart_receiver import UART_RECEIVER
+from .uart_transmitter import UART_TRANSMITTER
 
 __all__ = ["SINGLE"]
+
+PARTS = {"receiver": UART_RECEIVER, "lines": LINE, "commands": FRAMES_INSIDE,
+         "transmitter": UART_TRANSMITTER, "rate": RATE, "move": POSITION, "driver": PHASE}
+"""Parts that keep their own contracts in the whole machine."""
+
+LONG = 100
+"""Clocks of a bit with which that takes too long to prove of all of them together."""
 
 
 def describe(c: Contract, dut: Single) -> None:
@@ -85,6 +99,9 @@ def describe(c: Contract, dut: Single) -> None:
             bug=Bug(frames, "value.eq(reader.numbers.p.value)",
                     "value.eq(~reader.numbers.p.value)"))
     _watch_times(c, dut)
+    if isinstance(lines, LineReader) and c.part("receiver").period < LONG:
+        for path, part in PARTS.items():
+            c.keeps(path, part)
     c.holds("fault-stops-it", "While a state register is upset no step is made.", when=dut.fault,
             then=~moved & ~dut.moving, upset=True,
             bug=Bug(single, "commands.enable & ~self.fault", "commands.enable"))
@@ -154,9 +171,11 @@ class _Printed(wiring.Component):
         return m
 
 
-def make(*, terminal: bool = True, unipolar: bool = False, full_step: bool = False,
-         ramp: int = 0) -> Single:
+def make(*, terminal: bool = True, short: bool = False, unipolar: bool = False,
+         full_step: bool = False, ramp: int = 0) -> Single:
     """Make a machine; one without a terminal has frames of which each byte comes in a clock."""
+    if short:
+        return Single(pace=SinglePace.real(clock=48_000, baud=3000), greeting=b"g", help_text=b"h")
     if terminal:
         return Single(unipolar=unipolar, full_step=full_step, ramp=ramp)
     dut = Single(pace=SinglePace(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",
@@ -175,6 +194,7 @@ SINGLE = Component(
     make=make, describe=describe, depth=22,
     cases=(Case({"terminal": False}), Case({"terminal": False, "full_step": True}),
            Case({"terminal": False, "ramp": 1}),
+           Case({"terminal": True, "short": True}, real=True),
            Case({"terminal": True}, real=True),
            Case({"terminal": True, "unipolar": True, "full_step": True}, real=True),
            Case({"terminal": True, "ramp": 1000}, real=True),

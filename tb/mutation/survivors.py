@@ -27,16 +27,21 @@ _NO_SUCH_TIME = ("It shows only in IDLE at a time of -1, which no state hands on
                  "does not count. Induction with that as an invariant proves it.")
 _LOOK_MORE = ("There is one look more, and the two behind it push it out before the bit is "
               "decided. Induction over state and time together proves it.")
-_AFTER_LINE = ("The register differs only in bits that nobody looks at: after reset, or behind the "
-               "last digit of a message. The next line loads it; and the contract, which says "
-               "every byte and every good message, is proved of the mutant too.")
 _NO_ANSWER_WAITS = ("It shows only in an answer that waits. Who takes answers is ready from the "
                     "clock of the request until there is one, as the contract assumes: none waits.")
-_ALL_SAID = ("The contract says every bit of an order where it means anything, and is proved of "
-             "the mutant too; z3 did not prove in its time that no pin ever shows it.")
-
-_NO_NUMBER = ("The number differs only where none is due: after reset, or where END waits, which "
-              "it does not behind a number, whose end it has seen. NUMBER loads it before that.")
+_ALL_SAID = ("It is in the answer to a motor that there is not, which is ARGUMENT: the "
+             "bit is 1 in it anyway.")
+_REFUSED = ("The place differs only in a line that is refused, of which nothing more is read; the "
+            "next line begins at 0. In a good line the contract says it, and is proved of the "
+            "mutant too.")
+_ZEROS = ("It leaves zeros inside a number unsaid, and of all reports none on this bench has any. "
+          "The contract of the writer of numbers finds it in the writer by itself.")
+_NO_TENS = ("It counts tens as elevens, and no number that this bench says has any. The contract "
+            "of the writer of numbers finds it in the writer by itself.")
+_LEAVES_FAULT = ("It lets an interpreter of frames that is upset leave FAULT. The contract of "
+                 "frames finds it in the interpreter by itself.")
+_READ_AS_DAMAGED = ("The end of a damaged line has a code that no end has. Frames take every end "
+                    "for damaged that is neither good nor too long: no pin shows it.")
 
 EXPLAINED: dict[tuple[str, str], str] = {
     **{("coordinates", f"hdl/fresa/motion/coordinates.py:120 (reading): mux {change}"): _COPY
@@ -72,14 +77,15 @@ EXPLAINED: dict[tuple[str, str], str] = {
     ("uart_receiver", "hdl/fresa/protocol/receiver.py:107 (look): eq A[1] stuck at 1"): _LOOK_MORE,
     ("positioner_commands", "hdl/fresa/protocol/positioner.py:138 (orders__payload): mux A[2] "
                             "stuck at 1"): _ALL_SAID,
-    **{("frames", f"hdl/fresa/protocol/frames.py:172 (value): mux {change}"): _NO_NUMBER
-       for change in ("A[3] stuck at 1", "A[6] inverted where bit 7 is 0", "B[4] inverted")},
-    **{("hex_reader", f"hdl/fresa/protocol/hex_reader.py:54 (messages__payload): mux {change}"):
-       _AFTER_LINE for change in ("B[0] stuck at 1", "B[4] inverted")},
-    **{("hex_writer", f"no line (crc_reg): mux B[{bit}] stuck at 0"): _AFTER_LINE
-       for bit in (3, 11, 21)},
-    **{("hex_writer", f"hdl/fresa/protocol/hex_writer.py:55 (rest): mux {change}"): _AFTER_LINE
-       for change in ("B[6] inverted", "Y[1] inverted where bit 10 is 1")},
+    ("positioner_commands", "no line (no name): reduce_and A[1] stuck at 1"): _REFUSED,
+    ("reporter", "no line (no name): reduce_and A[1] stuck at 0"): _ZEROS,
+    ("single", "hdl/fresa/protocol/receiver.py:100 (time): mux Y[0] stuck at 0"): _LINE_AT_REST,
+    ("single", "hdl/fresa/protocol/text.py:67 (place$88): mux S[0] stuck at 0"): _OTHER_PLACE,
+    ("single", "hdl/fresa/protocol/line.py:146 (lines.$signature__data): mux B[0] stuck at 1"):
+        _READ_AS_DAMAGED,
+    ("single", "hdl/fresa/protocol/decimal_writer.py:95 (commands.writer.after): pmux B[42] stuck "
+               "at 1"): _NO_TENS,
+    ("single", "no line (no name): reduce_bool A[3] stuck at 1"): _LEAVES_FAULT,
     **{("order_ledger", f"hdl/fresa/motion/order_ledger.py:136 (outcome): mux {change}"):
        _NO_ANSWER_WAITS for change in ("A[1] stuck at 1", "A[3] inverted where bit 2 is 1")},
 }
