@@ -12,11 +12,11 @@ BIT = 16
 HELLO, HELP = b"hi\r\n", b"help\r\n"
 SESSION = [
     (b":x?\r", b"x:0\r\nok\r\n"), (b":v?\r", b"v:100\r\nok\r\n"), (b":d\r", HELP + b"ok\r\n"),
-    (b":V6000\r", b"ok\r\n"), (b"noise :x9:x5\r", b"ok\r\n"), (b":X?\r", b"x:5\r\nok\r\n"),
+    (b":V5987\r", b"ok\r\n"), (b"noise :x9:x5\r", b"ok\r\n"), (b":X?\r", b"x:5\r\nok\r\n"),
     (b":e0\r", b"ok\r\n"), (b":x2\r", b"ok\r\n"), (b":x?\r", b"x:5\r\nok\r\n"),
     (b":e1\r", b"ok\r\n"), (b":x?\r", b"x:2\r\nok\r\n"), (b":y\r", b"err command\r\n"),
     (b":x12a\r", b"err number\r\n"), (b":x10000\r", b"err range\r\n"), (b":v0\r", b"err range\r\n"),
-    (b":x" + b"0" * 126 + b"\r", b"err length\r\n"), (b":v?\r", b"v:6000\r\nok\r\n"),
+    (b":x" + b"0" * 126 + b"\r", b"err length\r\n"), (b":v?\r", b"v:5987\r\nok\r\n"),
 ]
 
 

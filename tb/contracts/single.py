@@ -12,7 +12,15 @@ from fresa.drive import PhaseDriver, RateGenerator, phase, rate
 from fresa.machines import Single, single
 from fresa.machines.single import SinglePace
 from fresa.motion import MoveTo, Ramp, position
-from fresa.protocol import LineItem, LineReader, Received, UARTTransmitter, frames
+from fresa.protocol import (
+    LineItem,
+    LineReader,
+    Received,
+    UARTTransmitter,
+    frames,
+    receiver,
+    text,
+)
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
 
 from .contract import Bits, Bug, Case, Component, Contract
@@ -100,11 +108,26 @@ def describe(c: Contract, dut: Single) -> None:
                     "value.eq(~reader.numbers.p.value)"))
     _watch_times(c, dut)
     if isinstance(lines, LineReader) and c.part("receiver").period < LONG:
-        for path, part in PARTS.items():
-            c.keeps(path, part)
+        _watch_parts(c)
     c.holds("fault-stops-it", "While a state register is upset no step is made.", when=dut.fault,
             then=~moved & ~dut.moving, upset=True,
             bug=Bug(single, "commands.enable & ~self.fault", "commands.enable"))
+
+
+def _watch_parts(c: Contract) -> None:
+    """Promise what the parts do, and what is in them while nobody looks."""
+    for path, part in PARTS.items():
+        c.keeps(path, part)
+    c.holds("reset-forgets", "After reset the place in a text is the first.", when=c.past(c.rst),
+            then=c.signal("commands.texts.place") == 0,
+            bug=Bug(text, "place = Signal(range(len(words)))",
+                    "place = Signal(range(len(words)), reset_less=True)"))
+    at_rest = c.state("receiver.receiver_state")("IDLE")
+    time, bit = c.signal("receiver.time"), c.part("receiver")
+    c.holds("waits-for-a-line", "While the line is high the receiver waits where a start bit "
+            "begins.", when=at_rest & c.past(at_rest & bit.rx & ~c.rst),
+            then=time == -(bit.period // 2 + bit.spread),
+            bug=Bug(receiver, "m.d.sync += time.eq(first)", "m.d.sync += time.eq(first - 1)"))
 
 
 def _stands(c: Contract, move: MoveTo | Ramp) -> Bits:
