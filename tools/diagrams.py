@@ -373,8 +373,8 @@ DIAGRAMS = (
     Diagram(
         "single",
         "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
-        "way: the first step is made at once, the others 10 clocks apart, 6000 rpm at the 48 kHz "
-        "of this bench. `tx` falls when the answer begins.",
+        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
+        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
         "line: rx tx outputs: moving coils position enable", 11940, 12040, radix=("position=dec",)),
     Diagram(
         "positioner",
