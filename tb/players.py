@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from fresa.machines import Positioner, Single
 from fresa.machines.mill import MillPace
 from fresa.machines.positioner import PositionerPace
-from fresa.machines.single import SinglePace
+from fresa.machines.single import FINE, TOP_SPEED, SinglePace
+from fresa.motion import ramp_rates
 
 from . import boards, desk
 from .design import Design
@@ -127,17 +128,20 @@ _ON_A_LINE = {"ghdl": "it has no description in VHDL",
 """What cannot play a machine on a serial line."""
 
 
-def _single() -> Machine:
-    """Shorten bits and texts; the speed of the motor is real beside the clock."""
-    pace, greeting, help_text = SinglePace.real(clock=48_000, baud=3000), b"!\r\n", b"?\r\n"
+def _single(name: str, pace: SinglePace, ramp: int = 0, top_speed: int = TOP_SPEED) -> Machine:
+    """Shorten texts. The model counts rates in the unit of the ramp, if there is one."""
+    greeting, help_text = b"!\r\n", b"?\r\n"
+    rate, modulus = pace.rate * (FINE if ramp else 1), pace.modulus * (FINE if ramp else 1)
 
     def model() -> SingleModel:
-        return SingleModel(bit=pace.bit, modulus=pace.modulus, rate=pace.rate, greeting=greeting,
-                           help_text=help_text)
+        rates = ramp_rates(acceleration=ramp, top=top_speed * rate, modulus=modulus,
+                           clock=pace.clock) if ramp else ()
+        return SingleModel(bit=pace.bit, modulus=modulus, rate=rate, ramp=rates,
+                           greeting=greeting, help_text=help_text)
 
     return Machine(
-        "single", lambda: boards.component(
-            "single", Single(pace=pace, greeting=greeting, help_text=help_text)),
+        name, lambda: boards.component("single", Single(
+            pace=pace, ramp=ramp, top_speed=top_speed, greeting=greeting, help_text=help_text)),
         directed=lambda seed, clocks: typed_in_turn(model(), seed, clocks),
         chance=functools.partial(typed_by_chance, pace.bit), model=model,
         without=_ON_A_LINE)
@@ -174,11 +178,14 @@ def _described(name: str) -> Machine:
 MACHINES = {
     "mill": _mill("mill", guard=False),
     "mill-guarded": _mill("mill-guarded", guard=True),
-    "single": _single(),
+    "single": _single("single", SinglePace.real(clock=48_000, baud=3000)),
+    "single-ramp": _single("single-ramp", SinglePace.real(clock=240_000, baud=15_000, turn=5),
+                           ramp=150_000, top_speed=25_000),
     "positioner": _positioner(),
     **{name: _described(name) for name in REFERENCES if name != "mill"},
 }
-"""The machines, the mill also guarded, and the components of which there is one in VHDL."""
+"""The machines, the mill also guarded, `single` also with a ramp, and the components of
+which there is one in VHDL."""
 
 
 class ModelPlayer:

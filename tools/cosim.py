@@ -35,8 +35,9 @@ and orders that must be refused, which wait for the machine as people do; then p
 
 The machine is the mill, unless --machine names another, or one of the mill's components; those have
 no model in Python, but like the mill a description in VHDL, written from the thesis. What is typed
-to `single` is frames that wait for their answers; then frames side by side, bytes and noise. So it
-is with the lines of `positioner`, whose limit switches are pressed besides.
+to `single`, which is `single-ramp` with a ramp, is frames that wait for their answers; then frames
+side by side, bytes and noise. So it is with the lines of `positioner`, whose limit switches are
+pressed besides.
 
 At the first difference it names engine, clock and outputs, makes the stimulus as short as it can,
 prints it as a script, and writes the waveforms of both engines from power-up to the difference.

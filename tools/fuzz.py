@@ -25,8 +25,9 @@ __all__ = ["main"]
 
 ABOUT = """\
 Sends to a machine what no one should: lines good, changed and too long, random bytes, bytes without
-a stop bit, breaks, glitches, noise, and floods of lines. What comes of it is held against what the
-description of the machine says of lines, with no model of the gateware in between:
+a stop bit, breaks, also such as begin inside a byte, glitches, noise, and floods of lines. What
+comes of it is held against what the description of the machine says of lines, with no model of the
+gateware in between:
 
   each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
   each step lies on a way that a legal line asked for, and comes when the rate says, to the clock
@@ -35,6 +36,9 @@ description of the machine says of lines, with no model of the gateware in betwe
   a switch, pressed at any time, lets no step out towards it, ends the movement that it blocks, and
   is told of, and heard, once
   whatever was sent, at the end of each session the machine answers and moves as ever
+
+Every other session of single is with a ramp, and every other of positioner with play in two axes,
+and their limit switches at other ends. The rate of each step is then that of its place on the ramp.
 
 positioner is flooded with lines of all kinds, and obeys each; how many answers wait, and which of
 them give way to one OVERFLOW, is looked at, too. In a flood of the others bytes may be lost.

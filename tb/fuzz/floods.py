@@ -1,12 +1,12 @@
 """Floods of frames, where some may be lost: of which it is sure that there is room, and silence."""
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from typing import Protocol, TypeVar
 
 from .line import CUT, Text
 from .ways import Failure
 
-__all__ = ["PROMPT", "Backlog", "silence"]
+__all__ = ["PROMPT", "Backlog", "out_of_turn", "silence"]
 
 PROMPT = 8
 """Bytes of the line in which an answer begins when nothing goes before it."""
@@ -59,6 +59,36 @@ class Backlog:
     def answered(self, frame: Frame, clock: int) -> None:
         """Note when the answer to a frame has begun: so much has been read."""
         self._waiting.append((clock, _size(frame)))
+
+
+Some = TypeVar("Some", bound=Frame)
+
+
+def out_of_turn(answers: Sequence[tuple[int, bytes]], ends: Sequence[int], frames: Sequence[Some],
+                may: Callable[[bytes, Some | None], bool]) -> int | None:
+    """Find the first answer for which no frame can have ended; give its number.
+
+    Each return ends one frame at most: that which was sent, or what loss has left of some. Each
+    frame has one answer at most, and they come in turn.
+
+    Parameters
+    ----------
+    answers : sequence of pairs
+        The clock in which each begins, and what it is.
+    ends : sequence of int
+        When returns came, also such as are in no frame that was sent.
+    frames : sequence of frames
+        Those that were sent.
+    may : callable
+        Says whether an answer may be to a frame, or where none was sent.
+    """
+    sent = {frame.clock: frame for frame in frames}
+    left = iter(ends)
+    for number, (clock, text) in enumerate(answers):
+        end = next((end for end in left if may(text, sent.get(end))), CUT)
+        if end >= clock:
+            return number
+    return None
 
 
 def silence(frames: Sequence[Frame], said: Text, byte: int, end: int) -> list[Failure]:

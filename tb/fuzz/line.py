@@ -38,11 +38,24 @@ class Broken(Exception):
 
 
 class Heard(NamedTuple):
-    """A byte that came in, the clock with which it is complete, and whether it lacks a stop bit."""
+    """A byte that came in.
+
+    Attributes
+    ----------
+    clock : int
+        With which it is complete.
+    byte : int
+        What it is.
+    error : bool
+        It lacks its stop bit.
+    broken : int
+        The clock with which the line, low from this byte on, is a break; -1 if it is none.
+    """
 
     clock: int
     byte: int
     error: bool
+    broken: int = -1
 
 
 class Text:
@@ -81,6 +94,8 @@ def hear(line: Levels, period: int) -> Iterator[Heard]:
     It looks three times into the middle of each bit, counted from the edge of the start bit, a
     sixteenth of a bit apart, and two looks decide. A start that is none is dropped. After a byte
     without a stop bit, and at first, the line must have been high for longer than a disturbance.
+    Until then it is a break at once if that byte is 0, and else when it has been low for the time
+    of a byte more.
     """
     row, spread = line.tobytes(), period // 16
     middle, rest = period // 2, b"\1" * (2 * spread + 1)
@@ -88,6 +103,10 @@ def hear(line: Levels, period: int) -> Iterator[Heard]:
     def settled(clock: int) -> int:
         found = row.find(rest, clock)
         return found + len(rest) if found >= 0 else len(row)
+
+    def broken(begin: int, end: int) -> int:
+        low = row.count(b"\0", begin, end) >= FRAME * period
+        return begin + int(np.flatnonzero(line[begin:end] == 0)[FRAME * period - 1]) if low else -1
 
     clock = settled(0)
     while (start := row.find(b"\0", clock)) >= 0:
@@ -101,9 +120,12 @@ def hear(line: Levels, period: int) -> Iterator[Heard]:
         if word & 1:
             clock = decided + 1
             continue
-        stop = word >> 9
-        yield Heard(end, word >> 1 & 0xFF, not stop)
-        clock = end + 1 if stop else settled(end + 1)
+        byte, clock = word >> 1 & 0xFF, end + 1
+        if word >> 9:
+            yield Heard(end, byte, False)
+            continue
+        clock = settled(end + 1)
+        yield Heard(end, byte, True, broken(end + 1, clock) if byte else end)
 
 
 def said(line: Levels, period: int) -> Text:

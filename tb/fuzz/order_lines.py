@@ -7,14 +7,15 @@ import zlib
 from .pieces import Dialect
 from .single import Frame
 
-__all__ = ["DIALECT", "DOWN", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP", "asked",
-           "checked", "request"]
+__all__ = ["DIALECT", "DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP",
+           "asked", "checked", "request"]
 
 SIDE = 400
 """Places to go to are the corners of a square: so each way is along one of the 8 directions. They
 are so far from each other that orders have to wait."""
 
 LONGEST, ROOM, NUMBERS = 32, 63, 1 << 24
+ENDS = b"\r\n"
 TELL, OPEN, GO, UP, DOWN = range(5)
 
 

@@ -1,13 +1,14 @@
 """Orders over a serial line: what each line is answered, and where the tool may go."""
 
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, silence
+from .floods import PROMPT, Backlog, out_of_turn, silence
 from .line import CUT, Text
 from .order_lines import DOWN, GO, NUMBERS, OPEN, ROOM, TELL, UP, asked, checked
 from .single import Frame
@@ -98,6 +99,8 @@ class OrderSession:
         What the machine said.
     floods : sequence of pairs
         From which clock to which there were more lines than could be answered.
+    ends : sequence of int
+        When bytes came that end a line.
     byte : int
         Clocks of a byte.
 
@@ -107,8 +110,9 @@ class OrderSession:
         Orders to be carried out.
     """
 
-    def __init__(self, said: Text, floods: Sequence[tuple[int, int]], byte: int) -> None:
-        self._said, self._floods, self._byte = said, floods, byte
+    def __init__(self, said: Text, floods: Sequence[tuple[int, int]], ends: Sequence[int],
+                 byte: int) -> None:
+        self._said, self._floods, self._ends, self._byte = said, floods, ends, byte
         self.taken: list[Taken] = []
         self.failures: list[Failure] = []
         self.answers = 0
@@ -116,24 +120,24 @@ class OrderSession:
 
     def run(self, given: Iterator[Frame]) -> None:
         """Look at all of it, up to the first answer that is wrong."""
-        place, flooded = 0, []
+        place, last, flooded = 0, -1, []
         backlog = Backlog(ROOM, self._byte)
         floods = iter([*self._floods, (1 << 62, 1 << 62)])
         begin, end = next(floods)
         for frame in given:
             while frame.clock >= end:
-                place = self._flood(flooded, place, end)
+                place = self._flood(flooded, last, place, end)
                 (begin, end), flooded, backlog = next(floods), [], Backlog(ROOM, self._byte)
             if frame.clock >= begin and not (end < CUT and backlog.fits(frame)):
                 flooded.append(frame)
                 continue
-            place = self._answer(frame, place)
+            place, last = self._answer(frame, place), frame.clock
             if self.failures:
                 return
             if frame.clock >= begin:
                 backlog.answered(frame, self._said.starts[place - 1])
         if begin < 1 << 62:
-            place = self._flood(flooded, place, end)
+            place = self._flood(flooded, last, place, end)
         if place < len(self._said.text):
             self._fail(self._said.starts[place], f"an answer to no line: "
                        f"{self._said.text[place:place + 40]!r}")
@@ -141,8 +145,10 @@ class OrderSession:
     def _fail(self, clock: int, says: str) -> None:
         self.failures.append(Failure(clock, "answer", says))
 
-    def _flood(self, flooded: Sequence[Frame], place: int, end: int) -> int:
-        """Look at the answers to what is left of a flood: what is so, or that a line was damaged.
+    def _flood(self, flooded: Sequence[Frame], last: int, place: int, end: int) -> int:
+        """Look at the answers to what is left of a flood behind the last line that had room.
+
+        Each says what is so, or that a line was damaged.
 
         Lines may be lost; nothing is left to wait. Bytes may be lost between lines too: then what
         follows, up to a return, is a damaged line more.
@@ -151,10 +157,14 @@ class OrderSession:
         answers = list(ANSWER.finditer(self._said.text, place, stop))
         if sum(len(answer[0]) for answer in answers) != stop - place and end < CUT:
             self._fail(end, "a flood is answered by what is no answer")
-        right = sum(int(answer[1][:1], 16) != DAMAGED for answer in answers)
-        if right > len(flooded) or (flooded and not answers and end < CUT):
-            self._fail(end, f"{len(flooded)} lines of a flood have {len(answers)} answers, "
-                       f"{right} of them to a line that is right")
+        if flooded and not answers and end < CUT:
+            self._fail(end, f"{len(flooded)} lines of a flood have no answer")
+        begun = [(self._said.starts[answer.start()], answer[1]) for answer in answers]
+        ends = self._ends[bisect_right(self._ends, last):bisect_left(self._ends, end)]
+        wrong = out_of_turn(begun, ends, flooded, self._may)
+        if wrong is not None:
+            clock, text = begun[wrong]
+            self._fail(clock, f"a flood is answered by {text!r}, which is out of turn")
         self.failures += silence(flooded, self._said, self._byte, end)
         for answer in answers:
             outcome, *_ = fields = self._fields(answer[1].decode())
@@ -162,6 +172,10 @@ class OrderSession:
                 self._fail(end, f"a flood is answered by {answer[0]!r}")
         self.answers += len(answers)
         return stop
+
+    def _may(self, answer: bytes, frame: Frame | None) -> bool:
+        return int(answer[:1], 16) == DAMAGED or bool(
+            frame and int(answer[:1], 16) in self._outcomes(frame))
 
     def _answer(self, frame: Frame, place: int) -> int:
         """Look at the answer to a line; say where it ends."""

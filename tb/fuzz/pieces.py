@@ -200,6 +200,22 @@ def _break(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, byte
         _obeyed(period), np.zeros(clocks, np.uint8), high(rng.randrange(40))])
 
 
+def _broken(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+    """Begin a break in the middle of a byte, or what is nearly long enough for one."""
+    data = dialect.legal(rng)
+    line, byte = levels(data, period), FRAME * period
+    begin = rng.randrange(len(line))
+    end = (begin // byte + 1) * byte
+    # What counts is behind the last look at the missing stop bit.
+    long_enough = end - begin - period // 2 + period // 16 + 1 + byte
+    clocks = long_enough + rng.choice([rng.randint(-byte, 0), -2, -1, 0, 1, 2, period, 20 * period])
+    low = np.zeros(clocks, np.uint8)
+    if rng.random() < 0.5:  # a disturbance, or a little more
+        low[rng.randrange(clocks):][:rng.randint(1, 4 * period // 16)] = 1
+    return "break", data, np.concatenate([
+        _obeyed(period), line[:begin], low, high(rng.choice([3, period, 40])), line[end:]])
+
+
 def _noise(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
     runs = [rng.randint(1, rng.choice([2, 20, 60])) for _ in range(rng.randrange(2, 60))]
     line = (np.arange(len(runs)) & 1).repeat(runs).astype(np.uint8)
@@ -231,4 +247,4 @@ def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
 
 
 _KINDS = {_legal: 100, _mutated: 80, _any_bytes: 60, _long: 3, _framing: 10, _glitched: 20,
-          _break: 10, _noise: 10, _flood: 0.6}
+          _break: 10, _broken: 15, _noise: 10, _flood: 0.6}

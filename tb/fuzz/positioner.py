@@ -19,6 +19,9 @@ ANSWER = re.compile(rb"! (?:[A-Z]+|LIMIT MOT[123])\n")
 LATENCY = 40
 """Clocks, besides one a byte, from the end of a line to what it does."""
 
+AT_ONCE = 3
+"""Clocks from a break to what it does."""
+
 REPORT_DELAY = 4
 """Clocks from a multiple of the time between reports, from power-up, to the first bit of one."""
 
@@ -125,11 +128,11 @@ class LineSession:
 
     def _judge(self, line: Line) -> tuple[str, int]:
         """Do what a line asks for; say what is wrong with it, and when it is done at the latest."""
+        if line.wrong == BREAK:
+            self._move(range(AXES), "", line.clock, line.clock + AT_ONCE)
+            return "", self._taken
         latest = max(line.clock, self._taken) + len(line.text) + LATENCY
         wrong, numbers = refusal(line.text)
-        if line.wrong == BREAK:
-            self._move(range(AXES), "", line.clock, latest)
-            return "", latest
         if line.wrong:
             return line.wrong, latest
         word = (re.match(rb"[A-Z]*", line.text) or [b""])[0]

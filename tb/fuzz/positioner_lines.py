@@ -28,15 +28,13 @@ class Line(NamedTuple):
 
 
 BREAK = "BREAK"
-"""What is wrong with a line that is none: there was a break, in the middle of another."""
+"""What is wrong with a line that is none: there is a break, in the middle of another."""
 
 
 def lines(heard: Iterator[Heard]) -> Iterator[Line]:
     """Give the lines among bytes, and the breaks."""
     text, damaged = bytearray(), False
-    for clock, byte, error in heard:
-        if error and not byte:
-            yield Line(clock, b"", BREAK)
+    for clock, byte, error, broken in heard:
         damaged |= error
         if byte == ord("\n"):
             yield Line(clock, bytes(text).removesuffix(b"\r"),
@@ -44,6 +42,8 @@ def lines(heard: Iterator[Heard]) -> Iterator[Line]:
             text, damaged = bytearray(), False
         else:
             text.append(byte)
+        if broken >= 0:
+            yield Line(broken, b"", BREAK)
 
 
 def refusal(text: bytes) -> tuple[str, list[int]]:

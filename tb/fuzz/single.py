@@ -2,6 +2,7 @@
 
 import random
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, silence
+from .floods import PROMPT, Backlog, out_of_turn, silence
 from .line import CUT, Heard, Text
 from .pieces import Dialect
 from .ways import Effect, Failure, Mode, Steps
 
-__all__ = ["DIALECT", "Frame", "FrameSession", "begin", "frames", "motor", "refusal"]
+__all__ = ["DIALECT", "ENDS", "Frame", "FrameSession", "begin", "frames", "motor", "refusal"]
 
 PHASES = (0b0001, 0b0101, 0b0100, 0b0110, 0b0010, 0b1010, 0b1000, 0b1001)
 """Coil words forward."""
@@ -23,6 +24,9 @@ POSITIONS, SPEEDS, LONGEST = 10_000, 60_000, 126
 LONGEST_ANSWER = len(b"x:9999\r\nok\r\n")
 ROOM = 127
 """Bytes and ends of frames that can wait."""
+
+ENDS = b"\r"
+"""Bytes that end a frame."""
 
 GREETING, HELP = b"!\r\n", b"?\r\n"
 """Short ones, so that there is time for more."""
@@ -43,7 +47,7 @@ class Frame(NamedTuple):
     wrong: str
 
 
-def frames(heard: Iterator[Heard], ends: bytes = b"\r", longest: int = LONGEST
+def frames(heard: Iterator[Heard], ends: bytes = ENDS, longest: int = LONGEST
            ) -> Iterator[Frame]:
     """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
 
@@ -51,7 +55,7 @@ def frames(heard: Iterator[Heard], ends: bytes = b"\r", longest: int = LONGEST
     """
     text: bytearray | None = None
     damaged = False
-    for clock, byte, error in heard:
+    for clock, byte, error, _ in heard:
         if byte == ord(":"):
             text, damaged = bytearray(), error
         elif text is not None or error:
@@ -120,6 +124,8 @@ class FrameSession:
     floods : sequence of pairs
         From which clock to which there were more frames than could be answered. One that goes on
         when the session ends has its end at ``CUT``, or later.
+    ends : sequence of int
+        When returns came.
     byte : int
         Clocks of a byte.
     """
@@ -127,6 +133,7 @@ class FrameSession:
     said: Text
     steps: Steps
     floods: Sequence[tuple[int, int]]
+    ends: Sequence[int]
     byte: int
     effects: list[Effect] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
@@ -145,11 +152,11 @@ class FrameSession:
             return
         floods = iter([*self.floods, (1 << 62, 1 << 62)])
         begin, end = next(floods)
-        flooded: list[Frame] = []
+        last, flooded = -1, []
         backlog = Backlog(ROOM, self.byte)
         for frame in given:
             while frame.clock >= end:
-                place = self._flood(flooded, place, end)
+                place = self._flood(flooded, last, place, end)
                 begin, end = next(floods)
                 flooded, backlog = [], Backlog(ROOM, self.byte)
             if self.failures:
@@ -158,11 +165,11 @@ class FrameSession:
                 flooded.append(frame)
                 self._obey(frame, frame.clock, end)
                 continue
-            place = self._answer(frame, place)
+            place, last = self._answer(frame, place), frame.clock
             if frame.clock >= begin and not self.failures:
                 backlog.answered(frame, self.said.starts[place - 1])
         if begin < 1 << 62 and not self.failures:
-            place = self._flood(flooded, place, end)
+            place = self._flood(flooded, last, place, end)
         if place < len(self.said.text) and not self.failures:
             self.failures.append(Failure(
                 self.said.starts[place], "answer",
@@ -173,6 +180,10 @@ class FrameSession:
         if wrong:
             return b"err %s\r\n" % wrong.encode()
         return _ASKS.get(_word(frame.text), rb"ok\r\n")
+
+    def _may(self, answer: bytes, frame: Frame | None) -> bool:
+        return answer == DAMAGED or bool(
+            frame and re.fullmatch(self._expected(frame), answer))
 
     def _answer(self, frame: Frame, place: int) -> int:
         """Look at the answer to a frame; say where it ends."""
@@ -221,8 +232,8 @@ class FrameSession:
         self.effects.append(Effect(earliest, latest, Mode(
             self.target, self.target, self.speed, bool(self.enable))))
 
-    def _flood(self, flooded: Sequence[Frame], place: int, end: int) -> int:
-        """Look at the answers to what is left of a flood.
+    def _flood(self, flooded: Sequence[Frame], last: int, place: int, end: int) -> int:
+        """Look at the answers to what is left of a flood behind the last frame that had room.
 
         Frames may be lost, or told to be damaged. Others are answered in their turn, and none waits
         for ever. Bytes may be lost between frames too: then what follows, up to a return, is a
@@ -239,14 +250,13 @@ class FrameSession:
         elif flooded and not answers and not cut:
             self.failures.append(Failure(end, "answer", f"{len(flooded)} frames of a flood have "
                                          "no answer"))
-        left = iter(flooded)
-        for answer in answers:
-            if answer[0] != DAMAGED and not any(
-                    re.fullmatch(self._expected(frame), answer[0]) for frame in left):
-                self.failures.append(Failure(
-                    self.said.starts[place + answer.start()], "answer",
-                    f"a flood is answered by {answer[0]!r}, which is out of turn"))
-                break
+        begun = [(self.said.starts[place + answer.start()], answer[0]) for answer in answers]
+        ends = self.ends[bisect_right(self.ends, last):bisect_left(self.ends, end)]
+        wrong = out_of_turn(begun, ends, flooded, self._may)
+        if wrong is not None:
+            clock, text = begun[wrong]
+            self.failures.append(Failure(
+                clock, "answer", f"a flood is answered by {text!r}, which is out of turn"))
         self.failures += silence(flooded, self.said, self.byte, end)
         self.answers += len(answers)
         return stop

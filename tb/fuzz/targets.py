@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 from fresa.machines import Positioner, SerialOrders, Single
 from fresa.machines.mill import MillPace
 from fresa.machines.positioner import GUARDS, PositionerPace
-from fresa.machines.single import SinglePace
+from fresa.machines.single import FINE, SinglePace
+from fresa.motion import ramp_rates
 
 from .. import boards
 from ..design import Design
 from . import axes, limits, order_lines, orders, positioner, positioner_lines, single
-from .line import Broken, Levels, hear, said
+from .line import FRAME, Broken, Heard, Levels, hear, said
 from .pieces import Dialect
-from .ways import Failure, Steps, Verdict, walk
+from .ramps import Ramp, climb
+from .ways import Effect, Failure, Steps, Verdict, walk
 
 __all__ = ["TARGETS", "Judgement", "Rates", "Target"]
 
@@ -134,20 +136,45 @@ class Target:
         return judgement
 
 
-_SINGLE = SinglePace.real(clock=48_000, baud=3000)
+def _ends(heard: Sequence[Heard], ends: bytes) -> list[int]:
+    return [one.clock for one in heard if one.byte in ends]
 
 
-def _single(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
-    steps, failures = single.motor(seen)
-    heard = list(hear(line, _SINGLE.bit))
-    frames = list(single.frames(iter(heard)))
-    session = single.FrameSession(said(seen["tx"], _SINGLE.bit), steps, floods, 10 * _SINGLE.bit)
-    session.run(iter(frames))
-    judgement.failures += [*failures, *session.failures]
-    judgement.bytes, judgement.lines = len(heard), len(frames)
-    judgement.answers = session.answers
-    if not session.failures:  # else it is not known what was asked for
-        judgement.add(steps, walk(steps, session.effects, _SINGLE.modulus, len(line), 8))
+def _single(pace: SinglePace, ramp: int = 0, top_speed: int = 1) -> Target:
+    unit, modulus = FINE * pace.rate, FINE * pace.modulus
+
+    def follow(steps: Steps, effects: Sequence[Effect], clocks: int) -> Verdict:
+        if not ramp:
+            return walk(steps, effects, pace.modulus, clocks, 8)
+        rates = ramp_rates(acceleration=ramp, top=top_speed * unit, modulus=modulus,
+                           clock=pace.clock)
+        settle = pace.modulus // (single.SPEEDS * pace.rate) + 4
+        return climb(steps, effects, Ramp(rates, modulus, unit, settle), clocks)
+
+    def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+        steps, failures = single.motor(seen)
+        heard = list(hear(line, pace.bit))
+        frames = list(single.frames(iter(heard)))
+        session = single.FrameSession(said(seen["tx"], pace.bit), steps, floods,
+                                      _ends(heard, single.ENDS), FRAME * pace.bit)
+        session.run(iter(frames))
+        judgement.failures += [*failures, *session.failures]
+        judgement.bytes, judgement.lines = len(heard), len(frames)
+        judgement.answers = session.answers
+        if not session.failures:  # else it is not known what was asked for
+            judgement.add(steps, follow(steps, session.effects, len(line)))
+
+    return Target(
+        "single", pace.bit, single.DIALECT,
+        lambda: boards.component("single", Single(
+            pace=pace, ramp=ramp, top_speed=top_speed, greeting=single.GREETING,
+            help_text=single.HELP)),
+        ("tx", "coils", "enable", "position", "fault"), inspect,
+        rates=None if ramp else Rates(single.SPEEDS - 1, pace.modulus, 1, single.begin))
+
+
+#: With a ramp of 15 steps, from some 900 clocks each to some 100.
+_RAMP = _single(SinglePace.real(clock=240_000, baud=15_000, turn=5), 150_000, 25_000)
 
 
 _POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner_lines.TOP_SPEED, width=2,
@@ -204,8 +231,9 @@ _MILL, _TRAVEL = MillPace(period=60, scan_bits=4), 40
 def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
     steps, failures = orders.motors(seen)
     heard = list(hear(line, _BIT))
-    frames = list(single.frames(iter(heard), b"\r\n", order_lines.LONGEST))
-    session = orders.OrderSession(said(seen["tx"], _BIT), floods, 10 * _BIT)
+    frames = list(single.frames(iter(heard), order_lines.ENDS, order_lines.LONGEST))
+    session = orders.OrderSession(said(seen["tx"], _BIT), floods,
+                                  _ends(heard, order_lines.ENDS), 10 * _BIT)
     session.run(iter(frames))
     judgement.failures += [*failures, *session.failures]
     judgement.bytes, judgement.lines = len(heard), len(frames)
@@ -218,11 +246,7 @@ def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> N
 
 TARGETS = {target.name: target for target in (
     replace(_positioner(), others=(_positioner((0, 9, 70), ("X-", "X+", "Y-")),)),
-    Target("single", _SINGLE.bit, single.DIALECT,
-           lambda: boards.component("single", Single(pace=_SINGLE, greeting=single.GREETING,
-                                                     help_text=single.HELP)),
-           ("tx", "coils", "enable", "position", "fault"), _single,
-           rates=Rates(single.SPEEDS - 1, _SINGLE.modulus, 1, single.begin)),
+    replace(_single(SinglePace.real(clock=48_000, baud=3000)), others=(_RAMP,)),
     Target("mill", _BIT, order_lines.DIALECT,
            lambda: boards.nexys2_mill(SerialOrders(period=_BIT), pace=_MILL, debounce=4,
                                       z_travel=_TRAVEL),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Effect", "Failure", "Mode", "Steps", "Verdict", "lateness", "walk"]
+__all__ = ["Effect", "Failure", "Mode", "Steps", "Verdict", "intervals", "lateness", "walk"]
 
 
 class Failure(NamedTuple):
@@ -134,7 +134,7 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     slack : int
         Clocks that a step may take besides its time, where a motor turns round, for example.
     """
-    bounds, spans = _spans(effects, clocks)
+    bounds, spans = intervals(effects, clocks)
     begins, ends = bounds[:-1], bounds[1:]
     sure = np.array([len(span) == 1 and span[0].run and
                      span[0].low == span[0].high for span in spans])
@@ -178,8 +178,11 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     return Verdict(failures, len(clock), float(apart.max()))
 
 
-def _spans(effects: Sequence[Effect], clocks: int) -> tuple[NDArray[np.int64], list[list[Mode]]]:
-    """Give the clocks at which what is asked for changes, and what it may be from each on."""
+def intervals(effects: Sequence[Effect], clocks: int) -> tuple[NDArray[np.int64], list[list[Mode]]]:
+    """Give the clocks at which what is asked for changes, and what it may be from each on.
+
+    The last is `clocks`, when one stops looking.
+    """
     latest = effects[0].latest
     starts, ends = [effects[0].earliest], []
     for effect in effects[1:]:  # in order, so none begins before the one before it

@@ -7,8 +7,8 @@ import pytest
 
 from fresa.drive import rate
 from fresa.motion import limits as switches
-from fresa.motion import order_control, order_ledger, positioning
-from fresa.protocol import frames
+from fresa.motion import order_control, order_ledger, positioning, ramp
+from fresa.protocol import frames, receiver
 from fresa.protocol import positioner as commands
 from tb.contracts.contract import Bug
 from tb.engines import AmaranthEngine, CXXRTLEngine
@@ -24,13 +24,16 @@ from tb.fuzz import (
     spread,
 )
 from tb.fuzz.axes import loads
-from tb.fuzz.floods import Backlog, silence
+from tb.fuzz.floods import Backlog, out_of_turn, silence
 from tb.fuzz.line import FRAME, Broken, Text, hear, high, levels, said
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.pieces import OPENING, Piece, pieces
+from tb.fuzz.ramps import Ramp, climb
 from tb.fuzz.reasons import Reasons
 from tb.fuzz.targets import Judgement
 from tb.fuzz.ways import Effect, Mode, Steps, walk
+from tb.models.drive import RateModel
+from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
 
 BIT = 16
@@ -38,17 +41,21 @@ BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPE
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
-def judged(name: str, text: bytes, pressed: int = 0) -> Judgement:
+def judged(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False
+           ) -> Judgement:
     """Send some bytes, wait for as long as some more would take, and look at what came of it.
 
-    Switches may be pressed for a moment behind the bytes.
+    Behind the bytes switches may be pressed for a moment, and the line may be low for some clocks
+    from the second data bit of another on. Or it is the machine that is built in another way.
     """
-    target = TARGETS[name]
+    target = TARGETS[name].others[0] if other else TARGETS[name]
     begin = BEGIN[name]
     sent = [Piece("rest", b"", high(99 + 3 * FRAME * BIT)),
             Piece("bytes", begin + text, levels(begin + text, BIT)),
             Piece("rest", b"", high(100)),
             Piece("rest", b"", high(100), np.full(100, pressed, np.uint8)),
+            Piece("break", b"", np.concatenate([
+                levels(b"\xFF", BIT)[:2 * BIT * (low > 0)], np.zeros(low, np.uint8)])),
             Piece("rest", b"", high(35 * FRAME * BIT))]
     with AmaranthEngine(target.design()) as engine:
         return play(target, engine, sent).judgement
@@ -121,6 +128,19 @@ class TestMistakes:
         with bug.planted():
             assert kind in {failure.kind for failure in judged("positioner", ON, 0b011).failures}
 
+    def test_of_a_ramp_is_found(self):
+        found = judged("single", b":x7\r", other=True)
+        assert found.failures == [] and found.timed == found.steps == 7
+        with Bug(ramp, "& (left > self.level)", "& (left >= self.level)").planted():
+            failure, = judged("single", b":x7\r", other=True).failures
+        assert failure.kind == "time" and "too early" in failure.says
+
+    def test_of_breaks_that_begin_inside_a_byte_are_found(self):
+        long_enough = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
+        assert judged("positioner", ON, low=long_enough).failures == []
+        with Bug(receiver, "low == 10 * self.period - 1", "low == 10 * self.period - 2").planted():
+            assert judged("positioner", ON, low=long_enough - 1).failures[0].kind == "step"
+
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
         if reason := CXXRTLEngine.missing():
@@ -131,7 +151,7 @@ class TestMistakes:
             assert outcome.judgement.failures
             short = shortest(outcome.target, outcome.pieces, 60)
         assert short.judgement.failures[0].kind == outcome.judgement.failures[0].kind
-        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 2
+        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 3
 
 
 @pytest.mark.compiler
@@ -169,19 +189,25 @@ class TestLine:
             parts += [(np.arange(30) & 1).repeat(runs).astype(np.uint8),
                       levels(rng.bytes(int(rng.integers(4))), BIT)]
         line = np.concatenate(parts)
-        model, expected = ReceiverModel(period=BIT), []
+        model, expected, breaks, broken = ReceiverModel(period=BIT), [], [], False
         for clock, level in enumerate(line.tolist()):
-            if model.byte is not None:
-                expected.append((clock - 1, *model.byte))
             model.clock(level, True)
-        assert expected == list(hear(line, BIT))
+            if model.byte is not None:
+                expected.append((clock, *model.byte))
+            if model.line_break and not broken:
+                breaks.append(clock)
+            broken = model.line_break
+        heard = list(hear(line, BIT))
+        assert expected == [one[:3] for one in heard]
         assert len(expected) > 200 and {error for *_, error in expected} == {0, 1}
+        assert breaks == [one.broken for one in heard if one.broken >= 0]
+        assert {byte == 0 for _, byte, _, clock in heard if clock >= 0} == {True, False}
 
     def test_reads_what_is_said_and_refuses_what_is_no_byte(self):
         line = np.concatenate([high(9), levels(b"ok\r\n", BIT), high(3)])
         read = said(line, BIT)
         assert (read.text, read.starts[:2]) == (b"ok\r\n", [9, 9 + FRAME * BIT])
-        assert [byte for _, byte, _ in hear(np.concatenate([high(3), line]), BIT)] == [*b"ok\r\n"]
+        assert [byte for _, byte, *_ in hear(np.concatenate([high(3), line]), BIT)] == [*b"ok\r\n"]
         line[9 + BIT - 1] ^= 1  # a start bit a clock too short
         with pytest.raises(Broken):
             said(line, BIT)
@@ -250,6 +276,52 @@ class TestWalk:
         assert self.walk([112, 123, 133], effects=effects).failures[0].clock == 133
 
 
+class TestClimb:
+    RATES, MODULUS, CLOCKS = (10, 24, 32, 38), 1000, 1500
+    GO = Mode(9, 9, 35, True)
+    EFFECTS = (Effect(-1, -1, Mode(0, 0, 35, True)), Effect(300, 304, GO))
+    OFF = (Effect(447, 450, GO._replace(run=False)), Effect(452, 457, GO))
+
+    def made(self, off=()):
+        """Give when a motor makes its steps, without power in some clocks."""
+        motor = RampModel(steps=self.RATES, width=15)
+        rate, clocks = RateModel(modulus=self.MODULUS, max_rate=40), []
+        for clock in range(self.CLOCKS):
+            now = {"target": 9 * (clock > 301), "run": int(clock not in off)}
+            moved = int(motor.asks(**now)[0] and rate.is_due())
+            clocks += [clock + 1] * moved  # the coils change
+            rate.clock(rate=motor.rate(35), moved=moved)
+            motor.clock(**now, asked=35, moved=moved)
+        return clocks
+
+    def climb(self, clocks, effects=EFFECTS):
+        return climb(Steps.of(np.array(clocks), np.ones(len(clocks))), effects,
+                     Ramp(self.RATES, self.MODULUS, 1, 0), self.CLOCKS)
+
+    def test_nothing_is_found_where_it_keeps_to_the_ramp(self):
+        clocks = self.made()
+        found = self.climb(clocks)
+        assert found.failures == [] and found.timed == 9 and 0 < found.deviation < 1
+        assert np.diff(clocks).max() == 100 and np.diff(clocks).min() < 30
+
+    @pytest.mark.parametrize(("changed", "kind"), [
+        (lambda clocks: clocks[:8], "step"), (lambda clocks: [*clocks, clocks[-1] + 100], "step"),
+        (lambda clocks: [*clocks[:5], clocks[5] - 2, *clocks[6:]], "time"),
+        (lambda clocks: [*clocks[:5], clocks[5] + 2, *clocks[6:]], "step"),
+        (lambda clocks: [*clocks[:1], *(each - 2 for each in clocks[1:])], "time"),
+        (lambda clocks: [250, *clocks[1:]], "step"),
+    ])
+    def test_other_steps_are_found(self, changed, kind):
+        failure, = self.climb(changed(self.made())).failures
+        assert failure.kind == kind
+
+    def test_power_lost_is_speed_lost(self):
+        effects = (*self.EFFECTS, *self.OFF)
+        assert self.climb(self.made(range(448, 455)), effects).failures == []
+        assert self.climb(self.made(range(448, 455))).failures
+        assert self.climb(self.made(), effects).failures
+
+
 class TestFloods:
     """Of frames that take ten bytes each, with room for fifty."""
 
@@ -268,6 +340,20 @@ class TestFloods:
         for frame in self.FRAMES:
             assert backlog.fits(frame)
             backlog.answered(frame, frame.clock + 90)
+
+    def test_answers_are_in_turn_one_a_return(self):
+        ends = [1000, 1050, 1100, 1200]
+        def may(answer, frame):
+            return answer == b"damaged" or bool(frame and frame.text == answer)
+        def found(*answers):
+            return out_of_turn(answers, ends, self.FRAMES[:3], may)
+        right, damaged = self.FRAMES[0].text, b"damaged"
+        assert found((1010, right), (1051, damaged), (1110, right), (1210, right)) is None
+        assert found(*[(1300, damaged)] * 4) is None
+        assert found(*[(1300, damaged)] * 5) == 4
+        assert found((1010, right), (1110, damaged), (1130, damaged), (1150, damaged)) == 3
+        assert found((1300, right), (1300, right), (1300, right), (1300, right)) == 3
+        assert found((1300, b"other")) == 0
 
     def test_silence_behind_a_frame_is_found(self):
         said = Text(b"a" * 4, [1010, 1110, 1210, 1400])

@@ -217,7 +217,8 @@ class TestCommand:
         outcome = lockstep({"a": first, "b": again}, stimuli(MACHINES["coil"], 1, 900), outputs)
         assert outcome.finding is None and outcome.tallies["b"].clocks == 900
 
-    @pytest.mark.parametrize(("machine", "outputs"), [("single", 6), ("positioner", 8)])
+    @pytest.mark.parametrize(("machine", "outputs"), [
+        ("single", 6), ("single-ramp", 6), ("positioner", 8)])
     def test_another_machine(self, machine, outputs, capsys):
         """It has a model of its own, and no VHDL."""
         assert run("--machine", machine, "--engines", "model,amaranth", "--cycles", 4000) == 0

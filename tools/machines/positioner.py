@@ -1,6 +1,7 @@
 """Building `positioner`: three motors behind a serial line."""
 
 import argparse
+from typing import Any
 
 from fresa.drive import MAX_PULSE
 from fresa.machines import Positioner
@@ -15,7 +16,7 @@ from tb.boards import nexys2_positioner
 from ..console import UserError, whole
 from .job import BOARDS, Built, Job, Kind, on_board, raw
 
-__all__ = ["POSITIONER", "build_positioner"]
+__all__ = ["POSITIONER", "add_machine_options", "build_positioner", "machine_options"]
 
 LONGEST_NS = MAX_PULSE * 10**9 // CLOCK
 """Longest time of a driver module that can be counted."""
@@ -62,11 +63,12 @@ def build_positioner(board: str, *, pace: PositionerPace, enable_low: bool = Fal
 def job(args: argparse.Namespace) -> Job:
     """Make what was asked for; see :class:`Kind`."""
     times = {f"{name}_ns": getattr(args, f"{name}_ns") for name in TIMES}
-    options = {"inverted": args.inverted, "enable_low": args.enable_low,
-               "normally_closed": args.normally_closed, "backlash": tuple(args.backlash),
-               "guards": tuple(args.guards)}
+    options = machine_options(args)
+    top_speed = options.pop("top_speed")
+    options |= {"inverted": args.inverted, "enable_low": args.enable_low,
+                "normally_closed": args.normally_closed}
     try:
-        pace = PositionerPace.real(baud=args.baud, top_speed=args.top_speed, **times)
+        pace = PositionerPace.real(baud=args.baud, top_speed=top_speed, **times)
         built = build_positioner(args.board, pace=pace, **options)
     except ValueError as error:
         raise UserError(str(error)) from error
@@ -74,9 +76,9 @@ def job(args: argparse.Namespace) -> Job:
     facts = {
         "machine": "positioner", "board": args.board, "files": sorted(built.files),
         "clock_hz": CLOCK, "baud_asked": args.baud, "baud": round(CLOCK / bit, 3),
-        "bit_clocks": bit, "top_speed": args.top_speed, **times, **options}
+        "bit_clocks": bit, "top_speed": top_speed, **times, **options}
     return Job(built, facts, f"clock {CLOCK / 1e6:g} MHz; {CLOCK / bit:.0f} baud, {bit} clocks a "
-                             f"bit; up to {args.top_speed} steps/s")
+                             f"bit; up to {top_speed} steps/s")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -84,8 +86,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("positioner")
     group.add_argument("--baud", metavar="N", type=whole(1), default=BAUD,
                        help="bits a second of the serial line (default: %(default)s)")
-    group.add_argument("--top-speed", metavar="N", type=whole(1), default=TOP_SPEED,
-                       help="most steps a second of a motor (default: %(default)s)")
     for name, (time, says) in TIMES.items():
         group.add_argument(f"--{name}-ns", metavar="NS", type=whole(1, LONGEST_NS), default=time,
                            help=f"least time for which {says} (default: %(default)s)")
@@ -96,6 +96,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                             "wants it")
     group.add_argument("--normally-closed", action="store_true",
                        help="the limit switches open where they are pressed")
+    add_machine_options(group)
+
+
+def add_machine_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options by which lines, and limit switches, have another effect."""
+    group.add_argument("--top-speed", metavar="N", type=whole(1), default=TOP_SPEED,
+                       help="most steps a second of a motor (default: %(default)s)")
     group.add_argument("--backlash", metavar=("X", "Y", "Z"), nargs=3, type=whole(0, MAX_PLAY),
                        default=(0, 0, 0),
                        help="steps of play that each axis takes up at a reversal (default: 0 0 0)")
@@ -103,6 +110,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
                        default=GUARDS,
                        help=f"the end at which the switch of each limit input is, of "
                             f"{', '.join(ENDS)} (default: {' '.join(GUARDS)})")
+
+
+def machine_options(args: argparse.Namespace) -> dict[str, Any]:
+    """Give these: ``top_speed`` for its pace, and the others for :class:`Positioner`."""
+    return {"top_speed": args.top_speed, "backlash": tuple(args.backlash),
+            "guards": tuple(args.guards)}
 
 
 POSITIONER = Kind(add_options, job)

@@ -3,6 +3,7 @@
 """Building `single`: one motor behind a serial line."""
 
 import argparse
+from typing import Any
 
 from fresa.machines import Single
 from fresa.machines.mill import CLOCK
@@ -17,7 +18,7 @@ from tb.boards import nexys2_single
 from ..console import UserError, whole
 from .job import BOARDS, Built, Job, Kind, on_board, raw
 
-__all__ = ["SINGLE", "build_single"]
+__all__ = ["SINGLE", "add_machine_options", "build_single", "machine_options"]
 
 SCAN_BITS = 17
 """A digit of the display has its turn for so many binary digits of clocks: 95 Hz for all four."""
@@ -53,12 +54,10 @@ def build_single(board: str, *, pace: SinglePace, unipolar: bool = False,
 
 def job(args: argparse.Namespace) -> Job:
     """Make what was asked for; see :class:`Kind`."""
-    if args.top_speed != TOP_SPEED and not args.ramp:
-        raise UserError("leave out --top-speed: without --ramp every speed is made")
+    options = machine_options(args)
     try:
-        pace = SinglePace.real(baud=args.baud, turn=args.turn)
-        built = build_single(args.board, pace=pace, unipolar=args.unipolar,
-                             full_step=args.full_step, ramp=args.ramp, top_speed=args.top_speed)
+        pace = SinglePace.real(baud=args.baud, turn=options.pop("turn"))
+        built = build_single(args.board, pace=pace, unipolar=args.unipolar, **options)
     except ValueError as error:
         raise UserError(str(error)) from error
     baud = CLOCK / pace.bit
@@ -81,6 +80,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("single")
     group.add_argument("--baud", metavar="N", type=whole(1), default=BAUD,
                        help="bits a second of the serial line (default: %(default)s)")
+    add_machine_options(group)
+    group.add_argument("--unipolar", action="store_true",
+                       help="coil words for a unipolar motor instead of a bipolar one")
+
+
+def add_machine_options(group: argparse._ArgumentGroup) -> None:
+    """Add the options by which what is typed has another effect."""
     group.add_argument("--turn", metavar="STEPS", type=whole(1, 10_000), default=TURN,
                        help="steps of a turn of the motor, by which rpm are counted; in half steps "
                             "these are twice as many for the shaft's own rpm (default: "
@@ -91,10 +97,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--top-speed", metavar="RPM", type=whole(1, SPEEDS - 1), default=TOP_SPEED,
                        help="with --ramp, the speed at which the ramp ends: a higher one is made "
                             "as this (default: %(default)s)")
-    group.add_argument("--unipolar", action="store_true",
-                       help="coil words for a unipolar motor instead of a bipolar one")
     group.add_argument("--full-step", action="store_true",
                        help="full steps, both windings on, instead of half steps")
+
+
+def machine_options(args: argparse.Namespace) -> dict[str, Any]:
+    """Give these: ``turn`` for its pace, and the others for :class:`Single`.
+
+    Raises
+    ------
+    UserError
+        If they do not go together.
+    """
+    if args.top_speed != TOP_SPEED and not args.ramp:
+        raise UserError("leave out --top-speed: without --ramp every speed is made")
+    return {name: getattr(args, name) for name in ("turn", "full_step", "ramp", "top_speed")}
 
 
 SINGLE = Kind(add_options, job)

@@ -10,7 +10,7 @@ from contextlib import AsyncExitStack, nullcontext
 from tb.engines import CXXRTLEngine, Engine
 
 from ..console import Parser, UserError, command, say, whole
-from ..serve import MACHINES, Service, Switches, build
+from ..serve import MACHINES, Served, Service, Switches, build
 from ..serve.machines import BAUD
 from ..web import redirect, serve, stopping
 from .kept import folder
@@ -42,6 +42,9 @@ examples:
       Its limit switches are pressed on the page.
       What is kept of that is kept apart.
 
+  python -m tools.panel --simulate --backlash 4 4 0
+      The same, with play that the machine makes up for.
+
   python -m tools.panel socket://127.0.0.1:4000
       A machine that python -m tools.serve positioner --tcp 4000 runs.
 
@@ -60,18 +63,25 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--port", metavar="N", type=whole(0, 65535), default=0,
                         help="port of the page (default: any that is free)")
     parser.add_argument("--open", action="store_true", help="open the page in a browser")
+    served = MACHINES["positioner"]
+    served.add_options(parser.add_argument_group("with --simulate, as it was built"))
     args = parser.parse_args(argv)
+    if not args.simulate and served.options(args) != served.options(parser.parse_args([])):
+        raise UserError("a machine at a PORT has the options that it was built with: leave them "
+                        "out, or use --simulate")
     if args.simulate and args.serial:
         raise UserError("with --simulate there is no PORT: leave out one of them")
     if importlib.util.find_spec("serial") is None:
         raise UserError("pyserial is missing: pip install -e '.[host]'")
     # Nobody can hold a button on the slow engine.
-    machine = build(MACHINES["positioner"], CXXRTLEngine.name) if args.simulate else None
-    asyncio.run(_serve(machine, args))
+    served = served.chosen(args)
+    machine = build(served, CXXRTLEngine.name) if args.simulate else None
+    asyncio.run(_serve(machine, served, args))
     return 0
 
 
-async def _serve(machine: tuple[Engine, int] | None, args: argparse.Namespace) -> None:
+async def _serve(machine: tuple[Engine, int] | None, served: Served,
+                 args: argparse.Namespace) -> None:
     """Serve until Ctrl-C."""
     with stopping() as stop:
         async with AsyncExitStack() as stack:
@@ -80,7 +90,7 @@ async def _serve(machine: tuple[Engine, int] | None, args: argparse.Namespace) -
                 engine, period = machine
                 service = await stack.enter_async_context(
                     Service(engine, period, speed=period * BAUD))
-                switches = Switches(MACHINES["positioner"].switches, service)
+                switches = Switches(served.switches, service)
                 simulated = Simulated(service, switches)
                 name, failed = "panel-simulated.json", service.ended
             panel = Panel(folder() / name, args.serial, simulated=simulated)

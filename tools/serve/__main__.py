@@ -9,7 +9,7 @@ from tb.engines import Engine
 from ..console import Parser, UserError, command, known, say, whole
 from ..web import stopping
 from .machines import BAUD, MACHINES, Served, build
-from .service import HOST, Service
+from .service import HOST, Service, check_port
 from .switches import Switches
 from .typed import Typed
 
@@ -36,6 +36,9 @@ EPILOG = f"""\
 machines:
 {chr(10).join(f"  {name:<12}{served.about}" for name, served in MACHINES.items())}
 
+Options of the machine are as for python -m tools.build:  python -m tools.serve single --help  shows
+those of one.
+
 examples:
   python -m tools.serve single
       Open the path that it prints, in another terminal:  picocom --echo /dev/pts/7
@@ -45,6 +48,10 @@ examples:
   python -m tools.serve positioner --tcp 4000
       Also for  nc 127.0.0.1 4000,  and as socket://127.0.0.1:4000 for pyserial. Any program and
       any person on this computer can connect to that port.
+
+  python -m tools.serve single --ramp 1000 --top-speed 600
+  python -m tools.serve positioner --backlash 4 4 0 --guards X- Y- Z-
+      Machines with a ramp, with play in two axes, and with switches at other ends.
 
   python -m tools.serve positioner --speed 10
       Ten seconds of the machine in one, if the computer can do that; max is as fast as it can.
@@ -61,6 +68,9 @@ all the same, and a motor its speed.
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
+    # Each machine has options of its own: which one it is must be known before they are.
+    given = sys.argv[1:] if argv is None else argv
+    named = next((name for name in given if name in MACHINES), None)
     parser = Parser(prog="python -m tools.serve", description=ABOUT, epilog=EPILOG)
     parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
@@ -69,8 +79,15 @@ def main(argv: list[str] | None = None) -> int:
                         help="times as fast as the real machine, or max (default: 1)")
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest that runs here)")
-    args = parser.parse_args(argv)
+    if named is not None:
+        MACHINES[named].add_options(parser.add_argument_group(named))
+    args, unknown = parser.parse_known_args(given)
     served = MACHINES[known(args.machine, MACHINES, "machine")]
+    if unknown:
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+    served = served.chosen(args)
+    if args.tcp is not None:
+        check_port(args.tcp)
     engine, period = build(served, args.engine)
     asyncio.run(_serve(engine, period, served, args))
     return 0

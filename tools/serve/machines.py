@@ -2,13 +2,16 @@
 
 """The machines that can be served: how each is built, and at which clock it runs here."""
 
+import argparse
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
 
 from fresa.machines import SerialOrders
 from fresa.machines.mill import MillPace
-from fresa.machines.positioner import GUARDS, Positioner, PositionerPace
-from fresa.machines.single import Single, SinglePace
+from fresa.machines.positioner import GUARDS, TOP_SPEED, Positioner, PositionerPace
+from fresa.machines.single import TURN, Single, SinglePace
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
 from tb.boards import component, nexys2_mill
@@ -17,6 +20,7 @@ from tb.engines import AmaranthEngine, Engine, EngineError, made_on
 from tb.milling import AUTOMATIC
 
 from ..console import FIRST_TIME, Progress, UserError, warn
+from ..machines import positioner, single
 
 __all__ = ["BAUD", "MACHINES", "Served", "build"]
 
@@ -35,26 +39,41 @@ class Served:
     about : str
         What it is, for `--help`.
     design : callable
-        Makes its design, with ``rx`` and ``tx``, for a clock in Hz and a number of baud.
+        Makes its design, with ``rx`` and ``tx``, for a clock in Hz and a number of baud, and with
+        its options; raises `ValueError` if they cannot be.
     levels : mapping of str to int
         Its other inputs, where they are not 0.
     switches : tuple of str
         The ends of its axes that have a limit switch, such as ``X+``, by the bits of its input
         ``limits``.
+    add_options : callable
+        Adds the options that only it has to a parser.
+    options : callable
+        Reads them; raises `UserError` if they do not go together.
     """
 
     about: str
-    design: Callable[[int, int], Design]
+    design: Callable[..., Design]
     levels: Mapping[str, int] = field(default_factory=dict)
     switches: tuple[str, ...] = ()
+    add_options: Callable[[argparse._ArgumentGroup], None] = lambda group: None
+    options: Callable[[argparse.Namespace], dict[str, Any]] = lambda args: {}
+
+    def chosen(self, args: argparse.Namespace) -> "Served":
+        """Return it with the options that were parsed."""
+        options = self.options(args)
+        return replace(self, design=partial(self.design, **options),
+                       switches=options.get("guards", self.switches))
 
 
-def _single(clock: int, baud: int) -> Design:
-    return component("single", Single(pace=SinglePace.real(clock=clock, baud=baud)))
+def _single(clock: int, baud: int, *, turn: int = TURN, **options: Any) -> Design:
+    pace = SinglePace.real(clock=clock, baud=baud, turn=turn)
+    return component("single", Single(pace=pace, **options))
 
 
-def _positioner(clock: int, baud: int) -> Design:
-    return component("positioner", Positioner(pace=PositionerPace.real(clock=clock, baud=baud)))
+def _positioner(clock: int, baud: int, *, top_speed: int = TOP_SPEED, **options: Any) -> Design:
+    pace = PositionerPace.real(clock=clock, baud=baud, top_speed=top_speed)
+    return component("positioner", Positioner(pace=pace, **options))
 
 
 def _mill(clock: int, baud: int) -> Design:
@@ -64,9 +83,11 @@ def _mill(clock: int, baud: int) -> Design:
 
 
 MACHINES = {
-    "single": Served("one motor; commands such as  :x100  and Return", _single),
+    "single": Served("one motor; commands such as  :x100  and Return", _single,
+                     add_options=single.add_machine_options, options=single.machine_options),
     "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner,
-                         switches=GUARDS),
+                         switches=GUARDS, add_options=positioner.add_machine_options,
+                         options=positioner.machine_options),
     "mill": Served("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                    _mill, {"switches": AUTOMATIC}),
 }
@@ -85,13 +106,15 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
     Raises
     ------
     UserError
-        If the engine cannot run here.
+        If the engine cannot run here, or the machine not with these options.
     """
     with Progress(1, "machines", f"building the machine{FIRST_TIME}"):
         try:
             made, note = made_on(name, lambda kind: _make(served, kind))
         except EngineError as error:
             raise UserError(str(error)) from error
+        except ValueError as error:
+            raise UserError(f"a machine with these options cannot be simulated: {error}") from error
     if note:
         warn(note)
     if isinstance(made[0], AmaranthEngine):

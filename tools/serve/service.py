@@ -6,6 +6,7 @@ its turn. What comes faster than the line takes it waits with whoever sends it.
 """
 
 import asyncio
+import socket
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
@@ -15,7 +16,7 @@ from ..console import UserError
 from .running import Running
 from .terminal import Terminal
 
-__all__ = ["Service"]
+__all__ = ["HOST", "Service", "check_port"]
 
 HOST = "127.0.0.1"
 
@@ -32,6 +33,21 @@ PATIENCE = 1.0
 MOST_UNREAD = 1 << 16
 
 ENDS = (b"\r", b"\n")
+
+
+def check_port(port: int) -> None:
+    """Raise `UserError` if a TCP port is taken, before a machine is built for it."""
+    with socket.socket() as found:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as a server does
+        try:
+            found.bind((HOST, port))
+        except OSError as error:
+            raise _taken(port) from error
+
+
+def _taken(port: int | None) -> UserError:
+    return UserError(f"port {port} cannot be had: choose another with --tcp, or 0 for any that is "
+                     "free")
 
 
 class Service:
@@ -90,8 +106,7 @@ class Service:
                 self.port = self._server.sockets[0].getsockname()[1]
         except OSError as error:
             await self._close()
-            raise UserError(f"port {self.port} cannot be had: choose another with --tcp, "
-                            "or 0 for any that is free") from error
+            raise _taken(self.port) from error
         self._tasks.add(asyncio.create_task(self._hear_out(self._terminal.read)))
         self._running.start()
         return self

@@ -1,6 +1,8 @@
 """Whole sessions with the machines' own gateware, as their users have them: through pyserial."""
 
+import argparse
 import re
+import socket
 import subprocess
 import sys
 import time
@@ -11,6 +13,7 @@ import pytest
 from fresa_host import Kind, Mill, Order, Place, Positioner, Refused, Single
 from tb.engines import ENGINES
 from tests.tools.process import PATIENCE, ROOT, command
+from tools.serve import MACHINES
 from tools.serve.__main__ import main
 
 serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
@@ -78,6 +81,14 @@ class TestSingle:
             assert "go to N" in motor.help()
 
 
+    def test_with_a_ramp(self, serve):
+        with (serve("single", "--ramp", 100, "--top-speed", 100) as path,
+              Single(path, timeout=PATIENCE) as motor):
+            motor.speed = 59_999
+            motor.move_to(9000)  # in two minutes; without the ramp it takes a fifth of a second
+            time.sleep(0.5)
+            assert 0 < motor.position < 9000
+
     def test_the_example(self, single):
         assert example("turn_single.py", single)[1:] == [
             "at 96, with 30 turns a minute", "at 0, with 120 turns a minute"]
@@ -117,6 +128,12 @@ class TestPositioner:
                 three.velocity("x", 10)
 
 
+    def test_built_in_another_way(self, serve):
+        with (serve("positioner", "--top-speed", 100, "--backlash", 9, 0, 0) as path,
+              serial.Serial(path, timeout=PATIENCE) as port):
+            port.write(b"VEL MOT1 101\n")
+            assert port.readline() == b"! RANGE\n"
+
     def test_the_example(self, positioner):
         assert example("scan_positioner.py", positioner) == [
             f"measure at x {x}, y {y} um" for x, y in [
@@ -150,12 +167,30 @@ def example(name: str, port: str) -> list[str]:
                           text=True, check=True, timeout=PATIENCE).stdout.splitlines()
 
 
+def test_a_port_that_is_taken_is_told_before_anything_is_built(monkeypatch, capsys):
+    monkeypatch.setattr("tools.serve.__main__.build", lambda *_: pytest.fail("it is built"))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["single", "--tcp", str(port)]) == 2
+    assert capsys.readouterr().err.startswith(f"error: port {port} cannot be had")
+
+
+def test_switches_are_at_the_ends_that_are_asked_for():
+    served, parser = MACHINES["positioner"], argparse.ArgumentParser()
+    served.add_options(parser.add_argument_group())
+    ends = ["Y-", "X+", "Z-"]
+    assert served.chosen(parser.parse_args(["--guards", *ends])).switches == tuple(ends)
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
     (["positoner"], "there is no machine 'positoner'; did you mean positioner?"),
     (["single", "--speed", "0"], "argument --speed: must be 0.001 to 1000, or max, not '0'"),
     (["single", "--speed", "nan"], "must be 0.001 to 1000, or max, not 'nan'"),
     (["single", "--tcp", "70000"], "must be a whole number from 0 to 65535, not '70000'"),
     ([], "the following arguments are required: MACHINE"),
+    (["single", "--top-speed", "9"], "leave out --top-speed: without --ramp every speed is made"),
+    (["single", "--backlash", "1"], "unrecognized arguments: --backlash 1"),
+    (["--ramp", "10", "single", "--engine", "amaranth"], "more than 4096 steps"),
 ])
 def test_mistakes_are_one_line(arguments, message, capsys):
     assert main(arguments) == 2
