@@ -3,17 +3,18 @@
 import math
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Self
 
 from . import positioner_lines as lines
-from .errors import LineLost, Refused, TimedOut
+from .errors import Astray, LineLost, MachineError, Refused, TimedOut
 from .heard import Heard, reached
 from .place import Place
 from .port import Port
-from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
+from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Limit, Refusal, Steps
 from .positioner_link import PositionerLink
+from .positioner_way import Ways
 
 __all__ = ["Positioner"]
 
@@ -25,6 +26,9 @@ SILENCE = 0.3
 
 #: Reports after which it would have come, if there are any. The first may have been on its way.
 REPORTS = 2
+
+#: Times that all axes are told to stop, if the line damages that too.
+TRIES = 3
 
 
 class Positioner:
@@ -53,7 +57,8 @@ class Positioner:
         If the port cannot be opened, here; in all methods if it is gone.
     Refused
         In all methods, if the machine did not obey what was asked for, or what was before *at
-        once*. Then it has changed nothing.
+        once*. Then it has changed nothing, but what goes to a place is stopped: by `go_to` and
+        `move_to` in any case, and by `wait`, `origin` and `call_place` if it was going.
     LimitReached
         In all methods but `stop`, `jog` and `close`, if a limit switch has ended a movement since
         the last of them.
@@ -73,10 +78,12 @@ class Positioner:
                  reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout, self._top_speed = timeout, top_speed
         self._call = threading.RLock()
+        self._ordering = threading.RLock()
+        self._since: dict[str, bytes] = {}  # what axes were told since they were to go to a place
         self._connected = False
         self._points: dict[int, Steps] = {}
         self._heard = Heard(reported)
-        self._link = PositionerLink(port, heard=self._heard.hear, lost=self._heard.lose)
+        self._link = PositionerLink(port, heard=self._hear, lost=self._heard.lose)
 
     # The port
 
@@ -119,9 +126,14 @@ class Positioner:
 
     def disconnect(self) -> None:
         """Take the power from the motors. The machine ends all movement, and reports no more."""
-        self._connected = False
-        self._heard.aim(None)
-        self._do(b"DISCONNECT\n")
+        with self._call, self._standing_if_refused():
+            connected, self._connected = self._connected, False
+            self._heard.aim(None)
+            try:
+                self._do(b"DISCONNECT\n")
+            except Refused:
+                self._connected = connected
+                raise
 
     @property
     def connected(self) -> bool:
@@ -165,21 +177,30 @@ class Positioner:
     def jog(self, axis: str, way: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
         order = lines.jog(axis, way)
-        self._heard.leave(axis)
-        self._send(order)
+        with self._ordering:
+            self._heard.leave(axis)
+            self._since[axis] = order
+            self._send(order)
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""
         axes = AXES if axis is None else (axis,)
-        orders = lines.stop(axes)
-        self._heard.drop(*axes)
-        self._send(orders)
+        orders = {axis: lines.stop([axis]) for axis in axes}
+        with self._ordering:
+            self._heard.drop(*axes)
+            self._since |= orders
+            self._send(b"".join(orders.values()))
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
-        steps = Place(x, y, z).steps
-        self._do(lines.store(point, steps))
-        self._points[point] = steps
+        self._store(point, Place(x, y, z).steps)
+
+    def _store(self, point: int, steps: Steps) -> None:
+        order = lines.store(point, steps)
+        with self._call:
+            self._points.pop(point, None)  # while nobody knows which it is
+            self._do(order)
+            self._points[point] = steps
 
     def go_to(self, point: int) -> None:
         """Go to a point; do not `wait` until it is reached.
@@ -191,7 +212,9 @@ class Positioner:
         """
         if point not in self._points:
             raise ValueError(f"point {point!r} has not been stored: store it first")
-        self._go(lines.go_to(point), self._points[point])
+        with self._call:
+            self._since.clear()
+            self._go(lines.go_to(point), self._points[point])
 
     def move_to(self, x: float, y: float, z: float) -> None:
         """Go to a place in um, all axes at once; do not `wait` until they are there."""
@@ -204,35 +227,43 @@ class Positioner:
         self._go_anywhere(Steps(*(a + b for a, b in zip(here, way, strict=True))))
 
     def _go_anywhere(self, there: Steps) -> None:
-        orders = lines.store(SCRATCH, there) + lines.go_to(SCRATCH)
-        self._points[SCRATCH] = there
-        self._go(orders, there)
-
-    def _go(self, orders: bytes, there: Steps) -> None:
         with self._call:
-            self._heard.aim(there, *AXES)
-            self._send(orders)
-            try:
-                self._settle(len(orders))
-            except Refused:
-                self._heard.aim(None)
-                raise
+            self._since.clear()
+            self._heard.forgive(*AXES)
+            with self._standing_if_refused(True):
+                self._store(SCRATCH, there)  # or it would go to the old point if that is refused
+            self._go(lines.go_to(SCRATCH), there)
+
+    def _go(self, order: bytes, there: Steps) -> None:
+        with self._call, self._standing_if_refused(True):
+            with self._ordering:
+                since = self._since  # others may have been quicker, and are not overruled
+                if len(since) == len(AXES):
+                    return
+                self._heard.aim(there, *AXES)
+                self._heard.drop(*since)
+                order += b"".join(since.values())
+                self._send(order)
+            self._settle(len(order))
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
-        self._heard.aim(None)
-        self._do(b"ORIGIN\n")
+        self._rename(b"ORIGIN\n")
 
     def call_place(self, x: float, y: float, z: float) -> None:
         """Tell the machine where it is, in um: after it was off, for instance."""
-        self._heard.aim(None)
-        self._do(lines.place(Place(x, y, z).steps))
+        self._rename(lines.place(Place(x, y, z).steps))
+
+    def _rename(self, order: bytes) -> None:
+        with self._call, self._standing_if_refused():
+            self._heard.aim(None)
+            self._do(order)
 
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
 
-        Axes that were stopped or moved by `jog` since may be anywhere. Returns at once if that is
-        all of them, or it was sent nowhere.
+        Axes that were stopped or moved by `jog` since, or stopped by a limit switch, may be
+        anywhere. Returns at once if that is all of them, or it was sent nowhere.
 
         Parameters
         ----------
@@ -244,30 +275,77 @@ class Positioner:
         TimedOut
             If it is not there by then, and goes on; or if the machine is not heard any more.
         LimitReached
-            If a limit switch stops it.
+            If a limit switch stops an axis. The others go on.
+        Astray
+            If it goes elsewhere than where it was sent: then all axes are stopped. Or if an axis
+            has stood elsewhere for 20 s, which one that takes up much play slowly does, too.
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
+        ways = Ways(())
         while True:
-            self._heard.complain()
-            target = self._heard.target
-            if target is None:
-                return self.position
-            if reached(self.steps, target):
-                self._heard.aim(None)
-                return self.position
+            with self._call:  # what is refused then is another call's
+                with self._standing_if_refused():
+                    self._heard.complain()
+                target, seen, steps = self._heard.target, self._heard.reports, self.steps
+                if target is None or reached(steps, target):
+                    self._heard.aim(None)
+                    return Place.of(steps)
+                there = Place.of(Steps(*(at if to is None else to
+                                         for at, to in zip(steps, target, strict=True))))
+                ways = ways if ways.target == target else Ways(target)
+                ways.hear(steps)
+                if ways.lead_away:
+                    self._stand()
+                    raise Astray(f"it did not go to {there}, and was stopped at {self.position}: "
+                                 "the line may be disturbed")
+                if ways.stand:
+                    raise Astray(f"it stands at {Place.of(steps)}, not at {there}: the line may be "
+                                 "disturbed")
             left = end - time.monotonic()
             if left <= 0:
-                there = Steps(*(at if to is None else to
-                                for at, to in zip(self.steps, target, strict=True)))
-                raise TimedOut(f"after {timeout:g} s it is at {self.position}, not at "
-                               f"{Place.of(there)}")
-            self._heard.wait(target, min(left, self._timeout))
+                raise TimedOut(f"after {timeout:g} s it is at {Place.of(steps)}, not at {there}")
+            self._heard.wait(target, seen, min(left, self._timeout))
 
     def check(self) -> None:
         """Raise what the machine has complained of since the last call."""
         self._heard.complain()
 
     # What calls are made of
+
+    def _hear(self, said: Steps | Refusal | Limit) -> None:
+        """Take what the machine says, in the thread of the line."""
+        if not isinstance(said, Limit):
+            self._heard.hear(said)
+            return
+        with self._ordering:
+            # It may have been on its way while the axis was told to move again, and nothing have
+            # ended that. What is told of it has to be true.
+            if self._heard.doubts(said.axis):
+                with suppress(LineLost):
+                    self._link.send(lines.stop([said.axis]))
+            self._heard.hear(said)
+
+    @contextmanager
+    def _standing_if_refused(self, going: bool = False) -> Iterator[None]:
+        """Stop all axes if something is refused and they were going to a place, or to be sent."""
+        going = going or self._heard.target is not None
+        try:
+            yield
+        except Refused:
+            if going:
+                self._stand()
+            raise
+
+    def _stand(self) -> None:
+        """Stop all axes, again if that is refused. What else is wrong the next call will tell."""
+        for _ in range(TRIES):
+            with suppress(MachineError):
+                try:
+                    self.stop()
+                    self._settle(len(lines.stop()))
+                except Refused:
+                    continue
+            return
 
     def _do(self, orders: bytes) -> None:
         with self._call:
