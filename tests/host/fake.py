@@ -88,6 +88,8 @@ class FakePositioner(FakePort):
         What is said to a first word instead of obeying it.
     deaf : list of bytes
         Lines that are lost, each once.
+    blocked : list of bytes
+        Movements towards a limit switch that is on.
     damage : dict of bytes to bytes
         What lines become on their way, each once.
     """
@@ -99,6 +101,7 @@ class FakePositioner(FakePort):
         self.points: dict[str, list[int]] = {}
         self.refuse: dict[bytes, bytes] = {}
         self.deaf: list[bytes] = []
+        self.blocked: list[bytes] = []
         self.damage: dict[bytes, bytes] = {}
         self.damaged = False
 
@@ -127,6 +130,8 @@ class FakePositioner(FakePort):
         if line in self.deaf:
             self.deaf.remove(line)
             return b""
+        if line in self.blocked:
+            return b"! LIMIT " + line.split()[1] + b"\n"
         if (word := line.split()[0]) in self.refuse:
             return self.refuse[word]
         match line.decode().split():
