@@ -1,34 +1,24 @@
 """`positioner`: three axes of a micropositioner behind a serial line, from Python."""
 
 import math
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Self
 
 from . import positioner_lines as lines
-from .errors import Astray, LineLost, MachineError, Refused, TimedOut
-from .heard import Heard, reached
+from .errors import Astray, LineLost, Refused, TimedOut
+from .heard import reached
 from .place import Place
 from .port import Port
-from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Limit, Refusal, Steps
-from .positioner_link import PositionerLink
+from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
+from .positioner_talk import PositionerTalk
 from .positioner_way import Ways
 
 __all__ = ["Positioner"]
 
 #: Point that `move_to` uses for itself.
 SCRATCH = 7
-
-#: Seconds after which a refusal would have come: the longest line each way, and some more.
-SILENCE = 0.3
-
-#: Reports after which it would have come, if there are any. The first may have been on its way.
-REPORTS = 2
-
-#: Times that all axes are told to stop, if the line damages that too.
-TRIES = 3
 
 
 class Positioner:
@@ -77,13 +67,9 @@ class Positioner:
     def __init__(self, port: str | Port, *, timeout: float = 2.0, top_speed: int = FASTEST,
                  reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout, self._top_speed = timeout, top_speed
-        self._call = threading.RLock()
-        self._ordering = threading.RLock()
-        self._since: dict[str, bytes] = {}  # what axes were told since they were to go to a place
-        self._connected = False
         self._points: dict[int, Steps] = {}
-        self._heard = Heard(reported)
-        self._link = PositionerLink(port, heard=self._hear, lost=self._heard.lose)
+        self._talk = PositionerTalk(port, timeout, reported)
+        self._call, self._heard, self._link = self._talk.call, self._talk.heard, self._talk.link
 
     # The port
 
@@ -111,7 +97,7 @@ class Positioner:
             self._heard.aim(None)
             seen = self._heard.reports
             self._heard.refusals.clear()
-            self._connected = True
+            self._talk.connected = True
             try:
                 self._report_after(seen)
             except Refused:  # what somebody had typed before was taken for a part of the line
@@ -119,32 +105,32 @@ class Positioner:
             return self.position
 
     def _report_after(self, seen: int) -> None:
-        self._send(b"CONNECT\n")
+        self._talk.send(b"CONNECT\n")
         if not self._heard.wait_for_reports(seen + 1, self._timeout):
-            self._connected = False
+            self._talk.connected = False
             raise TimedOut(f"no machine reports at {self._link.name}: is it on?")
 
     def disconnect(self) -> None:
         """Take the power from the motors. The machine ends all movement, and reports no more."""
-        with self._call, self._standing_if_refused():
-            connected, self._connected = self._connected, False
+        with self._call, self._talk.standing_if_refused():
+            connected, self._talk.connected = self._talk.connected, False
             self._heard.aim(None)
             try:
-                self._do(b"DISCONNECT\n")
+                self._talk.do(b"DISCONNECT\n")
             except Refused:
-                self._connected = connected
+                self._talk.connected = connected
                 raise
 
     @property
     def connected(self) -> bool:
         """Whether `connect` was called, and `disconnect` was not."""
-        return self._connected
+        return self._talk.connected
 
     @property
     def steps(self) -> Steps:
         """The place that was reported last, in steps; while connected it is a moment old."""
         steps, age = self._heard.last()
-        if steps is None or not self._connected:
+        if steps is None or not self._talk.connected:
             raise TimedOut("the machine reports only while it is connected")
         if age > self._timeout:
             raise TimedOut(f"the machine has not reported for {age:.1f} s: is it on?")
@@ -171,25 +157,16 @@ class Positioner:
         if not math.isfinite(um_per_second):
             raise ValueError(f"speed must be a number of um/s, not {um_per_second}")
         rate = round(um_per_second * STEPS_PER_UM)
-        self._do(lines.speed(axis, rate, self._top_speed))
+        self._talk.do(lines.speed(axis, rate, self._top_speed))
         return rate / STEPS_PER_UM
 
     def jog(self, axis: str, way: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
-        order = lines.jog(axis, way)
-        with self._ordering:
-            self._heard.leave(axis)
-            self._since[axis] = order
-            self._send(order)
+        self._talk.jog(axis, lines.jog(axis, way))
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""
-        axes = AXES if axis is None else (axis,)
-        orders = {axis: lines.stop([axis]) for axis in axes}
-        with self._ordering:
-            self._heard.drop(*axes)
-            self._since |= orders
-            self._send(b"".join(orders.values()))
+        self._talk.stop(AXES if axis is None else (axis,))
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
@@ -199,7 +176,7 @@ class Positioner:
         order = lines.store(point, steps)
         with self._call:
             self._points.pop(point, None)  # while nobody knows which it is
-            self._do(order)
+            self._talk.do(order)
             self._points[point] = steps
 
     def go_to(self, point: int) -> None:
@@ -210,11 +187,11 @@ class Positioner:
         ValueError
             If it was not stored by this object, which would not know where it is.
         """
-        if point not in self._points:
-            raise ValueError(f"point {point!r} has not been stored: store it first")
         with self._call:
-            self._since.clear()
-            self._go(lines.go_to(point), self._points[point])
+            if point not in self._points:
+                raise ValueError(f"point {point!r} has not been stored: store it first")
+            self._talk.begin()
+            self._talk.go(lines.go_to(point), self._points[point])
 
     def move_to(self, x: float, y: float, z: float) -> None:
         """Go to a place in um, all axes at once; do not `wait` until they are there."""
@@ -228,23 +205,11 @@ class Positioner:
 
     def _go_anywhere(self, there: Steps) -> None:
         with self._call:
-            self._since.clear()
+            self._talk.begin()
             self._heard.forgive(*AXES)
-            with self._standing_if_refused(True):
+            with self._talk.standing_if_refused(True):
                 self._store(SCRATCH, there)  # or it would go to the old point if that is refused
-            self._go(lines.go_to(SCRATCH), there)
-
-    def _go(self, order: bytes, there: Steps) -> None:
-        with self._call, self._standing_if_refused(True):
-            with self._ordering:
-                since = self._since  # others may have been quicker, and are not overruled
-                if len(since) == len(AXES):
-                    return
-                self._heard.aim(there, *AXES)
-                self._heard.drop(*since)
-                order += b"".join(since.values())
-                self._send(order)
-            self._settle(len(order))
+            self._talk.go(lines.go_to(SCRATCH), there)
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
@@ -255,9 +220,9 @@ class Positioner:
         self._rename(lines.place(Place(x, y, z).steps))
 
     def _rename(self, order: bytes) -> None:
-        with self._call, self._standing_if_refused():
+        with self._call, self._talk.standing_if_refused():
             self._heard.aim(None)
-            self._do(order)
+            self._talk.do(order)
 
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
@@ -284,7 +249,7 @@ class Positioner:
         ways = Ways(())
         while True:
             with self._call:  # what is refused then is another call's
-                with self._standing_if_refused():
+                with self._talk.standing_if_refused():
                     self._heard.complain()
                 target, seen, steps = self._heard.target, self._heard.reports, self.steps
                 if target is None or reached(steps, target):
@@ -295,7 +260,7 @@ class Positioner:
                 ways = ways if ways.target == target else Ways(target)
                 ways.hear(steps)
                 if ways.lead_away:
-                    self._stand()
+                    self._talk.stand()
                     raise Astray(f"it did not go to {there}, and was stopped at {self.position}: "
                                  "the line may be disturbed")
                 if ways.stand:
@@ -308,61 +273,5 @@ class Positioner:
 
     def check(self) -> None:
         """Raise what the machine has complained of since the last call."""
-        self._heard.complain()
-
-    # What calls are made of
-
-    def _hear(self, said: Steps | Refusal | Limit) -> None:
-        """Take what the machine says, in the thread of the line."""
-        if not isinstance(said, Limit):
-            self._heard.hear(said)
-            return
-        with self._ordering:
-            # It may have been on its way while the axis was told to move again, and nothing have
-            # ended that. What is told of it has to be true.
-            if self._heard.doubts(said.axis):
-                with suppress(LineLost):
-                    self._link.send(lines.stop([said.axis]))
-            self._heard.hear(said)
-
-    @contextmanager
-    def _standing_if_refused(self, going: bool = False) -> Iterator[None]:
-        """Stop all axes if something is refused and they were going to a place, or to be sent."""
-        going = going or self._heard.target is not None
-        try:
-            yield
-        except Refused:
-            if going:
-                self._stand()
-            raise
-
-    def _stand(self) -> None:
-        """Stop all axes, again if that is refused. What else is wrong the next call will tell."""
-        for _ in range(TRIES):
-            with suppress(MachineError):
-                try:
-                    self.stop()
-                    self._settle(len(lines.stop()))
-                except Refused:
-                    continue
-            return
-
-    def _do(self, orders: bytes) -> None:
         with self._call:
-            self._send(orders)
-            self._settle(len(orders))
-
-    def _send(self, orders: bytes) -> None:
-        if self._heard.lost is not None:
-            raise self._heard.lost
-        self._link.send(orders)
-
-    def _settle(self, size: int) -> None:
-        """Wait until the machine would have refused what was just sent; raise if it did."""
-        time.sleep(10 * size / self._link.baud)
-        # Without reports, by the clock; with them by the machine's own time, if it is slow.
-        patience = self._timeout if self._connected else SILENCE
-        due = self._heard.reports + REPORTS
-        if not self._heard.wait_for_reports(due, patience) and self._connected:
-            raise TimedOut(f"the machine at {self._link.name} reports no more: nobody knows "
-                           "whether it obeyed")
+            self._heard.complain()

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fresa_host import Astray, LimitReached, LineLost, Place, Positioner, Refused, TimedOut
-from fresa_host import positioner as module
+from fresa_host import positioner_talk as talk
 from fresa_host import positioner_way as way
 from tests.host.fake import BREAK, FakePositioner
 
@@ -16,7 +16,7 @@ STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
-    monkeypatch.setattr(module, "SILENCE", 0.02)
+    monkeypatch.setattr(talk, "SILENCE", 0.02)
     return FakePositioner()
 
 
@@ -193,6 +193,24 @@ def test_a_limit_ends_the_wait_and_is_told_once(positioner, fake):
     positioner.wait(timeout=0.01)  # it goes nowhere any more
     positioner.jog("x", -1)
     assert positioner.limits == frozenset()
+    positioner.stop()
+    positioner.velocity("x", 1)
+    fake.say(b"! LIMIT MOT1\n")
+    while not positioner.limits:
+        pass
+    positioner.move_to(0, 0, 0)  # it is known, and over
+
+
+def test_what_is_refused_is_told_to_the_call_that_said_it(positioner, fake):
+    positioner.connect()
+    positioner.move_to(10**6, 0, 0)
+    waiting = threading.Thread(target=positioner.wait)
+    waiting.start()
+    fake.damage = {b"P 7 0 0 0\n": b"P 7 x 0 0\n"}
+    with pytest.raises(Refused):
+        positioner.move_to(0, 0, 0)
+    waiting.join(timeout=10)  # it goes nowhere any more
+    assert not waiting.is_alive() and b"GOTO 7\n" == fake.written[2] not in fake.written[3:]
 
 
 def test_stopping_ends_the_wait(positioner, fake):
