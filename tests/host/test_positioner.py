@@ -207,6 +207,7 @@ def test_what_is_refused_is_told_to_the_call_that_said_it(positioner, fake):
     waiting = threading.Thread(target=positioner.wait)
     waiting.start()
     fake.damage = {b"P 7 0 0 0\n": b"P 7 x 0 0\n"}
+    fake.baud = 2000  # it is refused before the call listens
     with pytest.raises(Refused):
         positioner.move_to(0, 0, 0)
     waiting.join(timeout=10)  # it goes nowhere any more
