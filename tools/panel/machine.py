@@ -142,12 +142,11 @@ class Machine:
 
     def jog(self, axis: str, way: int) -> None:
         """Move an axis up (1) or down (-1), or end that (0). Nothing departs to a point then."""
-        self._send(self._call_off())
         if way:
             self._going[axis] = Order(way)
         else:
             self._going.pop(axis, None)
-        self._send(lines.jog(axis, way) if way else lines.stop([axis]))
+        self._send((lines.jog(axis, way) if way else lines.stop([axis])) + self._call_off())
 
     def stop(self) -> None:
         """End all movement, whatever stands in the line."""
