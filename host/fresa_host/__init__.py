@@ -5,7 +5,7 @@ carries out lists of `Order`. All are opened with the name of a serial port and 
 What goes wrong is raised as a `MachineError`.
 """
 
-from .errors import LimitReached, LineLost, MachineError, Refused, TimedOut, WasReset
+from .errors import Astray, LimitReached, LineLost, MachineError, Refused, TimedOut, WasReset
 from .mill import Mill
 from .order_lines import Answer, Kind, Order
 from .orders import JobRefused, NotReady, OrderRefused
@@ -14,6 +14,6 @@ from .port import Port
 from .positioner import Positioner
 from .single import Single
 
-__all__ = ["Answer", "JobRefused", "Kind", "LimitReached", "LineLost", "MachineError", "Mill",
-           "NotReady", "Order", "OrderRefused", "Place", "Port", "Positioner", "Refused",
+__all__ = ["Answer", "Astray", "JobRefused", "Kind", "LimitReached", "LineLost", "MachineError",
+           "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port", "Positioner", "Refused",
            "Single", "TimedOut", "WasReset"]

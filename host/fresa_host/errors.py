@@ -1,6 +1,6 @@
 """What can go wrong with a machine at the other end of a line."""
 
-__all__ = ["LimitReached", "LineLost", "MachineError", "Refused", "TimedOut", "WasReset"]
+__all__ = ["Astray", "LimitReached", "LineLost", "MachineError", "Refused", "TimedOut", "WasReset"]
 
 
 class MachineError(Exception):
@@ -13,6 +13,10 @@ class LineLost(MachineError):
 
 class TimedOut(MachineError, TimeoutError):
     """The machine did not answer, or did not arrive, in the time that it was given."""
+
+
+class Astray(MachineError):
+    """The machine goes, or stands, elsewhere than where it was sent: an order was damaged, say."""
 
 
 class WasReset(MachineError):

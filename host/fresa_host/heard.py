@@ -12,6 +12,9 @@ __all__ = ["Heard", "Target", "reached"]
 #: Where each axis is going to; None for one that may be anywhere.
 Target = tuple[int | None, ...]
 
+#: Reports after an order within which a limit may still be one of a movement before it.
+DOUBTFUL = 2
+
 #: Refusals that are kept until somebody asks.
 MOST_REFUSALS = 10
 
@@ -49,6 +52,7 @@ class Heard:
         self._at = 0.0
         self._limits: set[str] = set()
         self._untold: set[str] = set()
+        self._moved: dict[str, int] = {}  # the reports before each axis was told to move
         self.reports = 0
         self.refusals: list[Refusal] = []
         self.target: Target | None = None
@@ -66,7 +70,7 @@ class Heard:
                 case Limit():
                     self._limits.add(said.axis)
                     self._untold.add(said.axis)
-                    self.target = None
+                    self.drop(said.axis)
             self._changed.notify_all()
         if isinstance(said, Steps):
             self._reported(said)
@@ -96,11 +100,22 @@ class Heard:
         with self._changed:
             return frozenset(self._limits)
 
-    def aim(self, there: Steps | None, *axes: str) -> None:
-        """Set where it is going to, with these axes. Limits of theirs are over."""
+    def doubts(self, axis: str) -> bool:
+        """Whether a limit that is told now may be of a movement before the last."""
+        with self._changed:
+            return self.reports < self._moved.get(axis, -DOUBTFUL) + DOUBTFUL
+
+    def forgive(self, *axes: str) -> None:
+        """Note that limits of these axes are over."""
         with self._changed:
             self._limits -= set(axes)
             self._untold -= set(axes)
+
+    def aim(self, there: Steps | None, *axes: str) -> None:
+        """Set where it is going to, with these axes. Limits of theirs are over."""
+        with self._changed:
+            self.forgive(*axes)
+            self._moved |= dict.fromkeys(axes, self.reports)
             self.target = there
             self._changed.notify_all()
 
@@ -116,16 +131,15 @@ class Heard:
     def leave(self, axis: str) -> None:
         """Note that an axis goes elsewhere, without end. Limits of it are over."""
         with self._changed:
-            self._limits.discard(axis)
-            self._untold.discard(axis)
+            self.forgive(axis)
+            self._moved[axis] = self.reports
             self.drop(axis)
 
-    def wait(self, target: Target, patience: float) -> None:
-        """Wait until it is there or goes elsewhere, or something is wrong, or time is up."""
+    def wait(self, target: Target, seen: int, patience: float) -> None:
+        """Wait until there is a report more, or it goes elsewhere, or something is wrong."""
         with self._changed:
             self._changed.wait_for(
-                lambda: reached(self._steps, target) or self.target != target or self._wrong,
-                patience)
+                lambda: self.reports > seen or self.target != target or self._wrong, patience)
 
     def wait_for_reports(self, count: int, patience: float) -> bool:
         """Wait until there are so many reports; say whether there are.

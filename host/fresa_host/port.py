@@ -111,12 +111,16 @@ class Port:
         if self.can_break:
             with suppress(*_GONE):
                 self._serial.reset_output_buffer()
-            with suppress(*_GONE):  # some converters refuse
-                self._serial.break_condition = True
-                time.sleep(max(BREAK, BREAK_BITS / self.baud))
-            with suppress(*_GONE):
-                self._serial.break_condition = False
-            time.sleep(REST_BITS / self.baud)
+            self._hold_low()
+
+    def _hold_low(self) -> None:
+        """Do so. The simulation's port has a way of its own to it: tools.panel.simulated."""
+        with suppress(*_GONE):  # some converters refuse
+            self._serial.break_condition = True
+            time.sleep(max(BREAK, BREAK_BITS / self.baud))
+        with suppress(*_GONE):
+            self._serial.break_condition = False
+        time.sleep(REST_BITS / self.baud)
 
     def _gone(self, work: Callable[[], T]) -> T:
         try:

@@ -1,30 +1,24 @@
 """`positioner`: three axes of a micropositioner behind a serial line, from Python."""
 
 import math
-import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Self
 
 from . import positioner_lines as lines
-from .errors import LineLost, Refused, TimedOut
-from .heard import Heard, reached
+from .errors import Astray, LineLost, Refused, TimedOut
+from .heard import reached
 from .place import Place
 from .port import Port
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
-from .positioner_link import PositionerLink
+from .positioner_talk import PositionerTalk
+from .positioner_way import Ways
 
 __all__ = ["Positioner"]
 
 #: Point that `move_to` uses for itself.
 SCRATCH = 7
-
-#: Seconds after which a refusal would have come: the longest line each way, and some more.
-SILENCE = 0.3
-
-#: Reports after which it would have come, if there are any. The first may have been on its way.
-REPORTS = 2
 
 
 class Positioner:
@@ -53,7 +47,8 @@ class Positioner:
         If the port cannot be opened, here; in all methods if it is gone.
     Refused
         In all methods, if the machine did not obey what was asked for, or what was before *at
-        once*. Then it has changed nothing.
+        once*. Then it has changed nothing, but what goes to a place is stopped: by `go_to` and
+        `move_to` in any case, and by `wait`, `origin` and `call_place` if it was going.
     LimitReached
         In all methods but `stop`, `jog` and `close`, if a limit switch has ended a movement since
         the last of them.
@@ -72,11 +67,9 @@ class Positioner:
     def __init__(self, port: str | Port, *, timeout: float = 2.0, top_speed: int = FASTEST,
                  reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout, self._top_speed = timeout, top_speed
-        self._call = threading.RLock()
-        self._connected = False
         self._points: dict[int, Steps] = {}
-        self._heard = Heard(reported)
-        self._link = PositionerLink(port, heard=self._heard.hear, lost=self._heard.lose)
+        self._talk = PositionerTalk(port, timeout, reported)
+        self._call, self._heard, self._link = self._talk.call, self._talk.heard, self._talk.link
 
     # The port
 
@@ -104,7 +97,7 @@ class Positioner:
             self._heard.aim(None)
             seen = self._heard.reports
             self._heard.refusals.clear()
-            self._connected = True
+            self._talk.connected = True
             try:
                 self._report_after(seen)
             except Refused:  # what somebody had typed before was taken for a part of the line
@@ -112,27 +105,32 @@ class Positioner:
             return self.position
 
     def _report_after(self, seen: int) -> None:
-        self._send(b"CONNECT\n")
+        self._talk.send(b"CONNECT\n")
         if not self._heard.wait_for_reports(seen + 1, self._timeout):
-            self._connected = False
+            self._talk.connected = False
             raise TimedOut(f"no machine reports at {self._link.name}: is it on?")
 
     def disconnect(self) -> None:
         """Take the power from the motors. The machine ends all movement, and reports no more."""
-        self._connected = False
-        self._heard.aim(None)
-        self._do(b"DISCONNECT\n")
+        with self._call, self._talk.standing_if_refused():
+            connected, self._talk.connected = self._talk.connected, False
+            self._heard.aim(None)
+            try:
+                self._talk.do(b"DISCONNECT\n")
+            except Refused:
+                self._talk.connected = connected
+                raise
 
     @property
     def connected(self) -> bool:
         """Whether `connect` was called, and `disconnect` was not."""
-        return self._connected
+        return self._talk.connected
 
     @property
     def steps(self) -> Steps:
         """The place that was reported last, in steps; while connected it is a moment old."""
         steps, age = self._heard.last()
-        if steps is None or not self._connected:
+        if steps is None or not self._talk.connected:
             raise TimedOut("the machine reports only while it is connected")
         if age > self._timeout:
             raise TimedOut(f"the machine has not reported for {age:.1f} s: is it on?")
@@ -159,27 +157,27 @@ class Positioner:
         if not math.isfinite(um_per_second):
             raise ValueError(f"speed must be a number of um/s, not {um_per_second}")
         rate = round(um_per_second * STEPS_PER_UM)
-        self._do(lines.speed(axis, rate, self._top_speed))
+        self._talk.do(lines.speed(axis, rate, self._top_speed))
         return rate / STEPS_PER_UM
 
     def jog(self, axis: str, way: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
-        order = lines.jog(axis, way)
-        self._heard.leave(axis)
-        self._send(order)
+        self._talk.jog(axis, lines.jog(axis, way))
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""
-        axes = AXES if axis is None else (axis,)
-        orders = lines.stop(axes)
-        self._heard.drop(*axes)
-        self._send(orders)
+        self._talk.stop(AXES if axis is None else (axis,))
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
-        steps = Place(x, y, z).steps
-        self._do(lines.store(point, steps))
-        self._points[point] = steps
+        self._store(point, Place(x, y, z).steps)
+
+    def _store(self, point: int, steps: Steps) -> None:
+        order = lines.store(point, steps)
+        with self._call:
+            self._points.pop(point, None)  # while nobody knows which it is
+            self._talk.do(order)
+            self._points[point] = steps
 
     def go_to(self, point: int) -> None:
         """Go to a point; do not `wait` until it is reached.
@@ -189,9 +187,11 @@ class Positioner:
         ValueError
             If it was not stored by this object, which would not know where it is.
         """
-        if point not in self._points:
-            raise ValueError(f"point {point!r} has not been stored: store it first")
-        self._go(lines.go_to(point), self._points[point])
+        with self._call:
+            if point not in self._points:
+                raise ValueError(f"point {point!r} has not been stored: store it first")
+            self._talk.begin()
+            self._talk.go(lines.go_to(point), self._points[point])
 
     def move_to(self, x: float, y: float, z: float) -> None:
         """Go to a place in um, all axes at once; do not `wait` until they are there."""
@@ -204,35 +204,31 @@ class Positioner:
         self._go_anywhere(Steps(*(a + b for a, b in zip(here, way, strict=True))))
 
     def _go_anywhere(self, there: Steps) -> None:
-        orders = lines.store(SCRATCH, there) + lines.go_to(SCRATCH)
-        self._points[SCRATCH] = there
-        self._go(orders, there)
-
-    def _go(self, orders: bytes, there: Steps) -> None:
         with self._call:
-            self._heard.aim(there, *AXES)
-            self._send(orders)
-            try:
-                self._settle(len(orders))
-            except Refused:
-                self._heard.aim(None)
-                raise
+            self._talk.begin()
+            self._heard.forgive(*AXES)
+            with self._talk.standing_if_refused(True):
+                self._store(SCRATCH, there)  # or it would go to the old point if that is refused
+            self._talk.go(lines.go_to(SCRATCH), there)
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
-        self._heard.aim(None)
-        self._do(b"ORIGIN\n")
+        self._rename(b"ORIGIN\n")
 
     def call_place(self, x: float, y: float, z: float) -> None:
         """Tell the machine where it is, in um: after it was off, for instance."""
-        self._heard.aim(None)
-        self._do(lines.place(Place(x, y, z).steps))
+        self._rename(lines.place(Place(x, y, z).steps))
+
+    def _rename(self, order: bytes) -> None:
+        with self._call, self._talk.standing_if_refused():
+            self._heard.aim(None)
+            self._talk.do(order)
 
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
 
-        Axes that were stopped or moved by `jog` since may be anywhere. Returns at once if that is
-        all of them, or it was sent nowhere.
+        Axes that were stopped or moved by `jog` since, or stopped by a limit switch, may be
+        anywhere. Returns at once if that is all of them, or it was sent nowhere.
 
         Parameters
         ----------
@@ -244,47 +240,38 @@ class Positioner:
         TimedOut
             If it is not there by then, and goes on; or if the machine is not heard any more.
         LimitReached
-            If a limit switch stops it.
+            If a limit switch stops an axis. The others go on.
+        Astray
+            If it goes elsewhere than where it was sent: then all axes are stopped. Or if an axis
+            has stood elsewhere for 20 s, which one that takes up much play slowly does, too.
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
+        ways = Ways(())
         while True:
-            self._heard.complain()
-            target = self._heard.target
-            if target is None:
-                return self.position
-            if reached(self.steps, target):
-                self._heard.aim(None)
-                return self.position
+            with self._call:  # what is refused then is another call's
+                with self._talk.standing_if_refused():
+                    self._heard.complain()
+                target, seen, steps = self._heard.target, self._heard.reports, self.steps
+                if target is None or reached(steps, target):
+                    self._heard.aim(None)
+                    return Place.of(steps)
+                there = Place.of(Steps(*(at if to is None else to
+                                         for at, to in zip(steps, target, strict=True))))
+                ways = ways if ways.target == target else Ways(target)
+                ways.hear(steps)
+                if ways.lead_away:
+                    self._talk.stand()
+                    raise Astray(f"it did not go to {there}, and was stopped at {self.position}: "
+                                 "the line may be disturbed")
+                if ways.stand:
+                    raise Astray(f"it stands at {Place.of(steps)}, not at {there}: the line may be "
+                                 "disturbed")
             left = end - time.monotonic()
             if left <= 0:
-                there = Steps(*(at if to is None else to
-                                for at, to in zip(self.steps, target, strict=True)))
-                raise TimedOut(f"after {timeout:g} s it is at {self.position}, not at "
-                               f"{Place.of(there)}")
-            self._heard.wait(target, min(left, self._timeout))
+                raise TimedOut(f"after {timeout:g} s it is at {Place.of(steps)}, not at {there}")
+            self._heard.wait(target, seen, min(left, self._timeout))
 
     def check(self) -> None:
         """Raise what the machine has complained of since the last call."""
-        self._heard.complain()
-
-    # What calls are made of
-
-    def _do(self, orders: bytes) -> None:
         with self._call:
-            self._send(orders)
-            self._settle(len(orders))
-
-    def _send(self, orders: bytes) -> None:
-        if self._heard.lost is not None:
-            raise self._heard.lost
-        self._link.send(orders)
-
-    def _settle(self, size: int) -> None:
-        """Wait until the machine would have refused what was just sent; raise if it did."""
-        time.sleep(10 * size / self._link.baud)
-        # Without reports, by the clock; with them by the machine's own time, if it is slow.
-        patience = self._timeout if self._connected else SILENCE
-        due = self._heard.reports + REPORTS
-        if not self._heard.wait_for_reports(due, patience) and self._connected:
-            raise TimedOut(f"the machine at {self._link.name} reports no more: nobody knows "
-                           "whether it obeyed")
+            self._heard.complain()

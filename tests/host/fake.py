@@ -1,5 +1,6 @@
 """A port with something at its other end that says what a test wants."""
 
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -87,6 +88,10 @@ class FakePositioner(FakePort):
         What is said to a first word instead of obeying it.
     deaf : list of bytes
         Lines that are lost, each once.
+    blocked : list of bytes
+        Movements towards a limit switch that is on.
+    damage : dict of bytes to bytes
+        What lines become on their way, each once.
     """
 
     def __init__(self) -> None:
@@ -96,6 +101,8 @@ class FakePositioner(FakePort):
         self.points: dict[str, list[int]] = {}
         self.refuse: dict[bytes, bytes] = {}
         self.deaf: list[bytes] = []
+        self.blocked: list[bytes] = []
+        self.damage: dict[bytes, bytes] = {}
         self.damaged = False
 
     @property
@@ -119,9 +126,12 @@ class FakePositioner(FakePort):
         if self.damaged:
             self.damaged = False
             return b"! DAMAGED\n"
+        line = self.damage.pop(line, line)
         if line in self.deaf:
             self.deaf.remove(line)
             return b""
+        if line in self.blocked:
+            return b"! LIMIT " + line.split()[1] + b"\n"
         if (word := line.split()[0]) in self.refuse:
             return self.refuse[word]
         match line.decode().split():
@@ -130,6 +140,8 @@ class FakePositioner(FakePort):
             case ["DISCONNECT"]:
                 self.connected = False
             case ["P", point, *place]:
+                if not all(re.fullmatch("-?[0-9]+", number) for number in place):
+                    return b"! ARGUMENT\n"
                 self.points[point] = [int(number) for number in place]
             case ["GOTO", point]:
                 if point not in self.points:
@@ -137,14 +149,16 @@ class FakePositioner(FakePort):
                 self.target = self.points[point]
             case ["MOV", motor, way]:
                 self._aim(motor, 10**6 if way == "C" else -10**6)
-            case ["VEL", _, "0"]:
-                return b"! RANGE\n"
+            case ["VEL", _, speed]:
+                return b"! RANGE\n" if speed == "0" else b""
             case ["POS", *place]:
                 self.steps = self.target = [int(number) for number in place]
             case ["ORIGIN"]:
                 self.steps = self.target = [0, 0, 0]
             case ["STOP", motor]:
                 self._aim(motor, self.steps[int(motor[-1]) - 1])
+            case _:
+                return b"! COMMAND\n"
         return b""
 
     def idle(self) -> None:

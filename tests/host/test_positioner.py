@@ -6,14 +6,17 @@ from typing import Any
 
 import pytest
 
-from fresa_host import LimitReached, LineLost, Place, Positioner, Refused, TimedOut
-from fresa_host import positioner as module
+from fresa_host import Astray, LimitReached, LineLost, Place, Positioner, Refused, TimedOut
+from fresa_host import positioner_talk as talk
+from fresa_host import positioner_way as way
 from tests.host.fake import BREAK, FakePositioner
+
+STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
-    monkeypatch.setattr(module, "SILENCE", 0.02)
+    monkeypatch.setattr(talk, "SILENCE", 0.02)
     return FakePositioner()
 
 
@@ -79,6 +82,105 @@ def test_what_is_refused_is_raised(positioner, fake):
     positioner.wait(timeout=5)  # it goes nowhere
 
 
+def test_a_place_that_is_refused_is_not_gone_to(positioner, fake):
+    positioner.connect()
+    positioner.move_to(20, 0, 0)
+    positioner.wait(timeout=10)
+    positioner.move_to(10**6, 0, 0)
+    fake.damage = {b"P 7 -2838 0 0\n": b"P 7 m2838 0 0\n", STOP[1]: b"STOX MOT2\n"}
+    fake.written.clear()
+    with pytest.raises(Refused, match="ARGUMENT"):
+        positioner.move_to(-50, 0, 0)
+    # What was on its way stands, and an order to stop that is refused is said again.
+    assert fake.written == [b"P 7 -2838 0 0\n", *STOP, *STOP] and fake.resting
+    assert positioner.wait(timeout=0.01).steps == tuple(fake.steps)
+    with pytest.raises(ValueError, match="point 7 has not been stored"):
+        positioner.go_to(7)
+    positioner.check()
+
+
+def test_a_point_that_was_refused_is_not_gone_to(positioner, fake):
+    positioner.connect()
+    positioner.store(3, 10, 0, 0)
+    fake.damage = {b"P 3 1135 0 0\n": b"P 3 1m35 0 0\n"}
+    with pytest.raises(Refused):
+        positioner.store(3, 20, 0, 0)
+    with pytest.raises(ValueError, match="point 3 has not been stored"):
+        positioner.go_to(3)
+
+
+@pytest.mark.parametrize(("order", "call"), [
+    (b"POS 0 0 0\n", lambda it: it.call_place(0, 0, 0)), (b"ORIGIN\n", lambda it: it.origin()),
+    (b"GOTO 7\n", lambda it: it.go_to(7)), (b"DISCONNECT\n", lambda it: it.disconnect())])
+def test_what_is_refused_on_the_way_to_a_place_leaves_nothing_moving(positioner, fake, order, call):
+    positioner.connect()
+    positioner.move_to(10**6, 0, 0)
+    fake.damage = {order: b"X" + order}
+    with pytest.raises(Refused):
+        call(positioner)
+    assert fake.resting and positioner.connected
+    positioner.wait(timeout=0.01)  # it goes nowhere
+
+
+def test_who_stops_before_the_machine_was_told_to_go_is_not_overruled(positioner, fake):
+    def obey(line: bytes) -> bytes:
+        if line.startswith(b"P "):
+            stop()
+        return fake.obey(line)
+
+    positioner.connect()
+    fake.answer, stop = obey, positioner.stop
+    positioner.move_to(10**6, 0, 0)
+    assert b"GOTO 7\n" not in fake.written and fake.resting
+    positioner.wait(timeout=0.01)
+    stop = lambda: positioner.stop("x")  # noqa: E731
+    positioner.move_to(10**6, 100, 0)
+    assert positioner.wait(timeout=10).steps.y == 5676
+    assert fake.written[-2:] == [b"GOTO 7\n", STOP[0]] and fake.resting
+
+
+def test_going_elsewhere_is_told(positioner, fake, monkeypatch):
+    positioner.connect()
+    fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n"}
+    positioner.move_to(1000, 0, 0)
+    with pytest.raises(Astray, match=r"did not go to Place\(x=999.9.*, and was stopped at Place"):
+        positioner.wait()
+    assert fake.resting
+    positioner.wait(timeout=0.01)  # it goes nowhere
+    fake.steps = fake.target = [0, 0, 0]
+    monkeypatch.setattr(way, "STILL", 5)
+    fake.damage = {b"P 7 5676 0 0\n": b"P 7 1676 0 0\n"}
+    positioner.move_to(100, 0, 0)
+    with pytest.raises(Astray, match=r"stands at Place\(x=29.5.*, not at Place\(x=99.9"):
+        positioner.wait()
+
+
+def test_a_report_that_was_damaged_is_not_believed():
+    for damaged in (9000, -9000, 130):
+        ways = way.Ways((400, None, 7))
+        for x in (100, 110, 120, damaged, 140, 150):
+            ways.hear((x, x, 7))
+            assert not ways.lead_away and not ways.stand
+
+
+@pytest.mark.parametrize("again", [lambda it: it.jog("x", -1), lambda it: it.move_to(-900, 900, 0)])
+def test_a_limit_that_may_be_of_a_movement_before_ends_the_one_since(positioner, fake, again):
+    """Nobody knows which it ended; so that what is told is true, both have to be."""
+    def obey(line: bytes) -> bytes:
+        late = b"! LIMIT MOT1\n" if line in (b"MOV MOT1 CC\n", b"GOTO 7\n") else b""
+        return late + fake.obey(line)
+
+    positioner.connect()
+    positioner.jog("x", 1)
+    fake.answer = obey
+    with pytest.raises(LimitReached):
+        again(positioner)
+        positioner.velocity("x", 1)
+    assert STOP[0] in fake.written
+    positioner.wait(timeout=10)  # the others go on
+    assert fake.resting and fake.steps[1] in (0, 51085)
+
+
 def test_a_limit_ends_the_wait_and_is_told_once(positioner, fake):
     positioner.connect()
     fake.target = [10**9, 0, 0]
@@ -91,6 +193,25 @@ def test_a_limit_ends_the_wait_and_is_told_once(positioner, fake):
     positioner.wait(timeout=0.01)  # it goes nowhere any more
     positioner.jog("x", -1)
     assert positioner.limits == frozenset()
+    positioner.stop()
+    positioner.velocity("x", 1)
+    fake.say(b"! LIMIT MOT1\n")
+    while not positioner.limits:
+        pass
+    positioner.move_to(0, 0, 0)  # it is known, and over
+
+
+def test_what_is_refused_is_told_to_the_call_that_said_it(positioner, fake):
+    positioner.connect()
+    positioner.move_to(10**6, 0, 0)
+    waiting = threading.Thread(target=positioner.wait)
+    waiting.start()
+    fake.damage = {b"P 7 0 0 0\n": b"P 7 x 0 0\n"}
+    fake.baud = 2000  # it is refused before the call listens
+    with pytest.raises(Refused):
+        positioner.move_to(0, 0, 0)
+    waiting.join(timeout=10)  # it goes nowhere any more
+    assert not waiting.is_alive() and b"GOTO 7\n" == fake.written[2] not in fake.written[3:]
 
 
 def test_stopping_ends_the_wait(positioner, fake):

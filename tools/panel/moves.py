@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Hashable, Sequence
+from typing import NamedTuple
 
 from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
 
@@ -11,7 +12,14 @@ from .kept import Point
 from .line import Heard
 from .machine import Machine
 
-__all__ = ["Moves"]
+__all__ = ["Ended", "Moves"]
+
+
+class Ended(NamedTuple):
+    """A point that is not being gone to any more, and whether the machine is there."""
+
+    point: int
+    there: bool
 
 
 class Moves:
@@ -112,14 +120,20 @@ class Moves:
                 self._machine.set_speed(axis, speed)
         self._speeds = tuple(speeds)
 
-    def hear(self, said: Heard) -> int | None:
-        """Take what the machine says; give the number of a point that it has arrived at."""
+    def hear(self, said: Heard) -> Ended | None:
+        """Take what the machine says; give a point that it does not go to any more by itself.
+
+        What it refuses on the way to a point may be that way: all movement is ended.
+        """
         if isinstance(said, Limit):
             self.limits.add(said.axis)
-        if isinstance(said, Limit | Refusal):
             self.end_going()
-        elif self.goal is not None and said == self._there:
-            goal = self.goal
+        elif isinstance(said, Refusal):
+            if self._machine.going:
+                self.stop()
             self.end_going()
-            return goal
+        elif self.goal is not None and not self._machine.going:
+            ended = Ended(self.goal, said == self._there)
+            self.end_going()
+            return ended
         return None

@@ -9,7 +9,7 @@ from .busy import Busy
 from .kept import FASTEST, SLOWEST, TRAVEL, Kept
 from .line import Heard
 from .machine import Machine
-from .moves import Moves
+from .moves import Ended, Moves
 from .ports import Ports
 
 __all__ = ["News"]
@@ -51,8 +51,8 @@ class News:
         self.say("")
         self.silent = False
 
-    def hear(self, said: Heard, arrived: int | None) -> None:
-        """Note what the machine says, and at which point it has arrived with that, if at any."""
+    def hear(self, said: Heard, ended: Ended | None) -> None:
+        """Note what the machine says, and which point is not gone to any more with that, if any."""
         self.silent = False
         if isinstance(said, Limit):
             self.say(f"A limit switch stopped {said.axis.upper()}. Move away from it.", bad=True)
@@ -61,8 +61,11 @@ class News:
             self.say(f"The machine refused: {meaning} ({said.reason}).", bad=True)
         else:
             self._reports += 1
-            if arrived is not None:
-                self.say(f"At point {arrived}.")
+            if ended is not None and ended.there:
+                self.say(f"At point {ended.point}.")
+            elif ended is not None:
+                self.say(f"It did not get to point {ended.point}: the line may be disturbed. "
+                         "Go there again.", bad=True)
 
     def tell(self, machine: Machine, moves: Moves, ports: Ports, busy: Busy, kept: Kept) -> None:
         """Tell all pages how it is. What has not changed is not sent."""

@@ -1,10 +1,13 @@
 """The panel and the machine's own gateware: what is remembered, and by whom."""
 
 import asyncio
+import os
 import time
 from collections.abc import Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -59,8 +62,23 @@ def use(port: str) -> None:
         positioner.origin()
 
 
+def test_a_break_goes_to_the_service():
+    """A pseudo-terminal would not carry it."""
+    machine, terminal = os.openpty()
+    breaks = []
+    service: Any = SimpleNamespace(path=os.ttyname(terminal), send_break=lambda: breaks.append(1))
+    simulated = Simulated(service, Switches((), service))
+    port = simulated.open(simulated.port)
+    assert port.can_break
+    port.send_break()
+    assert breaks == [1]
+    port.close()
+    os.close(terminal)
+    os.close(machine)
+
+
 @pytest.mark.compiler
-def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries):
+def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypatch):
     if reason := ENGINES["cxxrtl"].missing():
         pytest.skip(reason)
 
@@ -69,6 +87,8 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries):
         async with Service(engine, period, speed=period * BAUD) as service:
             switches = Switches(MACHINES["positioner"].switches, service)
             simulated = Simulated(service, switches)
+            send_break, breaks = service.send_break, []
+            monkeypatch.setattr(service, "send_break", lambda: (breaks.append(1), send_break()))
             async with connected(tmp_path / "panel.json", service.path, simulated) as (do, panel):
                 def moves() -> bool:
                     return engine.get("moving") != 0
@@ -77,14 +97,16 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries):
                 do("jog", ways=[1, 0, 0])
                 await until(moves)
                 # By a break alone: whoever holds the button goes on holding it.
-                service.send_break()
+                send_break()
                 await until(lambda: not moves())
                 do("jog", ways=[0, 0, 0])
                 await until(lambda: "DAMAGED" in panel._news.note)
                 do("jog", ways=[1, 0, 0])
                 await until(moves)
+                assert not breaks
                 do("stop")
                 await until(lambda: not moves())
+                assert len(breaks) == 1
                 await asyncio.sleep(0.3)  # what the panel has damaged by its own is nobody's matter
                 assert "refused" not in panel._news.note
                 do("jog", ways=[1, 0, 0])

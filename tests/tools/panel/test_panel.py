@@ -78,8 +78,9 @@ def test_points_are_stored_and_gone_to(fake, path):
             site.do("go", number=1)
         site.do("point", number=1, place=[100, 50, 0])
         site.do("go", number=1)
-        assert fake.written[-2:] == [b"P 1 5676 2838 0\n", b"GOTO 1\n"]
+        assert fake.written[-1] == b"P 1 5676 2838 0\n"  # and if that is refused, no more
         assert site.told("state")["goal"] == 1
+        await site.until(lambda: fake.written[-1] == b"GOTO 1\n")
         await site.until(lambda: site.told("state")["goal"] is None)
         assert site.told("state")["note"] == "At point 1."
         assert site.told("place")["steps"] == [5676, 2838, 0]
@@ -219,8 +220,8 @@ def test_what_needs_a_machine_says_so(fake, path):
 def test_what_the_machine_complains_of_is_told(fake, path):
     async def what(site):
         await site.connect()
+        fake.blocked = [b"MOV MOT1 C\n"]
         site.do("jog", ways=[1, 0, 0])
-        fake.say(b"! LIMIT MOT1\n")
         await site.until(lambda: site.told("state")["limits"] == ["x"])
         assert site.told("state")["bad"] and "limit switch stopped X" in site.told("state")["note"]
         site.do("jog", ways=[-1, 0, 0])
