@@ -360,10 +360,10 @@ DIAGRAMS = (
         "orders_payload.clockwise inside: dut.commands_state_state", 0, 22),
     Diagram(
         "reporter",
-        "A line that takes a byte every 4 clocks. A report begins at each tick; an answer that "
-        "would not be over at the next tick waits. This one is just over in time.",
+        "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "
+        "would not be over by then waits. Here one is said, and the next waits for the report.",
         "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
-        "outputs: tick inside: dut.reporter_state_state", 190, 250, radix=("bytes_payload=hex",)),
+        "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
     Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
