@@ -79,8 +79,6 @@ EXPLAINED: dict[tuple[str, str], str] = {
                             "stuck at 1"): _ALL_SAID,
     ("positioner_commands", "no line (no name): reduce_and A[1] stuck at 1"): _REFUSED,
     ("reporter", "no line (no name): reduce_and A[1] stuck at 0"): _ZEROS,
-    ("single", "hdl/fresa/protocol/receiver.py:100 (time): mux Y[0] stuck at 0"): _LINE_AT_REST,
-    ("single", "hdl/fresa/protocol/text.py:67 (place$88): mux S[0] stuck at 0"): _OTHER_PLACE,
     ("single", "hdl/fresa/protocol/line.py:146 (lines.$signature__data): mux B[0] stuck at 1"):
         _READ_AS_DAMAGED,
     ("single", "hdl/fresa/protocol/decimal_writer.py:95 (commands.writer.after): pmux B[42] stuck "
