@@ -4,10 +4,9 @@ import runpy
 
 import pytest
 
-import fresa_host
-from fresa_host import Kind, LineLost, NotReady, Order, OrderRefused, TimedOut, order_lines
+from fresa_host import Kind, LineLost, Mill, NotReady, Order, OrderRefused, TimedOut, order_lines
 from tests.host.world import World, job
-from tests.tools.process import ROOT
+from tests.tools.process import PATIENCE, ROOT
 
 DOWN, UP = Order(Kind.DOWN), Order(Kind.UP)
 
@@ -46,10 +45,6 @@ class Wire:
         self.open -= 1
 
 
-def Mill(name: str) -> fresa_host.Mill:
-    return fresa_host.Mill(name, timeout=0.05)
-
-
 @pytest.fixture
 def wire(monkeypatch):
     wire = Wire()
@@ -57,7 +52,6 @@ def wire(monkeypatch):
     monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
     monkeypatch.setattr("fresa_host.mill.ANSWER_TIME", 0.001)
     monkeypatch.setattr("fresa_host.mill.SILENCE", 0.001)
-    monkeypatch.setattr("fresa_host.mill.LEAST_TIMEOUT", 0.05)
     monkeypatch.setattr("fresa_host.orders.ANSWER_TIME", 0.001)
     monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
     monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
@@ -71,7 +65,7 @@ def straight(count: int) -> list[Order]:
 class TestCarryOut:
     def test_whole_jobs_one_after_the_other(self, wire):
         told = []
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             mill.carry_out(straight(5), progress=lambda done, total: told.append((done, total)))
             mill.carry_out([UP, Order(Kind.GO, 7, 8)])
             assert mill.state().done == mill.state().taken and wire.open == 1
@@ -80,13 +74,13 @@ class TestCarryOut:
         assert wire.open == 0
 
     def test_the_same_job_twice(self, wire):
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             for _ in range(2):
                 mill.carry_out(straight(3))
         assert wire.world.done == 2 * [UP, *straight(3)]
 
     def test_over_a_port_that_goes_and_comes(self, wire):
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             wire.dead_from = wire.reads + 9
             mill.carry_out(straight(9))
             assert wire.reads > wire.dead_from and wire.open == 1
@@ -97,9 +91,9 @@ class TestCarryOut:
             if done == 4:
                 raise KeyboardInterrupt
 
-        with Mill("mill") as mill, pytest.raises(KeyboardInterrupt):
+        with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(KeyboardInterrupt):
             mill.carry_out(straight(9), progress=give_up)
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             mill.carry_out(straight(9))
         assert wire.world.done == [UP, *straight(9)]
 
@@ -108,7 +102,7 @@ class TestCarryOut:
         ([Order(Kind.GO), DOWN, Order(Kind.GO, 3, 4)], "order 3, go 3 4: .* no straight line"),
         ([DOWN, Order(Kind.GO, 0, 4)], "order 2, go 0 4: .* nobody said where")])
     def test_what_cannot_be_is_not_begun(self, wire, orders, says):
-        with Mill("mill") as mill, pytest.raises(ValueError, match=says):
+        with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(ValueError, match=says):
             mill.carry_out(orders)
         assert not wire.world.done and not wire.world.mill.ledger.session
 
@@ -131,7 +125,7 @@ def test_the_example(wire, capsys):
 
 class TestWrong:
     def test_answers_to_earlier_questions_are_old_news(self, wire):
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             wire.write(order_lines.request(Kind.TELL))  # asked, and not waited for
             wire.world.mill.enable = 0
             assert mill.state().manual
@@ -140,45 +134,48 @@ class TestWrong:
         def refuse(done: int, total: int) -> None:
             wire.world.mill.error = int(done == 2)
 
-        with Mill("mill") as mill, pytest.raises(OrderRefused, match="refuses order 4, ") as why:
-            mill.carry_out(straight(5), progress=refuse)
+        with Mill("mill", timeout=PATIENCE) as mill:
+            with pytest.raises(OrderRefused, match="refuses order 4, ") as why:
+                mill.carry_out(straight(5), progress=refuse)
         assert (why.value.number, why.value.order) == (4, straight(5)[3])
 
     @pytest.mark.parametrize("timeout", [1.9, 0, -1, float("nan")])
     def test_too_short_a_time(self, timeout):
         with pytest.raises(ValueError, match="timeout must be at least 2 s"):
-            fresa_host.Mill("mill", timeout=timeout)
+            Mill("mill", timeout=timeout)
 
     def test_no_port(self, wire):
         with pytest.raises(LineLost, match="nothing cannot be opened"):
             Mill("nothing")
 
-    def test_no_mill(self, wire):
+    def test_no_mill(self, wire, monkeypatch):
+        monkeypatch.setattr("fresa_host.mill.LEAST_TIMEOUT", 0)
         wire.dead = True
         with pytest.raises(TimedOut, match="--orders serial"):
-            Mill("mill")
+            Mill("mill", timeout=0.01)
         assert wire.open == 0
 
     def test_silence_in_the_middle(self, wire):
         def switch_off(done: int, total: int) -> None:
-            wire.dead = done == 3
+            if done == 3:
+                wire.dead, mill._timeout = True, 0.01
 
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             with pytest.raises(TimedOut, match="3 of 9 orders are done, the same call goes on"):
                 mill.carry_out(straight(9), progress=switch_off)
-            wire.dead = False
+            wire.dead, mill._timeout = False, PATIENCE
             mill.carry_out(straight(9))
         assert wire.world.done == [UP, *straight(9)]
 
     def test_manual_mode(self, wire):
         wire.world.mill.enable = 0
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             assert mill.state().manual
             with pytest.raises(NotReady, match="manual"):
                 mill.carry_out(job(3))
 
     def test_a_port_that_goes_while_it_is_asked(self, wire):
-        with Mill("mill") as mill:
+        with Mill("mill", timeout=PATIENCE) as mill:
             wire.dead_from = wire.reads + 1
             with pytest.raises(LineLost):
                 mill.state()
