@@ -13,6 +13,7 @@ import pytest
 
 from fresa_host import Positioner
 from tb.engines import ENGINES
+from tests.tools.process import PATIENCE
 from tools.console import UserError
 from tools.panel import Panel
 from tools.panel.kept import load
@@ -32,7 +33,7 @@ async def switched_on():
 
 
 async def until(holds: Callable[[], object]) -> None:
-    async with asyncio.timeout(30):
+    async with asyncio.timeout(PATIENCE):
         while not holds():
             await asyncio.sleep(0.01)
 
@@ -52,7 +53,7 @@ async def connected(path: Path, port: str, simulated: Simulated | None = None):
 
 def use(port: str) -> None:
     """Move the machine, and make that its origin, with another program."""
-    with Positioner(port, timeout=30) as positioner:
+    with Positioner(port, timeout=PATIENCE) as positioner:
         positioner.connect()
         positioner.velocity("x", 26)
         positioner.jog("x", 1)
