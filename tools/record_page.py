@@ -218,7 +218,8 @@ every clock is compared.""", ("engines", "pair", "campaign", "engines-single",
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
 any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise. A
-mistake planted in the gateware must break each promise.""",
+mistake planted in the gateware must break each promise. Those that parts keep inside a machine have
+both where the part is by itself.""",
              ("proofs", "controls"), _contracts),
     _Section("The thesis's blocks in VHDL", """\
 Written from the text of the thesis, and compared with the gateware: in step under GHDL, and by
@@ -240,11 +241,12 @@ lines, with no model of the gateware.""", _FUZZ, _fuzz, apart=True),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no motor moved,
 no pulse begun or cut, and afterwards all as from power-up that shall be so. `single` and
-`positioner` are asked then, and must do it and say so.""", _RESETS, _resets, apart=True),
+`positioner` are asked after every 20th, and must do it and say so.""",
+             _RESETS, _resets, apart=True),
     _Section("Upsets", """\
 One flip-flop upset in the midst of work. *Silent* is a motor in a wrong place, or a counter that
 says a wrong one, without a word. `single` and `positioner` have no guard; but their answers are
-words, too.""", _FLIPS, _upsets, apart=True),
+words, too. A STEP that an upset cuts short counts as a step.""", _FLIPS, _upsets, apart=True),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
 registers from a code that no state has.""", _COVERAGE, _coverage),

@@ -14,6 +14,10 @@ AGAIN = 0.5
 """Seconds from one try to open a port that is gone to the next."""
 
 
+OLD = 16
+"""Reads at most of what came before anybody asked."""
+
+
 class Line(Protocol):
     """What `deliver` asks of a `Port`."""
 
@@ -105,8 +109,9 @@ def deliver(sender: Sender, opener: LineOpener, *,
         try:
             if line is None:
                 line = opener.open()
-                while line.waiting:  # answers to somebody else
-                    line.read()
+                for _ in range(OLD):  # answers to somebody else
+                    if line.waiting:
+                        line.read()
                 sender.connected(clock())
                 begun = True
             if data := sender.send(clock()):
@@ -114,7 +119,7 @@ def deliver(sender: Sender, opener: LineOpener, *,
             sender.receive(line.read(), clock())
         except LineLost:
             opener.close()
-            line = None
-            if not begun:
+            if line is None and not begun:
                 raise
+            line = None
             rest(AGAIN)

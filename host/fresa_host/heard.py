@@ -150,9 +150,20 @@ class Heard:
             See `complain`.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self.reports >= count or self._wrong, patience)
+            self.listen(count, patience)
             self.complain()
             return self.reports >= count
+
+    def listen(self, count: int, patience: float) -> None:
+        """Wait until there are so many reports, or something is wrong; raise nothing."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.reports >= count or self._wrong, patience)
+
+    def pardon(self) -> bool:
+        """Forget what was refused; say whether anything was."""
+        with self._changed:
+            refused, self.refusals = self.refusals, []
+            return bool(refused)
 
     @property
     def _wrong(self) -> bool:

@@ -19,17 +19,17 @@ def check_cuts(orders: Sequence[Order]) -> None:
     Raises
     ------
     ValueError
-        If the tool is lowered and told to go where none of the 8 directions leads, or to go from
-        where the job before left it, which nobody knows here.
+        If the tool is lowered and told to go where none of the 8 directions leads; or lowered where
+        the job before left it, which nobody knows here.
     """
     lowered, at = False, None
     for number, order in enumerate(orders, start=1):
         if order.kind != Kind.GO:
             lowered = order.kind == Kind.DOWN
+            if lowered and at is None:
+                raise ValueError(f"order {number}, {order}: nobody said where; first go to where "
+                                 "the cut begins")
             continue
-        if lowered and at is None:
-            raise ValueError(f"order {number}, {order}: the tool is down, and nobody said where; "
-                             "first go to where the cut begins")
         if lowered and at is not None:
             way = {abs(order.x - at[0]), abs(order.y - at[1])}
             if len(way - {0}) > 1:

@@ -8,10 +8,15 @@ from .delivery import ReopenedPort, deliver
 from .errors import LineLost, TimedOut
 from .jobs import begin_raised, check_cuts
 from .order_lines import Answer, AnswerReader, Kind, Order, request
-from .orders import ANSWER_TIME, OrderRefused, Sender
+from .orders import ANSWER_TIME, OrderRefused, Phase, Sender
 from .port import Port
 
 __all__ = ["Mill"]
+
+
+class _Done(Exception):
+    """All orders are done, and nobody hears that the session is closed: it stays open."""
+
 
 LEAST_TIMEOUT = 2.0
 
@@ -62,7 +67,7 @@ class Mill:
             raise
 
     def close(self) -> None:
-        """Let go of the port. Orders that the mill has taken are carried out."""
+        """Let go of the port, until the next call. What the mill has taken is carried out."""
         self._port.close()
 
     def __enter__(self) -> Self:
@@ -115,7 +120,7 @@ class Mill:
             Begin anew also where the mill is in the middle of this job.
         progress : callable
             Is told how many orders are done, and of how many, whenever that has changed. What it
-            raises ends the call; so does Ctrl-C. Two orders at most are carried out after that.
+            raises ends the call; so does Ctrl-C. Up to three orders are carried out after that.
 
         Raises
         ------
@@ -143,20 +148,27 @@ class Mill:
         begun, shown = time.monotonic(), None
 
         def watch(_: bool) -> None:
-            nonlocal shown
             done = max(0, sender.done - before)
             if time.monotonic() - max(begun, sender.heard or 0) > self._timeout:
+                if sender.phase is Phase.CLOSING:
+                    raise _Done
                 raise TimedOut(f"the mill at {self._port.name} is silent; {done} of {len(orders)} "
                                "orders are done, the same call goes on")
+            tell(done)
+
+        def tell(done: int) -> None:
+            nonlocal shown
             if sender.heard is not None and done != shown:
                 shown = done
                 progress(done, len(orders))
 
         try:
             deliver(sender, self._port, watch=watch)
+        except _Done:
+            pass
         except OrderRefused as refused:
             raise OrderRefused(refused.number - before, refused.order) from None
-        watch(True)
+        tell(len(orders))
 
 
 def _wait_for_silence(port: Port, end: float) -> None:

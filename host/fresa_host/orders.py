@@ -209,8 +209,8 @@ class Sender:
     def _go_on(self, answer: Answer, now: float) -> None:
         if answer.session != self._session:
             if answer.manual:
-                raise NotReady(f"the mill was put into manual mode after order {self.done}: "
-                               "the origin is where the tool is now")
+                raise NotReady("the mill was put into manual mode in the middle of the job: the "
+                               "origin is where the tool is now")
             raise WasReset
         if not (self.done <= answer.done <= answer.taken <= self.total):
             raise MachineError(f"the mill counts {answer.taken} orders taken and {answer.done} "

@@ -12,7 +12,7 @@ from .heard import reached
 from .place import Place
 from .port import Port
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
-from .positioner_talk import PositionerTalk
+from .positioner_talk import REPORTS, TRIES, PositionerTalk
 from .positioner_way import Ways
 
 __all__ = ["Positioner"]
@@ -38,8 +38,9 @@ class Positioner:
     top_speed : int
         Highest speed of a motor in steps/s, as the machine was built.
     reported : callable, optional
-        Called with each place that is reported, in steps, in a thread of its own. What it raises
-        is told by `threading.excepthook`, and changes nothing.
+        Called with each place that is reported, in steps, in the thread that listens to the line:
+        of the methods it may only call those that are *at once*. What it raises is told by
+        `threading.excepthook`, and changes nothing.
 
     Raises
     ------
@@ -48,7 +49,8 @@ class Positioner:
     Refused
         In all methods, if the machine did not obey what was asked for, or what was before *at
         once*. Then it has changed nothing, but what goes to a place is stopped: by `go_to` and
-        `move_to` in any case, and by `wait`, `origin` and `call_place` if it was going.
+        `move_to` in any case, and by `wait`, `origin`, `call_place` and `disconnect` if it was
+        going.
     LimitReached
         In all methods but `stop`, `jog` and `close`, if a limit switch has ended a movement since
         the last of them.
@@ -116,10 +118,17 @@ class Positioner:
             connected, self._talk.connected = self._talk.connected, False
             self._heard.aim(None)
             try:
-                self._talk.do(b"DISCONNECT\n")
+                for _ in range(TRIES):
+                    seen = self._heard.reports
+                    self._talk.do(b"DISCONNECT\n")
+                    if self._heard.reports < seen + REPORTS:  # one may have been on its way
+                        return
             except Refused:
                 self._talk.connected = connected
                 raise
+            self._talk.connected = connected
+            raise TimedOut(f"the machine at {self._link.name} reports as if it were still "
+                           "connected: nobody knows whether it has power")
 
     @property
     def connected(self) -> bool:
@@ -242,8 +251,8 @@ class Positioner:
         LimitReached
             If a limit switch stops an axis. The others go on.
         Astray
-            If it goes elsewhere than where it was sent: then all axes are stopped. Or if an axis
-            has stood elsewhere for 20 s, which one that takes up much play slowly does, too.
+            If it goes elsewhere than where it was sent, or an axis has stood elsewhere for 20 s,
+            which one that takes up much play slowly does, too. Then all axes are stopped.
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
         ways = Ways(())
@@ -264,6 +273,7 @@ class Positioner:
                     raise Astray(f"it did not go to {there}, and was stopped at {self.position}: "
                                  "the line may be disturbed")
                 if ways.stand:
+                    self._talk.stand()
                     raise Astray(f"it stands at {Place.of(steps)}, not at {there}: the line may be "
                                  "disturbed")
             left = end - time.monotonic()

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 from . import positioner_lines as lines
-from .errors import LineLost, MachineError, Refused, TimedOut
+from .errors import LineLost, Refused, TimedOut
 from .heard import Heard
 from .port import Port
 from .positioner_lines import AXES, Limit, Refusal, Steps
 from .positioner_link import PositionerLink
 
-__all__ = ["PositionerTalk"]
+__all__ = ["REPORTS", "TRIES", "PositionerTalk"]
 
 #: Seconds after which a refusal would have come: the longest line each way, and some more.
 SILENCE = 0.3
@@ -20,7 +20,7 @@ SILENCE = 0.3
 #: Reports after which it would have come, if there are any. The first may have been on its way.
 REPORTS = 2
 
-#: Times that all axes are told to stop, if the line damages that too.
+#: Times that something is said that the line may have damaged.
 TRIES = 3
 
 
@@ -88,15 +88,26 @@ class PositionerTalk:
             self.send(b"".join(orders.values()))
 
     def stand(self) -> None:
-        """Stop all axes, again if that is refused. What else is wrong the next call will tell."""
-        for _ in range(TRIES):
-            with suppress(MachineError):
-                try:
-                    self.stop()
-                    self._settle(len(lines.stop()))
-                except Refused:
-                    continue
-            return
+        """Stop all axes, again if that is refused or one moves on, and in the end by a break.
+
+        What else is wrong the next call will tell.
+        """
+        with suppress(LineLost):
+            for _ in range(TRIES):
+                self.stop()
+                if self._stands(len(lines.stop())):
+                    return
+            self.link.halt()
+
+    def _stands(self, size: int) -> bool:
+        """Say whether so many bytes that stop all axes did so, as far as is heard."""
+        places = []
+        for reports in (REPORTS, 1):
+            self._wait_for_line(size)
+            self.heard.listen(self.heard.reports + reports, self._patience)
+            places.append(self.heard.last()[0])
+            size = 0
+        return not self.heard.pardon() and (not self.connected or places[0] == places[1])
 
     def begin(self) -> None:
         """Begin what ends with `go`. Axes that are stopped or jogged in between do not go."""
@@ -127,13 +138,19 @@ class PositionerTalk:
             raise
 
     def _settle(self, size: int) -> None:
-        time.sleep(10 * size / self.link.baud)
-        # Without reports, by the clock; with them by the machine's own time, if it is slow.
-        patience = self._timeout if self.connected else SILENCE
+        self._wait_for_line(size)
         due = self.heard.reports + REPORTS
-        if not self.heard.wait_for_reports(due, patience) and self.connected:
+        if not self.heard.wait_for_reports(due, self._patience) and self.connected:
             raise TimedOut(f"the machine at {self.link.name} reports no more: nobody knows "
                            "whether it obeyed")
+
+    def _wait_for_line(self, size: int) -> None:
+        time.sleep(10 * size / self.link.baud)
+
+    @property
+    def _patience(self) -> float:
+        """Without reports, by the clock; with them by the machine's own time, if it is slow."""
+        return self._timeout if self.connected else SILENCE
 
     def _hear(self, said: Steps | Refusal | Limit) -> None:
         """Take what the machine says, in the thread of the line."""

@@ -100,7 +100,7 @@ class TestCarryOut:
     @pytest.mark.parametrize(("orders", "says"), [
         ([], "at least one order"),
         ([Order(Kind.GO), DOWN, Order(Kind.GO, 3, 4)], "order 3, go 3 4: .* no straight line"),
-        ([DOWN, Order(Kind.GO, 0, 4)], "order 2, go 0 4: .* nobody said where")])
+        ([DOWN, Order(Kind.GO, 0, 4)], "order 1, down: nobody said where")])
     def test_what_cannot_be_is_not_begun(self, wire, orders, says):
         with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(ValueError, match=says):
             mill.carry_out(orders)
@@ -166,6 +166,21 @@ class TestWrong:
             wire.dead, mill._timeout = False, PATIENCE
             mill.carry_out(straight(9))
         assert wire.world.done == [UP, *straight(9)]
+
+    def test_silence_when_all_is_done(self, wire):
+        def switch_off(done: int, total: int) -> None:
+            if done == total:
+                wire.dead, mill._timeout = True, 0.01
+
+        with Mill("mill", timeout=PATIENCE) as mill:
+            mill.carry_out(straight(4), progress=switch_off)
+        assert wire.world.done == [UP, *straight(4)]
+
+    def test_a_port_that_went_and_came_between_two_jobs(self, wire):
+        with Mill("mill", timeout=PATIENCE) as mill:
+            wire.dead_from = wire.reads + 1
+            mill.carry_out(straight(4))
+        assert wire.world.done == [UP, *straight(4)]
 
     def test_manual_mode(self, wire):
         wire.world.mill.enable = 0

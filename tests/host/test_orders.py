@@ -250,7 +250,7 @@ class TestWhatGoesWrong:
         world, sender = self.begun()
         world.mill.ledger.reset()
         world.mill.enable = 0
-        with pytest.raises(NotReady, match="manual mode after order"):
+        with pytest.raises(NotReady, match="manual mode in the middle"):
             world.run(sender)
 
     @pytest.mark.parametrize(("what", "says"), [

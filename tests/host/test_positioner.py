@@ -343,6 +343,35 @@ def test_noise_is_passed_over(positioner, fake):
     positioner.wait(timeout=10)
 
 
+def test_disconnecting_is_said_until_it_is_heard(positioner, fake):
+    positioner.connect()
+    fake.deaf = [b"DISCONNECT\n"]
+    positioner.disconnect()
+    assert not fake.connected and not positioner.connected
+    positioner.connect()
+    fake.deaf = 9 * [b"DISCONNECT\n"]
+    with pytest.raises(TimedOut, match="as if it were still connected"):
+        positioner.disconnect()
+    assert positioner.connected and positioner.steps
+
+
+def test_what_goes_astray_is_stopped_until_it_stands(positioner, fake):
+    positioner.connect()
+    fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n", STOP[0]: b"STOP MOT3\n"}
+    positioner.move_to(1000, 0, 0)
+    with pytest.raises(Astray):
+        positioner.wait()
+    assert fake.resting and fake.written.count(STOP[0]) == 2
+    fake.steps = fake.target = [0, 0, 0]
+    fake.can_break = True
+    fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n"}
+    fake.deaf = 3 * [STOP[0]]
+    positioner.move_to(1000, 0, 0)
+    with pytest.raises(Astray):
+        positioner.wait()
+    assert fake.resting and fake.written.count(BREAK) == 1
+
+
 def test_disconnecting_ends_it(positioner, fake):
     positioner.connect()
     positioner.disconnect()

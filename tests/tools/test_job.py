@@ -104,14 +104,14 @@ class TestList:
 class TestCuts:
     @pytest.mark.parametrize("orders", [
         [go(0, 0), DOWN, go(3, 3)], [go(0, 0), DOWN, go(0, 9)], [go(0, 0), DOWN, go(0, 0)],
-        [go(3, 4)], [DOWN, UP, go(3, 4)], [DOWN],
+        [go(3, 4)], [UP, go(1, 1), DOWN, UP, go(3, 4)], [go(1, 2), DOWN],
         [go(9, 5), DOWN, go(5, 9)]])
     def test_along_8_directions(self, orders):
         check_cuts(orders)
 
     @pytest.mark.parametrize(("orders", "says"), [
-        ([DOWN, go(0, 4)], "order 2, go 0 4: the tool is down, and nobody said where"),
-        ([UP, DOWN, UP, DOWN, go(0, 0)], "order 5, go 0 0: the tool is down, and nobody"),
+        ([DOWN, go(0, 4)], "order 1, down: nobody said where"),
+        ([UP, DOWN, UP], "order 2, down: nobody said where; first go"),
         ([go(0, 0), DOWN, go(3, 4)], "order 3, go 3 4: from 0 0 no"),
         ([go(1, 1), DOWN, go(2, 1), go(3, 4)], "order 4, go 3 4: from 2 1 no")])
     def test_no_other(self, orders, says):

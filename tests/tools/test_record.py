@@ -206,8 +206,8 @@ class TestPage:
         assert seen in page(facts)
         assert "Left out of this record: campaign." in page(facts)
 
-    @pytest.mark.parametrize("name", ["size", "size-guard", "size-board", "size-serial",
-                                      "size-single", "size-positioner"])
+    @pytest.mark.parametrize("name", ["size", "size-guard", "size-serial", "size-single",
+                                      "size-positioner"])
     def test_the_readme_says_the_sizes_of_the_record(self, name):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
         found = facts["parts"][name]["facts"]["resources"]

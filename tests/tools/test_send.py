@@ -184,9 +184,11 @@ class TestSend:
         assert not mill.done
 
     def test_a_cut_that_would_be_refused_is_refused_before(self, mill, job, capsys):
-        job.write_text("down\ngo 3 4\n")
-        assert run(job, "--port", "mill") == 2
-        assert "order 2, go 3 4" in capsys.readouterr().err
+        for text, says in [("go 1 1\ndown\ngo 3 4\n", "order 3, go 3 4"),
+                           ("down\ngo 0 4\n", "order 1, down: nobody said where")]:
+            job.write_text(text)
+            assert run(job, "--port", "mill") == 2
+            assert says in capsys.readouterr().err
         assert not mill.done
 
     def test_a_list_that_does_not_raise_the_tool_is_made_to(self, mill, job, tmp_path):

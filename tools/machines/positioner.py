@@ -85,8 +85,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the machine's own options."""
     group = parser.add_argument_group("positioner")
     group.add_argument("--baud", metavar="N", type=whole(1), default=BAUD,
-                       help="bits a second of the serial line; with less than some 6 200 a report "
-                            "is not through when the next begins (default: %(default)s)")
+                       help="bits a second of the serial line, some 6 200 at least: a report and "
+                            "an answer must fit into 0.1 s (default: %(default)s)")
     for name, (time, says) in TIMES.items():
         group.add_argument(f"--{name}-ns", metavar="NS", type=whole(1, LONGEST_NS), default=time,
                            help=f"least time for which {says} (default: %(default)s)")

@@ -7,6 +7,7 @@ import sys
 import webbrowser
 from contextlib import AsyncExitStack, nullcontext
 
+from fresa.machines.positioner import TOP_SPEED
 from tb.engines import CXXRTLEngine, Engine
 
 from ..console import Parser, UserError, command, say, whole
@@ -69,6 +70,9 @@ def main(argv: list[str] | None = None) -> int:
     if not args.simulate and served.options(args) != served.options(parser.parse_args([])):
         raise UserError("a machine at a PORT has the options that it was built with: leave them "
                         "out, or use --simulate")
+    if args.top_speed < TOP_SPEED:
+        raise UserError(f"the panel's speeds go up to {TOP_SPEED} steps/s: --top-speed must not "
+                        "be less")
     if args.simulate and args.serial:
         raise UserError("with --simulate there is no PORT: leave out one of them")
     if importlib.util.find_spec("serial") is None:

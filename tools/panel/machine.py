@@ -24,6 +24,9 @@ SILENCE = 0.38
 DAMAGED = "DAMAGED"
 FORGIVEN = 0.5
 
+#: Seconds until a break, and the orders behind it, are on the line.
+HALTING = 0.1
+
 #: Seconds until the last words are on the line: 41 bytes.
 ON_LINE = 0.06
 
@@ -154,6 +157,7 @@ class Machine:
         self._going.clear()
         if self._line is not None and self._line.halt():
             self._halted_at = self._loop.time()
+            self._sent_at = max(self._sent_at, self._halted_at + HALTING)
             for axis, speed in self._speeds.items():  # orders that were on their way are lost
                 self.set_speed(axis, speed)
             self._send(lines.store(WITNESS, ZERO))
