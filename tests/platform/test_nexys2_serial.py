@@ -107,7 +107,7 @@ class TestSerialOrders:
         sender = Sender(JOB)
         board.deliver(sender, until=1)
         board.turn(0)
-        with pytest.raises(NotReady, match="manual mode after order"):
+        with pytest.raises(NotReady, match="manual mode in the middle"):
             board.deliver(sender)
         assert board.ask(request(Kind.OPEN, 5)).startswith(b"=84" + b"0" * 20)
         board.turn(AUTOMATIC)
