@@ -28,8 +28,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; give its exit status."""
     args = make_parser().parse_args(argv)
     check_output(args.json)
-    if args.what != "cost" and (reason := missing()):
-        raise UserError(reason)
+    if args.what != "cost":
+        if args.machine != "mill" and args.guard is not None:
+            raise UserError(f"leave out --guard: {args.machine} has none")
+        if reason := missing():
+            raise UserError(reason)
     facts: dict[str, object] = {"command": args.what}
     try:
         good = {"resets": _resets, "flips": _flips, "cost": _cost}[args.what](args, facts)
@@ -45,8 +48,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _machines(args: argparse.Namespace) -> list[Machine]:
     """Make the machines that are to be struck."""
     if args.machine != "mill":
-        if args.guard is not None:
-            raise UserError(f"leave out --guard: {args.machine} has none")
         return [MACHINES[args.machine]()]
     return [MACHINES[args.machine](guard=guard)
             for guard in ([False, True] if args.guard is None else [args.guard])]
