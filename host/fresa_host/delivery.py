@@ -13,7 +13,6 @@ __all__ = ["Line", "LineOpener", "ReopenedPort", "deliver"]
 AGAIN = 0.5
 """Seconds from one try to open a port that is gone to the next."""
 
-
 OLD = 16
 """Reads at most of what came before anybody asked."""
 

@@ -7,13 +7,14 @@ from collections.abc import Callable
 from .errors import LimitReached, LineLost, Refused
 from .positioner_lines import AXES, MEANINGS, Limit, Refusal, Steps
 
-__all__ = ["Heard", "Target", "reached"]
+__all__ = ["SETTLED", "Heard", "Target", "reached"]
 
 #: Where each axis is going to; None for one that may be anywhere.
 Target = tuple[int | None, ...]
 
-#: Reports after an order within which a limit may still be one of a movement before it.
-DOUBTFUL = 2
+#: Reports after which what is heard is of what was said: a refusal of it would have come, and a
+#: limit is of no movement before. The first may have been on its way.
+SETTLED = 2
 
 #: Refusals that are kept until somebody asks.
 MOST_REFUSALS = 10
@@ -103,7 +104,7 @@ class Heard:
     def doubts(self, axis: str) -> bool:
         """Whether a limit that is told now may be of a movement before the last."""
         with self._changed:
-            return self.reports < self._moved.get(axis, -DOUBTFUL) + DOUBTFUL
+            return self.reports < self._moved.get(axis, -SETTLED) + SETTLED
 
     def forgive(self, *axes: str) -> None:
         """Note that limits of these axes are over."""

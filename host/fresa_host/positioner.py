@@ -8,11 +8,11 @@ from typing import Self
 
 from . import positioner_lines as lines
 from .errors import Astray, LineLost, Refused, TimedOut
-from .heard import reached
+from .heard import SETTLED, reached
 from .place import Place
 from .port import Port
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
-from .positioner_talk import REPORTS, TRIES, PositionerTalk
+from .positioner_talk import TRIES, PositionerTalk
 from .positioner_way import Ways
 
 __all__ = ["Positioner"]
@@ -121,7 +121,7 @@ class Positioner:
                 for _ in range(TRIES):
                     seen = self._heard.reports
                     self._talk.do(b"DISCONNECT\n")
-                    if self._heard.reports < seen + REPORTS:  # one may have been on its way
+                    if self._heard.reports < seen + SETTLED:  # one may have been on its way
                         return
             except Refused:
                 self._talk.connected = connected

@@ -7,18 +7,15 @@ from contextlib import contextmanager, suppress
 
 from . import positioner_lines as lines
 from .errors import LineLost, Refused, TimedOut
-from .heard import Heard
+from .heard import SETTLED, Heard
 from .port import Port
 from .positioner_lines import AXES, Limit, Refusal, Steps
 from .positioner_link import PositionerLink
 
-__all__ = ["REPORTS", "TRIES", "PositionerTalk"]
+__all__ = ["TRIES", "PositionerTalk"]
 
 #: Seconds after which a refusal would have come: the longest line each way, and some more.
 SILENCE = 0.3
-
-#: Reports after which it would have come, if there are any. The first may have been on its way.
-REPORTS = 2
 
 #: Times that something is said that the line may have damaged.
 TRIES = 3
@@ -102,7 +99,7 @@ class PositionerTalk:
     def _stands(self, size: int) -> bool:
         """Say whether so many bytes that stop all axes did so, as far as is heard."""
         places = []
-        for reports in (REPORTS, 1):
+        for reports in (SETTLED, 1):
             self._wait_for_line(size)
             self.heard.listen(self.heard.reports + reports, self._patience)
             places.append(self.heard.last()[0])
@@ -139,7 +136,7 @@ class PositionerTalk:
 
     def _settle(self, size: int) -> None:
         self._wait_for_line(size)
-        due = self.heard.reports + REPORTS
+        due = self.heard.reports + SETTLED
         if not self.heard.wait_for_reports(due, self._patience) and self.connected:
             raise TimedOut(f"the machine at {self.link.name} reports no more: nobody knows "
                            "whether it obeyed")

@@ -4,6 +4,7 @@ import asyncio
 
 from fresa_host import TimedOut
 from fresa_host import positioner_lines as lines
+from fresa_host.heard import SETTLED
 from fresa_host.positioner_lines import AXES, POINTS, Refusal, Steps
 
 from .line import Line
@@ -21,9 +22,9 @@ WITNESS = POINTS[-1]
 #: A line that is always refused, for a reason that no other has here: so what was before is known.
 FENCE = b"VEL MOT1 0\n"
 
-#: Times that a machine is asked whether it was reset, and reports after which no answer comes.
+#: Times that a machine is asked whether it was reset, or told its place, and reports in which it
+#: must answer or be there.
 TRIES = 3
-SETTLED = 2
 MUTE = 10
 
 

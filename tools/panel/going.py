@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 
+from fresa_host.heard import SETTLED
 from fresa_host.positioner_lines import Steps
 from fresa_host.positioner_way import Way
 
-__all__ = ["SETTLED", "Departure", "Order"]
-
-#: Reports after an order before which what is heard may be older than it.
-SETTLED = 2
+__all__ = ["Departure", "Order"]
 
 
 @dataclass
