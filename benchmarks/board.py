@@ -21,7 +21,7 @@ from PIL import Image
 
 from tb.engines import Engine, choose
 from tb.milling import AUTOMATIC, BUTTON, press, ready_to_mill
-from tools.board.build import pace_of
+from tools.board.build import timing_of
 from tools.board.scene import unpack
 from tools.simulate import EXAMPLE
 
@@ -127,7 +127,7 @@ async def main() -> int:
     """Run the benchmark."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 1.0
     kind = choose()
-    period, scan_bits = pace_of(kind)
+    period, scan_bits = timing_of(kind)
     pixels = ~np.asarray(Image.open(EXAMPLE).convert("1"))
     engine = ready_to_mill(pixels, kind, period=period, scan_bits=scan_bits)
     engine.set(switches=AUTOMATIC)

@@ -9,8 +9,8 @@ from amaranth import ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal
 from amaranth.lib import io, wiring
 
 from fresa.machines import SerialOrders, Single
-from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
-from fresa.machines.positioner import GUARDS, PositionerPace
+from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
+from fresa.machines.positioner import GUARDS, PositionerTiming
 from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
 from fresa_boards.nexys2_positioner import Nexys2Positioner
 from fresa_boards.nexys2_single import Nexys2Single
@@ -47,16 +47,16 @@ def described(name: str, **parameters: int | bool) -> Design:
     return replace(design, vhdl=reference.described(parameters))
 
 
-def mill(*, pace: MillPace, z_travel: int = Z_TRAVEL, guard: bool = False) -> Design:
+def mill(*, timing: MillTiming, z_travel: int = Z_TRAVEL, guard: bool = False) -> Design:
     """Return the raw machine. Its VHDL has no guard: it has nothing that could be upset."""
-    design = component("mill", Mill(pace=pace, z_travel=z_travel, guard=guard))
+    design = component("mill", Mill(timing=timing, z_travel=z_travel, guard=guard))
     return replace(design, vhdl=REFERENCES["mill"].described({
-        "period": pace.period, "scan_bits": pace.scan_bits, "jog_period": pace.jog_period,
+        "period": timing.period, "scan_bits": timing.scan_bits, "jog_period": timing.jog_period,
         "z_travel": z_travel}))
 
 
 def nexys2_mill(
-    source: OrderSource, *, pace: MillPace, debounce: int,
+    source: OrderSource, *, timing: MillTiming, debounce: int,
     z_travel: int = Z_TRAVEL, guard: bool = False,
 ) -> Design:
     """Return the mill on a Nexys 2: the wiring that is built, on pins of a simulation.
@@ -71,7 +71,7 @@ def nexys2_mill(
         "clk": ("i", 1), "switches": ("i", 8), "buttons": ("i", 4),
         "leds": ("o", 8), "segments": ("o", 8), "digits": ("o", 4),
         "axis_x": ("o", 4), "axis_y": ("o", 4), "axis_z": ("o", 4), **line})
-    top = Nexys2Mill(ports, source=source, pace=pace, debounce=debounce, z_travel=z_travel,
+    top = Nexys2Mill(ports, source=source, timing=timing, debounce=debounce, z_travel=z_travel,
                      guard=guard)
     return _board("nexys2_mill", top, ports)
 
@@ -90,7 +90,7 @@ def nexys2_single(machine: Single, *, debounce: int, scan_bits: int) -> Design:
 
 
 def nexys2_positioner(
-    *, pace: PositionerPace, debounce: int, inverted: bool = False, enable_low: bool = False,
+    *, timing: PositionerTiming, debounce: int, inverted: bool = False, enable_low: bool = False,
     normally_closed: bool = False,
     backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
 ) -> Design:
@@ -103,7 +103,7 @@ def nexys2_positioner(
     ports = _ports({
         "clk": ("i", 1), "rx": ("i", 1), "reset": ("i", 1), "limits": ("i", 3), "tx": ("o", 1),
         "buzzer": ("o", 1), "leds": ("o", 8), **{f"motor_{name}": ("o", 3) for name in "xyz"}})
-    top = Nexys2Positioner(ports, pace=pace, debounce=debounce, inverted=inverted,
+    top = Nexys2Positioner(ports, timing=timing, debounce=debounce, inverted=inverted,
                            enable_low=enable_low, normally_closed=normally_closed,
                            backlash=backlash, guards=guards)
     return _board("nexys2_positioner", top, ports)

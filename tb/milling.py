@@ -14,7 +14,7 @@ from fresa.machines.mill import (
     PIXEL_STEPS,
     TOP_SPEED,
     Z_TRAVEL,
-    MillPace,
+    MillTiming,
     step_period,
 )
 from fresa.motion import CoordinateGenerator
@@ -157,7 +157,7 @@ def ready_to_mill(
         If the engine cannot run here.
     """
     source = CoordinateGenerator(np.asarray(picture, bool).tolist(), pixel_steps=PIXEL_STEPS)
-    design = nexys2_mill(source, pace=MillPace(period=period, scan_bits=scan_bits),
+    design = nexys2_mill(source, timing=MillTiming(period=period, scan_bits=scan_bits),
                          debounce=DEBOUNCE, guard=guard)
     return engine(design, vcd=vcd, traceable=traceable)
 

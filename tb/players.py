@@ -12,9 +12,9 @@ from amaranth import Value
 from numpy.typing import NDArray
 
 from fresa.machines import Positioner, Single
-from fresa.machines.mill import MillPace
-from fresa.machines.positioner import PositionerPace
-from fresa.machines.single import FINE, TOP_SPEED, SinglePace
+from fresa.machines.mill import MillTiming
+from fresa.machines.positioner import PositionerTiming
+from fresa.machines.single import FINE, TOP_SPEED, SingleTiming
 from fresa.motion import ramp_rates
 
 from . import boards, desk
@@ -111,14 +111,14 @@ class Machine:
 
 def _mill(name: str, guard: bool) -> Machine:
     """Shorten every time, so that much happens in few clocks."""
-    pace, z_travel = MillPace(period=3, scan_bits=4, jog_period=2), 5
+    timing, z_travel = MillTiming(period=3, scan_bits=4, jog_period=2), 5
 
     def model() -> MillModel:
-        return MillModel(period=pace.period, scan_bits=pace.scan_bits, z_travel=z_travel,
-                         jog_period=pace.jog_period)
+        return MillModel(period=timing.period, scan_bits=timing.scan_bits, z_travel=z_travel,
+                         jog_period=timing.jog_period)
 
     return Machine(
-        name, functools.partial(boards.mill, pace=pace, z_travel=z_travel, guard=guard),
+        name, functools.partial(boards.mill, timing=timing, z_travel=z_travel, guard=guard),
         directed=lambda seed, clocks: directed(model(), seed, clocks), chance=chance, model=model)
 
 
@@ -128,36 +128,36 @@ _ON_A_LINE = {"ghdl": "it has no description in VHDL",
 """What cannot play a machine on a serial line."""
 
 
-def _single(name: str, pace: SinglePace, ramp: int = 0, top_speed: int = TOP_SPEED) -> Machine:
+def _single(name: str, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED) -> Machine:
     """Shorten texts. The model counts rates in the unit of the ramp, if there is one."""
     greeting, help_text = b"!\r\n", b"?\r\n"
-    rate, modulus = pace.rate * (FINE if ramp else 1), pace.modulus * (FINE if ramp else 1)
+    rate, modulus = timing.rate * (FINE if ramp else 1), timing.modulus * (FINE if ramp else 1)
 
     def model() -> SingleModel:
         rates = ramp_rates(acceleration=ramp, top=top_speed * rate, modulus=modulus,
-                           clock=pace.clock) if ramp else ()
-        return SingleModel(bit=pace.bit, modulus=modulus, rate=rate, ramp=rates,
+                           clock=timing.clock) if ramp else ()
+        return SingleModel(bit=timing.bit, modulus=modulus, rate=rate, ramp=rates,
                            greeting=greeting, help_text=help_text)
 
     return Machine(
         name, lambda: boards.component("single", Single(
-            pace=pace, ramp=ramp, top_speed=top_speed, greeting=greeting, help_text=help_text)),
+            timing=timing, ramp=ramp, top_speed=top_speed, greeting=greeting, help_text=help_text)),
         directed=lambda seed, clocks: typed_in_turn(model(), seed, clocks),
-        chance=functools.partial(typed_by_chance, pace.bit), model=model,
+        chance=functools.partial(typed_by_chance, timing.bit), model=model,
         without=_ON_A_LINE)
 
 
 def _positioner() -> Machine:
     """Shorten every time beside a step of the motors."""
     bit = 16
-    pace = PositionerPace(clock=1000 * bit, baud=1000, top_speed=1500, width=2, low=3, setup=2,
+    timing = PositionerTiming(clock=1000 * bit, baud=1000, top_speed=1500, width=2, low=3, setup=2,
                           hold=4, settle=30, report=10_000)
     options = {"backlash": (3, 0, 12), "guards": ("X-", "Y+", "X+")}
     return Machine(
         "positioner",
-        lambda: boards.component("positioner", Positioner(pace=pace, **options)),
+        lambda: boards.component("positioner", Positioner(timing=timing, **options)),
         directed=functools.partial(desk.directed, bit), chance=functools.partial(desk.chance, bit),
-        model=lambda: PositionerModel(pace=pace, bit=bit, **options), without=_ON_A_LINE)
+        model=lambda: PositionerModel(timing=timing, bit=bit, **options), without=_ON_A_LINE)
 
 
 def _described(name: str) -> Machine:
@@ -178,8 +178,8 @@ def _described(name: str) -> Machine:
 MACHINES = {
     "mill": _mill("mill", guard=False),
     "mill-guarded": _mill("mill-guarded", guard=True),
-    "single": _single("single", SinglePace.real(clock=48_000, baud=3000)),
-    "single-ramp": _single("single-ramp", SinglePace.real(clock=240_000, baud=15_000, turn=5),
+    "single": _single("single", SingleTiming.real(clock=48_000, baud=3000)),
+    "single-ramp": _single("single-ramp", SingleTiming.real(clock=240_000, baud=15_000, turn=5),
                            ramp=150_000, top_speed=25_000),
     "positioner": _positioner(),
     **{name: _described(name) for name in REFERENCES if name != "mill"},

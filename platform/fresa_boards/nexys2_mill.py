@@ -18,7 +18,7 @@ from amaranth.lib.wiring import connect
 
 from fresa.drive import FULL_STEP
 from fresa.machines import SerialOrders
-from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
+from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator, StartHandshake
 from fresa.panel import Debouncer
 
@@ -89,7 +89,7 @@ class Nexys2Mill(Elaboratable):
         ``rx`` and ``tx``.
     source : CoordinateGenerator, SquareGenerator or SerialOrders
         What to do when BTN1 is pressed; or where orders come from.
-    pace : MillPace
+    timing : MillPace
         See :class:`Mill`.
     debounce : int
         Clocks for which a contact must be still.
@@ -101,12 +101,12 @@ class Nexys2Mill(Elaboratable):
 
     def __init__(
         self, ports: Mapping[str, io.PortLike], *, source: OrderSource,
-        pace: MillPace | None = None, debounce: int | None = None, z_travel: int = Z_TRAVEL,
+        timing: MillTiming | None = None, debounce: int | None = None, z_travel: int = Z_TRAVEL,
         guard: bool = False,
     ) -> None:
         self._ports = ports
         self._source = source
-        self._mill = Mill(pace=pace, z_travel=z_travel, guard=guard)
+        self._mill = Mill(timing=timing, z_travel=z_travel, guard=guard)
         self._debouncer = Debouncer(
             width=12, period=debounce_period() if debounce is None else debounce)
 

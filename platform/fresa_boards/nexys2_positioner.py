@@ -7,7 +7,7 @@ from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth.lib import io
 
 from fresa.machines import Positioner
-from fresa.machines.positioner import GUARDS, PositionerPace
+from fresa.machines.positioner import GUARDS, PositionerTiming
 from fresa.panel import Debouncer
 
 from .nexys2 import request_ports
@@ -73,12 +73,12 @@ class Nexys2Positioner(Elaboratable):
     normally_closed : bool
         The limit switches are closed, and their pins low, until they are pressed; a wire that is
         broken counts as pressed.
-    pace, inverted, backlash, guards
+    timing, inverted, backlash, guards
         See :class:`Positioner`.
     """
 
     def __init__(
-        self, ports: Mapping[str, io.PortLike], *, pace: PositionerPace | None = None,
+        self, ports: Mapping[str, io.PortLike], *, timing: PositionerTiming | None = None,
         debounce: int | None = None, inverted: bool = False, enable_low: bool = False,
         normally_closed: bool = False,
         backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
@@ -86,7 +86,7 @@ class Nexys2Positioner(Elaboratable):
         self._ports = ports
         self._rest = 0b011 * inverted | 0b100 * enable_low  # of a motor, high at rest
         self._normally_closed = normally_closed
-        self._machine = Positioner(pace=pace, inverted=inverted, backlash=backlash, guards=guards)
+        self._machine = Positioner(timing=timing, inverted=inverted, backlash=backlash, guards=guards)
         self._debouncer = Debouncer(
             width=1, period=debounce_period() if debounce is None else debounce)
 

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 
 from ..bench import Run, bench
@@ -105,7 +105,7 @@ def nexys2(
     run: Run, source: CoordinateGenerator | SquareGenerator, plant: Plant, *, counts: bool = False,
 ) -> Iterator[Nexys2]:
     """Give a board under power; its waveform shows the axis counters if wanted."""
-    design = nexys2_mill(source, pace=MillPace(period=PERIOD, scan_bits=SCAN_BITS),
+    design = nexys2_mill(source, timing=MillTiming(period=PERIOD, scan_bits=SCAN_BITS),
                          debounce=DEBOUNCE, z_travel=Z_TRAVEL)
     inside = [f"mill.controller.automatic.{axis}.count" for axis in "xyz"] if counts else []
     with run.engine(design, inside=inside) as engine:

@@ -1,7 +1,7 @@
 """The machine by its own pins."""
 
 from fresa.machines import Mill
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 
 from ..bench import Run, bench
 from ..plant import WORDS
@@ -10,7 +10,7 @@ from ..plant import WORDS
 @bench
 def mill(run: Run) -> str:
     """A tour: by hand to the origin, tool down, a cut, two refusals, home, stop."""
-    dut = Mill(pace=MillPace(period=4, scan_bits=3), z_travel=6)
+    dut = Mill(timing=MillTiming(period=4, scan_bits=3), z_travel=6)
     hand = [0, 0, 0]
 
     async def there(ctx, main, *place):

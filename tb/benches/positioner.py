@@ -1,7 +1,7 @@
 """All of the positioner, on its line."""
 
 from fresa.machines import Positioner
-from fresa.machines.positioner import ANSWERS, PositionerPace
+from fresa.machines.positioner import ANSWERS, PositionerTiming
 from fresa.protocol.positioner import Answer
 
 from ..bench import Run, bench
@@ -14,10 +14,10 @@ from ..models.protocol import bits
 def positioner(run: Run) -> str:
     """A session on the line: points, jogging, a limit, errors, the origin."""
     bit = 16
-    pace = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2, hold=2,
+    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2, hold=2,
                           settle=5, report=10_000)
-    dut = Positioner(pace=pace, backlash=(3, 0, 0))
-    model = PositionerModel(pace=pace, bit=bit, backlash=(3, 0, 0))
+    dut = Positioner(timing=timing, backlash=(3, 0, 0))
+    model = PositionerModel(timing=timing, bit=bit, backlash=(3, 0, 0))
     said = bytearray()
     motors = [0, 0, 0]
 

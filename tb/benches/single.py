@@ -1,7 +1,7 @@
 """The machine with a motor and a terminal, by its own pins."""
 
 from fresa.machines import Single
-from fresa.machines.single import PHASES, SinglePace
+from fresa.machines.single import PHASES, SingleTiming
 
 from ..bench import Run, bench
 from ..beside import beside, ticks
@@ -23,9 +23,9 @@ SESSION = [
 @bench
 def single(run: Run) -> str:
     """A session at a terminal: every command and error, power off and on, a reset."""
-    pace = SinglePace.real(clock=48_000, baud=3000)
-    dut = Single(pace=pace, greeting=HELLO, help_text=HELP)
-    model = SingleModel(bit=pace.bit, modulus=pace.modulus, rate=pace.rate, greeting=HELLO,
+    timing = SingleTiming.real(clock=48_000, baud=3000)
+    dut = Single(timing=timing, greeting=HELLO, help_text=HELP)
+    model = SingleModel(bit=timing.bit, modulus=timing.modulus, rate=timing.rate, greeting=HELLO,
                         help_text=HELP)
     said = bytearray()
 

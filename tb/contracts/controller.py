@@ -93,7 +93,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                                        (rest == 0) | (rest + period - 2 == rested))
                      & ((rest < 0) | (rested >= period - 2)), seen=rest < 0,
                      bug=Bug(coil, "rest.eq(rest + 1)", "rest.eq(rest + 2)"))
-            c.always(f"{name}-rests-within-pace", f"{name} is ready before the next step is due.",
+            c.always(f"{name}-rests-within-timing", f"{name} is ready before the next step is due.",
                      rest >= inside("automatic.orders.divider.count"), seen=rest < 0,
                      bug=Bug(controller, "ResetInserter(~self.mode)(automatic)", "automatic"))
         # What an observer of the coils alone counts

@@ -52,13 +52,13 @@ def describe(c: Contract, dut: ManualControl) -> None:
         c.m.d.sync += held.eq(0)
     with c.m.Elif(held < dut.period):
         c.m.d.sync += held.eq(held + 1)
-    c.holds("pace", "A step is asked for at every `period`-th clock of jogging, and no other.",
+    c.holds("timing", "A step is asked for at every `period`-th clock of jogging, and no other.",
             when=active, then=dut.step.any() == (held == dut.period - 1),
             bug=Bug(divider, "(count >= 0))", "(count >= -1))") if dut.period > 1 else
             Bug(manual, "divider.enable.eq(self.active.any())", "divider.enable.eq(up.any())"))
     if dut.period > 1:
         count = c.signal("divider.count")
-        c.always("pace-is-the-count", "The divider counts the clocks of jogging.",
+        c.always("timing-is-the-count", "The divider counts the clocks of jogging.",
                  (count + dut.period - 1 == held) & (count <= 0), seen=Cat(count).any() & active,
                  bug=Bug(manual, "divider.clear.eq(~self.active.any())", "divider.clear.eq(0)"))
 

@@ -1,7 +1,7 @@
 """Contract of the milling machine: all of it, on its pins."""
 
 from fresa.machines import Mill
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 
 from .automatic import watch_counts
 from .contract import Case, Component, Contract
@@ -27,9 +27,9 @@ def describe(c: Contract, dut: Mill) -> None:
                   enable=dut.mode)
 
 
-def make(*, z_travel: int, **pace: int) -> Mill:
+def make(*, z_travel: int, **timing: int) -> Mill:
     """Make a machine of its times."""
-    return Mill(pace=MillPace(**pace), z_travel=z_travel)
+    return Mill(timing=MillTiming(**timing), z_travel=z_travel)
 
 
 MILL = Component(

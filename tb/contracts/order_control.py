@@ -93,11 +93,11 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
             when=state("MOVING") & (count >= steps), then=asked == 0,
             bug=Bug(order_control, 'm.next = "CLEAR"', 'm.next = "MOVING"'))
     if period > 1:
-        c.holds("pace", "A step is asked for `period` clocks after the last one or the start.",
+        c.holds("timing", "A step is asked for `period` clocks after the last one or the start.",
                 when=step.any(), then=asked == period - 1,
                 bug=Bug(divider, "(count >= 0))", "(count >= -1))"))
         ticks = c.signal(f"{path}.divider.count")
-        c.always("pace-is-the-count", "The divider counts the clocks to the next step.",
+        c.always("timing-is-the-count", "The divider counts the clocks to the next step.",
                  Mux(state("MOVING"), ticks == asked - (period - 1), 1)
                  & (ticks <= 0) & (ticks >= 1 - period), seen=ticks == 0,
                  bug=Bug(divider, "count.eq(count + 1)", "count.eq(count + 2)"))

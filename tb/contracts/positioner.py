@@ -13,7 +13,7 @@ the machine are these and no other, for each motor.
 from amaranth import Array, Cat, Mux, signed
 
 from fresa.machines import Positioner, positioner
-from fresa.machines.positioner import PositionerPace
+from fresa.machines.positioner import PositionerTiming
 from fresa.motion import axis as axis_module
 from fresa.protocol.positioner import Answer, Command
 
@@ -120,9 +120,9 @@ def _watch_pins(c: Contract, dut: Positioner, index: int) -> None:
                     "axis.load.eq(positioning.load | positioning.run.all())"))
 
 
-def make(*, line: bool = True, **pace: int) -> Positioner:
+def make(*, line: bool = True, **timing: int) -> Positioner:
     """Make a machine of its times, or one to which any order comes in any clock."""
-    dut = Positioner(pace=PositionerPace(**pace))
+    dut = Positioner(timing=PositionerTiming(**timing))
     if not line:
         for name in LINE:
             setattr(dut, f"_{name}", Unknown(getattr(dut, f"_{name}")))

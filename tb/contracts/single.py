@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from fresa.drive import PhaseDriver, RateGenerator, phase, rate
 from fresa.machines import Single, single
-from fresa.machines.single import SinglePace
+from fresa.machines.single import SingleTiming
 from fresa.motion import MoveTo, Ramp, position
 from fresa.protocol import (
     LineItem,
@@ -198,10 +198,10 @@ def make(*, terminal: bool = True, short: bool = False, unipolar: bool = False,
          full_step: bool = False, ramp: int = 0) -> Single:
     """Make a machine; one without a terminal has frames of which each byte comes in a clock."""
     if short:
-        return Single(pace=SinglePace.real(clock=48_000, baud=3000), greeting=b"g", help_text=b"h")
+        return Single(timing=SingleTiming.real(clock=48_000, baud=3000), greeting=b"g", help_text=b"h")
     if terminal:
         return Single(unipolar=unipolar, full_step=full_step, ramp=ramp)
-    dut = Single(pace=SinglePace(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",
+    dut = Single(timing=SingleTiming(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",
                  unipolar=unipolar, full_step=full_step)
     for part in (dut._lines, dut._transmitter, dut._rate, dut._driver, dut._move):
         Fragment.get(part, None)  # else Amaranth says that they were made for nothing

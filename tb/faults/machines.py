@@ -8,9 +8,9 @@ from itertools import islice
 import numpy as np
 
 from fresa.machines import Positioner, Single
-from fresa.machines.mill import MillPace
-from fresa.machines.positioner import PositionerPace
-from fresa.machines.single import SinglePace
+from fresa.machines.mill import MillTiming
+from fresa.machines.positioner import PositionerTiming
+from fresa.machines.single import SingleTiming
 
 from .. import boards
 from ..design import Design
@@ -35,7 +35,7 @@ from .work import actions, rows_of_actions
 
 __all__ = ["MACHINES", "PACE", "TRAVEL", "mill", "positioner", "single"]
 
-PACE = MillPace(period=4, scan_bits=3)
+TIMING = MillTiming(period=4, scan_bits=3)
 TRAVEL = 6
 """Of the mill: so that much happens in few clocks."""
 
@@ -49,7 +49,7 @@ def mill(*, guard: bool) -> Machine:
     A reset does not set where its motors stand, how long ago they stepped, and that `start` has
     been taken; and of the guard what it must remember over a reset.
     """
-    design = boards.mill(pace=PACE, z_travel=TRAVEL, guard=guard)
+    design = boards.mill(timing=TIMING, z_travel=TRAVEL, guard=guard)
     main = "main " if guard else ""
 
     def to_reset(seed: int, number: int) -> Rows:
@@ -74,9 +74,9 @@ def single() -> Machine:
     A reset does not set the row and the coils of its motor, and the times since the last step; nor
     what its memories gave last, which nothing asks for before it is given anew.
     """
-    pace = SinglePace.real(clock=48_000, baud=3000)
-    assert pace.bit == BIT
-    design = boards.component("single", Single(pace=pace, greeting=b"!\r\n", help_text=b"?\r\n"))
+    timing = SingleTiming.real(clock=48_000, baud=3000)
+    assert timing.bit == BIT
+    design = boards.component("single", Single(timing=timing, greeting=b"!\r\n", help_text=b"?\r\n"))
     return Machine(
         "single", design,
         (Coils("the motor", "move position", "coils", PHASES, "enable"),),
@@ -94,10 +94,10 @@ def positioner() -> Machine:
     last step, nor which way it went, and what play there is still to take up; the switches as they
     were seen; nor what its memories gave last, which nothing asks for before it is given anew.
     """
-    pace = PositionerPace(clock=100 * BIT, baud=100, top_speed=200, width=2, low=3, setup=2, hold=4,
+    timing = PositionerTiming(clock=100 * BIT, baud=100, top_speed=200, width=2, low=3, setup=2, hold=4,
                           settle=30, report=20_000)
-    design = boards.component("positioner", Positioner(pace=pace))
-    times = pace.width, pace.low, pace.setup, pace.hold
+    design = boards.component("positioner", Positioner(timing=timing))
+    times = timing.width, timing.low, timing.setup, timing.hold
     return Machine(
         "positioner", design,
         tuple(Pulses(name, f"{name} move position", bit, times) for bit, name in enumerate("xyz")),

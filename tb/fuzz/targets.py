@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines import Positioner, SerialOrders, Single
-from fresa.machines.mill import MillPace
-from fresa.machines.positioner import GUARDS, PositionerPace
-from fresa.machines.single import FINE, SinglePace
+from fresa.machines.mill import MillTiming
+from fresa.machines.positioner import GUARDS, PositionerTiming
+from fresa.machines.single import FINE, SingleTiming
 from fresa.motion import ramp_rates
 
 from .. import boards
@@ -140,23 +140,23 @@ def _ends(heard: Sequence[Heard], ends: bytes) -> list[int]:
     return [one.clock for one in heard if one.byte in ends]
 
 
-def _single(pace: SinglePace, ramp: int = 0, top_speed: int = 1) -> Target:
-    unit, modulus = FINE * pace.rate, FINE * pace.modulus
+def _single(timing: SingleTiming, ramp: int = 0, top_speed: int = 1) -> Target:
+    unit, modulus = FINE * timing.rate, FINE * timing.modulus
 
     def follow(steps: Steps, effects: Sequence[Effect], clocks: int) -> Verdict:
         if not ramp:
-            return walk(steps, effects, pace.modulus, clocks, 8)
+            return walk(steps, effects, timing.modulus, clocks, 8)
         rates = ramp_rates(acceleration=ramp, top=top_speed * unit, modulus=modulus,
-                           clock=pace.clock)
-        settle = pace.modulus // (single_lines.SPEEDS * pace.rate) + 4
+                           clock=timing.clock)
+        settle = timing.modulus // (single_lines.SPEEDS * timing.rate) + 4
         return climb(steps, effects, Ramp(rates, modulus, unit, settle), clocks)
 
     def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
         steps, failures = single.motor(seen)
-        heard = list(hear(line, pace.bit))
+        heard = list(hear(line, timing.bit))
         frames = list(single_lines.frames(iter(heard)))
-        session = single.FrameSession(said(seen["tx"], pace.bit), steps, floods,
-                                      _ends(heard, single_lines.ENDS), FRAME * pace.bit)
+        session = single.FrameSession(said(seen["tx"], timing.bit), steps, floods,
+                                      _ends(heard, single_lines.ENDS), FRAME * timing.bit)
         session.run(iter(frames))
         judgement.failures += [*failures, *session.failures]
         judgement.bytes, judgement.lines = len(heard), len(frames)
@@ -165,19 +165,19 @@ def _single(pace: SinglePace, ramp: int = 0, top_speed: int = 1) -> Target:
             judgement.add(steps, follow(steps, session.effects, len(line)))
 
     return Target(
-        "single", pace.bit, single_lines.DIALECT,
+        "single", timing.bit, single_lines.DIALECT,
         lambda: boards.component("single", Single(
-            pace=pace, ramp=ramp, top_speed=top_speed, greeting=single_lines.GREETING,
+            timing=timing, ramp=ramp, top_speed=top_speed, greeting=single_lines.GREETING,
             help_text=single_lines.HELP)),
         ("tx", "coils", "enable", "position", "fault"), inspect,
-        rates=None if ramp else Rates(single_lines.SPEEDS - 1, pace.modulus, 1, single_lines.begin))
+        rates=None if ramp else Rates(single_lines.SPEEDS - 1, timing.modulus, 1, single_lines.begin))
 
 
 #: With a ramp of 15 steps, from some 900 clocks each to some 100.
-_RAMP = _single(SinglePace.real(clock=240_000, baud=15_000, turn=5), 150_000, 25_000)
+_RAMP = _single(SingleTiming.real(clock=240_000, baud=15_000, turn=5), 150_000, 25_000)
 
 
-_POSITIONER = PositionerPace(clock=16_000, baud=1000, top_speed=positioner_lines.TOP_SPEED, width=2,
+_POSITIONER = PositionerTiming(clock=16_000, baud=1000, top_speed=positioner_lines.TOP_SPEED, width=2,
                              low=3, setup=2, hold=4, settle=30, report=40_000)
 
 
@@ -214,7 +214,7 @@ def _positioner(backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUA
     return Target(
         "positioner", _BIT, positioner_lines.DIALECT,
         lambda: boards.component("positioner", Positioner(
-            pace=_POSITIONER, backlash=backlash, guards=guards)),
+            timing=_POSITIONER, backlash=backlash, guards=guards)),
         ("tx", "step", "direction", "enable", "moving", "buzzer", "fault"), inspect,
         rates=Rates(positioner_lines.TOP_SPEED, _POSITIONER.clock, positioner_lines.AXES,
                     positioner_lines.begin))
@@ -225,7 +225,7 @@ _BIT = 16
 #: LED6 of the mill.
 ERROR = 1 << 6
 
-_MILL, _TRAVEL = MillPace(period=60, scan_bits=4), 40
+_MILL, _TRAVEL = MillTiming(period=60, scan_bits=4), 40
 
 
 def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
@@ -246,9 +246,9 @@ def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> N
 
 TARGETS = {target.name: target for target in (
     replace(_positioner(), others=(_positioner((0, 9, 70), ("X-", "X+", "Y-")),)),
-    replace(_single(SinglePace.real(clock=48_000, baud=3000)), others=(_RAMP,)),
+    replace(_single(SingleTiming.real(clock=48_000, baud=3000)), others=(_RAMP,)),
     Target("mill", _BIT, order_lines.DIALECT,
-           lambda: boards.nexys2_mill(SerialOrders(period=_BIT), pace=_MILL, debounce=4,
+           lambda: boards.nexys2_mill(SerialOrders(period=_BIT), timing=_MILL, debounce=4,
                                       z_travel=_TRAVEL),
            ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, inputs={"switches": 0x80}),
 )}

@@ -9,7 +9,7 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fresa.machines.positioner import LINE_LENGTH, PositionerPace
+from fresa.machines.positioner import LINE_LENGTH, PositionerTiming
 
 from .motion import AxisModel
 from .protocol import GOOD, LONG, LineModel, ReceiverModel, bits
@@ -317,18 +317,18 @@ class PositionerModel:
 
     Inputs: ClassVar[type] = PositionerInputs
 
-    def __init__(self, *, pace: PositionerPace, bit: int, inverted: bool = False,
+    def __init__(self, *, timing: PositionerTiming, bit: int, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0),
                  guards: Sequence[str] = ("X+", "Y+", "Z+")) -> None:
         self.bit = bit
         self.receiver = ReceiverModel(period=bit)
         self.lines = LineModel(length=LINE_LENGTH, depth=256, end=ord("\n"))
-        self.commands = CommandsModel(top_speed=pace.top_speed)
-        self.positioning = PositioningModel(top_speed=pace.top_speed)
-        self.reporter = ReporterModel(byte=10 * bit, period=pace.report)
-        times = {name: getattr(pace, name) for name in ("width", "low", "setup", "hold")}
-        self.axes = [AxisModel(times=times, modulus=pace.clock, max_rate=pace.top_speed,
-                               settle=pace.settle) for _ in range(3)]
+        self.commands = CommandsModel(top_speed=timing.top_speed)
+        self.positioning = PositioningModel(top_speed=timing.top_speed)
+        self.reporter = ReporterModel(byte=10 * bit, period=timing.report)
+        times = {name: getattr(timing, name) for name in ("width", "low", "setup", "hold")}
+        self.axes = [AxisModel(times=times, modulus=timing.clock, max_rate=timing.top_speed,
+                               settle=timing.settle) for _ in range(3)]
         self.backlash, self.guards = backlash, guards
         self.flip = 7 * inverted
         self._axes: list[dict[str, int]] = []  # in this clock

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from amaranth import Fragment, Signal
 
 from fresa.machines import Positioner, Single
-from fresa.machines.mill import PIXEL_STEPS, MillPace
-from fresa.machines.positioner import PositionerPace
+from fresa.machines.mill import PIXEL_STEPS, MillTiming
+from fresa.machines.positioner import PositionerTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa_boards.nexys2_common import debounce_period
 
@@ -119,18 +119,18 @@ def state_machines(fragment: Fragment, path: str = "") -> Iterator[tuple[str, St
 
 
 def _board(source_of_orders: CoordinateGenerator | SquareGenerator) -> Design:
-    return boards.nexys2_mill(source_of_orders, pace=MillPace.real(), debounce=debounce_period())
+    return boards.nexys2_mill(source_of_orders, timing=MillTiming.real(), debounce=debounce_period())
 
 
 # Enough pixels for a block RAM. Which ones are set makes no difference to a check.
 _PIXELS = [[(row * row + column) % 3 == 0 for column in range(40)] for row in range(40)]
 _RUNNING = (("debouncer.level[7]", 1), ("debouncer.level[8]", 0))  # SW7 and BTN0
 
-MILL = Subject("mill", lambda: boards.mill(pace=MillPace.real()),
+MILL = Subject("mill", lambda: boards.mill(timing=MillTiming.real()),
                (("rst", 0), ("mode", 1)), "error")
 """The raw machine."""
 
-GUARDED = Subject("mill-guarded", lambda: boards.mill(pace=MillPace.real(), guard=True),
+GUARDED = Subject("mill-guarded", lambda: boards.mill(timing=MillTiming.real(), guard=True),
                   MILL.running, MILL.shows)
 """The raw machine with its guard."""
 
@@ -154,10 +154,10 @@ POSITIONER = Subject("positioner", lambda: boards.component("positioner", Positi
 SINGLE_BOARD = Subject(
     "nexys2-single",
     lambda: boards.nexys2_single(Single(), debounce=debounce_period(),
-                                 scan_bits=MillPace.real().scan_bits),
+                                 scan_bits=MillTiming.real().scan_bits),
     _RELEASED, "leds[6]")
 POSITIONER_BOARD = Subject(
     "nexys2-positioner",
-    lambda: boards.nexys2_positioner(pace=PositionerPace.real(), debounce=debounce_period()),
+    lambda: boards.nexys2_positioner(timing=PositionerTiming.real(), debounce=debounce_period()),
     _RELEASED, "leds[6]")
 """The Nexys 2 as one and as the other, with its block RAMs."""

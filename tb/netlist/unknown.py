@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from amaranth import Value
 
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from fresa.motion import SquareGenerator
 
 from .. import boards
@@ -148,5 +148,5 @@ ON_A_LINE = tuple(Runnable(name, MACHINES[name].design, partial(_on_a_line, name
 PANEL = Runnable(
     "nexys2-square",
     lambda: boards.nexys2_mill(SquareGenerator(side=3), debounce=1, z_travel=2,
-                               pace=MillPace(period=2, scan_bits=3)), _panel)
+                               timing=MillTiming(period=2, scan_bits=3)), _panel)
 """The Nexys 2 that walks a square."""

@@ -20,7 +20,7 @@ from pathlib import Path
 from amaranth.lib import data, wiring
 
 from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
-from fresa.machines.mill import Z_TRAVEL, Mill, MillPace
+from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
 from fresa.motion import (
     AutomaticControl,
     ManualControl,
@@ -44,7 +44,7 @@ Parameters = Mapping[str, int | bool]
 Held = tuple[Mapping[str, int], int]
 """Inputs to set, and for how many clocks they and all others stay."""
 
-_PACE = MillPace.real()
+_PACE = MillTiming.real()
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def _ordered(x: int = 0, y: int = 0, *, up: int = 0, down: int = 0) -> tuple[Hel
 
 
 def _mill(*, period: int, scan_bits: int, jog_period: int, z_travel: int) -> Mill:
-    return Mill(pace=MillPace(period, scan_bits, jog_period), z_travel=z_travel)
+    return Mill(timing=MillTiming(period, scan_bits, jog_period), z_travel=z_travel)
 
 
 REFERENCES: dict[str, Reference] = {

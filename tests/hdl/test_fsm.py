@@ -13,12 +13,12 @@ from amaranth.sim import Simulator
 
 from fresa.fsm import leave_unused_codes
 from fresa.machines import SerialOrders
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from tb.boards import mill, nexys2_mill
 from tb.design import Design
 
-PACE = MillPace(period=3, scan_bits=3)
+TIMING = MillTiming(period=3, scan_bits=3)
 PICTURE = [[True] * 9] * 9
 DEBOUNCE = 2
 SETTLE = 2 * DEBOUNCE + 4
@@ -26,15 +26,15 @@ AUTOMATIC = 1 << 7
 RESET, START = 1, 2
 
 MACHINES = {
-    "mill": lambda: mill(pace=PACE, z_travel=5),
+    "mill": lambda: mill(timing=TIMING, z_travel=5),
     "square": lambda: nexys2_mill(
-        SquareGenerator(side=500), pace=PACE, debounce=DEBOUNCE, z_travel=5
+        SquareGenerator(side=500), timing=TIMING, debounce=DEBOUNCE, z_travel=5
     ),
     "picture": lambda: nexys2_mill(
-        CoordinateGenerator(PICTURE, pixel_steps=4), pace=PACE, debounce=DEBOUNCE, z_travel=5
+        CoordinateGenerator(PICTURE, pixel_steps=4), timing=TIMING, debounce=DEBOUNCE, z_travel=5
     ),
     "serial": lambda: nexys2_mill(
-        SerialOrders(period=16), pace=PACE, debounce=DEBOUNCE, z_travel=5
+        SerialOrders(period=16), timing=TIMING, debounce=DEBOUNCE, z_travel=5
     ),
 }
 STATE_MACHINES = {

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fresa.machines.mill import Mill, MillPace
+from fresa.machines.mill import Mill, MillTiming
 from fresa.motion import CoordinateGenerator
 from fresa_boards.nexys2 import Nexys2Platform
 from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
@@ -81,7 +81,7 @@ def bench(rows: list[MillInputs]) -> str:
 
 @pytest.fixture(scope="module")
 def verilog() -> str:
-    mill = Mill(pace=MillPace(period=PERIOD, scan_bits=SCAN_BITS), z_travel=Z_TRAVEL)
+    mill = Mill(timing=MillTiming(period=PERIOD, scan_bits=SCAN_BITS), z_travel=Z_TRAVEL)
     return emit(mill, name="mill")
 
 

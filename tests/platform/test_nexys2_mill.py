@@ -11,7 +11,7 @@ from amaranth import Fragment
 from amaranth.hdl import _nir as nir
 from amaranth.hdl._ir import build_netlist
 
-from fresa.machines.mill import CLOCK, MillPace
+from fresa.machines.mill import CLOCK, MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_common import DEBOUNCE, debounce_period
@@ -35,7 +35,7 @@ class Board:
 
     def __init__(self, source) -> None:
         self.engine = AmaranthEngine(
-            nexys2_mill(source, pace=MillPace(PERIOD, 3), debounce=STILL, z_travel=TRAVEL)
+            nexys2_mill(source, timing=MillTiming(PERIOD, 3), debounce=STILL, z_travel=TRAVEL)
         )
         self.plant = Plant(pitch=PITCH, travel=TRAVEL)
         self.wait(0)
@@ -408,7 +408,7 @@ class TestDebouncePeriod:
     def test_impossible(self, debounce):
         message = None
         try:  # what was made before the refusal is let go of here, not later
-            nexys2_mill(SquareGenerator(side=1), pace=MillPace(1, 3), debounce=debounce)
+            nexys2_mill(SquareGenerator(side=1), timing=MillTiming(1, 3), debounce=debounce)
         except ValueError as error:
             message = str(error)
         gc.collect()

@@ -10,7 +10,7 @@ from amaranth import Fragment
 from amaranth.hdl import _nir as nir
 from amaranth.hdl._ir import build_netlist
 
-from fresa.machines.positioner import PositionerPace
+from fresa.machines.positioner import PositionerTiming
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
 from tb.boards import nexys2_positioner
@@ -20,7 +20,7 @@ from tb.models.protocol import bits
 from tb.players import ModelPlayer
 
 BIT = 16
-PACE = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
+TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
                       settle=30, report=10_000)
 MOTORS = ["motor_x", "motor_y", "motor_z"]
 OUTPUTS = ["tx", "buzzer", "leds", *MOTORS]
@@ -32,7 +32,7 @@ class Board:
 
     def __init__(self, **options) -> None:
         kind = AmaranthEngine if CXXRTLEngine.missing() else CXXRTLEngine
-        self.engine = kind(nexys2_positioner(pace=PACE, debounce=3, **options))
+        self.engine = kind(nexys2_positioner(timing=TIMING, debounce=3, **options))
         self.engine.set(rx=1, limits=RELEASED)
         self.seen = {name: np.empty(0, int) for name in OUTPUTS}
         self.play([1] * 80)
@@ -104,7 +104,7 @@ class TestBoard:
     def test_pins_are_those_of_the_model_a_clock_later(self, inverted):
         """And two clocks later what comes in."""
         options = {"inverted": inverted, "backlash": (2, 0, 1)}
-        board, model = Board(**options), PositionerModel(pace=PACE, bit=BIT, **options)
+        board, model = Board(**options), PositionerModel(timing=TIMING, bit=BIT, **options)
         text = "CONNECT\nP 1 9 -4 6\nGOTO 1\nGOTO 2\nMOV MOT3 CC\n"
         board.say(text, 12_000)
         rx = [1] * 80 + [level for byte in text.encode() for bit in bits(byte)

@@ -5,7 +5,7 @@
 import pytest
 
 from fresa.machines import SerialOrders
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_host.errors import WasReset
@@ -31,7 +31,7 @@ class Board:
     def __init__(self) -> None:
         source = SerialOrders(period=BIT)
         self.engine = CXXRTLEngine(
-            nexys2_mill(source, pace=MillPace(PERIOD, 3), debounce=STILL, z_travel=TRAVEL))
+            nexys2_mill(source, timing=MillTiming(PERIOD, 3), debounce=STILL, z_travel=TRAVEL))
         self.line = SerialLine(self.engine, BIT)
         self.line.run(4 * BIT)
         self.turn(AUTOMATIC)

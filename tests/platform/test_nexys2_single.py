@@ -7,14 +7,14 @@ import re
 import pytest
 
 from fresa.machines import Single
-from fresa.machines.single import PHASES, SinglePace
+from fresa.machines.single import PHASES, SingleTiming
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_single import Nexys2Single, single_ports
 from tb.boards import nexys2_single
 from tb.engines import AmaranthEngine
 from tb.terminal import shown, typed
 
-PACE = SinglePace.real(clock=48_000, baud=3000)
+TIMING = SingleTiming.real(clock=48_000, baud=3000)
 STILL = 3
 OUTPUTS = ["tx", "leds", "segments", "digits", "coils", "bridge"]
 SHAPES = {0x3F: 0, 0x06: 1, 0x5B: 2, 0x4F: 3, 0x66: 4, 0x6D: 5, 0x7D: 6, 0x07: 7, 0x7F: 8, 0x6F: 9,
@@ -22,7 +22,7 @@ SHAPES = {0x3F: 0, 0x06: 1, 0x5B: 2, 0x4F: 3, 0x66: 4, 0x6D: 5, 0x7D: 6, 0x07: 7
 
 
 def machine(**options: bool) -> Single:
-    return Single(pace=PACE, greeting=b"!\r\n", help_text=b"?\r\n", **options)
+    return Single(timing=TIMING, greeting=b"!\r\n", help_text=b"?\r\n", **options)
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def board():
 
 
 def type_in(board, text: bytes, after: int = 0):
-    return board.play({"rx": typed(text, PACE.bit) + [1] * after}, OUTPUTS)
+    return board.play({"rx": typed(text, TIMING.bit) + [1] * after}, OUTPUTS)
 
 
 def number(seen) -> int:
@@ -52,7 +52,7 @@ class TestBoard:
     def test_terminal_motor_and_lights(self, board):
         board.run(8 * 160)
         seen = type_in(board, b":v59999\r:x300\r", after=3000)
-        assert b"ok\r\nok\r\n" in shown(seen["tx"], PACE.bit)
+        assert b"ok\r\nok\r\n" in shown(seen["tx"], TIMING.bit)
         assert number(seen) == 300
         assert set(seen["coils"].tolist()) == set(PHASES)
         assert seen["coils"][-1] == PHASES[300 % 8]
@@ -74,7 +74,7 @@ class TestBoard:
         seen = board.play({"rx": [1] * 2000}, OUTPUTS)
         assert number(seen) == 0
         assert set(seen["coils"]) == {PHASES[1]}
-        assert shown(seen["tx"], PACE.bit).startswith(b"!\r\n?\r\n")
+        assert shown(seen["tx"], TIMING.bit).startswith(b"!\r\n?\r\n")
 
     def test_a_bounce_of_the_button_does_nothing(self, board):
         type_in(board, b":v59999\r:x9\r", after=300)

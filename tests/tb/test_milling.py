@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator
 from tb import milling
 from tb.boards import nexys2_mill
@@ -35,7 +35,7 @@ def mill(picture, *, shown=None, period=1) -> Cut:
     plant = Plant(picture if shown is None else shown, pitch=PITCH, travel=TRAVEL)
     design = nexys2_mill(
         CoordinateGenerator(picture.tolist(), pixel_steps=PITCH),
-        pace=MillPace(period, 8),
+        timing=MillTiming(period, 8),
         debounce=DEBOUNCE,
         z_travel=TRAVEL,
     )

@@ -19,7 +19,7 @@ from tb.contracts.contract import Bug
 from tb.engines import source
 from tb.engines.build import missing
 from tb.faults.machine import Machine
-from tb.faults.machines import PACE, TRAVEL, mill, positioner, single
+from tb.faults.machines import TIMING, TRAVEL, mill, positioner, single
 from tb.faults.rows import Rows, rows_of_stimulus
 from tb.faults.sessions import BIT, positioner_sessions, single_sessions
 from tb.faults.upsets import Trial
@@ -35,7 +35,7 @@ compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
 
 
 def model() -> MillModel:
-    return MillModel(period=PACE.period, scan_bits=PACE.scan_bits, z_travel=TRAVEL)
+    return MillModel(period=TIMING.period, scan_bits=TIMING.scan_bits, z_travel=TRAVEL)
 
 
 class TestWork:

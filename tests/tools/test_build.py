@@ -14,9 +14,9 @@ import pytest
 from amaranth.back import rtlil
 from PIL import Image
 
-from fresa.machines.mill import Mill, MillPace, step_period
-from fresa.machines.positioner import PositionerPace
-from fresa.machines.single import SinglePace
+from fresa.machines.mill import Mill, MillTiming, step_period
+from fresa.machines.positioner import PositionerTiming
+from fresa.machines.single import SingleTiming
 from tools import build
 from tools.cut_picture import duration
 from tools.machines import mill, positioner, single
@@ -269,12 +269,12 @@ class TestNexys2:
             assert (out / "mill.v").read_text().count(start) >= 4
 
     def test_what_is_counted_is_what_is_written(self, monkeypatch):
-        paces = []
+        timings = []
         real = mill.nexys2_mill
-        monkeypatch.setattr(mill, "nexys2_mill", lambda *a, **k: paces.append(k) or real(*a, **k))
-        pace = MillPace.real(step_rate=50)
-        mill.build_mill("nexys2-500", pace=pace)
-        assert paces == [{"pace": pace, "debounce": 500_000, "guard": False}]
+        monkeypatch.setattr(mill, "nexys2_mill", lambda *a, **k: timings.append(k) or real(*a, **k))
+        timing = MillTiming.real(step_rate=50)
+        mill.build_mill("nexys2-500", timing=timing)
+        assert timings == [{"timing": timing, "debounce": 500_000, "guard": False}]
 
     def test_wrong_cut_is_an_error(self, tmp_path, small, monkeypatch):
         source = mill.simulate.__globals__["ready_to_mill"].__globals__
@@ -330,14 +330,14 @@ class TestSize:
 
     @pytest.mark.long
     def test_guard_takes_twice_of_it(self):
-        resources = synthesise(mill.build_mill("pins", pace=MillPace.real(), guard=True).rtlil,
+        resources = synthesise(mill.build_mill("pins", timing=MillTiming.real(), guard=True).rtlil,
                                "mill")
         assert resources.luts <= 1120
         assert in_readme(resources)
 
     @pytest.mark.long
     def test_board_with_serial_orders(self):
-        built = mill.build_mill("nexys2-500", pace=MillPace.real(), serial=True)
+        built = mill.build_mill("nexys2-500", timing=MillTiming.real(), serial=True)
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 1560
         assert resources.block_rams <= 1
@@ -347,7 +347,7 @@ class TestSize:
     def test_whole_board_with_the_largest_picture(self):
         random = np.random.default_rng(1)
         picture = mill.Prepared(random.random((400, 400)) < 0.1, 127, True, 1.0, (400, 400))
-        built = mill.build_mill("nexys2-500", pace=MillPace.real(), picture=picture)
+        built = mill.build_mill("nexys2-500", timing=MillTiming.real(), picture=picture)
         resources = synthesise(built.rtlil, built.top)
         assert 500 < resources.luts <= 930
         assert 2 * 400 * 400 / 18432 < resources.block_rams <= 20
@@ -355,7 +355,7 @@ class TestSize:
 
     @pytest.mark.long
     def test_single_on_its_board(self):
-        built = single.build_single("nexys2-500", pace=SinglePace.real())
+        built = single.build_single("nexys2-500", timing=SingleTiming.real())
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 900
         assert resources.block_rams == 2  # frames, and texts
@@ -363,7 +363,7 @@ class TestSize:
 
     @pytest.mark.long
     def test_positioner_on_its_board(self):
-        built = positioner.build_positioner("nexys2-500", pace=PositionerPace.real())
+        built = positioner.build_positioner("nexys2-500", timing=PositionerTiming.real())
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 2600
         assert in_readme(resources)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from tb import boards
 from tb.cosim import lockstep
 from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, source
@@ -293,7 +293,7 @@ class TestCommand:
     @needs("icarus")
     def test_constant_changed_in_the_verilog(self, tmp_path, monkeypatch, capsys):
         """The tool travels 6 steps, not 5: it must differ just where a model that does so does."""
-        wrong = boards.mill(pace=MillPace(period=3, scan_bits=4, jog_period=2), z_travel=6)
+        wrong = boards.mill(timing=MillTiming(period=3, scan_bits=4, jog_period=2), z_travel=6)
         bug = type("Bug", (ENGINES["icarus"],), {
             "_sources": classmethod(lambda cls, design: {"design.v": source.verilog(wrong)})})
         monkeypatch.setitem(ENGINES, "icarus", bug)

@@ -16,7 +16,7 @@ from ..image import add_picture_arguments, picture_from_arguments
 from ..simulate import EXAMPLE
 from ..web import redirect, serve, stopping
 from .board import Board
-from .build import pace_of
+from .build import timing_of
 from .messages import Job
 from .orders import LONGEST_PERIOD
 from .routes import board_site
@@ -45,8 +45,8 @@ examples:
 
 steps:
   A real board makes {LONGEST_PERIOD} clocks from step to step. The simulation shortens this to
-  {pace_of(CXXRTLEngine)[0]} clocks on cxxrtl, which makes millions a second, and to
-  {pace_of(AmaranthEngine)[0]} on amaranth, which is always there and makes thousands: so a
+  {timing_of(CXXRTLEngine)[0]} clocks on cxxrtl, which makes millions a second, and to
+  {timing_of(AmaranthEngine)[0]} on amaranth, which is always there and makes thousands: so a
   picture takes minutes. For the same reason each digit has a shorter turn, and a contact counts
   after {DEBOUNCE} clocks at rest. Nothing else differs from the board.
 """

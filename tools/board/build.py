@@ -8,10 +8,10 @@ from tb.milling import ready_to_mill
 
 from .messages import Job
 
-__all__ = ["Builder", "pace_of"]
+__all__ = ["Builder", "timing_of"]
 
 
-def pace_of(engine: type[Engine]) -> tuple[int, int]:
+def timing_of(engine: type[Engine]) -> tuple[int, int]:
     """Give the period, and the bits of the display's scan, at which a person can watch an engine.
 
     A machine should mill the example in a minute or so. The digits should each have their turn in
@@ -88,7 +88,7 @@ class Builder:
 
 
 def _ready(job: Job, kind: type[Engine]) -> tuple[Job, int, Engine]:
-    period, scan_bits = pace_of(kind)
+    period, scan_bits = timing_of(kind)
     job = replace(job, period=job.period or period)
     assert job.period is not None
     return job, scan_bits, ready_to_mill(

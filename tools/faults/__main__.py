@@ -123,7 +123,7 @@ def _cost(args: argparse.Namespace, facts: dict[str, object]) -> bool:
 
 
 def _count_cost(advance: Callable[[int], None]) -> dict[bool, Resources]:
-    """Count what the raw machine takes without its guard and with it, at its real pace."""
+    """Count what the raw machine takes without its guard and with it, at its real timing."""
     return {guard: synthesise(rtlil.convert(Mill(guard=guard), name="mill", emit_src=False), "mill",
                               advance) for guard in (False, True)}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from PIL import Image
 
 from fresa.machines import SerialOrders
-from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillPace
+from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2 import Capacity, Nexys2Platform
@@ -31,7 +31,7 @@ SQUARE_SIDE = 20 * PIXEL_STEPS
 """Side of the square that BTN1 walks, in steps: 11 mm, the thesis gives none."""
 
 
-def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
+def build_mill(board: str, *, timing: MillTiming, picture: Prepared | None = None,
                guard: bool = False, serial: bool = False) -> Built:
     """Make the sources of the mill.
 
@@ -39,7 +39,7 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
     ----------
     board : str
         One of `BOARDS`.
-    pace : MillPace
+    timing : MillPace
         Times, in clocks.
     picture : Prepared, optional
         What to mill. Without one a board walks a square; the raw machine has no order source.
@@ -50,7 +50,7 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
     """
     platform_class = BOARDS[board]
     if platform_class is None:
-        return raw("mill", Mill(pace=pace, guard=guard))
+        return raw("mill", Mill(timing=timing, guard=guard))
 
     def source() -> OrderSource:
         if serial:
@@ -60,9 +60,9 @@ def build_mill(board: str, *, pace: MillPace, picture: Prepared | None = None,
         return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
 
     platform = platform_class()
-    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), pace=pace, guard=guard)
+    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), timing=timing, guard=guard)
     built = on_board("mill", platform, top, nexys2_mill(
-        source(), pace=pace, debounce=debounce_period(), guard=guard))
+        source(), timing=timing, debounce=debounce_period(), guard=guard))
     if picture is None:
         return built
     return replace(built, files={**built.files,
@@ -84,16 +84,16 @@ def check_memory(picture: Prepared, capacity: Capacity, board: str) -> None:
             f"{capacity.block_rams}: make the picture smaller, for instance --size 400x400")
 
 
-def figures(board: str, pace: MillPace, asked: Fraction, files: Mapping[str, bytes]) -> dict:
+def figures(board: str, timing: MillTiming, asked: Fraction, files: Mapping[str, bytes]) -> dict:
     """List what is known without synthesis, ready for JSON."""
-    real = Fraction(CLOCK, pace.period)
+    real = Fraction(CLOCK, timing.period)
     return {
         "machine": "mill",
         "board": board,
         "files": sorted(files),
         "clock_hz": CLOCK,
         "step_rate_asked": float(asked),
-        "step_period_clocks": pace.period,
+        "step_period_clocks": timing.period,
         "step_rate": round(float(real), 6),
         "mm_per_minute": round(float(real * RESOLUTION * 60), 4),
     }
@@ -111,12 +111,12 @@ def job(args: argparse.Namespace) -> Job:
     capacity = (BOARDS[args.board] or Nexys2Platform).capacity
     if picture is not None:
         check_memory(picture, capacity, args.board)
-    pace = MillPace.real(step_rate=args.step_rate)
-    built = build_mill(args.board, pace=pace, picture=picture, guard=args.guard,
+    timing = MillTiming.real(step_rate=args.step_rate)
+    built = build_mill(args.board, timing=timing, picture=picture, guard=args.guard,
                        serial=args.orders == "serial")
-    facts = figures(args.board, pace, args.step_rate, built.files) | {
+    facts = figures(args.board, timing, args.step_rate, built.files) | {
         "guard": args.guard, "orders": None if args.board == "pins" else args.orders or "image"}
-    says = (f"clock {CLOCK / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {pace.period} "
+    says = (f"clock {CLOCK / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {timing.period} "
             f"clocks; {facts['mm_per_minute']:g} mm/min")
     if picture is None:
         return Job(built, facts, says, source=args.image)

@@ -6,7 +6,7 @@ from typing import Any
 from fresa.drive import MAX_PULSE
 from fresa.machines import Positioner
 from fresa.machines.mill import CLOCK
-from fresa.machines.positioner import ENDS, GUARDS, TOP_SPEED, PositionerPace
+from fresa.machines.positioner import ENDS, GUARDS, TOP_SPEED, PositionerTiming
 from fresa.motion import MAX_PLAY
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
@@ -26,7 +26,7 @@ TIMES = {"width": (1900, "STEP is high"), "low": (1900, "STEP is low"),
 """Times of the driver modules: those of the DRV8825, and what they say."""
 
 
-def build_positioner(board: str, *, pace: PositionerPace, enable_low: bool = False,
+def build_positioner(board: str, *, timing: PositionerTiming, enable_low: bool = False,
                      normally_closed: bool = False, **options) -> Built:
     """Make the sources of the machine.
 
@@ -34,7 +34,7 @@ def build_positioner(board: str, *, pace: PositionerPace, enable_low: bool = Fal
     ----------
     board : str
         One of `BOARDS`.
-    pace : PositionerPace
+    timing : PositionerPace
         Times.
     enable_low, normally_closed
         See :class:`Nexys2Positioner`.
@@ -51,10 +51,10 @@ def build_positioner(board: str, *, pace: PositionerPace, enable_low: bool = Fal
         if enable_low or normally_closed:
             raise ValueError("without a board the machine has no pins: invert enable and limits "
                              "where you wire it, not by --enable-low or --normally-closed")
-        return raw("positioner", Positioner(pace=pace, **options))
+        return raw("positioner", Positioner(timing=timing, **options))
     platform = platform_class()
     debounce = debounce_period()
-    options |= {"pace": pace, "debounce": debounce, "enable_low": enable_low,
+    options |= {"timing": timing, "debounce": debounce, "enable_low": enable_low,
                 "normally_closed": normally_closed}
     return on_board("positioner", platform, Nexys2Positioner(positioner_ports(platform), **options),
                     nexys2_positioner(**options))
@@ -68,8 +68,8 @@ def job(args: argparse.Namespace) -> Job:
     options |= {"inverted": args.inverted, "enable_low": args.enable_low,
                 "normally_closed": args.normally_closed}
     try:
-        pace = PositionerPace.real(baud=args.baud, top_speed=top_speed, **times)
-        built = build_positioner(args.board, pace=pace, **options)
+        timing = PositionerTiming.real(baud=args.baud, top_speed=top_speed, **times)
+        built = build_positioner(args.board, timing=timing, **options)
     except ValueError as error:
         raise UserError(str(error)) from error
     bit = bit_period(CLOCK, args.baud)
@@ -114,7 +114,7 @@ def add_machine_options(group: argparse._ArgumentGroup) -> None:
 
 
 def machine_options(args: argparse.Namespace) -> dict[str, Any]:
-    """Give these: ``top_speed`` for its pace, and the others for :class:`Positioner`."""
+    """Give these: ``top_speed`` for its timing, and the others for :class:`Positioner`."""
     return {"top_speed": args.top_speed, "backlash": tuple(args.backlash),
             "guards": tuple(args.guards)}
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from fresa.machines import Single
 from fresa.machines.mill import CLOCK
-from fresa.machines.single import TOP_SPEED, TURN, SinglePace
+from fresa.machines.single import TOP_SPEED, TURN, SingleTiming
 from fresa.motion import MAX_ACCELERATION
 from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
@@ -24,7 +24,7 @@ SCAN_BITS = 17
 """A digit of the display has its turn for so many binary digits of clocks: 95 Hz for all four."""
 
 
-def build_single(board: str, *, pace: SinglePace, unipolar: bool = False,
+def build_single(board: str, *, timing: SingleTiming, unipolar: bool = False,
                  full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED) -> Built:
     """Make the sources of the machine.
 
@@ -32,13 +32,13 @@ def build_single(board: str, *, pace: SinglePace, unipolar: bool = False,
     ----------
     board : str
         One of `BOARDS`.
-    pace : SinglePace
+    timing : SinglePace
         Times, in clocks.
     unipolar, full_step, ramp, top_speed
         See :class:`Single`.
     """
     def machine() -> Single:
-        return Single(pace=pace, unipolar=unipolar, full_step=full_step, ramp=ramp,
+        return Single(timing=timing, unipolar=unipolar, full_step=full_step, ramp=ramp,
                       top_speed=top_speed)
 
     platform_class = BOARDS[board]
@@ -56,19 +56,19 @@ def job(args: argparse.Namespace) -> Job:
     """Make what was asked for; see :class:`Kind`."""
     options = machine_options(args)
     try:
-        pace = SinglePace.real(baud=args.baud, turn=options.pop("turn"))
-        built = build_single(args.board, pace=pace, unipolar=args.unipolar, **options)
+        timing = SingleTiming.real(baud=args.baud, turn=options.pop("turn"))
+        built = build_single(args.board, timing=timing, unipolar=args.unipolar, **options)
     except ValueError as error:
         raise UserError(str(error)) from error
-    baud = CLOCK / pace.bit
+    baud = CLOCK / timing.bit
     facts = {
         "machine": "single", "board": args.board, "files": sorted(built.files),
         "clock_hz": CLOCK, "baud_asked": args.baud, "baud": round(baud, 3),
-        "bit_clocks": pace.bit, "steps_a_turn": args.turn,
-        "modulus_clocks": pace.modulus, "steps_in_it_at_1_rpm": pace.rate,
+        "bit_clocks": timing.bit, "steps_a_turn": args.turn,
+        "modulus_clocks": timing.modulus, "steps_in_it_at_1_rpm": timing.rate,
         "unipolar": args.unipolar, "full_step": args.full_step}
-    says = (f"clock {CLOCK / 1e6:g} MHz; {baud:.0f} baud, {pace.bit} clocks a "
-            f"bit; at 1 rpm {pace.rate} steps in {pace.modulus} clocks")
+    says = (f"clock {CLOCK / 1e6:g} MHz; {baud:.0f} baud, {timing.bit} clocks a "
+            f"bit; at 1 rpm {timing.rate} steps in {timing.modulus} clocks")
     if args.ramp:
         facts |= {"ramp_steps_per_s2": args.ramp, "top_speed_rpm": args.top_speed}
         says += f"; {args.ramp} steps/s² up to {args.top_speed} rpm"
@@ -102,7 +102,7 @@ def add_machine_options(group: argparse._ArgumentGroup) -> None:
 
 
 def machine_options(args: argparse.Namespace) -> dict[str, Any]:
-    """Give these: ``turn`` for its pace, and the others for :class:`Single`.
+    """Give these: ``turn`` for its timing, and the others for :class:`Single`.
 
     Raises
     ------

@@ -9,9 +9,9 @@ from functools import partial
 from typing import Any
 
 from fresa.machines import SerialOrders
-from fresa.machines.mill import MillPace
-from fresa.machines.positioner import GUARDS, TOP_SPEED, Positioner, PositionerPace
-from fresa.machines.single import TURN, Single, SinglePace
+from fresa.machines.mill import MillTiming
+from fresa.machines.positioner import GUARDS, TOP_SPEED, Positioner, PositionerTiming
+from fresa.machines.single import TURN, Single, SingleTiming
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
 from tb.boards import component, nexys2_mill
@@ -67,18 +67,18 @@ class Served:
 
 
 def _single(clock: int, baud: int, *, turn: int = TURN, **options: Any) -> Design:
-    pace = SinglePace.real(clock=clock, baud=baud, turn=turn)
-    return component("single", Single(pace=pace, **options))
+    timing = SingleTiming.real(clock=clock, baud=baud, turn=turn)
+    return component("single", Single(timing=timing, **options))
 
 
 def _positioner(clock: int, baud: int, *, top_speed: int = TOP_SPEED, **options: Any) -> Design:
-    pace = PositionerPace.real(clock=clock, baud=baud, top_speed=top_speed)
-    return component("positioner", Positioner(pace=pace, **options))
+    timing = PositionerTiming.real(clock=clock, baud=baud, top_speed=top_speed)
+    return component("positioner", Positioner(timing=timing, **options))
 
 
 def _mill(clock: int, baud: int) -> Design:
     source = SerialOrders(period=bit_period(clock, baud))
-    return nexys2_mill(source, pace=MillPace.real(clock=clock),
+    return nexys2_mill(source, timing=MillTiming.real(clock=clock),
                        debounce=debounce_period(clock=clock))
 
 

@@ -14,7 +14,7 @@ from ..motion import GuardedController, NumericalController
 from ..panel import Monitor
 
 __all__ = ["CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
-           "MillPace", "step_period"]
+           "MillTiming", "step_period"]
 
 CLOCK = 50_000_000
 """Clock of the thesis's board, in Hz."""
@@ -63,7 +63,7 @@ def step_period(step_rate: Fraction | float | str, clock: int = CLOCK) -> int:
 
 
 @dataclass(frozen=True)
-class MillPace:
+class MillTiming:
     """How fast the machine is, in clocks.
 
     A board sets it from physical units with :meth:`real`. A simulation may shorten every time
@@ -85,8 +85,8 @@ class MillPace:
 
     @classmethod
     def real(cls, *, step_rate: Fraction | float | str = TOP_SPEED, clock: int = CLOCK,
-             refresh: int = 60) -> "MillPace":
-        """Return the pace for so many steps/s, and a display refreshed at so many Hz or more.
+             refresh: int = 60) -> "MillTiming":
+        """Return the timing for so many steps/s, and a display refreshed at so many Hz or more.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Mill(wiring.Component):
 
     Parameters
     ----------
-    pace : MillPace
+    timing : MillPace
         Times, in clocks.
     z_travel : int
         Steps between the raised and the lowered tool.
@@ -166,12 +166,12 @@ class Mill(wiring.Component):
     segments: Out(8)
     digits: Out(4)
 
-    def __init__(self, *, pace: MillPace | None = None, z_travel: int = Z_TRAVEL,
+    def __init__(self, *, timing: MillTiming | None = None, z_travel: int = Z_TRAVEL,
                  guard: bool = False) -> None:
-        pace = pace or MillPace.real()
+        timing = timing or MillTiming.real()
         self._controller = (GuardedController if guard else NumericalController)(
-            period=pace.period, jog_period=pace.jog_period, z_travel=z_travel)
-        self._monitor = Monitor(scan_bits=pace.scan_bits)
+            period=timing.period, jog_period=timing.jog_period, z_travel=z_travel)
+        self._monitor = Monitor(scan_bits=timing.scan_bits)
         super().__init__()
 
     def elaborate(self, platform) -> Module:

@@ -23,7 +23,7 @@ from ..protocol.positioner import MOTORS, Answer
 from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "GUARDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
-           "PositionerPace"]
+           "PositionerTiming"]
 
 TOP_SPEED = 1500
 """Most steps a second that the motors follow."""
@@ -42,7 +42,7 @@ ANSWERS = tuple(f"! {answer.name.replace('_', ' ')}\n".encode() for answer in An
 
 
 @dataclass(frozen=True)
-class PositionerPace:
+class PositionerTiming:
     """How fast the machine is.
 
     A board sets it from physical units with :meth:`real`. A simulation may have a slower clock, and
@@ -77,8 +77,8 @@ class PositionerPace:
     @classmethod
     def real(cls, *, clock: int = CLOCK, baud: int = BAUD, top_speed: int = TOP_SPEED,
              width_ns: int = 1900, low_ns: int = 1900, setup_ns: int = 650, hold_ns: int = 650,
-             settle_us: int = 10_000, report_us: int = 100_000) -> "PositionerPace":
-        """Return the pace for a clock in Hz, a speed in steps/s, and least times in ns and us.
+             settle_us: int = 10_000, report_us: int = 100_000) -> "PositionerTiming":
+        """Return the timing for a clock in Hz, a speed in steps/s, and least times in ns and us.
 
         The times of the driver modules are those of the DRV8825 unless told otherwise. With them
         no more than 263 157 steps/s can be made; modules for more need shorter ones.
@@ -134,7 +134,7 @@ class Positioner(wiring.Component):
 
     Parameters
     ----------
-    pace : PositionerPace
+    timing : PositionerPace
         Times. The drivers must be able to make steps at the top speed.
     inverted : bool
         STEP and DIR go through optocouplers that invert them.
@@ -167,7 +167,7 @@ class Positioner(wiring.Component):
     Raises
     ------
     ValueError
-        If a parameter is out of range, or the parts of the pace do not go together.
+        If a parameter is out of range, or the parts of the timing do not go together.
     """
 
     rx: In(1)
@@ -181,15 +181,15 @@ class Positioner(wiring.Component):
     moving: Out(MOTORS)
     fault: Out(1)
 
-    def __init__(self, *, pace: PositionerPace | None = None, inverted: bool = False,
+    def __init__(self, *, timing: PositionerTiming | None = None, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS) -> None:
-        pace = pace or PositionerPace.real()
-        bit = bit_period(pace.clock, pace.baud)
-        in_range("top speed", pace.top_speed, 1, pace.clock)
-        shortest = pace.width + max(pace.low, pace.hold)
-        if pace.clock // pace.top_speed < shortest:
-            raise ValueError(f"top speed must be at most {pace.clock // shortest} steps/s with "
-                             f"pulses {shortest} clocks apart, not {pace.top_speed}")
+        timing = timing or PositionerTiming.real()
+        bit = bit_period(timing.clock, timing.baud)
+        in_range("top speed", timing.top_speed, 1, timing.clock)
+        shortest = timing.width + max(timing.low, timing.hold)
+        if timing.clock // timing.top_speed < shortest:
+            raise ValueError(f"top speed must be at most {timing.clock // shortest} steps/s with "
+                             f"pulses {shortest} clocks apart, not {timing.top_speed}")
         if len(backlash) != MOTORS or len(guards) != MOTORS:
             raise ValueError(f"there is a backlash and a guard for each of {MOTORS} axes, "
                              f"not {backlash!r} and {guards!r}")
@@ -198,15 +198,15 @@ class Positioner(wiring.Component):
         self._inverted, self._guards = inverted, tuple(guards)
         self._backlash = [in_range("backlash", play, 0, MAX_PLAY) for play in backlash]
         self._axes = [Axis(
-            driver=StepDirDriver(width=pace.width, low=pace.low, setup=pace.setup, hold=pace.hold),
-            modulus=pace.clock, max_rate=pace.top_speed, max_play=max(1, play),
-            settle=pace.settle) for play in self._backlash]
+            driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup, hold=timing.hold),
+            modulus=timing.clock, max_rate=timing.top_speed, max_play=max(1, play),
+            settle=timing.settle) for play in self._backlash]
         self._receiver = UARTReceiver(period=bit)
         self._transmitter = UARTTransmitter(period=bit)
         self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
-        self._commands = PositionerCommands(top_speed=pace.top_speed)
-        self._positioning = Positioning(top_speed=pace.top_speed)
-        self._reporter = Reporter(answers=ANSWERS, period=pace.report, byte=10 * bit)
+        self._commands = PositionerCommands(top_speed=timing.top_speed)
+        self._positioning = Positioning(top_speed=timing.top_speed)
+        self._reporter = Reporter(answers=ANSWERS, period=timing.report, byte=10 * bit)
         super().__init__()
 
     def elaborate(self, platform) -> Module:

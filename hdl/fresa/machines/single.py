@@ -22,7 +22,7 @@ from ..protocol.baud import MAX_CLOCK
 from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
 from .mill import CLOCK
 
-__all__ = ["FRAME", "PHASES", "TOP_SPEED", "TURN", "Single", "SinglePace"]
+__all__ = ["FRAME", "PHASES", "TOP_SPEED", "TURN", "Single", "SingleTiming"]
 
 TURN = 48
 """Steps of a turn of the motor, by which a speed in rpm becomes a time of steps. It is that of full
@@ -42,7 +42,7 @@ PHASES = swap_inner(HALF_STEP[3::-1] + HALF_STEP[:3:-1])
 
 
 @dataclass(frozen=True)
-class SinglePace:
+class SingleTiming:
     """How fast the machine is, in clocks.
 
     Attributes
@@ -61,8 +61,8 @@ class SinglePace:
     clock: int = CLOCK
 
     @classmethod
-    def real(cls, *, clock: int = CLOCK, baud: int = BAUD, turn: int = TURN) -> "SinglePace":
-        """Return the pace of a clock in Hz, a line in bits/s and a motor of so many steps a turn.
+    def real(cls, *, clock: int = CLOCK, baud: int = BAUD, turn: int = TURN) -> "SingleTiming":
+        """Return the timing of a clock in Hz, a line in bits/s and a motor of so many steps a turn.
 
         A simulation takes a lower clock: 48 kHz and 3000 baud do.
 
@@ -90,7 +90,7 @@ class Single(wiring.Component):
 
     Parameters
     ----------
-    pace : SinglePace
+    timing : SinglePace
         Times, in clocks.
     unipolar : bool
         The motor is unipolar: the coil words are in the order of its wires, see
@@ -135,32 +135,32 @@ class Single(wiring.Component):
     moving: Out(1)
     fault: Out(1)
 
-    def __init__(self, *, pace: SinglePace | None = None, unipolar: bool = False,
+    def __init__(self, *, timing: SingleTiming | None = None, unipolar: bool = False,
                  full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED,
                  greeting: bytes = GREETING, help_text: bytes = HELP) -> None:
-        pace = pace or SinglePace.real()
+        timing = timing or SingleTiming.real()
         ramp = in_range("ramp", ramp, 0, MAX_ACCELERATION)
         top_speed = in_range("top_speed", top_speed, 1, SPEEDS - 1)
         width = (POSITIONS - 1).bit_length() + 1
         if ramp:
-            self.rpm, modulus = pace.rate * FINE, pace.modulus * FINE
+            self.rpm, modulus = timing.rate * FINE, timing.modulus * FINE
             rates = ramp_rates(acceleration=ramp, top=top_speed * self.rpm, modulus=modulus,
-                               clock=pace.clock)
+                               clock=timing.clock)
             self._move = Ramp(rates=rates, max_rate=self.rpm * (SPEEDS - 1), width=width)
             # The ramp sees to the highest rate; here one that needs no comparison.
             most = (1 << rates[-1].bit_length()) - 1
             self._rate = RateGenerator(modulus=modulus, max_rate=min(most, modulus))
         else:
-            self.rpm = pace.rate
+            self.rpm = timing.rate
             self._move = MoveTo(width=width)
-            self._rate = RateGenerator(modulus=pace.modulus, max_rate=self.rpm * (SPEEDS - 1))
-        self._receiver = UARTReceiver(period=pace.bit)
-        self._transmitter = UARTTransmitter(period=pace.bit)
+            self._rate = RateGenerator(modulus=timing.modulus, max_rate=self.rpm * (SPEEDS - 1))
+        self._receiver = UARTReceiver(period=timing.bit)
+        self._transmitter = UARTTransmitter(period=timing.bit)
         self._lines = LineReader(length=FRAME, start=b":")
         self._commands = FrameInterpreter(greeting=greeting, help_text=help_text)
         phases = PHASES[1::2] if full_step else PHASES
         self._driver = PhaseDriver(sequence=swap_inner(phases) if unipolar else phases,
-                                   period=pace.modulus // (pace.rate * (SPEEDS - 1)))
+                                   period=timing.modulus // (timing.rate * (SPEEDS - 1)))
         super().__init__()
 
     def elaborate(self, platform) -> Module:

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fresa.machines import Mill
-from fresa.machines.mill import MillPace, step_period
+from fresa.machines.mill import MillTiming, step_period
 from tb.boards import mill
 from tb.compare import AXES, Lockstep, Trace
 from tb.engines import AmaranthEngine, CXXRTLEngine
@@ -26,53 +26,53 @@ RAISE, LOWER = Order(up=1), Order(down=1)
 RANDOM = settings(deadline=None, database=None, derandomize=True)
 
 
-class Pace(NamedTuple):
+class Timing(NamedTuple):
     period: int
     z_travel: int
     jog_period: int = 1
     scan_bits: int = 3
 
 
-PACES = [Pace(1, 1), Pace(2, 3), Pace(3, 5, 4), Pace(7, 2, 3, 4), Pace(11, 2), Pace(16, 4, 17, 5)]
+PACES = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(11, 2), Timing(16, 4, 17, 5)]
 
 
-def lockstep(kind, pace: Pace) -> Lockstep:
+def lockstep(kind, timing: Timing) -> Lockstep:
     design = mill(
-        pace=MillPace(pace.period, pace.scan_bits, pace.jog_period), z_travel=pace.z_travel
+        timing=MillTiming(timing.period, timing.scan_bits, timing.jog_period), z_travel=timing.z_travel
     )
     return Lockstep(
         kind(design),
         lambda: MillModel(
-            period=pace.period,
-            scan_bits=pace.scan_bits,
-            z_travel=pace.z_travel,
-            jog_period=pace.jog_period,
+            period=timing.period,
+            scan_bits=timing.scan_bits,
+            z_travel=timing.z_travel,
+            jog_period=timing.jog_period,
         ),
     )
 
 
 @pytest.fixture(scope="module", params=PACES, ids=str)
-def pace(request) -> Pace:
+def timing(request) -> Timing:
     return request.param
 
 
 @pytest.fixture(scope="module")
-def machine(pace):
-    steps = lockstep(AmaranthEngine, pace)
+def machine(timing):
+    steps = lockstep(AmaranthEngine, timing)
     yield steps
     steps.engine.close()
 
 
 @pytest.fixture(scope="module")
-def fast(pace):
+def fast(timing):
     if NO_COMPILER:
         pytest.skip(NO_COMPILER)
-    steps = lockstep(CXXRTLEngine, pace)
+    steps = lockstep(CXXRTLEngine, timing)
     yield steps
     steps.engine.close()
 
 
-def keeps_promises(trace: Trace, pace: Pace) -> None:
+def keeps_promises(trace: Trace, timing: Timing) -> None:
     """Check what holds at every clock, from the pins alone."""
     rst, mode, stop = (trace[name].astype(bool) for name in ("rst", "mode", "stop"))
     clocks = np.arange(len(trace))
@@ -90,7 +90,7 @@ def keeps_promises(trace: Trace, pace: Pace) -> None:
     )
     for number, axis in enumerate(AXES):
         position, steps = trace.position(axis), trace.steps(axis)
-        assert (np.diff(steps) >= pace.period).all(), f"{axis} steps too soon"
+        assert (np.diff(steps) >= timing.period).all(), f"{axis} steps too soon"
         assert not rst[steps].any(), f"{axis} steps at reset"
         assert not held[steps].any(), f"{axis} steps while stopped"
         shown = trace["counter_select"] == number + 1
@@ -389,24 +389,24 @@ SCRIPTS = {
 
 class TestModel:
     @pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
-    def test_scenario(self, machine, pace, script):
-        keeps_promises(machine.play(script), pace)
+    def test_scenario(self, machine, timing, script):
+        keeps_promises(machine.play(script), timing)
 
     @settings(RANDOM, max_examples=50)
     @given(script=scripts)
-    def test_random(self, machine, pace, script):
-        keeps_promises(machine.play(script), pace)
+    def test_random(self, machine, timing, script):
+        keeps_promises(machine.play(script), timing)
 
     @pytest.mark.compiler
     @settings(RANDOM, max_examples=200)
     @given(script=scripts)
-    def test_random_fast(self, fast, pace, script):
-        keeps_promises(fast.play(script), pace)
+    def test_random_fast(self, fast, timing, script):
+        keeps_promises(fast.play(script), timing)
 
     @pytest.mark.compiler
-    def test_noise(self, fast, pace):
+    def test_noise(self, fast, timing):
         """Every input at random: each holds for a while, and a reset ends every stop."""
-        rng = np.random.default_rng(pace.period)
+        rng = np.random.default_rng(timing.period)
         script = []
         for _ in range(12_000):
             pins = {
@@ -423,14 +423,14 @@ class TestModel:
             }
             chosen = tuple((name, int(level)) for name, level in pins.items() if rng.random() < 0.7)
             script.append(Together(chosen, int(rng.choice([1, 1, 2, 5, 30]))))
-        keeps_promises(fast.play(script), pace)
+        keeps_promises(fast.play(script), timing)
 
     @pytest.mark.compiler
     def test_wrap_of_the_counters(self):
         """16 bits and no more: FFFF + 1 = 0000, which only jogging could reach, but clears."""
         if NO_COMPILER:
             pytest.skip(NO_COMPILER)
-        steps = lockstep(CXXRTLEngine, Pace(1, 1))
+        steps = lockstep(CXXRTLEngine, Timing(1, 1))
         with steps.engine:
             trace = steps.play(
                 [
@@ -444,27 +444,27 @@ class TestModel:
                 ]
             )
         assert trace["count"].max() == 65535
-        keeps_promises(trace, Pace(1, 1))
+        keeps_promises(trace, Timing(1, 1))
 
 
 class TestSteps:
-    def test_exactly_a_period_apart_within_a_movement(self, machine, pace):
+    def test_exactly_a_period_apart_within_a_movement(self, machine, timing):
         trace = machine.play([Mode(1), Order(9, 9), Order(2, 9), LOWER])
         for axis in AXES:
             apart = np.diff(trace.steps(axis))
-            assert np.count_nonzero(apart != pace.period) <= 1  # between the movements of X
-            assert (apart >= pace.period).all()
+            assert np.count_nonzero(apart != timing.period) <= 1  # between the movements of X
+            assert (apart >= timing.period).all()
 
     @pytest.mark.parametrize(
         "order",
         [Order(3, 3), Order(5, 2), Order(2, 5), Order(4, 0), Order(0, 4), Order(down=1)],
         ids=str,
     )
-    def test_first_step_within_four_clocks_beside_the_divider(self, machine, pace, order):
-        trace = machine.play([Mode(1), Hold(pace.period), order])
+    def test_first_step_within_four_clocks_beside_the_divider(self, machine, timing, order):
+        trace = machine.play([Mode(1), Hold(timing.period), order])
         taken = int(np.argmax(trace["start"]))
         first = min(int(trace.steps(axis)[0]) for axis in AXES if len(trace.steps(axis)))
-        assert first - taken <= 4 + pace.period
+        assert first - taken <= 4 + timing.period
 
     @pytest.mark.parametrize(("x", "y"), [(9, 4), (4, 9), (6, 6), (7, 0), (0, 7), (1, 2)])
     def test_a_diagonal_and_then_a_straight(self, machine, x, y):
@@ -483,26 +483,26 @@ class TestSteps:
         back += [(max(0, x - n), max(0, y - n)) for n in range(both + 1, max(x, y) + 1)]
         assert path == there + back
 
-    def test_z_travels_as_far_down_as_up(self, machine, pace):
+    def test_z_travels_as_far_down_as_up(self, machine, timing):
         trace = machine.play([Mode(1), LOWER, Hold(3), RAISE, Hold(3)])
         z = trace.position("axis_z")
-        assert (z.min(), z[-1], z.max()) == (-pace.z_travel, 0, 0)
-        assert len(trace.steps("axis_z")) == 2 * pace.z_travel
+        assert (z.min(), z[-1], z.max()) == (-timing.z_travel, 0, 0)
+        assert len(trace.steps("axis_z")) == 2 * timing.z_travel
 
-    def test_jogging_goes_at_its_rate(self, machine, pace):
-        trace = machine.play([Hold(pace.period), Jog(0b100101, 200)])
-        expected = -(-pace.period // pace.jog_period) * pace.jog_period
+    def test_jogging_goes_at_its_rate(self, machine, timing):
+        trace = machine.play([Hold(timing.period), Jog(0b100101, 200)])
+        expected = -(-timing.period // timing.jog_period) * timing.jog_period
         for axis, sign in zip(AXES, (1, 1, -1), strict=True):
             assert set(np.diff(trace.steps(axis))) == {expected}
             assert np.sign(trace.position(axis)[-1]) == sign
 
-    def test_mode_changes_keep_motors_apart(self, machine, pace):
+    def test_mode_changes_keep_motors_apart(self, machine, timing):
         """Jog, and order at once after it: the first step waits for the last one's period."""
-        for gap in range(pace.period + 2):
+        for gap in range(timing.period + 2):
             trace = machine.play(
                 [
                     Hold(2),
-                    Jog(0b000101, 2 * pace.jog_period + gap),
+                    Jog(0b000101, 2 * timing.jog_period + gap),
                     Mode(1),
                     Order(3, 3),
                     Mode(0),
@@ -510,22 +510,22 @@ class TestSteps:
                     Jog(0b000101, 30),
                 ]
             )
-            keeps_promises(trace, pace)
+            keeps_promises(trace, timing)
 
-    def test_a_refused_step_is_counted_by_nobody(self, machine, pace):
+    def test_a_refused_step_is_counted_by_nobody(self, machine, timing):
         """An order right behind jogging asks too soon if its divider is shorter than the rest."""
         for gap in range(1, 12):
             trace = machine.play(
                 [
                     Hold(2),
-                    Jog(0b01, 3 * pace.jog_period + gap, False),
+                    Jog(0b01, 3 * timing.jog_period + gap, False),
                     Mode(1),
                     Select(1),
                     Order(4, 0),
                     Hold(9),
                 ]
             )
-            keeps_promises(trace, pace)
+            keeps_promises(trace, timing)
             assert trace["count"][-1] == 4
 
 
@@ -579,11 +579,11 @@ class TestHandshake:
             assert trace["error"][begun : begun + 30].all()
             assert not trace["error"][-1]
 
-    def test_refused_orders_move_nothing(self, machine, pace):
+    def test_refused_orders_move_nothing(self, machine, timing):
         trace = machine.play(
             [Mode(1), LOWER, Hold(3), Order(2, 1), Hold(9), Order(up=1, down=1), Hold(9)]
         )
-        assert [int(trace.position(axis)[-1]) for axis in AXES] == [0, 0, -pace.z_travel]
+        assert [int(trace.position(axis)[-1]) for axis in AXES] == [0, 0, -timing.z_travel]
         assert trace["error"][-1] and trace["ready"][-1]
 
     def test_stop_lasts_until_reset(self, machine):
@@ -609,7 +609,7 @@ class TestHandshake:
 
 class TestPowerUp:
     def test_state_1_and_nothing_under_way(self):
-        with AmaranthEngine(mill(pace=MillPace(1, 3))) as engine:
+        with AmaranthEngine(mill(timing=MillTiming(1, 3))) as engine:
             assert engine.get("axis_x", "axis_y", "axis_z") == (0b0110,) * 3
             assert engine.get("ready", "error", "count", "leds", "digits") == (0, 0, 0, 0b0110, 0xF)
             engine.set(mode=1)
@@ -627,16 +627,16 @@ class TestPowerUp:
 
 class TestPace:
     def test_defaults_are_the_machine_of_the_thesis(self):
-        pace = MillPace.real()
-        assert pace.period == ceil(50_000_000 / Fraction("101.376")) == 493_214
-        assert pace.jog_period == 1
+        timing = MillTiming.real()
+        assert timing.period == ceil(50_000_000 / Fraction("101.376")) == 493_214
+        assert timing.jog_period == 1
 
     @pytest.mark.parametrize("refresh", [60, 61, 100, 1000])
     @pytest.mark.parametrize("clock", [50_000_000, 100_000_000, 12_000_000])
     def test_display_is_refreshed_often_enough(self, refresh, clock):
-        pace = MillPace.real(clock=clock, refresh=refresh)
-        assert clock / (4 * 2**pace.scan_bits) >= refresh
-        assert clock / (4 * 2 ** (pace.scan_bits + 1)) < refresh
+        timing = MillTiming.real(clock=clock, refresh=refresh)
+        assert clock / (4 * 2**timing.scan_bits) >= refresh
+        assert clock / (4 * 2 ** (timing.scan_bits + 1)) < refresh
 
     @pytest.mark.parametrize(
         ("rate", "period"),
@@ -673,26 +673,26 @@ class TestPace:
 
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
     @pytest.mark.parametrize(
-        ("pace", "z_travel", "message"),
+        ("timing", "z_travel", "message"),
         [
-            (MillPace(0, 3), 5, "period must be a whole number from 1 to 67108864, not 0"),
+            (MillTiming(0, 3), 5, "period must be a whole number from 1 to 67108864, not 0"),
             (
-                MillPace(2**26 + 1, 3),
+                MillTiming(2**26 + 1, 3),
                 5,
                 "period must be a whole number from 1 to 67108864, not 67108865",
             ),
-            (MillPace(1, 2), 5, "scan_bits must be a whole number from 3 to 24, not 2"),
-            (MillPace(1, 25), 5, "scan_bits must be a whole number from 3 to 24, not 25"),
-            (MillPace(1, 3, 0), 5, "jog_period must be a whole number from 1 to 67108864, not 0"),
-            (MillPace(1, 3), 0, "z_travel must be a whole number from 1 to 32768, not 0"),
-            (MillPace(1, 3), 32769, "z_travel must be a whole number from 1 to 32768, not 32769"),
-            (MillPace(True, 3), 5, "period must be a whole number from 1 to 67108864, not True"),
+            (MillTiming(1, 2), 5, "scan_bits must be a whole number from 3 to 24, not 2"),
+            (MillTiming(1, 25), 5, "scan_bits must be a whole number from 3 to 24, not 25"),
+            (MillTiming(1, 3, 0), 5, "jog_period must be a whole number from 1 to 67108864, not 0"),
+            (MillTiming(1, 3), 0, "z_travel must be a whole number from 1 to 32768, not 0"),
+            (MillTiming(1, 3), 32769, "z_travel must be a whole number from 1 to 32768, not 32769"),
+            (MillTiming(True, 3), 5, "period must be a whole number from 1 to 67108864, not True"),
         ],
     )
-    def test_impossible_values(self, pace, z_travel, message):
+    def test_impossible_values(self, timing, z_travel, message):
         said = None
         try:  # what was made before the refusal is let go of here, not later
-            Mill(pace=pace, z_travel=z_travel)
+            Mill(timing=timing, z_travel=z_travel)
         except ValueError as error:
             said = str(error)
         gc.collect()
@@ -703,7 +703,7 @@ class TestPace:
         """The thesis's N: three steps of a jog and three of an order, 493 214 clocks apart."""
         if NO_COMPILER:
             pytest.skip(NO_COMPILER)
-        with CXXRTLEngine(mill(pace=MillPace.real())) as engine:
+        with CXXRTLEngine(mill(timing=MillTiming.real())) as engine:
             engine.run(600_000, AXES)
             engine.set(jog=0b000101)
             changes = engine.run(3 * 493_214, AXES)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fresa.machines import Positioner
-from fresa.machines.positioner import ANSWERS, GUARDS, PositionerPace
+from fresa.machines.positioner import ANSWERS, GUARDS, PositionerTiming
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.positioner import PositionerModel
@@ -20,7 +20,7 @@ from tb.players import ModelPlayer
 NO_COMPILER = CXXRTLEngine.missing()
 PINS = ["tx", "step", "direction", "enable", "buzzer", "connected", "moving", "fault"]
 BIT = 16
-PACE = PositionerPace(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
+TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
                       settle=30, report=10_000)
 REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :\n")
 ON_THE_WIRE = BIT * 10
@@ -32,9 +32,9 @@ def runs_long(test):
         pytest.mark.skipif(bool(NO_COMPILER), reason=str(NO_COMPILER))(test))
 
 
-def engine_of(pace: PositionerPace = PACE, **options):
+def engine_of(timing: PositionerTiming = TIMING, **options):
     kind = AmaranthEngine if NO_COMPILER else CXXRTLEngine
-    return kind(component("positioner", Positioner(pace=pace, **options)))
+    return kind(component("positioner", Positioner(timing=timing, **options)))
 
 
 def wave(text: bytes, period: int = BIT) -> list[int]:
@@ -94,7 +94,7 @@ class Desk:
 
     def reported(self) -> list[int]:
         """Wait for a report, and return it."""
-        self.wait(PACE.report + 50 * ON_THE_WIRE)
+        self.wait(TIMING.report + 50 * ON_THE_WIRE)
         return [int(number) for number in REPORT.findall(self.text)[-1]]
 
 
@@ -128,7 +128,7 @@ class TestSession:
 
     def test_nothing_is_reported_and_nothing_moves_before_connect(self, desk):
         desk.say("P 1 5 5 5", "GOTO 1", "MOV MOT2 C")
-        desk.wait(2 * PACE.report)
+        desk.wait(2 * TIMING.report)
         assert desk.answers == ["! DISCONNECTED"] * 2
         assert b"#" not in desk.text and desk.motors() == [0, 0, 0]
         assert not desk.seen["enable"].any()
@@ -136,12 +136,12 @@ class TestSession:
     @runs_long
     def test_disconnect_ends_movement_and_reports(self, desk):
         desk.say("CONNECT", "MOV MOT1 C")
-        desk.wait(2 * PACE.report)
+        desk.wait(2 * TIMING.report)
         desk.say("DISCONNECT")
-        desk.wait(PACE.report)
+        desk.wait(TIMING.report)
         before, said = desk.motors(), len(desk.text)
         assert desk.engine.get("enable") == 0
-        desk.wait(3 * PACE.report)
+        desk.wait(3 * TIMING.report)
         desk.say("CONNECT")
         assert desk.motors() == before and len(desk.text) == said
 
@@ -172,10 +172,10 @@ class TestSession:
         desk.say("CONNECT", "MOV MOT1 C", "MOV MOT2 CC")
         for _ in range(15):
             desk.say("MOV MOT9 C", "GOTO 99", "FOO")
-        desk.wait(12 * PACE.report)
+        desk.wait(12 * TIMING.report)
         starts = dict(decoded(desk.seen["tx"]))
         reports = [clock for clock, byte in starts.items() if byte == ord("#")]
-        assert set(np.diff(reports)) == {PACE.report}
+        assert set(np.diff(reports)) == {TIMING.report}
         lines = desk.text.split(b"\n")[:-1]
         assert all(REPORT.fullmatch(line + b"\n") or line + b"\n" in ANSWERS for line in lines)
         answers = [line for line in lines if line.startswith(b"!")]
@@ -190,7 +190,7 @@ class TestSession:
         desk.say("STOP MOT2")
         assert desk.engine.get("moving") == 0
         y = desk.motors()[1]
-        desk.wait(20 * PACE.report)
+        desk.wait(20 * TIMING.report)
         known = desk.answers.count("! COMMAND")
         rest = len(desk.answers) - known
         assert desk.answers == ["! COMMAND"] * known + ["! OVERFLOW"] * rest
@@ -240,7 +240,7 @@ class TestLimits:
             desk.say(f"MOV MOT{axis + 1} {away}")
             desk.wait(1000)
             assert desk.motors()[axis] * (1 if up else -1) < 0
-            desk.wait(2 * PACE.report)
+            desk.wait(2 * TIMING.report)
             assert desk.answers == [f"! LIMIT MOT{axis + 1}"] and not desk.engine.get("buzzer")
             desk.engine.close()
 
@@ -254,7 +254,7 @@ class TestLimits:
 
 
 class TestTimes:
-    def check(self, seen, pace: PositionerPace, motor: int, *, inverted: bool = False) -> int:
+    def check(self, seen, timing: PositionerTiming, motor: int, *, inverted: bool = False) -> int:
         """Lay a ruler on the pins of a motor; return its steps."""
         def level(name):
             return (seen[name] >> motor & 1) ^ (inverted and name != "enable")
@@ -262,15 +262,15 @@ class TestTimes:
         step = level("step")
         edges = np.diff(step.astype(int))
         rises, falls = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
-        assert (falls - rises[:len(falls)] == pace.width).all()
-        assert (rises[1:] - falls[:len(rises) - 1] >= pace.low).all()
+        assert (falls - rises[:len(falls)] == timing.width).all()
+        assert (rises[1:] - falls[:len(rises) - 1] >= timing.low).all()
         assert level("enable")[rises].all()
         for name in ("direction", "enable"):
             for change in np.flatnonzero(np.diff(level(name).astype(int))) + 1:
                 assert not step[change - 1:change + 1].any()
                 after, before = rises[rises >= change], falls[falls <= change]
-                assert not after.size or after[0] - change >= pace.setup
-                assert not before.size or change - before[-1] >= pace.hold
+                assert not after.size or after[0] - change >= timing.setup
+                assert not before.size or change - before[-1] >= timing.hold
         return len(rises)
 
     @runs_long
@@ -284,7 +284,7 @@ class TestTimes:
             desk.say(rng.choice([f"MOV MOT{n} C", f"MOV MOT{n} CC", f"STOP MOT{n}", "CONNECT"]))
             desk.wait(rng.randrange(300))
         desk.say("DISCONNECT")
-        assert min(self.check(desk.seen, PACE, n, inverted=inverted) for n in range(3)) > 40
+        assert min(self.check(desk.seen, TIMING, n, inverted=inverted) for n in range(3)) > 40
         assert desk.engine.get("step", "direction")[0] == (7 if inverted else 0)
         desk.engine.close()
 
@@ -301,8 +301,8 @@ class TestTimes:
                                        (1234, 571, 3), (1500, 1500, 1500), (1001, 640, 1477)])
     def test_steps_have_no_jitter_beyond_the_rounding_of_the_rate(self, rates):
         """All axes at once, while the line is busy both ways: less than a clock, for every step."""
-        pace = PositionerPace.real(clock=153_600)
-        with engine_of(pace) as engine:
+        timing = PositionerTiming.real(clock=153_600)
+        with engine_of(timing) as engine:
             orders = "CONNECT\n" + "".join(
                 f"VEL MOT{n} {rate}\nMOV MOT{n} {'CC' if n == 2 else 'C'}\n"
                 for n, rate in enumerate(rates, 1))
@@ -316,20 +316,20 @@ class TestTimes:
         for motor, rate in enumerate(rates):
             step = seen["step"] >> motor & 1
             rises = np.flatnonzero(np.diff(step.astype(int)) == 1)
-            assert len(rises) >= 400_000 * rate // pace.clock - 1
+            assert len(rises) >= 400_000 * rate // timing.clock - 1
             # Each is the first clock at or after the time when it should be.
-            late = rises * rate - np.arange(len(rises)) * pace.clock
+            late = rises * rate - np.arange(len(rises)) * timing.clock
             assert late.max() - late.min() < rate if len(rises) else rate < 5
 
     @runs_long
     def test_a_million_steps_a_second(self):
         """At the board's clock, with pulses for such a module, while it reports at 9600 baud."""
-        pace = PositionerPace.real(top_speed=1_000_000, width_ns=400, low_ns=400, setup_ns=200,
+        timing = PositionerTiming.real(top_speed=1_000_000, width_ns=400, low_ns=400, setup_ns=200,
                                    hold_ns=200)
         rates = (1_000_000, 999_983, 31_415)
         orders = "CONNECT\n" + "".join(f"VEL MOT{n} {rate}\nMOV MOT{n} C\n"
                                        for n, rate in enumerate(rates, 1))
-        with engine_of(pace) as engine:
+        with engine_of(timing) as engine:
             engine.set(rx=1)
             engine.run(20_000)
             for byte in orders.encode() + b"BUSY\n":
@@ -341,7 +341,7 @@ class TestTimes:
             step = changes.values["step"] >> motor & 1
             rises = changes.clock[1:][np.diff(step.astype(int)) == 1]
             assert abs(len(rises) - rate // 50) <= 1
-            late = rises * rate - np.arange(len(rises)) * pace.clock
+            late = rises * rate - np.arange(len(rises)) * timing.clock
             assert late.max() - late.min() < rate
 
 
@@ -390,7 +390,7 @@ class TestModel:
         given = stimulus(seed, clocks)
         with engine_of(**options) as engine:
             seen = engine.play(given, PINS)
-        model = PositionerModel(pace=PACE, bit=BIT, **options)
+        model = PositionerModel(timing=TIMING, bit=BIT, **options)
         rows = ModelPlayer(model).play(given, PINS)
         for name in PINS:
             differs = np.flatnonzero(seen[name] != rows[name])
@@ -400,7 +400,7 @@ class TestModel:
 
 class TestPace:
     def test_real(self):
-        assert PositionerPace.real() == PositionerPace(
+        assert PositionerTiming.real() == PositionerTiming(
             clock=50_000_000, baud=9600, top_speed=1500, width=95, low=95, setup=33, hold=33,
             settle=500_000, report=5_000_000)
 
@@ -412,10 +412,10 @@ class TestPace:
     ])
     def test_impossible_times(self, given, says):
         with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
-            PositionerPace.real(**given)
+            PositionerTiming.real(**given)
 
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
-    @pytest.mark.parametrize(("pace", "options", "says"), [
+    @pytest.mark.parametrize(("timing", "options", "says"), [
         ({"top_speed": 1_000_000}, {}, "top speed must be at most 263157 steps/s with pulses 190 "
          "clocks apart, not 1000000"),
         ({"top_speed": 0}, {}, "top speed must be a whole number from 1 to 50000000, not 0"),
@@ -431,10 +431,10 @@ class TestPace:
         ({}, {"guards": ("X+", "Y", "Z-")}, "guards must be different ends of X-, X+, Y-, Y+, "
          "Z-, Z+, not ('X+', 'Y', 'Z-')"),
     ])
-    def test_what_does_not_go_together(self, pace, options, says):
+    def test_what_does_not_go_together(self, timing, options, says):
         message = None
         try:  # what was made before the refusal is let go of here, not later
-            Positioner(pace=PositionerPace.real(**pace), **options)
+            Positioner(timing=PositionerTiming.real(**timing), **options)
         except ValueError as error:
             message = str(error)
         gc.collect()

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from fresa.drive import FULL_STEP, HALF_STEP, swap_inner
 from fresa.machines import Single
-from fresa.machines.single import PHASES, SinglePace
+from fresa.machines.single import PHASES, SingleTiming
 from fresa.motion import ramp_rates
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
@@ -24,7 +24,7 @@ from tb.terminal import chance, directed, shown, typed
 
 NO_COMPILER = CXXRTLEngine.missing()
 OUTPUTS = ["tx", "coils", "enable", "position", "moving", "fault"]
-PACE = SinglePace.real(clock=48_000, baud=3000)
+TIMING = SingleTiming.real(clock=48_000, baud=3000)
 HELLO = b"hi\r\n?\r\n"
 KINDS = {  # parameters, and the phases that they give
     "bipolar": ({}, BIPOLAR), "unipolar": ({"unipolar": True}, UNIPOLAR),
@@ -34,14 +34,14 @@ KINDS = {  # parameters, and the phases that they give
 RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
 
 
-def single(engine: type[Engine] = AmaranthEngine, *, pace: SinglePace = PACE,
+def single(engine: type[Engine] = AmaranthEngine, *, timing: SingleTiming = TIMING,
            ramp: int = 0, **options: bool) -> Engine:
-    return engine(component("single", Single(pace=pace, greeting=HELLO[:4], help_text=HELLO[4:],
+    return engine(component("single", Single(timing=timing, greeting=HELLO[:4], help_text=HELLO[4:],
                                              ramp=ramp, **options)))
 
 
-def model(*, pace: SinglePace = PACE, phases=BIPOLAR) -> SingleModel:
-    return SingleModel(bit=pace.bit, modulus=pace.modulus, rate=pace.rate, phases=phases,
+def model(*, timing: SingleTiming = TIMING, phases=BIPOLAR) -> SingleModel:
+    return SingleModel(bit=timing.bit, modulus=timing.modulus, rate=timing.rate, phases=phases,
                        greeting=HELLO[:4], help_text=HELLO[4:])
 
 
@@ -52,13 +52,13 @@ def fast() -> type[Engine]:
     return CXXRTLEngine
 
 
-def check(stimulus, *, engine: type[Engine] = AmaranthEngine, pace: SinglePace = PACE,
+def check(stimulus, *, engine: type[Engine] = AmaranthEngine, timing: SingleTiming = TIMING,
           kind: str = "bipolar"):
     options, phases = KINDS[kind]
     stimulus = {"rst": np.zeros(len(stimulus["rx"]), int), **stimulus}
-    with single(engine, pace=pace, **options) as machine:
+    with single(engine, timing=timing, **options) as machine:
         seen = machine.play(stimulus, OUTPUTS)
-    expected = ModelPlayer(model(pace=pace, phases=phases)).play(
+    expected = ModelPlayer(model(timing=timing, phases=phases)).play(
         {name: np.asarray(row) for name, row in stimulus.items()}, OUTPUTS)
     for name in OUTPUTS:
         differ = np.flatnonzero(seen[name] != expected[name])
@@ -67,12 +67,12 @@ def check(stimulus, *, engine: type[Engine] = AmaranthEngine, pace: SinglePace =
 
 
 def session(*frames: bytes, after: int = 0, engine: type[Engine] = AmaranthEngine,
-            pace: SinglePace = PACE, pause: int = 20):
+            timing: SingleTiming = TIMING, pause: int = 20):
     """Type frames one after the other, `pause` bits apart; give all pins."""
-    line = [1] * 4 * pace.bit
+    line = [1] * 4 * timing.bit
     for frame in frames:
-        line += typed(b":" + frame + b"\r", pace.bit) + [1] * pause * pace.bit
-    with single(engine, pace=pace) as machine:
+        line += typed(b":" + frame + b"\r", timing.bit) + [1] * pause * timing.bit
+    with single(engine, timing=timing) as machine:
         return machine.play({"rx": line + [1] * after}, OUTPUTS)
 
 
@@ -88,24 +88,24 @@ class TestEveryClock:
     @pytest.mark.compiler
     @pytest.mark.parametrize("seed", range(2))
     def test_lines_of_any_kind(self, seed):
-        check(chance(PACE.bit, seed, 0), engine=fast())
+        check(chance(TIMING.bit, seed, 0), engine=fast())
 
     @pytest.mark.compiler
     def test_another_clock(self):
         """One with which a speed is no whole number of steps in a whole number of clocks."""
-        pace = SinglePace.real(clock=50_001, baud=1923)
-        assert (pace.bit, pace.modulus, pace.rate) == (26, 250_005, 4)
-        check(chance(pace.bit, 7, 0), engine=fast(), pace=pace)
+        timing = SingleTiming.real(clock=50_001, baud=1923)
+        assert (timing.bit, timing.modulus, timing.rate) == (26, 250_005, 4)
+        check(chance(timing.bit, 7, 0), engine=fast(), timing=timing)
 
     def test_on_amaranths_own_simulator(self):
-        check(chance(PACE.bit, 3, 0, 9000))
+        check(chance(TIMING.bit, 3, 0, 9000))
 
     def test_any_line(self):
         @RANDOM
         @given(st.lists(st.one_of(
             st.tuples(st.integers(0, 1), st.integers(1, 60)).map(lambda run: [run[0]] * run[1]),
             st.sampled_from([b":x9\r", b":v59999\r", b":e0\r", b":x?\r"]).map(
-                lambda text: typed(text, PACE.bit))), max_size=6),
+                lambda text: typed(text, TIMING.bit))), max_size=6),
             st.lists(st.integers(0, 2000), max_size=2))
         def run(pieces, resets) -> None:
             line = [1] * 5 + [level for piece in pieces for level in piece] + [1] * 900
@@ -118,13 +118,13 @@ class TestEveryClock:
 class TestSession:
     def test_says_hello_and_does_nothing(self):
         seen = session(after=3000)
-        assert shown(seen["tx"], PACE.bit) == HELLO
+        assert shown(seen["tx"], TIMING.bit) == HELLO
         assert not seen["position"].any() and not seen["moving"].any()
         assert seen["enable"].all() and set(seen["coils"][1:]) == {PHASES[0]}
 
     def test_goes_there_and_back(self):
         seen = session(b"v50000", b"x20", b"x?", b"x3", b"x?", pause=120)
-        assert shown(seen["tx"], PACE.bit)[len(HELLO):].split() == [
+        assert shown(seen["tx"], TIMING.bit)[len(HELLO):].split() == [
             b"ok", b"ok", b"x:20", b"ok", b"ok", b"x:3", b"ok"]
         assert seen["position"].max() == 20 and seen["position"][-1] == 3
 
@@ -137,7 +137,7 @@ class TestSession:
     def test_a_bad_frame_changes_nothing(self):
         seen = session(b"e2", b"x10000", b"v0", b"x5a", b"", b"y", b"x" + b"0" * 126, pause=30,
                        after=2000)
-        assert shown(seen["tx"], PACE.bit)[len(HELLO):].split(b"\r\n") == [
+        assert shown(seen["tx"], TIMING.bit)[len(HELLO):].split(b"\r\n") == [
             b"err range"] * 3 + [b"err number"] + [b"err command"] * 2 + [b"err length", b""]
         assert not seen["position"].any() and seen["enable"].all()
 
@@ -147,7 +147,7 @@ class TestSession:
         assert not seen["coils"][off[1:]].any()
         assert not seen["position"][:off[-1] + 2].any() and seen["position"][-1] == 6
         assert not seen["moving"][off].any()
-        assert b"x:0\r\n" in shown(seen["tx"], PACE.bit)
+        assert b"x:0\r\n" in shown(seen["tx"], TIMING.bit)
 
     def test_a_new_set_point_is_turned_to_at_once(self):
         """In the middle of the way, with the next step."""
@@ -161,12 +161,12 @@ class TestSession:
     def test_more_frames_than_can_be_answered(self):
         """Nothing hangs: what does not fit is lost or refused, and then all is well again."""
         seen = session(*[b"x?"] * 200, pause=0, after=300_000, engine=fast())
-        lines = shown(seen["tx"], PACE.bit)[len(HELLO):].split(b"\r\n")
+        lines = shown(seen["tx"], TIMING.bit)[len(HELLO):].split(b"\r\n")
         assert set(lines) == {b"x:0", b"ok", b"err command", b""}
         assert lines.count(b"x:0") == lines.count(b"ok") > 40
 
     def test_a_reset_moves_nothing(self):
-        rx = typed(b":v30000\r:x40\r", PACE.bit) + [1] * 300
+        rx = typed(b":v30000\r:x40\r", TIMING.bit) + [1] * 300
         rst = [0] * (len(rx) - 250) + [1] + [0] * 249
         with single() as machine:
             seen = machine.play({"rx": [1] * 9 + rx, "rst": [0] * 9 + rst}, OUTPUTS)
@@ -180,11 +180,11 @@ class TestTimes:
     @pytest.mark.parametrize("speed", [1, 7, 100, 333, 1000, 4999, 7001, 59_999])
     def test_steps_are_exact_while_the_line_is_busy(self, speed):
         """The n-th step is less than a clock after its time, for all n, whatever is typed."""
-        clocks = max(120_000, 4 * PACE.modulus // speed)
-        line = typed(b":v%d\r:x9999\r" % speed, PACE.bit)
+        clocks = max(120_000, 4 * TIMING.modulus // speed)
+        line = typed(b":v%d\r:x9999\r" % speed, TIMING.bit)
         rng = random.Random(speed)
         while len(line) < clocks:  # nothing that changes speed or set-point
-            line += typed(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), PACE.bit)
+            line += typed(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), TIMING.bit)
         with single(fast()) as machine:
             seen = machine.play({"rx": [1] * 9 + line}, OUTPUTS)
         steps = np.flatnonzero(np.diff(seen["coils"].astype(int))[2:])
@@ -206,14 +206,14 @@ class TestTimes:
         assert len(steps) == 5 and steps[1] - ended < 1200
         assert set(np.diff(steps[1:])) == {6}
 
-    @pytest.mark.parametrize(("clock", "baud", "pace"), [
-        (50_000_000, 9600, SinglePace(5208, 62_500_000, 1)),
-        (48_000, 3000, SinglePace(16, 60_000, 1, 48_000)),
-        (1_000_001, 9600, SinglePace(104, 5_000_005, 4, 1_000_001)),
+    @pytest.mark.parametrize(("clock", "baud", "timing"), [
+        (50_000_000, 9600, SingleTiming(5208, 62_500_000, 1)),
+        (48_000, 3000, SingleTiming(16, 60_000, 1, 48_000)),
+        (1_000_001, 9600, SingleTiming(104, 5_000_005, 4, 1_000_001)),
     ])
-    def test_pace(self, clock, baud, pace):
-        assert SinglePace.real(clock=clock, baud=baud) == pace
-        assert Fraction(pace.modulus, pace.rate) == Fraction(60 * clock, 48)
+    def test_pace(self, clock, baud, timing):
+        assert SingleTiming.real(clock=clock, baud=baud) == timing
+        assert Fraction(timing.modulus, timing.rate) == Fraction(60 * clock, 48)
 
     @pytest.mark.parametrize(("facts", "message"), [
         ({"clock": 47_999}, "clock must be a whole number from 48000 to 1000000000, not 47999"),
@@ -224,7 +224,7 @@ class TestTimes:
     ])
     def test_impossible_paces(self, facts, message):
         with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            SinglePace.real(**facts)
+            SingleTiming.real(**facts)
 
 
 class TestRamp:
@@ -234,9 +234,9 @@ class TestRamp:
 
     def run(self, *pieces: bytes | int) -> dict[str, np.ndarray]:
         """Type frames, and wait so many clocks."""
-        line = [1] * 4 * PACE.bit
+        line = [1] * 4 * TIMING.bit
         for piece in pieces:
-            line += [1] * piece if isinstance(piece, int) else typed(b":" + piece + b"\r", PACE.bit)
+            line += [1] * piece if isinstance(piece, int) else typed(b":" + piece + b"\r", TIMING.bit)
         with single(fast(), ramp=self.RAMP) as machine:
             return machine.play({"rx": line}, OUTPUTS)
 
@@ -287,7 +287,7 @@ class TestRamp:
     def test_above_the_top_and_without_power(self):
         """Faster than the ramp goes is as fast as it goes; power lost is speed lost."""
         seen = self.run(b"v9999", b"x400", b"v?", 25_000, b"e0", b"e1", 40_000)
-        assert b"v:9999\r\nok" in shown(seen["tx"], PACE.bit)
+        assert b"v:9999\r\nok" in shown(seen["tx"], TIMING.bit)
         steps = np.flatnonzero(np.diff(seen["position"].astype(int)))
         took = np.diff(steps)
         assert took.min() in (59, 60) and seen["position"][-1] == 400
@@ -297,13 +297,13 @@ class TestRamp:
         assert abs(took[number] - first) < 6 and abs(took[number + 1] - first * 0.4142) < 6
 
     @pytest.mark.compiler
-    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), chance(PACE.bit, 5, 0)])
+    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), chance(TIMING.bit, 5, 0)])
     def test_is_its_model_in_every_clock(self, line):
         with single(fast(), ramp=self.RAMP) as machine:
             seen = machine.play(line, OUTPUTS)
-        rates = ramp_rates(acceleration=self.RAMP, top=16 * 1000, modulus=16 * PACE.modulus,
+        rates = ramp_rates(acceleration=self.RAMP, top=16 * 1000, modulus=16 * TIMING.modulus,
                            clock=48_000)
-        as_told = SingleModel(bit=PACE.bit, modulus=16 * PACE.modulus, rate=16, ramp=rates,
+        as_told = SingleModel(bit=TIMING.bit, modulus=16 * TIMING.modulus, rate=16, ramp=rates,
                               greeting=HELLO[:4], help_text=HELLO[4:])
         expected = ModelPlayer(as_told).play(line, OUTPUTS)
         for name in OUTPUTS:

@@ -13,14 +13,14 @@ from amaranth.sim import Simulator
 
 from fresa.drive import FULL_STEP
 from fresa.machines import Mill
-from fresa.machines.mill import MillPace
+from fresa.machines.mill import MillTiming
 from fresa.motion import GuardedController
 from fresa_boards.verilog import from_rtlil
 from tb.cosim import lockstep
 from tb.players import MACHINES, MODEL, close_all, make_players, stimuli
 from tb.yosys import YOSYS
 
-PACE = MillPace(period=4, scan_bits=3)
+TIMING = MillTiming(period=4, scan_bits=3)
 TRAVEL = 6
 
 
@@ -165,14 +165,14 @@ class TestUpsets:
 
 
 def gateware(*, guard: bool) -> str:
-    return rtlil.convert(Mill(pace=PACE, z_travel=TRAVEL, guard=guard), name="mill", emit_src=False)
+    return rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL, guard=guard), name="mill", emit_src=False)
 
 
 class TestOption:
     def test_without_it_there_is_none(self):
         text = gateware(guard=False)
         assert "shadow" not in text and "keep" not in text
-        assert text == rtlil.convert(Mill(pace=PACE, z_travel=TRAVEL), name="mill", emit_src=False)
+        assert text == rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL), name="mill", emit_src=False)
 
     def test_same_pins(self):
         tops = (re.search(r"^module \\mill\n.*?^end$", gateware(guard=guard), re.S | re.M)
@@ -204,7 +204,7 @@ class TestSynthesis:
     def test_no_register_is_merged(self, tmp_path):
         plain, guarded = (self.flip_flops(tmp_path, gateware(guard=guard))
                           for guard in (False, True))
-        display, comparison = PACE.scan_bits + 2, 3 * 2 + 2
+        display, comparison = TIMING.scan_bits + 2, 3 * 2 + 2
         assert guarded == 2 * (plain - display) + display + comparison
 
     def test_registers_are_marked_for_xst(self):

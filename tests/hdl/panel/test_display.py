@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from fresa.machines.mill import CLOCK, MillPace
+from fresa.machines.mill import CLOCK, MillTiming
 from fresa.panel import SevenSegment
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -86,7 +86,7 @@ class TestSevenSegment:
         assert (seen["segments"] >> 7 == 1).all()
 
     def test_refresh_on_the_board(self):
-        assert CLOCK / (4 << MillPace.real().scan_bits) >= 60
+        assert CLOCK / (4 << MillTiming.real().scan_bits) >= 60
 
     @pytest.mark.parametrize("scan_bits", [2, 25, -1, 3.0])
     def test_impossible_scan_bits(self, scan_bits):

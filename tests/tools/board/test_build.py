@@ -33,7 +33,7 @@ def test_the_slow_engine_serves_and_that_is_told_for_as_long_as_it_is_so(monkeyp
     monkeypatch.setattr(build, "_ready", breaks)
     builder = Builder(None)
     number, job, _, engine = make(builder, 1)
-    assert (number, job.period) == (1, build.pace_of(AmaranthEngine)[0])
+    assert (number, job.period) == (1, build.timing_of(AmaranthEngine)[0])
     assert isinstance(engine, AmaranthEngine)
     assert builder.note == ("The compiler failed; going on with the slow engine, amaranth")
     engine.close()
