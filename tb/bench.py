@@ -61,7 +61,7 @@ class Run:
         return self._clock()
 
     def simulate(
-        self, dut: wiring.Component, test: Callable, *players: Callable, inside: Sequence[str] = (),
+        self, dut: wiring.Component, test: Callable, *runners: Callable, inside: Sequence[str] = (),
         deadline: int = 10_000,
     ) -> None:
         """Run a component until `test` returns.
@@ -72,7 +72,7 @@ class Run:
             What to run.
         test : async function of one argument
             Testbench.
-        players : async functions of one argument
+        runners : async functions of one argument
             What is around the component meanwhile.
         inside : sequence of str
             Signals of its submodules to show in the waveform.
@@ -109,8 +109,8 @@ class Run:
         sim.add_clock(PERIOD * 1e-9)
         sim.add_testbench(count, background=True)
         sim.add_testbench(test)
-        for player in players:
-            sim.add_testbench(player, background=True)
+        for runner in runners:
+            sim.add_testbench(runner, background=True)
         with sim.write_vcd(str(self._vcd)) if self._vcd else nullcontext():
             while sim.advance():
                 if clocks > deadline:

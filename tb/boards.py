@@ -10,7 +10,7 @@ from amaranth.lib import io, wiring
 
 from fresa.machines import SerialOrders, Single
 from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
-from fresa.machines.positioner import GUARDS, PositionerTiming
+from fresa.machines.positioner import LIMIT_ENDS, PositionerTiming
 from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
 from fresa_boards.nexys2_positioner import Nexys2Positioner
 from fresa_boards.nexys2_single import Nexys2Single
@@ -92,7 +92,7 @@ def nexys2_single(machine: Single, *, debounce: int, scan_bits: int) -> Design:
 def nexys2_positioner(
     *, timing: PositionerTiming, debounce: int, inverted: bool = False, enable_low: bool = False,
     normally_closed: bool = False,
-    backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
+    backlash: Sequence[int] = (0, 0, 0), limit_ends: Sequence[str] = LIMIT_ENDS,
 ) -> Design:
     """Return the positioner on a Nexys 2, likewise.
 
@@ -105,7 +105,7 @@ def nexys2_positioner(
         "buzzer": ("o", 1), "leds": ("o", 8), **{f"motor_{name}": ("o", 3) for name in "xyz"}})
     top = Nexys2Positioner(ports, timing=timing, debounce=debounce, inverted=inverted,
                            enable_low=enable_low, normally_closed=normally_closed,
-                           backlash=backlash, guards=guards)
+                           backlash=backlash, limit_ends=limit_ends)
     return _board("nexys2_positioner", top, ports)
 
 

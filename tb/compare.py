@@ -107,7 +107,7 @@ class Lockstep:
         self.model = model
         self.outputs = list(engine.design.outputs if outputs is None else outputs)
 
-    def play(self, script: Iterable[Action]) -> Trace:
+    def apply(self, script: Iterable[Action]) -> Trace:
         """Reset both, then play a script to both.
 
         Reset keeps the coils, the time since the last step, and that a start has been seen. So it
@@ -124,7 +124,7 @@ class Lockstep:
         self.engine.run(model.period)
         model.phase = [COILS.index(self.engine.get(axis)) for axis in AXES]
         recording = record(model, script, MillInputs())
-        seen = self.engine.play(recording.stimulus, self.outputs)
+        seen = self.engine.apply(recording.stimulus, self.outputs)
         expected = {name: recording.expected[name] for name in self.outputs}
         difference = first_difference(expected, seen)
         assert difference is None, f"{difference}, in {recording.during(difference.clock)}"

@@ -1,4 +1,4 @@
-"""Cosimulation: the same stimulus for several players, and every output of every clock compared."""
+"""Cosimulation: the same stimulus for several runners, and every output of every clock compared."""
 
 import functools
 import time
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .compare import Difference, first_difference
 from .engines import UnknownLevelError
-from .players import Player
+from .runners import Runner
 from .stimulus import Stimulus, cut
 
 __all__ = ["Finding", "Outcome", "Tally", "compare", "lockstep"]
@@ -18,7 +18,7 @@ __all__ = ["Finding", "Outcome", "Tally", "compare", "lockstep"]
 
 @dataclass
 class Tally:
-    """Clocks that a player has made, and in which time."""
+    """Clocks that a runner has made, and in which time."""
 
     clocks: int = 0
     seconds: float = 0.0
@@ -70,7 +70,7 @@ class Outcome:
     Attributes
     ----------
     tallies : dict of str to Tally
-        By player.
+        By runner.
     checksum : int
         Of every output of every clock, 64 bits. The same for every engine and every computer.
     finding : Finding or None
@@ -82,43 +82,43 @@ class Outcome:
     finding: Finding | None = None
 
 
-def compare(players: Mapping[str, Player], stimulus: Stimulus, outputs: Sequence[str]
+def compare(runners: Mapping[str, Runner], stimulus: Stimulus, outputs: Sequence[str]
             ) -> Finding | None:
-    """Play a stimulus to players at power-up; give their first difference."""
-    return lockstep(players, [stimulus], outputs).finding
+    """Play a stimulus to runners at power-up; give their first difference."""
+    return lockstep(runners, [stimulus], outputs).finding
 
 
 def lockstep(
-    players: Mapping[str, Player], blocks: Iterable[Stimulus], outputs: Sequence[str], *,
+    runners: Mapping[str, Runner], blocks: Iterable[Stimulus], outputs: Sequence[str], *,
     most: Mapping[str, int] | None = None, advance: Callable[[int], object] = lambda clocks: None,
 ) -> Outcome:
-    """Play a stimulus to all players and compare every output of every clock.
+    """Play a stimulus to all runners and compare every output of every clock.
 
     Parameters
     ----------
-    players : mapping of str to Player
+    runners : mapping of str to Runner
         At least two, at power-up.
     blocks : iterable of mappings of str to array
         The stimulus.
     outputs : sequence of str
         What to compare.
     most : mapping of str to int, optional
-        Clocks after which a player is left behind.
+        Clocks after which a runner is left behind.
     advance : callable
         Is told how many clocks were done.
     """
     most = most or {}
-    outcome = Outcome({name: Tally() for name in players})
+    outcome = Outcome({name: Tally() for name in runners})
     clock = 0
     for block in _pieces(blocks, sorted(set(most.values()))):
         rows = len(next(iter(block.values())))
         seen = {}
-        for name, player in players.items():
+        for name, runner in runners.items():
             if clock >= most.get(name, clock + 1):
                 continue
             begun = time.perf_counter()
             try:
-                seen[name] = player.play(block, outputs)
+                seen[name] = runner.apply(block, outputs)
             except UnknownLevelError as error:
                 seen[name] = _Unknown(error.output, error.clock - clock, error.before)
             outcome.tallies[name].seconds += time.perf_counter() - begun
@@ -135,7 +135,7 @@ def lockstep(
 
 
 def _pieces(blocks: Iterable[Stimulus], ends: Sequence[int]) -> Iterator[Stimulus]:
-    """Cut blocks where a player is left behind."""
+    """Cut blocks where a runner is left behind."""
     clock = 0
     for block in blocks:
         rows = len(next(iter(block.values())))

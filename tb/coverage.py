@@ -20,7 +20,7 @@ from .contracts import COMPONENTS, Component
 from .contracts.contract import Case, Contract, State
 from .contracts.proof import reach
 from .engines.coverage import CoverageEngine, Point
-from .players import Machine, stimuli
+from .runners import Machine, stimuli
 
 __all__ = ["Reached", "cover_lines", "cover_states", "with_state_machine"]
 
@@ -167,13 +167,13 @@ def cover_lines(machine: Machine, seed: int, clocks: int,
     machine : Machine
         What to run.
     seed, clocks : int
-        As in :func:`tb.players.stimuli`.
+        As in :func:`tb.runners.stimuli`.
     advance : callable
         Told how many clocks were run.
     """
     with CoverageEngine(machine.shared) as engine:
         for block in stimuli(machine, seed, clocks):
-            engine.play(block, ())
+            engine.apply(block, ())
             advance(len(next(iter(block.values()))))
         if machine.name == "mill":
             _travel_far(engine)

@@ -66,7 +66,7 @@ def directed(model: SingleModel, seed: int, clocks: int) -> dict[str, NDArray]:
     pins = SingleInputs(rx=1)
     levels: dict[str, list[int]] = {"rst": [], "rx": []}
 
-    def play(row: int, rst: int = 0) -> None:
+    def drive(row: int, rst: int = 0) -> None:
         pins.rx, pins.rst = row, rst
         model.edge(pins)
         levels["rx"].append(row)
@@ -76,14 +76,14 @@ def directed(model: SingleModel, seed: int, clocks: int) -> dict[str, NDArray]:
     ready = False  # the motor is fast: it is slow after reset
     while len(levels["rx"]) < clocks:
         for level in typed(next(source) if ready else b":v40000\r", model.bit):
-            play(level)
+            drive(level)
         for _ in range(rng.choice([2, 2, 2, 120]) * model.bit):
-            play(1)
+            drive(1)
         while model.answers and len(levels["rx"]) < clocks:
-            play(1)
+            drive(1)
         ready = rng.random() > 0.02
         if not ready:
-            play(1, rst=1)
+            drive(1, rst=1)
     return {name: np.array(row[:clocks], np.uint8) for name, row in levels.items()}
 
 

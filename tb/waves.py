@@ -27,7 +27,7 @@ BITS = {
 }
 """Every bit is something of its own: a coil, a segment, a switch, an axis."""
 
-SIGNED = {"at_x", "at_y", "at_z", "late", "place", "position", "target"}
+SIGNED = {"accumulator", "at_x", "at_y", "at_z", "place", "position", "target"}
 """Positions go below 0, and so does a time until something is due."""
 
 GRAPHS = ("x.count", "y.count", "z.count")

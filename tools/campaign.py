@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tb.cosim import Finding, lockstep
 from tb.engines import ENGINES, source
-from tb.players import MACHINES, close_all, make_players
+from tb.runners import MACHINES, close_all, make_runners
 from tb.stimulus import BLOCK, Stimulus, random_blocks
 
 from .console import UserError, write_atomically
@@ -169,11 +169,11 @@ def _ignore_interrupts() -> None:
 
 def _run_chunk(plan: Plan, chunk: int) -> tuple[str, dict[str, float], Finding | None]:
     machine = MACHINES[plan.machine]
-    players = make_players(machine, plan.engines, ENGINES)
+    runners = make_runners(machine, plan.engines, ENGINES)
     try:
         outputs = list(machine.shared.outputs)
-        outcome = lockstep(players, chunk_blocks(plan, chunk), outputs)
+        outcome = lockstep(runners, chunk_blocks(plan, chunk), outputs)
     finally:
-        close_all(players)
+        close_all(runners)
     times = {name: round(tally.seconds, 3) for name, tally in outcome.tallies.items()}
     return f"{outcome.checksum:016x}", times, outcome.finding

@@ -10,7 +10,7 @@ from pathlib import Path
 from tb.cosim import Finding, compare, lockstep
 from tb.engines import ENGINES, EngineError
 from tb.pins import write_pins
-from tb.players import FAST, MACHINES, MODEL, Machine, close_all, make_players, stimuli
+from tb.runners import FAST, MACHINES, MODEL, Machine, close_all, make_runners, stimuli
 from tb.shrink import Shrunk, script, shrink
 from tb.stimulus import Stimulus, last_rows
 
@@ -135,13 +135,13 @@ def _compare(args: argparse.Namespace) -> int:
     fast = [name for name in names if name in FAST]
     most = {name: args.slow_cycles for name in names if name not in FAST} if len(fast) > 1 else {}
     outputs = list(machine.shared.outputs)
-    players = make_players(machine, names, ENGINES)
+    runners = make_runners(machine, names, ENGINES)
     try:
         with Progress(args.cycles, "clocks", "comparing") as progress:
-            outcome = lockstep(players, stimuli(machine, args.seed, args.cycles), outputs,
+            outcome = lockstep(runners, stimuli(machine, args.seed, args.cycles), outputs,
                                most=most, advance=progress.advance)
     finally:
-        close_all(players)
+        close_all(runners)
     for name, tally in outcome.tallies.items():
         behind = "  left behind there" if tally.clocks < args.cycles and not outcome.finding else ""
         say(f"{name:14} {tally.clocks:>12} clocks {tally.speed:>12.0f} clocks/s{behind}")
@@ -173,7 +173,7 @@ def _campaign(args: argparse.Namespace) -> int:
         say(f"resumed    {state.clocks} of {plan.clocks} clocks were done")
     state.save(args.state)
     # Built once here, and then found by every process.
-    close_all(make_players(MACHINES[args.machine], names, ENGINES))
+    close_all(make_runners(MACHINES[args.machine], names, ENGINES))
     with Progress(plan.clocks - state.clocks, "clocks", "campaign") as progress:
         campaign.run(state, args.state, args.jobs, progress.advance)
     speeds = {name: round(state.clocks / state.seconds(name)) if state.done else 0
@@ -201,11 +201,11 @@ def _explain(args: argparse.Namespace, machine: Machine, finding: Finding, tail:
     pair = list(dict.fromkeys([finding.reference, finding.engine]))
 
     def test(stimulus: Stimulus) -> Finding | None:
-        players = make_players(machine, pair, ENGINES)
+        runners = make_runners(machine, pair, ENGINES)
         try:
-            return compare(players, stimulus, outputs)
+            return compare(runners, stimulus, outputs)
         finally:
-            close_all(players)
+            close_all(runners)
 
     say(f"shrinking  for up to {args.shrink_seconds} s")
     short = shrink(tail, test, seconds=args.shrink_seconds)
@@ -229,17 +229,17 @@ def _explain(args: argparse.Namespace, machine: Machine, finding: Finding, tail:
 def _waveforms(prefix: str, machine: Machine, pair: Sequence[str], short: Shrunk) -> list[Path]:
     paths = {name: Path(f"{prefix}-{name}.vcd") for name in pair}
     outputs = list(machine.shared.outputs)
-    players = make_players(machine, pair, ENGINES, vcd=paths)
+    runners = make_runners(machine, pair, ENGINES, vcd=paths)
     try:
-        for name, player in players.items():
+        for name, runner in runners.items():
             try:
-                seen = player.play(short.stimulus, outputs)
+                seen = runner.apply(short.stimulus, outputs)
             except EngineError:  # an X: the waveform has it
                 continue
             if name == MODEL:
                 write_pins(paths[name], machine.shared, {**short.stimulus, **seen})
     finally:
-        close_all(players)
+        close_all(runners)
     return list(paths.values())
 
 

@@ -11,7 +11,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import NamedTuple
 
-from tb import players
+from tb import runners
 from tb.contracts.proof import ProofError, missing
 from tb.coverage import Reached, cover_lines, cover_states, with_state_machine
 from tb.engines import EngineError
@@ -116,7 +116,7 @@ def main(argv: list[str] | None = None) -> int:
         cycles = args.cycles or usual.cycles
         with Progress(cycles, "clocks", "running") as progress:
             try:
-                points = cover_lines(players.MACHINES[args.machine], args.seed, cycles,
+                points = cover_lines(runners.MACHINES[args.machine], args.seed, cycles,
                                      progress.advance)
             except EngineError as error:
                 raise UserError(str(error)) from error

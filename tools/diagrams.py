@@ -130,10 +130,11 @@ DIAGRAMS = (
         "outputs: ready moved", 4, 64),
     Diagram(
         "rate-generator",
-        "`late` grows by the rate in every clock, and a step is due where it is not below 0; the "
+        "`accumulator` grows by the rate in every clock, and a step is due where it is not below "
+        "0; the "
         "step takes 40 off it. A new rate counts at once, one above the highest, 10, as that. A "
         "step that is due waits until it is made, and the next is due a whole time after it.",
-        "inputs: rate moved outputs: due inside: dut.late", 70, 98,
+        "inputs: rate moved outputs: due inside: dut.accumulator", 70, 98,
         radix=("rate=dec",)),
     Diagram(
         "step-counter",
@@ -154,10 +155,11 @@ DIAGRAMS = (
         radix=("rate=dec", "level=dec")),
     Diagram(
         "backlash",
-        "After each reversal 3 steps only take up play and are not counted; where 2 are taken up "
-        "and it reverses again, 2. A reset moves no gear. Then the play is 1.",
-        "inputs: play moved direction outputs: counted inside: dut.left", 0, 42,
-        radix=("play=dec", "dut.left=dec")),
+        "After each reversal 3 steps only take up backlash and are not counted; where 2 are taken "
+        "up "
+        "and it reverses again, 2. A reset moves no gear. Then the backlash is 1.",
+        "inputs: backlash moved direction outputs: counted inside: dut.left", 0, 42,
+        radix=("backlash=dec", "dut.left=dec")),
     Diagram(
         "limits",
         "The high switch of the lower axis bounces. From its first touch until it has settled no "
@@ -165,7 +167,8 @@ DIAGRAMS = (
         "inputs: step direction low high outputs: allowed at_low at_high", 44, 62),
     Diagram(
         "axis",
-        "From 4 back to 1: DIR turns, two steps take up the play and are not counted, three are. "
+        "From 4 back to 1: DIR turns, two steps take up the backlash and are not counted, three "
+        "are. "
         "Then the switch at the low end is pressed and the target is below: what is due is blocked "
         "until the target is above.",
         "inputs: target low rate pins: step_pin direction_pin outputs: moved blocked there "
@@ -379,7 +382,7 @@ DIAGRAMS = (
     Diagram(
         "positioner",
         "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
-        "its first STEP. X takes up 3 steps of play, which its position does not count.",
+        "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
         "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
         "y.move.position pins: enable moving rx", 9_480, 9_700),
 )

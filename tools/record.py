@@ -101,7 +101,7 @@ _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
 _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
 _PROOFS = ("tb/contracts", "tools/prove.py")
-_RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/players.py", "tb/script.py",
+_RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/runners.py", "tb/script.py",
          "tb/stimulus.py", "tb/vhdl")
 #: What is typed besides, and switches.
 _RUNS_ON_A_LINE = (*_RUNS, "tb/terminal.py", "tb/desk.py", "tb/fuzz")

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from fresa.machines.mill import RESOLUTION, TOP_SPEED, step_period
-from tb.engines import ENGINES, EngineError, made_on
+from tb.engines import ENGINES, EngineError, build_with_fallback
 from tb.milling import Cut, ready_to_mill, run_job
 
 from .console import (
@@ -89,7 +89,7 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
         place = stack.enter_context(staged(vcd)) if vcd else None
         with Progress(1, "engine", f"preparing the simulation{FIRST_TIME}"):
             try:
-                run, note = made_on(engine, lambda kind: ready_to_mill(
+                run, note = build_with_fallback(engine, lambda kind: ready_to_mill(
                     prepared.pixels, kind, period=period, vcd=place, guard=guard))
             except EngineError as error:
                 raise UserError(str(error)) from error

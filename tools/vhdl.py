@@ -15,7 +15,7 @@ from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove
 from tb.cosim import Outcome, lockstep
 from tb.engines import EngineError, choose
 from tb.engines.ghdl import GHDLEngine
-from tb.players import MACHINES, close_all, make_players, stimuli
+from tb.runners import MACHINES, close_all, make_runners, stimuli
 from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS
 
@@ -142,11 +142,11 @@ def run(names: Iterable[str], *, cycles: int, seed: int, jobs: int | None = None
         machine = MACHINES[one.name]
         with lock:
             outputs = list(machine.shared.outputs)
-        players = make_players(machine, [engine, "ghdl"])
+        runners = make_runners(machine, [engine, "ghdl"])
         try:
-            return "in_step", lockstep(players, stimuli(machine, seed, cycles), outputs)
+            return "in_step", lockstep(runners, stimuli(machine, seed, cycles), outputs)
         finally:
-            close_all(players)
+            close_all(runners)
 
     def prove_case(one: Comparison, number: int) -> tuple[str, Any]:
         miter = MITERS[one.name]

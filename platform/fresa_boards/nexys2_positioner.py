@@ -7,7 +7,7 @@ from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth.lib import io
 
 from fresa.machines import Positioner
-from fresa.machines.positioner import GUARDS, PositionerTiming
+from fresa.machines.positioner import LIMIT_ENDS, PositionerTiming
 from fresa.panel import Debouncer
 
 from .nexys2 import request_ports
@@ -73,7 +73,7 @@ class Nexys2Positioner(Elaboratable):
     normally_closed : bool
         The limit switches are closed, and their pins low, until they are pressed; a wire that is
         broken counts as pressed.
-    timing, inverted, backlash, guards
+    timing, inverted, backlash, limit_ends
         See :class:`Positioner`.
     """
 
@@ -81,12 +81,13 @@ class Nexys2Positioner(Elaboratable):
         self, ports: Mapping[str, io.PortLike], *, timing: PositionerTiming | None = None,
         debounce: int | None = None, inverted: bool = False, enable_low: bool = False,
         normally_closed: bool = False,
-        backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS,
+        backlash: Sequence[int] = (0, 0, 0), limit_ends: Sequence[str] = LIMIT_ENDS,
     ) -> None:
         self._ports = ports
         self._rest = 0b011 * inverted | 0b100 * enable_low  # of a motor, high at rest
         self._normally_closed = normally_closed
-        self._machine = Positioner(timing=timing, inverted=inverted, backlash=backlash, guards=guards)
+        self._machine = Positioner(timing=timing, inverted=inverted, backlash=backlash,
+                                   limit_ends=limit_ends)
         self._debouncer = Debouncer(
             width=1, period=debounce_period() if debounce is None else debounce)
 

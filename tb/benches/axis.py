@@ -211,8 +211,8 @@ def move_to(run: Run) -> str:
 
 @bench
 def backlash(run: Run) -> str:
-    """Reversals with a play of 3, also while it is taken up; then a play of 1."""
-    dut = Backlash(max_play=5)
+    """Reversals with a backlash of 3, also while it is taken up; then of 1."""
+    dut = Backlash(max_backlash=5)
 
     async def steps(ctx, direction, *counted):
         ctx.set(dut.direction, direction)
@@ -225,7 +225,7 @@ def backlash(run: Run) -> str:
             await ctx.tick()
 
     async def test(ctx):
-        ctx.set(dut.play, 3)
+        ctx.set(dut.backlash, 3)
         await steps(ctx, 0, 1, 1)
         await steps(ctx, 1, 0, 0, 0, 1, 1)
         await steps(ctx, 0, 0, 0)
@@ -234,11 +234,11 @@ def backlash(run: Run) -> str:
         await ctx.tick()
         ctx.set(run.rst, 0)
         await steps(ctx, 0, 0)
-        ctx.set(dut.play, 1)
+        ctx.set(dut.backlash, 1)
         await steps(ctx, 0, 0, 0, 1)
         await steps(ctx, 1, 0, 1)
         await steps(ctx, 0, 0, 1)
-        ctx.set(dut.play, 0)
+        ctx.set(dut.backlash, 0)
         await steps(ctx, 1, 1, 1)
 
     run.simulate(dut, test)

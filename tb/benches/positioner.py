@@ -5,16 +5,17 @@ from fresa.machines.positioner import ANSWERS, PositionerTiming
 from fresa.protocol.positioner import Answer
 
 from ..bench import Run, bench
-from ..beside import beside, ticks
 from ..models.positioner import PositionerModel
 from ..models.protocol import bits
+from ..scoreboard import scoreboard, ticks
 
 
 @bench
 def positioner(run: Run) -> str:
     """A session on the line: points, jogging, a limit, errors, the origin."""
     bit = 16
-    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2, hold=2,
+    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2,
+                              hold=2,
                           settle=5, report=10_000)
     dut = Positioner(timing=timing, backlash=(3, 0, 0))
     model = PositionerModel(timing=timing, bit=bit, backlash=(3, 0, 0))
@@ -65,7 +66,7 @@ def positioner(run: Run) -> str:
         run.see(ctx, dut, connected=1, enable=0b111)
         await ticks(ctx, 600)
         run.see(ctx, dut, moving=0)
-        run.expect("pulses", motors, [23, -6, 0])  # 3 take up the play of X
+        run.expect("pulses", motors, [23, -6, 0])  # 3 take up the backlash of X
         await reports(ctx, 20, -6, 0)
         await say(ctx, "MOV MOT3 C", "STOP MOT3", "VEL MOT3 0")
         jogged = motors[2]
@@ -87,6 +88,6 @@ def positioner(run: Run) -> str:
         run.expect("answers", answers, [ANSWERS[answer.value] for answer in (
             Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.COMMAND)])
 
-    run.simulate(dut, test, beside(run, dut, model), listen, count, deadline=90_000)
+    run.simulate(dut, test, scoreboard(run, dut, model), listen, count, deadline=90_000)
     return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
             "pulses agreed all the while, and every clock was as the model has it")

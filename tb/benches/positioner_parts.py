@@ -8,7 +8,7 @@ from fresa.protocol import LineEnd, PositionerCommands, Reporter
 from fresa.protocol.positioner import Answer, Command
 
 from ..bench import Run, bench, put
-from ..beside import ticks
+from ..scoreboard import ticks
 
 BYTE = 11
 """Clocks of a byte on the line of the reporter's bench."""
@@ -16,9 +16,9 @@ BYTE = 11
 
 @bench
 def axis(run: Run) -> str:
-    """An axis to a target and back, past its play, and up to a switch."""
+    """An axis to a target and back, past its backlash, and up to a switch."""
     dut = Axis(driver=StepDirDriver(width=2, low=2, setup=2, hold=2), modulus=20, max_rate=2,
-               max_play=3, settle=2, width=6)
+               max_backlash=3, settle=2, width=6)
     motor = 0
 
     async def observe(ctx):
@@ -37,12 +37,12 @@ def axis(run: Run) -> str:
         run.see(ctx, dut, position=position)
 
     async def test(ctx):
-        ctx.set(dut.play, 2)
+        ctx.set(dut.backlash, 2)
         ctx.set(dut.rate, 2)
         ctx.set(dut.run, 1)
         ctx.set(dut.enable, 1)
         await go(ctx, 4, 4)
-        run.expect("pulses", motor, 6)  # 2 of them take up the play
+        run.expect("pulses", motor, 6)  # 2 of them take up the backlash
         await go(ctx, 1, 1)
         run.expect("pulses", motor, 1)
         ctx.set(dut.low, 1)
@@ -77,7 +77,7 @@ def axis(run: Run) -> str:
         # The other switch lets go down, and then up again, once it has settled
         ctx.set(dut.low, 0)
         ctx.set(dut.high, 1)
-        ctx.set(dut.play, 0)
+        ctx.set(dut.backlash, 0)
         await ctx.tick().repeat(25)
         ctx.set(dut.target, -15)
         await ctx.tick().repeat(2)
@@ -92,7 +92,8 @@ def axis(run: Run) -> str:
         await run.until(ctx, dut, position=-10)
 
     run.simulate(dut, test, observe)
-    return ("to 4 with 2 pulses more for the play, back to 1; a switch held it there, and let it "
+    return ("to 4 with 2 pulses more for the backlash, back to 1; a switch held it there, and let "
+            "it "
             "go to 3; that place was called -20; steps to the clock, at once after a rest; the "
             "other switch let it go down only")
 

@@ -12,16 +12,16 @@ MODULUS = 100
 def ramp(run: Run) -> str:
     """Up to the top and down; turned back, slowed down, without power."""
     dut = Ramp(rates=RATES, max_rate=31, width=8)
-    late = -MODULUS
+    accumulator = -MODULUS
 
     async def clock(ctx) -> bool:
         """Make a clock, and the step that is due in it; say whether one was made."""
-        nonlocal late
-        due = late >= 0
+        nonlocal accumulator
+        due = accumulator >= 0
         moved = due and ctx.get(dut.step)
         ctx.set(dut.moved, moved)
         if not due or moved:
-            late += ctx.get(dut.rate) - MODULUS * moved
+            accumulator += ctx.get(dut.rate) - MODULUS * moved
         await ctx.tick()
         ctx.set(dut.moved, 0)
         return moved

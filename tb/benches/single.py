@@ -4,8 +4,8 @@ from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
 
 from ..bench import Run, bench
-from ..beside import beside, ticks
 from ..models.single import SingleModel
+from ..scoreboard import scoreboard, ticks
 from ..terminal import typed
 
 BIT = 16
@@ -68,7 +68,7 @@ def single(run: Run) -> str:
         run.see(ctx, dut, position=0, coils=PHASES[2])
         await hear(ctx, HELLO + HELP)
 
-    run.simulate(dut, test, beside(run, dut, model), listen, inside=("commands.speed",),
+    run.simulate(dut, test, scoreboard(run, dut, model), listen, inside=("commands.speed",),
                  deadline=80_000)
     return (f"{len(SESSION)} frames, each answered once: 5 half steps forward, 3 back when power "
             "came again; none that was wrong changed anything; a reset made no step; every clock "

@@ -49,11 +49,11 @@ def describe(c: Contract, dut: Axis) -> None:
                     "limits.step.eq(move.step & rate.due & self.enable)"))
     _position(c, dut, moved, up)
     watch_driver(c, driver, path="driver.")
-    late = c.signal("rate.late")
+    accumulator = c.signal("rate.accumulator")
     c.always("no-more-is-owed", "The sum of the rate is in its range.",
-             (late >= -dut.modulus) & (late < dut.max_rate), seen=late >= 0,
-             bug=Bug(rate_module, "late >= 0", "late > 0"))
-    watch_spaced(c, rate, late + dut.modulus)
+             (accumulator >= -dut.modulus) & (accumulator < dut.max_rate), seen=accumulator >= 0,
+             bug=Bug(rate_module, "accumulator >= 0", "accumulator > 0"))
+    watch_spaced(c, rate, accumulator + dut.modulus)
 
 
 def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
@@ -69,27 +69,30 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
             when=c.past(dut.load & ~c.rst), then=dut.position == c.past(dut.place),
             bug=Bug(axis, "move.place.eq(self.place)", "move.place.eq(self.target)"))
 
-    # A motor and its load, with the play between them: by the pulses, and by the position.
-    first = c.keep(dut.play.shape(), name="first_play")
+    # A motor and its load, with the backlash between them: by the pulses, and by the position.
+    first = c.keep(dut.backlash.shape(), name="first_backlash")
     steady = c.keep(1, init=1, name="steady")
-    is_steady = steady & ((dut.play == first) | ~c.past(1))
-    c.m.d.sync += [first.eq(dut.play), steady.eq(is_steady)]
-    gap = c.keep(signed(len(dut.play) + 2), name="gap")  # motor less load, before the last step
+    is_steady = steady & ((dut.backlash == first) | ~c.past(1))
+    c.m.d.sync += [first.eq(dut.backlash), steady.eq(is_steady)]
+    gap = c.keep(signed(len(dut.backlash) + 2), name="gap")  # motor less load, before the last step
     turned = Mux(c.past(moved), Mux(up_then, 1, -1), 0)
     counted = Mux(kept & ~c.past(dut.load & ~c.rst) | c.past(dut.load), 0, change)
     lost = c.past(c.rst & moved)  # no step is made in a reset
     now = gap + turned - counted
     c.m.d.sync += gap.eq(now)
     way, left = c.signal("backlash.way"), c.signal("backlash.left")
-    c.holds("within-the-play", "The pulses and the position are never further apart than the play, "
-            "for ever: without play they are the same.", when=is_steady,
-            then=(now >= 0) & (now <= dut.play) & ~lost,
+    c.holds("within-the-backlash", "The pulses and the position are never further apart than the "
+                                   "backlash, "
+            "for ever: without backlash they are the same.", when=is_steady,
+            then=(now >= 0) & (now <= dut.backlash) & ~lost,
             bug=(Bug(axis, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.ready)"),
                  Bug(axis, "backlash.direction.eq(move.direction)", "backlash.direction.eq(1)")))
-    c.holds("play-is-left", "What is left of the play is what is missing to its end.",
-            when=is_steady, then=(left <= dut.play) & (now == Mux(way, dut.play - left, left)),
+    c.holds("backlash-is-left", "What is left of the backlash is what is missing to its end.",
+            when=is_steady, then=(left <= dut.backlash) & (now == Mux(way, dut.backlash - left,
+                                                                      left)),
             bug=(Bug(axis, "move.moved.eq(backlash.counted)", "move.moved.eq(driver.moved)"),
-                 Bug(axis, "backlash.play.eq(self.play)", "backlash.play.eq(self.play >> 1)")))
+                 Bug(axis, "backlash.backlash.eq(self.backlash)",
+                     "backlash.backlash.eq(self.backlash >> 1)")))
 
 
 def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
@@ -101,9 +104,10 @@ def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
 
 AXIS = Component(
     make=make, describe=describe, depth=22,
-    cases=(Case({"times": (2, 3, 2, 3), "modulus": 15, "max_rate": 2, "max_play": 3, "settle": 2,
+    cases=(Case({"times": (2, 3, 2, 3), "modulus": 15, "max_rate": 2, "max_backlash": 3,
+                 "settle": 2,
                  "bits": 4}),
-           Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_play": 1, "settle": 1,
+           Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_backlash": 1, "settle": 1,
                  "bits": 3}),
            Case({"times": (95, 95, 33, 33), "modulus": 50_000_000, "max_rate": 1500,
-                 "max_play": 1023, "settle": 500_000, "bits": 32}, real=True)))
+                 "max_backlash": 1023, "settle": 500_000, "bits": 32}, real=True)))

@@ -6,8 +6,8 @@ others, about pins for ever, are kept from power-up by a machine without its lin
 in any clock, any answer is said, and any report. That lines are orders is promised by
 `uart_receiver`, `line` and `positioner_commands`; that an order moves the motor it names, by
 `positioning`; and what is said, by `reporter`. The widths of STEP, the set-up and hold of DIR, the
-rate, and what play does to the position, are promised by `axis` at the pins of an axis: the pins of
-the machine are these and no other, for each motor.
+rate, and what backlash does to the position, are promised by `axis` at the pins of an axis: the
+pins of the machine are these and no other, for each motor.
 """
 
 from amaranth import Array, Cat, Mux, signed

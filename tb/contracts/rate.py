@@ -29,15 +29,15 @@ def describe(c: Contract, dut: RateGenerator) -> None:
                       "Mux(self.due, -self.modulus, rate)")))
     c.always("due-when-owed", "A step is due when the rates come to a modulus, and not before.",
              dut.due == (owed >= dut.modulus), seen=dut.due,
-             bug=(Bug(rate, "late >= 0", "late >= -1"),
-                  Bug(rate, "late >= 0", "late > 0"),
+             bug=(Bug(rate, "accumulator >= 0", "accumulator >= -1"),
+                  Bug(rate, "accumulator >= 0", "accumulator > 0"),
                   Bug(rate, RESET_LESS, "init=-self.modulus"),
                   Bug(rate, "self.rate > self.max_rate, self.max_rate",
                       "self.rate > self.max_rate, self.max_rate - 1")
                   if dut.max_rate + 1 & dut.max_rate else
                   Bug(rate, "self.max_rate, self.rate", "self.max_rate, self.rate ^ 1")))
     c.always("sum-is-what-is-owed", "The sum inside is what is owed.",
-             c.signal("late") == owed - dut.modulus, seen=dut.due,
+             c.signal("accumulator") == owed - dut.modulus, seen=dut.due,
              bug=Bug(rate, RESET_LESS, "init=1 - self.modulus, reset_less=True"))
     c.holds("waits", "A step that is due stays due until it is made.",
             when=c.past(dut.due & ~dut.moved), then=dut.due,

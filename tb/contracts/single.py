@@ -140,7 +140,7 @@ def _stands(c: Contract, move: MoveTo | Ramp) -> Bits:
 def _watch_times(c: Contract, dut: Single) -> None:
     """Promise that a step is made when it is due, and that it is due when the speed says."""
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
-    late, rest = c.signal("rate.late"), c.signal("driver.rest")
+    accumulator, rest = c.signal("rate.accumulator"), c.signal("driver.rest")
     asked = move.asked if isinstance(move, Ramp) else speed.rate
     c.always("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
              asked == (c.part("commands").speed * dut.rpm)[:len(asked)],
@@ -161,8 +161,8 @@ def _watch_times(c: Contract, dut: Single) -> None:
     c.holds("not-before", "None is made that is not due.", when=driver.moved, then=speed.due,
             bug=Bug(single, "move.step & rate.due", "move.step"))
     c.always("rests-no-longer", "The motor has rested before the next step can be due.",
-             (late < speed.max_rate) & (~settled | (rest >= 0)
-             | (late < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
+             (accumulator < speed.max_rate) & (~settled | (rest >= 0)
+             | (accumulator < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
              seen=settled & (rest < 0) if driver.period > 1 else settled,
              bug=Bug(rate, "rate - self.modulus, rate", "rate, rate"))
 
@@ -198,7 +198,8 @@ def make(*, terminal: bool = True, short: bool = False, unipolar: bool = False,
          full_step: bool = False, ramp: int = 0) -> Single:
     """Make a machine; one without a terminal has frames of which each byte comes in a clock."""
     if short:
-        return Single(timing=SingleTiming.real(clock=48_000, baud=3000), greeting=b"g", help_text=b"h")
+        return Single(timing=SingleTiming.real(clock=48_000, baud=3000), greeting=b"g",
+                      help_text=b"h")
     if terminal:
         return Single(unipolar=unipolar, full_step=full_step, ramp=ramp)
     dut = Single(timing=SingleTiming(bit=16, modulus=SPEEDS), greeting=b"g", help_text=b"h",

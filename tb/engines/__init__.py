@@ -41,7 +41,9 @@ def choose(name: str | None = None) -> type[Engine]:
     return ENGINES[name]
 
 
-def made_on(name: str | None, make: Callable[[type[Engine]], Made]) -> tuple[Made, str | None]:
+def build_with_fallback(name: str | None, make: Callable[[type[Engine]], Made]) -> tuple[Made,
+                                                                                         str
+                                                                                         | None]:
     """Make something on the engine of that name, or on the fastest that works here.
 
     Parameters

@@ -276,8 +276,9 @@ class Engine(ABC):
             self._last = tuple(int(v) for v in values[:, -1]) if len(clock) else last
         return Changes(clock, self._named(watch, values))
 
-    def play(self, stimulus: Mapping[str, ArrayLike], outputs: Sequence[str]) -> dict[str, NDArray]:
-        """Play a stimulus, a row a clock, and read the outputs at every clock.
+    def apply(self, stimulus: Mapping[str, ArrayLike], outputs: Sequence[str]) -> dict[str,
+                                                                                       NDArray]:
+        """Apply a stimulus, a row a clock, and read the outputs at every clock.
 
         For each row: apply the inputs, settle, sample the outputs, then make one rising
         edge. Inputs that are not in the stimulus hold, and those that are keep the last

@@ -33,7 +33,7 @@ from .sessions import (
 )
 from .work import actions, rows_of_actions
 
-__all__ = ["MACHINES", "PACE", "TRAVEL", "mill", "positioner", "single"]
+__all__ = ["MACHINES", "TIMING", "TRAVEL", "mill", "positioner", "single"]
 
 TIMING = MillTiming(period=4, scan_bits=3)
 TRAVEL = 6
@@ -76,12 +76,13 @@ def single() -> Machine:
     """
     timing = SingleTiming.real(clock=48_000, baud=3000)
     assert timing.bit == BIT
-    design = boards.component("single", Single(timing=timing, greeting=b"!\r\n", help_text=b"?\r\n"))
+    design = boards.component("single", Single(timing=timing, greeting=b"!\r\n",
+                                               help_text=b"?\r\n"))
     return Machine(
         "single", design,
         (Coils("the motor", "move position", "coils", PHASES, "enable"),),
         idle=("moving", 0), fault="fault", zeros={"rst": 1},
-        kept=("driver.row", "driver.coils", "driver.rest", "late", *OF_MEMORIES),
+        kept=("driver.row", "driver.coils", "driver.rest", "accumulator", *OF_MEMORIES),
         work=lambda seed: single_work(seed, 30),
         work_to_reset=_to_reset(design, single_sessions),
         gap=6000, window=6000, patience=20_000, line=Line(BIT, b"oe", single_question()))
@@ -94,7 +95,8 @@ def positioner() -> Machine:
     last step, nor which way it went, and what play there is still to take up; the switches as they
     were seen; nor what its memories gave last, which nothing asks for before it is given anew.
     """
-    timing = PositionerTiming(clock=100 * BIT, baud=100, top_speed=200, width=2, low=3, setup=2, hold=4,
+    timing = PositionerTiming(clock=100 * BIT, baud=100, top_speed=200, width=2, low=3, setup=2,
+                              hold=4,
                           settle=30, report=20_000)
     design = boards.component("positioner", Positioner(timing=timing))
     times = timing.width, timing.low, timing.setup, timing.hold
@@ -102,7 +104,8 @@ def positioner() -> Machine:
         "positioner", design,
         tuple(Pulses(name, f"{name} move position", bit, times) for bit, name in enumerate("xyz")),
         idle=("moving", 0), fault="fault", zeros={"rst": 1},
-        kept=("driver.step_pin", "driver.direction_pin", "driver.enable_pin", "driver.wait", "late",
+        kept=("driver.step_pin", "driver.direction_pin", "driver.enable_pin", "driver.wait",
+              "accumulator",
               "backlash.way", "backlash.left", "limits.since", "limits.before",
               "limits.divider.count", *OF_MEMORIES),
         work=lambda seed: positioner_work(seed, 20),

@@ -30,12 +30,12 @@ def loads(seen: Mapping[str, NDArray], backlash: Sequence[int]
     return found, failures
 
 
-def _moves(ways: NDArray, play: int) -> Iterator[int]:
+def _moves(ways: NDArray, backlash: int) -> Iterator[int]:
     """Give what each step moves a load."""
     gap = 0  # steps up that move nothing less those that are left
     for way in ways.tolist():
         through = gap + way
-        gap = min(max(through, 0), play)
+        gap = min(max(through, 0), backlash)
         yield through - gap
 
 

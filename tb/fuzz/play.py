@@ -92,7 +92,7 @@ def play(target: Target, engine: Engine, sent: Sequence[Piece],
 def _played(target: Target, engine: Engine, inputs: Mapping[str, Levels]) -> Mapping[str, NDArray]:
     parts = []
     for start in range(0, len(inputs["rx"]), ROWS):
-        rows = engine.play({name: levels[start:start + ROWS] for name, levels in inputs.items()},
+        rows = engine.apply({name: levels[start:start + ROWS] for name, levels in inputs.items()},
                            target.outputs)
         parts.append({name: row.astype(np.min_scalar_type(int(row.max(initial=0))))
                       for name, row in rows.items()})

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fresa.machines import Positioner, SerialOrders, Single
 from fresa.machines.mill import MillTiming
-from fresa.machines.positioner import GUARDS, PositionerTiming
+from fresa.machines.positioner import LIMIT_ENDS, PositionerTiming
 from fresa.machines.single import FINE, SingleTiming
 from fresa.motion import ramp_rates
 
@@ -170,22 +170,25 @@ def _single(timing: SingleTiming, ramp: int = 0, top_speed: int = 1) -> Target:
             timing=timing, ramp=ramp, top_speed=top_speed, greeting=single_lines.GREETING,
             help_text=single_lines.HELP)),
         ("tx", "coils", "enable", "position", "fault"), inspect,
-        rates=None if ramp else Rates(single_lines.SPEEDS - 1, timing.modulus, 1, single_lines.begin))
+        rates=None if ramp else Rates(single_lines.SPEEDS - 1, timing.modulus, 1,
+                                      single_lines.begin))
 
 
 #: With a ramp of 15 steps, from some 900 clocks each to some 100.
 _RAMP = _single(SingleTiming.real(clock=240_000, baud=15_000, turn=5), 150_000, 25_000)
 
 
-_POSITIONER = PositionerTiming(clock=16_000, baud=1000, top_speed=positioner_lines.TOP_SPEED, width=2,
+_POSITIONER = PositionerTiming(clock=16_000, baud=1000, top_speed=positioner_lines.TOP_SPEED,
+                               width=2,
                              low=3, setup=2, hold=4, settle=30, report=40_000)
 
 
-def _positioner(backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS) -> Target:
+def _positioner(backlash: Sequence[int] = (0, 0, 0),
+                limit_ends: Sequence[str] = LIMIT_ENDS) -> Target:
     def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
         steps, failures = axes.loads(seen, backlash)
         nothing = np.zeros(len(line), np.uint8)
-        switches = {end: seen["limits"] >> number & 1 for number, end in enumerate(guards)}
+        switches = {end: seen["limits"] >> number & 1 for number, end in enumerate(limit_ends)}
         own = [axes.Axis(
             f"motor {number}", load, axes.Ends(switches.get(f"{name}-", nothing),
                                                switches.get(f"{name}+", nothing),
@@ -214,7 +217,7 @@ def _positioner(backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUA
     return Target(
         "positioner", _BIT, positioner_lines.DIALECT,
         lambda: boards.component("positioner", Positioner(
-            timing=_POSITIONER, backlash=backlash, guards=guards)),
+            timing=_POSITIONER, backlash=backlash, limit_ends=limit_ends)),
         ("tx", "step", "direction", "enable", "moving", "buzzer", "fault"), inspect,
         rates=Rates(positioner_lines.TOP_SPEED, _POSITIONER.clock, positioner_lines.AXES,
                     positioner_lines.begin))

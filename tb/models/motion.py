@@ -13,12 +13,13 @@ class BacklashModel:
     def __init__(self) -> None:
         self.motor, self.wall, self.way = 0, 0, -1
 
-    def clock(self, *, play: int, moved: int, direction: int, rst: int = 0) -> dict[str, int]:
+    def clock(self, *, backlash: int, moved: int, direction: int, rst: int = 0) -> dict[str, int]:
         """Make a clock."""
         way = 1 if direction else -1
         wall = self.wall
-        if way != self.way:  # the other end of the play, or right here if that is behind already
-            wall = max(wall - play * self.way, self.motor, key=lambda place: place * way)
+        # the other end of the backlash, or right here if that is behind already
+        if way != self.way:
+            wall = max(wall - backlash * self.way, self.motor, key=lambda place: place * way)
         counted = moved and wall == self.motor
         if moved:
             self.motor += way
@@ -86,7 +87,7 @@ class AxisModel:
         self.driver = StepDirModel(**times)
         self.backlash = BacklashModel()
 
-    def clock(self, *, target: int, run: int, load: int, place: int, rate: int, play: int,
+    def clock(self, *, target: int, run: int, load: int, place: int, rate: int, backlash: int,
               enable: int, low: int, high: int, rst: int = 0) -> dict[str, int]:
         """Make a clock."""
         position = self.move.position
@@ -96,7 +97,8 @@ class AxisModel:
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
         moved = seen["moved"]
         self.rate.clock(rate=rate, moved=moved)
-        counted = self.backlash.clock(play=play, moved=moved, direction=direction)["counted"]
+        counted = self.backlash.clock(backlash=backlash, moved=moved,
+                                      direction=direction)["counted"]
         self.move.clock(moved=counted, direction=direction, load=load, place=place, rst=rst)
         del seen["ready"]
         return {**seen, "position": position, "there": int(position == target),

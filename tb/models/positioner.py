@@ -319,7 +319,7 @@ class PositionerModel:
 
     def __init__(self, *, timing: PositionerTiming, bit: int, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0),
-                 guards: Sequence[str] = ("X+", "Y+", "Z+")) -> None:
+                 limit_ends: Sequence[str] = ("X+", "Y+", "Z+")) -> None:
         self.bit = bit
         self.receiver = ReceiverModel(period=bit)
         self.lines = LineModel(length=LINE_LENGTH, depth=256, end=ord("\n"))
@@ -329,7 +329,7 @@ class PositionerModel:
         times = {name: getattr(timing, name) for name in ("width", "low", "setup", "hold")}
         self.axes = [AxisModel(times=times, modulus=timing.clock, max_rate=timing.top_speed,
                                settle=timing.settle) for _ in range(3)]
-        self.backlash, self.guards = backlash, guards
+        self.backlash, self.limit_ends = backlash, limit_ends
         self.flip = 7 * inverted
         self._axes: list[dict[str, int]] = []  # in this clock
 
@@ -365,11 +365,11 @@ class PositionerModel:
     def _move(self, pins: PositionerInputs) -> list[dict[str, int]]:
         does = self.positioning
         load = does.load(self.commands.order)
-        pressed = {end: pins.limits >> number & 1 for number, end in enumerate(self.guards)}
+        pressed = {end: pins.limits >> number & 1 for number, end in enumerate(self.limit_ends)}
         return [axis.clock(
             target=does.target[index], run=int(bool(does.movement[index])),
             load=int(load is not None), place=load[index] if load else 0,
-            rate=does.rate[index], play=self.backlash[index],
+            rate=does.rate[index], backlash=self.backlash[index],
             enable=int(does.connected), low=pressed.get(f"{'XYZ'[index]}-", 0),
             high=pressed.get(f"{'XYZ'[index]}+", 0), rst=pins.rst)
             for index, axis in enumerate(self.axes)]

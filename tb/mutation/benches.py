@@ -24,7 +24,7 @@ from ..bench import Bench, Run
 from ..benches import GROUPS
 from ..contracts import Component
 from ..models.mill import MillModel
-from ..players import ModelPlayer
+from ..runners import ModelRunner
 from ..stimulus import chance, directed
 from .lanes import Lanes
 from .netlist import MutationError, Netlist
@@ -39,7 +39,7 @@ class _Found(Exception):
 class _Look(Run):
     """Stops a bench where it has made its component."""
 
-    def simulate(self, dut: wiring.Component, test: Callable, *players: Callable,
+    def simulate(self, dut: wiring.Component, test: Callable, *runners: Callable,
                  inside: Sequence[str] = (), deadline: int = 0) -> None:
         raise _Found(dut)
 
@@ -153,8 +153,8 @@ def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: 
     outputs = [net for bits in netlist.outputs.values() for net in bits]
     orders = directed(copy.deepcopy(model), seed, clocks // 2)
     for stimulus in (orders, chance(seed, 0, clocks - clocks // 2)):
-        player = ModelPlayer(copy.deepcopy(model))
-        expected = player.play(stimulus, list(netlist.outputs))
+        runner = ModelRunner(copy.deepcopy(model))
+        expected = runner.apply(stimulus, list(netlist.outputs))
         lanes = Lanes(netlist, [number for number in mutants if number not in found], outputs)
         levels = _bits(stimulus, netlist.inputs)
         wanted = _bits(expected, netlist.outputs)
@@ -200,7 +200,7 @@ class _LaneRun(Run):
         self.astray: set[int] = set()
         self.stimulus: list[list[int]] = []
 
-    def simulate(self, dut: wiring.Component, test: Callable, *players: Callable,
+    def simulate(self, dut: wiring.Component, test: Callable, *runners: Callable,
                  inside: Sequence[str] = (), deadline: int = 10_000) -> None:
         clocks = 0
         self._clock = lambda: clocks
@@ -208,7 +208,7 @@ class _LaneRun(Run):
             deadline = min(deadline, self._patience)
         context = self._context = _Context(self._netlist, self._mutants, self._lead, dut, self.rst)
         waiting: list[tuple[Coroutine, Any]] = [(play(context), None)
-                                                for play in (test, *players)]
+                                                for play in (test, *runners)]
         try:
             while True:
                 triggers = []

@@ -119,7 +119,8 @@ def state_machines(fragment: Fragment, path: str = "") -> Iterator[tuple[str, St
 
 
 def _board(source_of_orders: CoordinateGenerator | SquareGenerator) -> Design:
-    return boards.nexys2_mill(source_of_orders, timing=MillTiming.real(), debounce=debounce_period())
+    return boards.nexys2_mill(source_of_orders, timing=MillTiming.real(),
+                              debounce=debounce_period())
 
 
 # Enough pixels for a block RAM. Which ones are set makes no difference to a check.

@@ -18,7 +18,7 @@ from fresa.motion import SquareGenerator
 from .. import boards
 from ..design import Design
 from ..engines import Engine, IcarusEngine, NetlistIcarusEngine, UnknownLevelError
-from ..players import MACHINES, stimuli
+from ..runners import MACHINES, stimuli
 from ..stimulus import Stimulus, random_blocks
 
 __all__ = ["ENGINES", "GUARDED", "MACHINE", "ON_A_LINE", "PANEL", "Runnable", "Seen", "look",
@@ -88,7 +88,7 @@ def look(design: Design, kind: type[Engine], runnable: Runnable, *, seed: int, c
         with kind(design) as engine:
             try:
                 for rows in runnable.stimulus(seed, clocks, resets):
-                    engine.play(rows, ())
+                    engine.apply(rows, ())
                     seen += len(next(iter(rows.values())))
             except UnknownLevelError as error:
                 when = f"clock {error.clock} of the run {'with' if resets else 'without'} reset"

@@ -17,7 +17,7 @@ from tb.boards import nexys2_positioner
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.positioner import PositionerModel
 from tb.models.protocol import bits
-from tb.players import ModelPlayer
+from tb.runners import ModelRunner
 
 BIT = 16
 TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
@@ -35,14 +35,14 @@ class Board:
         self.engine = kind(nexys2_positioner(timing=TIMING, debounce=3, **options))
         self.engine.set(rx=1, limits=RELEASED)
         self.seen = {name: np.empty(0, int) for name in OUTPUTS}
-        self.play([1] * 80)
+        self.apply([1] * 80)
 
-    def play(self, rx: list[int]) -> None:
-        for name, values in self.engine.play({"rx": rx}, OUTPUTS).items():
+    def apply(self, rx: list[int]) -> None:
+        for name, values in self.engine.apply({"rx": rx}, OUTPUTS).items():
             self.seen[name] = np.concatenate([self.seen[name], values])
 
     def say(self, text: str, wait: int = 80) -> None:
-        self.play([level for byte in text.encode() for bit in bits(byte) for level in [bit] * BIT]
+        self.apply([level for byte in text.encode() for bit in bits(byte) for level in [bit] * BIT]
                   + [1] * wait)
 
     def steps(self) -> list[int]:
@@ -69,7 +69,7 @@ class TestBoard:
     def test_switches_that_open_where_they_are_pressed(self):
         board = Board(normally_closed=True)
         board.engine.set(limits=0b010)
-        board.play([1] * 40)
+        board.apply([1] * 40)
         assert board.engine.get("leds") == 0b00010000
         board.say("CONNECT\nMOV MOT2 C\nMOV MOT1 C\n", 1000)
         assert board.steps()[1] == 0 < board.steps()[0]
@@ -88,15 +88,15 @@ class TestBoard:
         board = Board()
         board.say("CONNECT\nMOV MOT2 C\n")
         board.engine.set(reset=1)
-        board.play([1] * 2)
+        board.apply([1] * 2)
         board.engine.set(reset=0)
-        board.play([1] * 10)
+        board.apply([1] * 10)
         assert board.engine.get("leds") == 0b10000010
         board.engine.set(reset=1)
-        board.play([1] * 20)
+        board.apply([1] * 20)
         assert board.engine.get("leds") == 0
         board.engine.set(reset=0)
-        board.play([1] * 20)
+        board.apply([1] * 20)
         board.say("CONNECT\n")
         assert board.engine.get("leds") == 0b10000000
 
@@ -111,7 +111,7 @@ class TestBoard:
                          for level in [bit] * BIT] + [1] * 12_000
         levels = np.array([1, 1, *rx[:-2]])
         names = ("tx", "buzzer", "step", "direction", "enable")
-        rows = ModelPlayer(model).play(
+        rows = ModelRunner(model).apply(
             {"rx": levels, "limits": 0 * levels, "rst": 0 * levels}, names)
         for name in ("tx", "buzzer"):
             assert board.seen[name][1:].tolist() == rows[name][:-1].tolist()

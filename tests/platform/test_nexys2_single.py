@@ -34,7 +34,7 @@ def board():
 
 
 def type_in(board, text: bytes, after: int = 0):
-    return board.play({"rx": typed(text, TIMING.bit) + [1] * after}, OUTPUTS)
+    return board.apply({"rx": typed(text, TIMING.bit) + [1] * after}, OUTPUTS)
 
 
 def number(seen) -> int:
@@ -67,11 +67,11 @@ class TestBoard:
 
     def test_the_button_makes_this_place_0(self, board):
         type_in(board, b":v59999\r:x9\r", after=300)
-        assert number(board.play({"rx": [1] * 40}, OUTPUTS)) == 9
+        assert number(board.apply({"rx": [1] * 40}, OUTPUTS)) == 9
         board.set(button=1)
         board.run(2 * STILL + 5)
         board.set(button=0)
-        seen = board.play({"rx": [1] * 2000}, OUTPUTS)
+        seen = board.apply({"rx": [1] * 2000}, OUTPUTS)
         assert number(seen) == 0
         assert set(seen["coils"]) == {PHASES[1]}
         assert shown(seen["tx"], TIMING.bit).startswith(b"!\r\n?\r\n")
@@ -83,11 +83,11 @@ class TestBoard:
             board.run(clocks)
             board.set(button=0)
             board.run(4 * STILL)
-        assert number(board.play({"rx": [1] * 40}, OUTPUTS)) == 9
+        assert number(board.apply({"rx": [1] * 40}, OUTPUTS)) == 9
 
     def test_the_motor_has_no_power_before_the_first_clock(self):
         with AmaranthEngine(nexys2_single(machine(), debounce=STILL, scan_bits=3)) as engine:
-            seen = engine.play({"rx": [1] * 9}, ["coils", "bridge"])
+            seen = engine.apply({"rx": [1] * 9}, ["coils", "bridge"])
         assert seen["bridge"].tolist() == [0, *[1] * 8]
         assert seen["coils"].tolist() == [0, 0, *[PHASES[0]] * 7]
 

@@ -143,7 +143,7 @@ class TestEngine:
         played, watch = stimulus(900), list(design.outputs)
         for kind in (AmaranthEngine, GHDLEngine):
             with kind(design) as engine:
-                rows = engine.play(played, watch)
+                rows = engine.apply(played, watch)
                 changes = engine.run(100, watch)
                 seen.append(({n: v.tolist() for n, v in rows.items()}, changes.clock.tolist(),
                              {n: v.tolist() for n, v in changes.values.items()}))
@@ -157,7 +157,7 @@ class TestEngine:
 
     def test_generics(self, adder):
         with GHDLEngine(adder(first=8, forwards=False)) as engine:
-            seen = engine.play({"go": [1, 1], "select": [4, 4]}, ["total"])
+            seen = engine.apply({"go": [1, 1], "select": [4, 4]}, ["total"])
             assert seen["total"].tolist() == [8, 8]
 
     def test_waveform(self, adder, tmp_path):
@@ -202,7 +202,7 @@ class TestUnknown:
         with GHDLEngine(adder(odd)) as engine:
             engine.run(4)
             with pytest.raises(UnknownLevelError, match=message.format(6)) as caught:
-                engine.play({"select": [1, 2, 7, 1], "go": [1, 1, 1, 1]}, ["total"])
+                engine.apply({"select": [1, 2, 7, 1], "go": [1, 1, 1, 1]}, ["total"])
             assert caught.value.before["total"].tolist() == [3, 4]
         with GHDLEngine(adder(odd)) as engine:
             engine.set(select=7)

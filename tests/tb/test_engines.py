@@ -17,7 +17,15 @@ from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
 from amaranth.lib.memory import Memory
 
 from tb.design import Design
-from tb.engines import ENGINES, AmaranthEngine, CXXRTLEngine, EngineError, build, choose, made_on
+from tb.engines import (
+    ENGINES,
+    AmaranthEngine,
+    CXXRTLEngine,
+    EngineError,
+    build,
+    build_with_fallback,
+    choose,
+)
 
 NO_COMPILER = CXXRTLEngine.missing()
 compiler = [
@@ -284,7 +292,7 @@ class TestEngine:
     @engines
     def test_play_samples_before_the_edge(self, kind):
         with kind(machine()) as engine:
-            played = engine.play(
+            played = engine.apply(
                 {"go": [1, 1, 0], "at": [0, 2, 2], "many": [0, 4, 4]}, ["both", "seen_here"]
             )
             # The first row is seen before any edge, and what the last edge does in no row.
@@ -292,8 +300,8 @@ class TestEngine:
             assert played["seen_here"].tolist() == [1, 3, 3]
             assert engine.clock == 3
             assert engine.get("seen_here", "both") == (0, 0)
-            assert engine.play({}, ["both"])["both"].tolist() == []
-            assert engine.play({"at": []}, []) == {}
+            assert engine.apply({}, ["both"])["both"].tolist() == []
+            assert engine.apply({"at": []}, []) == {}
             assert engine.clock == 3
 
     @engines
@@ -301,7 +309,7 @@ class TestEngine:
         design = machine()
         played = stimulus(design, 100, 1)
         with kind(design) as engine:
-            rows = engine.play(played, list(design.outputs))
+            rows = engine.apply(played, list(design.outputs))
             end = engine.get(*design.outputs)
         with kind(machine()) as engine:
             for n in range(100):
@@ -323,13 +331,13 @@ class TestEngine:
             (lambda e: e.run(1, until={"x": 0}), "Design machine has no output named 'x'"),
             (lambda e: e.run(1, until={"busy": 2}), "Value of busy must be 0 to 1, not 2"),
             (lambda e: e.run(-1), "Number of clocks must not be negative, not -1"),
-            (lambda e: e.play({"up": [1]}, []), "Design machine has no input named 'up'"),
-            (lambda e: e.play({}, ["up"]), "Design machine has no output named 'up'"),
-            (lambda e: e.play({"go": [1, 2]}, []), "Value of go must be 0 to 1, not 2"),
-            (lambda e: e.play({"at": [1, -2]}, []), "Value of at must be 0 to 255, not -2"),
-            (lambda e: e.play({"go": [1], "at": []}, []), "Stimulus of at has 0 rows, not 1"),
-            (lambda e: e.play({"go": [0.5]}, []), "Stimulus of go must be one row of integers"),
-            (lambda e: e.play({"go": 1}, []), "Stimulus of go must be one row of integers"),
+            (lambda e: e.apply({"up": [1]}, []), "Design machine has no input named 'up'"),
+            (lambda e: e.apply({}, ["up"]), "Design machine has no output named 'up'"),
+            (lambda e: e.apply({"go": [1, 2]}, []), "Value of go must be 0 to 1, not 2"),
+            (lambda e: e.apply({"at": [1, -2]}, []), "Value of at must be 0 to 255, not -2"),
+            (lambda e: e.apply({"go": [1], "at": []}, []), "Stimulus of at has 0 rows, not 1"),
+            (lambda e: e.apply({"go": [0.5]}, []), "Stimulus of go must be one row of integers"),
+            (lambda e: e.apply({"go": 1}, []), "Stimulus of go must be one row of integers"),
         ],
     )
     def test_refuses(self, kind, do, message):
@@ -357,7 +365,7 @@ class TestEngine:
         engine = kind(machine())
         engine.close()
         engine.close()
-        for do in (engine.set, engine.get, lambda: engine.run(1), lambda: engine.play({}, [])):
+        for do in (engine.set, engine.get, lambda: engine.run(1), lambda: engine.apply({}, [])):
             with pytest.raises(EngineError, match=r"^The engine is closed; make a new one$"):
                 do()
 
@@ -390,10 +398,10 @@ class TestEngine:
             engine.set(d=2**64 - 1)
             engine.run(1)
             assert engine.get("q") == 2**64 - 2
-            assert engine.play({"d": [2**63]}, ["q"])["q"].tolist() == [2**64 - 2]
+            assert engine.apply({"d": [2**63]}, ["q"])["q"].tolist() == [2**64 - 2]
             assert engine.get("q") == 2**63 - 1
             with pytest.raises(ValueError, match=r"^Value of d must be 0 to \d+, not -1$"):
-                engine.play({"d": [-1]}, [])
+                engine.apply({"d": [-1]}, [])
 
 
 class TestAgreement:
@@ -407,7 +415,7 @@ class TestAgreement:
         seen = []
         for kind, again in ((AmaranthEngine, design), (CXXRTLEngine, make())):
             with kind(again) as engine:
-                rows = engine.play(played, watch)
+                rows = engine.apply(played, watch)
                 changes = engine.run(300, watch)
                 seen.append(({n: v.tolist() for n, v in rows.items()}, *joined([changes])))
         assert seen[0] == seen[1]
@@ -421,7 +429,7 @@ class TestAgreement:
             engine.set(at=5)
             changes = engine.run(rows, ["wide"], until={"busy": 1})
         with CXXRTLEngine(machine()) as engine:
-            played = engine.play({"at": np.full(rows + 1, 5)}, ["wide"])
+            played = engine.apply({"at": np.full(rows + 1, 5)}, ["wide"])
         assert (changes.clock == np.arange(rows + 1)).all()
         assert (changes["wide"] == played["wide"]).all()
 
@@ -449,7 +457,7 @@ class TestAgreement:
             engine.set(rst=1)
             assert engine.get("count", "high") == (0, 0)
             engine.run(1)
-            assert engine.play({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
+            assert engine.apply({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
 
     @pytest.mark.compiler
     @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
@@ -595,19 +603,19 @@ class TestMadeOn:
             raise EngineError(f"{kind.name} fails")
 
         with pytest.raises(EngineError, match=f"^{tried[-1]} fails$"):
-            made_on(name, breaks)
+            build_with_fallback(name, breaks)
         assert kinds == tried
 
     def test_why_it_serves_is_told(self, monkeypatch):
         monkeypatch.setattr("tb.engines.choose", lambda name: CXXRTLEngine)
-        assert made_on(None, lambda kind: kind) == (CXXRTLEngine, None)
+        assert build_with_fallback(None, lambda kind: kind) == (CXXRTLEngine, None)
 
         def fails_fast(kind):
             if kind is CXXRTLEngine:
                 raise EngineError("The compiler failed")
             return kind
 
-        assert made_on(None, fails_fast) == (
+        assert build_with_fallback(None, fails_fast) == (
             AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth")
 
 
@@ -639,7 +647,7 @@ class TestWaveform:
             engine.run(3)
             engine.set(at=1)
             engine.get("seen_here")
-            engine.play({"go": [0, 0, 1, 0]}, ["busy"])
+            engine.apply({"go": [0, 0, 1, 0]}, ["busy"])
             engine.set(many=7)
         return waves(path)
 
@@ -696,7 +704,7 @@ class TestTrace:
             assert engine.tracing
             engine.run(6)
             engine.set(at=7)
-            engine.play({"many": [1, 1, 9, 9]}, ["busy"])
+            engine.apply({"many": [1, 1, 9, 9]}, ["busy"])
             engine.trace(None)
             assert not engine.tracing
             engine.run(5)
@@ -712,7 +720,7 @@ class TestTrace:
             engine.set(go=1, at=3, many=2)
             engine.run(26)
             engine.set(at=7)
-            engine.play({"many": [1, 1, 9, 9]}, ["busy"])
+            engine.apply({"many": [1, 1, 9, 9]}, ["busy"])
             engine.run(7)
         return waves(path)
 
@@ -746,7 +754,7 @@ class TestTrace:
                     if traced:
                         engine.trace(tmp_path / "it.vcd" if n % 100 else None)
                     part = {name: values[n:n + 50] for name, values in played.items()}
-                    rows.append(engine.play(part, outputs))
+                    rows.append(engine.apply(part, outputs))
                 assert engine.clock == 300
             seen.append({name: np.concatenate([row[name] for row in rows]).tolist()
                          for name in outputs})

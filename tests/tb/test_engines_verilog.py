@@ -179,12 +179,12 @@ class TestEngine:
     @engines
     def test_play_samples_before_the_edge(self, kind):
         with kind(adder()) as engine:
-            played = engine.play({"go": [1, 1, 0], "at": [1, 2, 3]}, ["total", "both"])
+            played = engine.apply({"go": [1, 1, 0], "at": [1, 2, 3]}, ["total", "both"])
             assert played["total"].tolist() == [3, 8, 18]
             assert played["both"].tolist() == [1, 2, 0]
             assert engine.clock == 3
-            assert engine.play({}, ["both"])["both"].tolist() == []
-            engine.play({"go": [1]}, [])  # the rest holds
+            assert engine.apply({}, ["both"])["both"].tolist() == []
+            engine.apply({"go": [1]}, [])  # the rest holds
             assert engine.get("total") == 18 + 15
 
     @engines
@@ -192,7 +192,7 @@ class TestEngine:
         design = adder()
         played = stimulus(design, 60, 1)
         with kind(design) as engine:
-            rows = engine.play(played, list(design.outputs))
+            rows = engine.apply(played, list(design.outputs))
             end = engine.get(*design.outputs)
         with kind(design) as engine:
             for n in range(60):
@@ -211,7 +211,7 @@ class TestEngine:
             assert one.run(60, ["wide"])["wide"].tolist() == expected.tolist()
             assert expected.max() > 1 << 60
             assert two.get("wide") == 0
-            assert one.play({"at": [0]}, ["wide"])["wide"].dtype == np.uint64
+            assert one.apply({"at": [0]}, ["wide"])["wide"].dtype == np.uint64
 
     @engines
     def test_asynchronous_reset(self, kind):
@@ -225,7 +225,7 @@ class TestEngine:
             e.set(rst=1)
             assert e.get("count", "high") == (0, 0)
             e.run(1)
-            assert e.play({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
+            assert e.apply({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
 
     @engines
     def test_closed(self, kind):
@@ -251,7 +251,7 @@ class TestAgreement:
         played, watch, seen = stimulus(design, 700, 7), list(design.outputs), []
         for engine_kind, again in ((AmaranthEngine, design), (kind, make())):
             with engine_kind(again) as engine:
-                rows = engine.play(played, watch)
+                rows = engine.apply(played, watch)
                 changes = engine.run(100, watch)
                 seen.append(({n: v.tolist() for n, v in rows.items()}, changes.clock.tolist(),
                              {n: v.tolist() for n, v in changes.values.items()}))
@@ -273,7 +273,7 @@ class TestUnknown:
         with kind(no_value()) as engine:
             engine.run(7)
             with pytest.raises(UnknownLevelError, match=message.format(9)) as caught:
-                engine.play({"at": [0, 4, 6, 7, 0]}, ["other"])
+                engine.apply({"at": [0, 4, 6, 7, 0]}, ["other"])
             assert caught.value.before["other"].tolist() == [0, 4]
             with pytest.raises(EngineError, match="closed"):
                 engine.get("other")
@@ -299,7 +299,7 @@ class TestUnknown:
         seen = []
         for _ in range(2):
             with VerilatorEngine(no_value()) as engine:
-                seen.append(engine.play({"at": list(range(8))}, ["word"])["word"].tolist())
+                seen.append(engine.apply({"at": list(range(8))}, ["word"])["word"].tolist())
         assert seen[0] == seen[1]
         assert seen[0][:5] == [1, 2, 3, 4, 5]
 
@@ -334,7 +334,7 @@ class TestWaveform:
             engine.run(2)
             engine.set(at=1)
             engine.get("both")
-            engine.play({"go": [0, 1]}, ["both"])
+            engine.apply({"go": [0, 1]}, ["both"])
             engine.set(at=2)
         read = waves(path)
         assert read["clk"][:9] == [(10 * n, "1" if n % 2 else "") for n in range(9)]

@@ -241,7 +241,7 @@ class TestNetlist:
                 played[name] = [sum(row[place + bit] << bit for bit in range(len(bits)))
                                 for row in rows]
                 place += len(bits)
-            expected = engine.play(played, list(netlist.outputs))
+            expected = engine.apply(played, list(netlist.outputs))
         right, *_ = shown(netlist, [], rows)
         place = 0
         for name, bits in netlist.outputs.items():

@@ -14,7 +14,7 @@ from tb.contracts.proof import check, missing, prove
 from tb.cosim import lockstep
 from tb.engines import AmaranthEngine, EngineError, source
 from tb.engines.ghdl import GHDLEngine
-from tb.players import MACHINES, close_all, make_players, stimuli
+from tb.runners import MACHINES, close_all, make_runners, stimuli
 from tb.stimulus import moods
 from tb.vhdl import FOLDER, REFERENCES, Mistake, Reference
 from tb.vhdl.miter import MITERS, Miter, synthesized
@@ -187,11 +187,11 @@ class TestStimulus:
             assert all(len(row) == len(block["rst"]) for block in blocks for row in block.values())
 
 
-def play(name: str, clocks: int, kind=GHDLEngine) -> dict[str, np.ndarray]:
+def run(name: str, clocks: int, kind=GHDLEngine) -> dict[str, np.ndarray]:
     machine = MACHINES[name]
     outputs = list(machine.shared.outputs)
     with kind(machine.shared) as engine:
-        parts = [engine.play(block, outputs) for block in stimuli(machine, 1, clocks)]
+        parts = [engine.apply(block, outputs) for block in stimuli(machine, 1, clocks)]
     return {output: np.concatenate([part[output] for part in parts]).astype(np.uint64)
             for output in outputs}
 
@@ -201,17 +201,17 @@ class TestInStep:
     @every
     def test_agrees_with_amaranth(self, name):
         machine = MACHINES[name]
-        players = make_players(machine, ["amaranth", "ghdl"])
+        runners = make_runners(machine, ["amaranth", "ghdl"])
         try:
-            outcome = lockstep(players, stimuli(machine, 3, 1500), list(machine.shared.outputs))
+            outcome = lockstep(runners, stimuli(machine, 3, 1500), list(machine.shared.outputs))
         finally:
-            close_all(players)
+            close_all(runners)
         assert outcome.finding is None
 
     @every
     def test_stimulus_moves_every_bit_of_every_output(self, name):
         still = {"segments": 0x80}  # the point is never lit
-        for output, levels in play(name, 3000).items():
+        for output, levels in run(name, 3000).items():
             if output not in REFERENCES[name].idle:
                 width = len(Value.cast(MACHINES[name].shared.outputs[output]))
                 moved = int(np.bitwise_or.reduce(levels[1:] ^ levels[:-1]))
@@ -227,15 +227,15 @@ class TestInStep:
         assert design.vhdl is not None
         design = replace(design, vhdl=replace(
             design.vhdl, files=(*reference.files[:-1], wrong)))
-        players = {"amaranth": AmaranthEngine(machine.design()), "ghdl": GHDLEngine(design)}
+        runners = {"amaranth": AmaranthEngine(machine.design()), "ghdl": GHDLEngine(design)}
         try:
-            found = lockstep(players, stimuli(machine, 1, 3000), list(design.outputs)).finding
+            found = lockstep(runners, stimuli(machine, 1, 3000), list(design.outputs)).finding
         finally:
-            close_all(players)
+            close_all(runners)
         assert found is not None and found.engine == "ghdl"
 
     def test_counter_goes_round(self):
-        seen = play("counter", 70_000)["count"].astype(int)
+        seen = run("counter", 70_000)["count"].astype(int)
         steps = set(zip(seen[:-1].tolist(), seen[1:].tolist(), strict=True))
         assert {(0, 0xFFFF), (0xFFFF, 0), (0x7FFF, 0x8000)} <= steps
 

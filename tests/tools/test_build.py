@@ -93,7 +93,7 @@ class TestPositioner:
     @pytest.mark.parametrize("options", [[], [
         "--top-speed", 1_000_000, "--width-ns", 400, "--low-ns", 400, "--setup-ns", 200,
         "--hold-ns", 200, "--inverted", "--enable-low", "--normally-closed", "--backlash", 3, 0, 12,
-        "--guards", "X-", "X+", "Z+"]])
+        "--limit-ends", "X-", "X+", "Z+"]])
     def test_files_and_facts(self, tmp_path, options):
         out = tmp_path / "out"
         assert run("--machine", "positioner", *options, "--no-report", "-o", out) == 0
@@ -103,7 +103,7 @@ class TestPositioner:
         assert facts["machine"] == "positioner" and set(facts["files"]) == names
         assert facts["top_speed"] == (1_000_000 if options else 1500)
         assert facts["backlash"] == ([3, 0, 12] if options else [0, 0, 0])
-        assert facts["guards"] == (["X-", "X+", "Z+"] if options else ["X+", "Y+", "Z+"])
+        assert facts["limit_ends"] == (["X-", "X+", "Z+"] if options else ["X+", "Y+", "Z+"])
         for name in ("inverted", "enable_low", "normally_closed"):
             assert facts[name] == bool(options)
         assert facts["bit_clocks"] == 5208
@@ -112,8 +112,8 @@ class TestPositioner:
     @pytest.mark.parametrize(("arguments", "message"), [
         (["--top-speed", "1000000"], "top speed must be at most 263157 steps/s with pulses 190"),
         (["--baud", "4000000"], "baud at a clock of 50000000 Hz must be"),
-        (["--guards", "X+", "X+", "Y+"], "guards must be different ends of X-, X+"),
-        (["--guards", "X+", "Q+", "Y+"], "invalid choice: 'Q+'"),
+        (["--limit-ends", "X+", "X+", "Y+"], "limit ends must be different ends of X-, X+"),
+        (["--limit-ends", "X+", "Q+", "Y+"], "invalid choice: 'Q+'"),
         (["--backlash", "1", "2"], "argument --backlash: expected 3 arguments"),
         (["--backlash", "1", "2", "-3"], "argument --backlash"),
         (["--unipolar"], "unrecognized arguments: --unipolar"),

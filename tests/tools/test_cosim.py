@@ -15,7 +15,7 @@ from tb import boards
 from tb.cosim import lockstep
 from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, source
 from tb.models.mill import MillModel
-from tb.players import MACHINES, MODEL, ModelPlayer, close_all, make_players, stimuli
+from tb.runners import MACHINES, MODEL, ModelRunner, close_all, make_runners, stimuli
 from tb.shrink import script, shrink
 from tb.stimulus import BLOCK, chance, cut, last_rows, random_blocks
 from tb.vhdl import REFERENCES
@@ -62,12 +62,12 @@ class Late(AmaranthEngine):
 
 
 class Fake:
-    """A player of one output that counts clocks, and is wrong from a clock on where `go` is 1."""
+    """A runner of one output that counts clocks, and is wrong from a clock on where `go` is 1."""
 
     def __init__(self, wrong_from: int = 1 << 60, unknown: int | None = None) -> None:
         self.clock, self.wrong_from, self.unknown = 0, wrong_from, unknown
 
-    def play(self, stimulus, outputs, /):
+    def apply(self, stimulus, outputs, /):
         clocks = self.clock + np.arange(len(stimulus["go"]))
         self.clock += len(clocks)
         if self.unknown is not None and self.unknown in clocks:
@@ -81,10 +81,10 @@ class Fake:
         pass
 
 
-def played(players, rows: int = 90, block: int = 20, **kwargs):
+def played(runners, rows: int = 90, block: int = 20, **kwargs):
     stimulus = {"go": np.ones(rows, np.uint8), "at": np.arange(rows) // 7}
     blocks = (cut(stimulus, start, start + block) for start in range(0, rows, block))
-    return lockstep(players, blocks, ["n"], **kwargs)
+    return lockstep(runners, blocks, ["n"], **kwargs)
 
 
 class TestStimulus:
@@ -104,7 +104,7 @@ class TestStimulus:
 
     def test_orders_reach_what_they_should(self):
         (block, *_) = stimuli(MILL, 1, 12_000)
-        seen = ModelPlayer(mill_model()).play(block, OUTPUTS)
+        seen = ModelRunner(mill_model()).apply(block, OUTPUTS)
         assert seen["error"].any()  # refused orders
         assert (seen["ready"] & (block["mode"] == 1)).sum() > 100
         assert block["stop"].any() and block["rst"].any() and (block["mode"] == 0).any()
@@ -125,8 +125,8 @@ class TestLockstep:
         assert outcome.checksum != played({"b": Fake(88)}).checksum
 
     def test_left_behind(self):
-        players = {"a": Fake(), "b": Fake(60), "c": Fake()}
-        outcome = played(players, most={"b": 45})
+        runners = {"a": Fake(), "b": Fake(60), "c": Fake()}
+        outcome = played(runners, most={"b": 45})
         assert outcome.finding is None
         assert [tally.clocks for tally in outcome.tallies.values()] == [90, 45, 90]
 
@@ -151,9 +151,9 @@ class TestLockstep:
         assert finding is not None and finding.difference.clock == 43
 
     def test_the_mill_and_its_model(self):
-        players = make_players(MILL, [MODEL, "amaranth"])
-        outcome = lockstep(players, stimuli(MILL, 5, 3000), OUTPUTS)
-        close_all(players)
+        runners = make_runners(MILL, [MODEL, "amaranth"])
+        outcome = lockstep(runners, stimuli(MILL, 5, 3000), OUTPUTS)
+        close_all(runners)
         assert outcome.finding is None
 
 
@@ -213,7 +213,7 @@ class TestCommand:
         assert run("--machine", "coil", "--engines", "model,amaranth") == 2
         assert "no engine is named 'model'; there are cxxrtl, " in capsys.readouterr().err
         outputs = list(MACHINES["coil"].shared.outputs)
-        first, again = (make_players(MACHINES["coil"], ["amaranth"])["amaranth"] for _ in range(2))
+        first, again = (make_runners(MACHINES["coil"], ["amaranth"])["amaranth"] for _ in range(2))
         outcome = lockstep({"a": first, "b": again}, stimuli(MACHINES["coil"], 1, 900), outputs)
         assert outcome.finding is None and outcome.tallies["b"].clocks == 900
 
@@ -231,9 +231,9 @@ class TestCommand:
         """What is typed moves every motor, one both ways, meets a switch, and is answered."""
         machine = MACHINES["positioner"]
         assert machine.model is not None
-        player, up, down, answered, sounds = ModelPlayer(machine.model()), 0, 0, False, False
+        runner, up, down, answered, sounds = ModelRunner(machine.model()), 0, 0, False, False
         for block in stimuli(machine, 2, 30_000):
-            seen = player.play(block, list(machine.shared.outputs))
+            seen = runner.apply(block, list(machine.shared.outputs))
             rises, way = ~seen["step"][:-1] & seen["step"][1:], seen["direction"][1:]
             up |= np.bitwise_or.reduce(rises & way)
             down |= np.bitwise_or.reduce(rises & ~way)
@@ -280,7 +280,7 @@ class TestCommand:
         assert (first["engine"], first["reference"]) == ("amaranth", "model")
         assert list(first["outputs"]) == list(short["outputs"]) == ["count"]
         block = last_rows(stimuli(MILL, 1, 3000), 3000, 3000)
-        count = ModelPlayer(mill_model()).play(block, OUTPUTS)["count"]
+        count = ModelRunner(mill_model()).apply(block, OUTPUTS)["count"]
         late = (block["counter_select"][1:] == 1) & (count[1:] != count[:-1])
         assert first["clock"] == 1 + late.argmax()
         assert short["clock"] < 20
@@ -297,7 +297,7 @@ class TestCommand:
         bug = type("Bug", (ENGINES["icarus"],), {
             "_sources": classmethod(lambda cls, design: {"design.v": source.verilog(wrong)})})
         monkeypatch.setitem(ENGINES, "icarus", bug)
-        models = {name: ModelPlayer(MillModel(period=3, scan_bits=4, jog_period=2, z_travel=n))
+        models = {name: ModelRunner(MillModel(period=3, scan_bits=4, jog_period=2, z_travel=n))
                   for name, n in (("model", 5), ("icarus", 6))}
         expected = lockstep(models, stimuli(MILL, 1, 4000), OUTPUTS).finding
         prefix, figures = tmp_path / "bug", tmp_path / "bug.json"
@@ -384,6 +384,6 @@ def test_engine_errors_are_one_line(monkeypatch, capsys):
     def fail(*_, **__):
         raise EngineError("it is broken")
 
-    monkeypatch.setattr(cosim, "make_players", fail)
+    monkeypatch.setattr(cosim, "make_runners", fail)
     assert run("--engines", "model,amaranth") == 2
     assert capsys.readouterr().err == "error: it is broken\n"

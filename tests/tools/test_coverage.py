@@ -12,7 +12,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.fsm import leave_unused_codes
-from tb import coverage, players
+from tb import coverage, runners
 from tb.boards import component
 from tb.contracts import COMPONENTS, Component
 from tb.contracts.proof import missing
@@ -134,7 +134,7 @@ class TestLines:
         assert "never: " in said and "NOT 100 % of bits" in said
 
     def test_of_another_machine_what_is_usual(self, tmp_path, monkeypatch):
-        monkeypatch.setitem(players.MACHINES, "single", players.MACHINES["divider"])  # is small
+        monkeypatch.setitem(runners.MACHINES, "single", runners.MACHINES["divider"])  # is small
         facts = tmp_path / "lines.json"
         arguments = ["lines", "--machine", "single", "--cycles", "4", "--json", str(facts)]
         for least, status in ((10, 0), (99.9, 1)):

@@ -13,7 +13,7 @@ from tb.compare import Difference
 from tb.contracts.proof import Control, Proof, missing
 from tb.cosim import Finding, Outcome, Tally
 from tb.engines.ghdl import GHDLEngine
-from tb.players import MACHINES
+from tb.runners import MACHINES
 from tb.vhdl import REFERENCES, Mistake
 from tb.vhdl.miter import MITERS
 from tools import vhdl

@@ -3,7 +3,7 @@
 import threading
 from dataclasses import replace
 
-from tb.engines import AmaranthEngine, Engine, EngineError, made_on
+from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback
 from tb.milling import ready_to_mill
 
 from .messages import Job
@@ -79,7 +79,7 @@ class Builder:
 
     def _make(self, job: Job) -> tuple[Job, int, Engine | EngineError]:
         try:
-            made, self.note = made_on(self._name, lambda kind: _ready(job, kind))
+            made, self.note = build_with_fallback(self._name, lambda kind: _ready(job, kind))
             return made
         except EngineError as error:
             return job, 0, error

@@ -60,7 +60,8 @@ def build_mill(board: str, *, timing: MillTiming, picture: Prepared | None = Non
         return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
 
     platform = platform_class()
-    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), timing=timing, guard=guard)
+    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), timing=timing,
+                     guard=guard)
     built = on_board("mill", platform, top, nexys2_mill(
         source(), timing=timing, debounce=debounce_period(), guard=guard))
     if picture is None:

@@ -6,8 +6,8 @@ from typing import Any
 from fresa.drive import MAX_PULSE
 from fresa.machines import Positioner
 from fresa.machines.mill import CLOCK
-from fresa.machines.positioner import ENDS, GUARDS, TOP_SPEED, PositionerTiming
-from fresa.motion import MAX_PLAY
+from fresa.machines.positioner import ENDS, LIMIT_ENDS, TOP_SPEED, PositionerTiming
+from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
 from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
@@ -104,19 +104,21 @@ def add_machine_options(group: argparse._ArgumentGroup) -> None:
     """Add the options by which lines, and limit switches, have another effect."""
     group.add_argument("--top-speed", metavar="N", type=whole(1), default=TOP_SPEED,
                        help="most steps a second of a motor (default: %(default)s)")
-    group.add_argument("--backlash", metavar=("X", "Y", "Z"), nargs=3, type=whole(0, MAX_PLAY),
+    group.add_argument("--backlash", metavar=("X", "Y", "Z"), nargs=3, type=whole(0, MAX_BACKLASH),
                        default=(0, 0, 0),
-                       help="steps of play that each axis takes up at a reversal (default: 0 0 0)")
-    group.add_argument("--guards", metavar=("END1", "END2", "END3"), nargs=3, choices=ENDS,
-                       default=GUARDS,
+                       help="steps of backlash that each axis takes up at a reversal (default: 0 "
+                            "0 0)")
+    group.add_argument("--limit-ends", "--guards", metavar=("END1", "END2", "END3"), nargs=3,
+                       choices=ENDS,
+                       default=LIMIT_ENDS,
                        help=f"the end at which the switch of each limit input is, of "
-                            f"{', '.join(ENDS)} (default: {' '.join(GUARDS)})")
+                            f"{', '.join(ENDS)} (default: {' '.join(LIMIT_ENDS)})")
 
 
 def machine_options(args: argparse.Namespace) -> dict[str, Any]:
     """Give these: ``top_speed`` for its timing, and the others for :class:`Positioner`."""
     return {"top_speed": args.top_speed, "backlash": tuple(args.backlash),
-            "guards": tuple(args.guards)}
+            "limit_ends": tuple(args.limit_ends)}
 
 
 POSITIONER = Kind(add_options, job)

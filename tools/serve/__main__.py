@@ -50,7 +50,7 @@ examples:
       any person on this computer can connect to that port.
 
   python -m tools.serve single --ramp 1000 --top-speed 600
-  python -m tools.serve positioner --backlash 4 4 0 --guards X- Y- Z-
+  python -m tools.serve positioner --backlash 4 4 0 --limit-ends X- Y- Z-
       Machines with a ramp, with play in two axes, and with switches at other ends.
 
   python -m tools.serve positioner --speed 10

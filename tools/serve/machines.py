@@ -10,13 +10,13 @@ from typing import Any
 
 from fresa.machines import SerialOrders
 from fresa.machines.mill import MillTiming
-from fresa.machines.positioner import GUARDS, TOP_SPEED, Positioner, PositionerTiming
+from fresa.machines.positioner import LIMIT_ENDS, TOP_SPEED, Positioner, PositionerTiming
 from fresa.machines.single import TURN, Single, SingleTiming
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2_common import debounce_period
 from tb.boards import component, nexys2_mill
 from tb.design import Design
-from tb.engines import AmaranthEngine, Engine, EngineError, made_on
+from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback
 from tb.milling import AUTOMATIC
 
 from ..console import FIRST_TIME, Progress, UserError, warn
@@ -63,7 +63,7 @@ class Served:
         """Return it with the options that were parsed."""
         options = self.options(args)
         return replace(self, design=partial(self.design, **options),
-                       switches=options.get("guards", self.switches))
+                       switches=options.get("limit_ends", self.switches))
 
 
 def _single(clock: int, baud: int, *, turn: int = TURN, **options: Any) -> Design:
@@ -86,7 +86,7 @@ MACHINES = {
     "single": Served("one motor; commands such as  :x100  and Return", _single,
                      add_options=single.add_machine_options, options=single.machine_options),
     "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner,
-                         switches=GUARDS, add_options=positioner.add_machine_options,
+                         switches=LIMIT_ENDS, add_options=positioner.add_machine_options,
                          options=positioner.machine_options),
     "mill": Served("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                    _mill, {"switches": AUTOMATIC}),
@@ -110,7 +110,7 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
     """
     with Progress(1, "machines", f"building the machine{FIRST_TIME}"):
         try:
-            made, note = made_on(name, lambda kind: _make(served, kind))
+            made, note = build_with_fallback(name, lambda kind: _make(served, kind))
         except EngineError as error:
             raise UserError(str(error)) from error
         except ValueError as error:

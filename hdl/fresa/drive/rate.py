@@ -62,9 +62,10 @@ class RateGenerator(wiring.Component):
         m.d.comb += rate.eq(Mux(self.rate > self.max_rate, self.max_rate, self.rate))
 
         # The sum less the modulus: the sign says when it is time, as in FrequencyDivider.
-        late = Signal(range(-self.modulus, self.max_rate), init=-self.modulus, reset_less=True)
-        m.d.comb += self.due.eq(late >= 0)
+        accumulator = Signal(range(-self.modulus, self.max_rate), init=-self.modulus,
+                             reset_less=True)
+        m.d.comb += self.due.eq(accumulator >= 0)
         with m.If(~self.due | self.moved):
-            m.d.sync += late.eq(late + Mux(self.due, rate - self.modulus, rate))
+            m.d.sync += accumulator.eq(accumulator + Mux(self.due, rate - self.modulus, rate))
 
         return m

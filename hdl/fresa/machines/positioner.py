@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
 from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
-from ..motion import MAX_PLAY, Axis, Positioning
+from ..motion import MAX_BACKLASH, Axis, Positioning
 from ..protocol import (
     BAUD,
     LineReader,
@@ -22,7 +22,7 @@ from ..protocol import (
 from ..protocol.positioner import MOTORS, Answer
 from .mill import CLOCK
 
-__all__ = ["ANSWERS", "ENDS", "GUARDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
+__all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
            "PositionerTiming"]
 
 TOP_SPEED = 1500
@@ -34,7 +34,7 @@ LINE_LENGTH = 254
 ENDS = ("X-", "X+", "Y-", "Y+", "Z-", "Z+")
 """The ends of the axes. Clockwise leads to +."""
 
-GUARDS = ("X+", "Y+", "Z+")
+LIMIT_ENDS = ("X+", "Y+", "Z+")
 """The end at which the switch of each limit input is, unless told otherwise."""
 
 ANSWERS = tuple(f"! {answer.name.replace('_', ' ')}\n".encode() for answer in Answer)
@@ -139,8 +139,8 @@ class Positioner(wiring.Component):
     inverted : bool
         STEP and DIR go through optocouplers that invert them.
     backlash : sequence of int
-        Steps that each axis needs to take up the play of its gears after a reversal.
-    guards : sequence of str
+        Steps that each axis needs to take up the backlash of its gears after a reversal.
+    limit_ends : sequence of str
         For each limit input the end at which its switch is, of ``ENDS``, each once.
 
     Members
@@ -182,7 +182,8 @@ class Positioner(wiring.Component):
     fault: Out(1)
 
     def __init__(self, *, timing: PositionerTiming | None = None, inverted: bool = False,
-                 backlash: Sequence[int] = (0, 0, 0), guards: Sequence[str] = GUARDS) -> None:
+                 backlash: Sequence[int] = (0, 0, 0),
+                 limit_ends: Sequence[str] = LIMIT_ENDS) -> None:
         timing = timing or PositionerTiming.real()
         bit = bit_period(timing.clock, timing.baud)
         in_range("top speed", timing.top_speed, 1, timing.clock)
@@ -190,17 +191,19 @@ class Positioner(wiring.Component):
         if timing.clock // timing.top_speed < shortest:
             raise ValueError(f"top speed must be at most {timing.clock // shortest} steps/s with "
                              f"pulses {shortest} clocks apart, not {timing.top_speed}")
-        if len(backlash) != MOTORS or len(guards) != MOTORS:
+        if len(backlash) != MOTORS or len(limit_ends) != MOTORS:
             raise ValueError(f"there is a backlash and a guard for each of {MOTORS} axes, "
-                             f"not {backlash!r} and {guards!r}")
-        if len(set(guards)) < MOTORS or not set(guards) <= set(ENDS):
-            raise ValueError(f"guards must be different ends of {', '.join(ENDS)}, not {guards!r}")
-        self._inverted, self._guards = inverted, tuple(guards)
-        self._backlash = [in_range("backlash", play, 0, MAX_PLAY) for play in backlash]
+                             f"not {backlash!r} and {limit_ends!r}")
+        if len(set(limit_ends)) < MOTORS or not set(limit_ends) <= set(ENDS):
+            raise ValueError(f"limit ends must be different ends of {', '.join(ENDS)}, not "
+                             f"{limit_ends!r}")
+        self._inverted, self._limit_ends = inverted, tuple(limit_ends)
+        self._backlash = [in_range("backlash", steps, 0, MAX_BACKLASH) for steps in backlash]
         self._axes = [Axis(
-            driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup, hold=timing.hold),
-            modulus=timing.clock, max_rate=timing.top_speed, max_play=max(1, play),
-            settle=timing.settle) for play in self._backlash]
+            driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup,
+                                 hold=timing.hold),
+            modulus=timing.clock, max_rate=timing.top_speed, max_backlash=max(1, steps),
+            settle=timing.settle) for steps in self._backlash]
         self._receiver = UARTReceiver(period=bit)
         self._transmitter = UARTTransmitter(period=bit)
         self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
@@ -238,7 +241,7 @@ class Positioner(wiring.Component):
             self.fault.eq(receiver.fault | commands.fault | reporter.fault),
         ]
 
-        pressed = {end: self.limits[number] for number, end in enumerate(self._guards)}
+        pressed = {end: self.limits[number] for number, end in enumerate(self._limit_ends)}
         for index, (name, axis) in enumerate(zip("xyz", self._axes, strict=True)):
             m.submodules[name] = axis
             m.d.comb += [
@@ -251,7 +254,7 @@ class Positioner(wiring.Component):
                 axis.load.eq(positioning.load),
                 axis.place.eq(positioning.place[index]),
                 axis.rate.eq(positioning.rate[index]),
-                axis.play.eq(self._backlash[index]),
+                axis.backlash.eq(self._backlash[index]),
                 axis.enable.eq(positioning.connected),
                 axis.low.eq(pressed.get(f"{name.upper()}-", 0)),
                 axis.high.eq(pressed.get(f"{name.upper()}+", 0)),

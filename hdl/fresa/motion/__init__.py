@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticControl
 from .axis import Axis
-from .backlash import MAX_PLAY, Backlash
+from .backlash import MAX_BACKLASH, Backlash
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
 from .counter import StepCounter
@@ -22,7 +22,7 @@ from .square import SquareGenerator
 from .start import StartHandshake
 
 __all__ = [
-    "MAX_ACCELERATION", "MAX_LEVELS", "MAX_PLAY", "PICTURE_LIMIT", "Answer",
+    "MAX_ACCELERATION", "MAX_LEVELS", "MAX_BACKLASH", "PICTURE_LIMIT", "Answer",
     "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",

@@ -13,12 +13,12 @@ __all__ = ["Axis"]
 
 
 class Axis(wiring.Component):
-    """Takes a load to a target, at a set rate, past the play of its gears, up to its switches.
+    """Takes a load to a target, at a set rate, past the backlash of its gears, up to its switches.
 
     A step is made where the position is not the target, ``run`` is on, the rate says that it is
     time, no switch is on in that direction, and the driver is ready: in that order, so that the
     switches are the last thing before the driver. What the driver makes is what is counted, less
-    the steps that only take up play.
+    the steps that only take up backlash.
 
     Steps of a movement come at the exact rate, see :class:`RateGenerator`: all of them as late as
     the first, which comes at once after a rest, or when the driver has turned DIR for it.
@@ -29,8 +29,8 @@ class Axis(wiring.Component):
         Drives the motor. Its pins are pins of the axis, under their names.
     modulus, max_rate : int
         See :class:`RateGenerator`. The driver must be able to make steps at the highest rate.
-    max_play : int
-        Most steps of play, see :class:`Backlash`.
+    max_backlash : int
+        Most steps of backlash, see :class:`Backlash`.
     settle : int
         Clocks in which a switch settles, see :class:`Limits`.
     width : int
@@ -48,7 +48,7 @@ class Axis(wiring.Component):
         What to call it.
     rate : In(range(max_rate + 1))
         Steps in ``modulus`` clocks.
-    play : In(range(max_play + 1))
+    backlash : In(range(max_backlash + 1))
         Steps that a reversal takes up.
     enable : In(1)
         Give the motor power. Without it no step is made.
@@ -70,18 +70,19 @@ class Axis(wiring.Component):
     """
 
     def __init__(self, *, driver: PhaseDriver | StepDirDriver, modulus: int, max_rate: int,
-                 max_play: int, settle: int, width: int = 32) -> None:
+                 max_backlash: int, settle: int, width: int = 32) -> None:
         self.modulus, self.max_rate = modulus, max_rate
         self._driver = driver
         self._move = MoveTo(width=width)
-        self._backlash = Backlash(max_play=max_play)
+        self._backlash = Backlash(max_backlash=max_backlash)
         self._limits = Limits(axes=1, period=settle)
         self._rate = RateGenerator(modulus=modulus, max_rate=max_rate)
         self.pins = [name for name in driver.signature.members
                      if name.endswith("_pin") or name == "coils"]
         super().__init__({
             "target": In(signed(width)), "run": In(1), "load": In(1), "place": In(signed(width)),
-            "rate": In(range(max_rate + 1)), "play": In(range(max_play + 1)), "enable": In(1),
+            "rate": In(range(max_rate + 1)), "backlash": In(range(max_backlash + 1)),
+            "enable": In(1),
             "low": In(1), "high": In(1),
             "position": Out(signed(width)), "there": Out(1), "moved": Out(1), "blocked": Out(1),
             **{name: Out(driver.signature.members[name].shape) for name in self.pins},
@@ -110,7 +111,7 @@ class Axis(wiring.Component):
             driver.step.eq(limits.allowed),
             driver.direction.eq(move.direction),
             driver.enable.eq(self.enable),
-            backlash.play.eq(self.play),
+            backlash.backlash.eq(self.backlash),
             backlash.direction.eq(move.direction),
             backlash.moved.eq(driver.moved),
 

@@ -18,13 +18,13 @@ class TestAxisDrivers:
         step = [rng.randrange(8) for _ in range(400)]
         direction = [rng.randrange(8) for _ in range(400)]
         with AmaranthEngine(component("axes", AxisDrivers(period=period))) as engine:
-            seen = engine.play(
+            seen = engine.apply(
                 {"step": step, "direction": direction},
                 ["axis_x", "axis_y", "axis_z", "moved", "refused"],
             )
         for bit, axis in enumerate(["axis_x", "axis_y", "axis_z"]):
             with AmaranthEngine(component("coil", CoilDriver(period=period))) as engine:
-                alone = engine.play(
+                alone = engine.apply(
                     {
                         "step": [s >> bit & 1 for s in step],
                         "direction": [d >> bit & 1 for d in direction],

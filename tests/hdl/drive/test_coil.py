@@ -30,7 +30,7 @@ class TestCoilDriver:
     )
     def test_sequence(self, direction, states):
         with driver(1) as engine:
-            seen = engine.play({"step": [1] * 6, "direction": [direction] * 6}, OUTPUTS)
+            seen = engine.apply({"step": [1] * 6, "direction": [direction] * 6}, OUTPUTS)
         assert seen["coils"].tolist() == [WORDS[state] for state in states]
         assert seen["moved"].all() and not seen["refused"].any()
 
@@ -44,7 +44,7 @@ class TestCoilDriver:
             for name, share in [("step", 0.7), ("direction", 0.5), ("rst", 0.1)]
         }
         with driver(period) as engine:
-            seen = engine.play(played, OUTPUTS)
+            seen = engine.apply(played, OUTPUTS)
         state, last = 0, -period
         for clock in range(length):
             step, direction, rst = (played[name][clock] for name in ("step", "direction", "rst"))
@@ -58,7 +58,7 @@ class TestCoilDriver:
     def test_power_up_is_state_1_and_reset_is_not(self):
         with driver(1) as engine:
             assert engine.get("coils") == WORDS[0]
-            engine.play({"step": [1, 1, 0], "direction": [1, 1, 0]}, [])
+            engine.apply({"step": [1, 1, 0], "direction": [1, 1, 0]}, [])
             engine.set(rst=1, step=1)
             engine.run(5)
             assert engine.get("coils") == WORDS[2]

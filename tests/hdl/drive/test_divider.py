@@ -32,13 +32,13 @@ class TestFrequencyDivider:
             "rst": [0] * 3 * period + [int(rng.random() < 0.02) for _ in range(length)],
         }
         with AmaranthEngine(component("divider", FrequencyDivider(period=period))) as engine:
-            seen = engine.play(played, ["tick"])["tick"].tolist()
+            seen = engine.apply(played, ["tick"])["tick"].tolist()
         assert seen == list(ticks(period, played["enable"], played["clear"], played["rst"]))
 
     @pytest.mark.parametrize("period", [1000, 1023, 1024, 1025])
     def test_long_periods(self, period):
         with AmaranthEngine(component("divider", FrequencyDivider(period=period))) as engine:
-            seen = engine.play({"enable": [1] * 2 * period}, ["tick"])["tick"]
+            seen = engine.apply({"enable": [1] * 2 * period}, ["tick"])["tick"]
         assert seen.nonzero()[0].tolist() == [period - 1, 2 * period - 1]
 
     @pytest.mark.parametrize("period", [0, -1, MAX_PERIOD + 1, 2.0, "3", None, True])

@@ -35,7 +35,7 @@ class TestPhaseDriver:
     def test_is_its_model_in_every_clock(self, sequence, period):
         stimulus = moods(INPUTS, period, len(sequence), 3000)
         with driver(sequence=sequence, period=period) as engine:
-            seen = engine.play(stimulus, OUTPUTS)
+            seen = engine.apply(stimulus, OUTPUTS)
         expected = played(PhaseModel(sequence=sequence, period=period).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
         assert set(seen["coils"]) == {0, *sequence}
@@ -47,7 +47,7 @@ class TestPhaseDriver:
             engine.set(enable=1)
             engine.run(2)
             for direction, words in [(1, sequence), (0, sequence[:1] + sequence[:0:-1])]:
-                seen = engine.play({"step": [1] * 2 * turn, "direction": [direction] * 2 * turn},
+                seen = engine.apply({"step": [1] * 2 * turn, "direction": [direction] * 2 * turn},
                                    ["coils", "moved"])
                 assert seen["coils"].tolist() == [*words, *words]
                 assert seen["moved"].all()
@@ -59,8 +59,8 @@ class TestPhaseDriver:
                 driver(sequence=FULL_STEP, period=3) as engine:
             engine.set(enable=1)
             engine.run(4)
-            expected = mill.play(stimulus, ["coils", "moved"])
-            seen = engine.play(stimulus, ["coils", "moved"])
+            expected = mill.apply(stimulus, ["coils", "moved"])
+            seen = engine.apply(stimulus, ["coils", "moved"])
         assert (seen["coils"] == expected["coils"]).all() and expected["moved"].any()
         assert (seen["moved"] == expected["moved"]).all()
 
@@ -74,7 +74,7 @@ class TestPhaseDriver:
             engine.run(9)
             assert engine.get("coils") == 0
             engine.set(enable=1)
-            seen = engine.play({"step": [1] * 6}, ["coils"])["coils"].tolist()
+            seen = engine.apply({"step": [1] * 6}, ["coils"])["coils"].tolist()
             assert seen == [0, *[HALF_STEP[3]] * 4, HALF_STEP[4]]
 
     @pytest.mark.parametrize("period", [0, -3, MAX_PERIOD + 1, 1.5])

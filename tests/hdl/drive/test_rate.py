@@ -24,7 +24,7 @@ def generator(modulus: int, max_rate: int) -> AmaranthEngine:
 def due(modulus: int, rates: list[int], max_rate: int | None = None) -> list[int]:
     """Clocks of the steps where each is made at once."""
     with generator(modulus, max_rate or max(rates)) as engine:
-        seen = engine.play({"rate": rates, "moved": [1] * len(rates)}, ["due"])["due"]
+        seen = engine.apply({"rate": rates, "moved": [1] * len(rates)}, ["due"])["due"]
     return np.flatnonzero(seen).tolist()
 
 
@@ -36,7 +36,7 @@ class TestRateGenerator:
         stimulus = moods({"rate": [max_rate.bit_length()], "moved": [1], "rst": [1]}, modulus, 0,
                          3000)
         with generator(modulus, max_rate) as engine:
-            seen = engine.play(stimulus, ["due"])
+            seen = engine.apply(stimulus, ["due"])
         model = RateModel(modulus=modulus, max_rate=max_rate)
         assert seen["due"].tolist() == played(model.clock, stimulus)["due"]
         assert model.made > 10
@@ -64,7 +64,7 @@ class TestRateGenerator:
         """However long one had to wait: the next is due a whole time after it."""
         moved = [0] * 333 + [1] * 200
         with generator(1000, 50) as engine:
-            seen = engine.play({"rate": [50] * len(moved), "moved": moved}, ["due"])["due"]
+            seen = engine.apply({"rate": [50] * len(moved), "moved": moved}, ["due"])["due"]
         assert np.flatnonzero(seen).tolist() == [*range(20, 334), *range(353, 533, 20)]
 
     def test_never_closer_than_the_highest_rate(self):
@@ -76,8 +76,8 @@ class TestRateGenerator:
     def test_reset_changes_nothing(self):
         played_ = {"rate": [3] * 90, "moved": [1] * 90}
         with generator(20, 3) as engine, generator(20, 3) as other:
-            seen = engine.play({**played_, "rst": [0, 0, 1] * 30}, ["due"])["due"]
-            assert (seen == other.play(played_, ["due"])["due"]).all()
+            seen = engine.apply({**played_, "rst": [0, 0, 1] * 30}, ["due"])["due"]
+            assert (seen == other.apply(played_, ["due"])["due"]).all()
 
 
 class TestParameters:

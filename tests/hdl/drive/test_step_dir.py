@@ -55,7 +55,7 @@ class TestStepDirDriver:
     def test_is_its_model_in_every_clock(self, given, seed):
         stimulus = moods(INPUTS, seed, sum(given), 3000)
         with driver(**times(*given)) as engine:
-            seen = engine.play(stimulus, OUTPUTS)
+            seen = engine.apply(stimulus, OUTPUTS)
         expected = played(StepDirModel(**times(*given)).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
         assert measure(seen, **times(*given)) > 20
@@ -66,7 +66,7 @@ class TestStepDirDriver:
         clocks = max(given) + setup + 10 * (width + max(low, hold))
         with driver(**times(*given)) as engine:
             engine.set(step=1, direction=1, enable=1)
-            seen = engine.play({"rst": [0] * clocks}, OUTPUTS)
+            seen = engine.apply({"rst": [0] * clocks}, OUTPUTS)
         assert measure(seen, **times(*given)) >= 10
         rises = np.flatnonzero(seen["moved"])
         assert set(np.diff(rises)) == {width + max(low, hold)}
@@ -77,9 +77,9 @@ class TestStepDirDriver:
         for clock in range(30):
             with driver(**times(5, 6, 3, 4)) as engine:
                 engine.set(step=1, direction=1, enable=1)
-                before = engine.play({"rst": [0] * (40 + clock)}, OUTPUTS)
+                before = engine.apply({"rst": [0] * (40 + clock)}, OUTPUTS)
                 engine.set(**{change: 1 if change == "rst" else 0})
-                after = engine.play({"direction": [int(change != "direction")] * 60}, OUTPUTS)
+                after = engine.apply({"direction": [int(change != "direction")] * 60}, OUTPUTS)
             whole = {name: np.concatenate([before[name], after[name]]) for name in OUTPUTS}
             made = measure(whole, **times(5, 6, 3, 4))
             assert made == whole["moved"][:-1].sum()
@@ -96,14 +96,14 @@ class TestStepDirDriver:
                 engine.set(direction=direction, step=1)
                 engine.run(rng.randrange(1, 8))
                 engine.set(step=0)
-                seen = engine.play({"rst": [0] * 30}, OUTPUTS)
+                seen = engine.apply({"rst": [0] * 30}, OUTPUTS)
                 assert not seen["moved"].any() and not seen["step_pin"].any()
                 assert engine.get("direction_pin") == direction
 
     def test_a_direction_without_a_step_turns_nothing(self):
         with driver(**times(2, 2, 2, 2)) as engine:
             engine.set(enable=1)
-            seen = engine.play({"direction": [0, 1] * 20}, PINS)
+            seen = engine.apply({"direction": [0, 1] * 20}, PINS)
         assert not seen["direction_pin"].any() and not seen["step_pin"].any()
 
     def test_pulses_of_a_real_module(self):
@@ -113,7 +113,7 @@ class TestStepDirDriver:
         direction = [way for _ in range(40) for way in [rng.randrange(2)] * rng.randrange(1, 900)]
         with driver(**real) as engine:
             engine.set(step=1, enable=1)
-            seen = engine.play({"direction": direction}, OUTPUTS)
+            seen = engine.apply({"direction": direction}, OUTPUTS)
         assert measure(seen, **real) > 40
         assert min(b - a for a, b in pairwise(np.flatnonzero(seen["moved"]))) == 190
 

@@ -33,12 +33,16 @@ class Timing(NamedTuple):
     scan_bits: int = 3
 
 
-PACES = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(11, 2), Timing(16, 4, 17, 5)]
+PACES = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(11, 2), Timing(16,
+                                                                                                4,
+                                                                                                17,
+                                                                                                5)]
 
 
 def lockstep(kind, timing: Timing) -> Lockstep:
     design = mill(
-        timing=MillTiming(timing.period, timing.scan_bits, timing.jog_period), z_travel=timing.z_travel
+        timing=MillTiming(timing.period, timing.scan_bits, timing.jog_period),
+        z_travel=timing.z_travel
     )
     return Lockstep(
         kind(design),
@@ -390,18 +394,18 @@ SCRIPTS = {
 class TestModel:
     @pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
     def test_scenario(self, machine, timing, script):
-        keeps_promises(machine.play(script), timing)
+        keeps_promises(machine.apply(script), timing)
 
     @settings(RANDOM, max_examples=50)
     @given(script=scripts)
     def test_random(self, machine, timing, script):
-        keeps_promises(machine.play(script), timing)
+        keeps_promises(machine.apply(script), timing)
 
     @pytest.mark.compiler
     @settings(RANDOM, max_examples=200)
     @given(script=scripts)
     def test_random_fast(self, fast, timing, script):
-        keeps_promises(fast.play(script), timing)
+        keeps_promises(fast.apply(script), timing)
 
     @pytest.mark.compiler
     def test_noise(self, fast, timing):
@@ -423,7 +427,7 @@ class TestModel:
             }
             chosen = tuple((name, int(level)) for name, level in pins.items() if rng.random() < 0.7)
             script.append(Together(chosen, int(rng.choice([1, 1, 2, 5, 30]))))
-        keeps_promises(fast.play(script), timing)
+        keeps_promises(fast.apply(script), timing)
 
     @pytest.mark.compiler
     def test_wrap_of_the_counters(self):
@@ -432,7 +436,7 @@ class TestModel:
             pytest.skip(NO_COMPILER)
         steps = lockstep(CXXRTLEngine, Timing(1, 1))
         with steps.engine:
-            trace = steps.play(
+            trace = steps.apply(
                 [
                     Mode(1),
                     Select(1),
@@ -449,7 +453,7 @@ class TestModel:
 
 class TestSteps:
     def test_exactly_a_period_apart_within_a_movement(self, machine, timing):
-        trace = machine.play([Mode(1), Order(9, 9), Order(2, 9), LOWER])
+        trace = machine.apply([Mode(1), Order(9, 9), Order(2, 9), LOWER])
         for axis in AXES:
             apart = np.diff(trace.steps(axis))
             assert np.count_nonzero(apart != timing.period) <= 1  # between the movements of X
@@ -461,14 +465,14 @@ class TestSteps:
         ids=str,
     )
     def test_first_step_within_four_clocks_beside_the_divider(self, machine, timing, order):
-        trace = machine.play([Mode(1), Hold(timing.period), order])
+        trace = machine.apply([Mode(1), Hold(timing.period), order])
         taken = int(np.argmax(trace["start"]))
         first = min(int(trace.steps(axis)[0]) for axis in AXES if len(trace.steps(axis)))
         assert first - taken <= 4 + timing.period
 
     @pytest.mark.parametrize(("x", "y"), [(9, 4), (4, 9), (6, 6), (7, 0), (0, 7), (1, 2)])
     def test_a_diagonal_and_then_a_straight(self, machine, x, y):
-        trace = machine.play([Mode(1), Order(x, y), Order(0, 0)])
+        trace = machine.apply([Mode(1), Order(x, y), Order(0, 0)])
         at = list(
             zip(trace.position("axis_x").tolist(), trace.position("axis_y").tolist(), strict=True)
         )
@@ -484,13 +488,13 @@ class TestSteps:
         assert path == there + back
 
     def test_z_travels_as_far_down_as_up(self, machine, timing):
-        trace = machine.play([Mode(1), LOWER, Hold(3), RAISE, Hold(3)])
+        trace = machine.apply([Mode(1), LOWER, Hold(3), RAISE, Hold(3)])
         z = trace.position("axis_z")
         assert (z.min(), z[-1], z.max()) == (-timing.z_travel, 0, 0)
         assert len(trace.steps("axis_z")) == 2 * timing.z_travel
 
     def test_jogging_goes_at_its_rate(self, machine, timing):
-        trace = machine.play([Hold(timing.period), Jog(0b100101, 200)])
+        trace = machine.apply([Hold(timing.period), Jog(0b100101, 200)])
         expected = -(-timing.period // timing.jog_period) * timing.jog_period
         for axis, sign in zip(AXES, (1, 1, -1), strict=True):
             assert set(np.diff(trace.steps(axis))) == {expected}
@@ -499,7 +503,7 @@ class TestSteps:
     def test_mode_changes_keep_motors_apart(self, machine, timing):
         """Jog, and order at once after it: the first step waits for the last one's period."""
         for gap in range(timing.period + 2):
-            trace = machine.play(
+            trace = machine.apply(
                 [
                     Hold(2),
                     Jog(0b000101, 2 * timing.jog_period + gap),
@@ -515,7 +519,7 @@ class TestSteps:
     def test_a_refused_step_is_counted_by_nobody(self, machine, timing):
         """An order right behind jogging asks too soon if its divider is shorter than the rest."""
         for gap in range(1, 12):
-            trace = machine.play(
+            trace = machine.apply(
                 [
                     Hold(2),
                     Jog(0b01, 3 * timing.jog_period + gap, False),
@@ -542,7 +546,7 @@ class TestHandshake:
         ids=str,
     )
     def test_ready_falls_on_the_next_clock_and_comes_back(self, machine, order):
-        trace = machine.play([Mode(1), Hold(4), order])
+        trace = machine.apply([Mode(1), Hold(4), order])
         ready = trace["ready"].tolist()
         assert ready[:6] == [1, 1, 1, 1, 1, 0]
         assert ready[-1] == 1
@@ -552,12 +556,12 @@ class TestHandshake:
     )
     def test_start_held_takes_one_order(self, machine, order):
         held = Order(order.x, order.y, order.up, order.down, start=300)
-        ready = machine.play([Mode(1), held])["ready"]
+        ready = machine.apply([Mode(1), held])["ready"]
         assert np.count_nonzero(np.diff(ready) == -1) == 1
         assert ready[-1] == 1
 
     def test_second_start_is_not_queued(self, machine):
-        trace = machine.play([Mode(1), Order(6, 0, wait=2), Order(0, 5, wait=400)])
+        trace = machine.apply([Mode(1), Order(6, 0, wait=2), Order(0, 5, wait=400)])
         assert [int(trace.position(axis)[-1]) for axis in AXES] == [6, 0, 0]
         assert not trace["error"].any()
 
@@ -574,20 +578,20 @@ class TestHandshake:
     )
     def test_error_until_reset_or_next_order(self, machine, refused):
         for clear in (Reset(1), Order(0, 0), RAISE):
-            trace = machine.play([Mode(1), *refused, Hold(30), clear, Hold(3)])
+            trace = machine.apply([Mode(1), *refused, Hold(30), clear, Hold(3)])
             begun = trace.recording.actions[-3][0]
             assert trace["error"][begun : begun + 30].all()
             assert not trace["error"][-1]
 
     def test_refused_orders_move_nothing(self, machine, timing):
-        trace = machine.play(
+        trace = machine.apply(
             [Mode(1), LOWER, Hold(3), Order(2, 1), Hold(9), Order(up=1, down=1), Hold(9)]
         )
         assert [int(trace.position(axis)[-1]) for axis in AXES] == [0, 0, -timing.z_travel]
         assert trace["error"][-1] and trace["ready"][-1]
 
     def test_stop_lasts_until_reset(self, machine):
-        trace = machine.play(
+        trace = machine.apply(
             [
                 Mode(1),
                 Order(9, 9, wait=12),
@@ -617,7 +621,7 @@ class TestPowerUp:
 
     def test_reset_and_mode_keep_every_phase(self, machine):
         for phase in range(4):
-            trace = machine.play(
+            trace = machine.apply(
                 [Mode(1), Order(phase + 1, phase + 2), Reset(2), Mode(0), Hold(2), Mode(1), Hold(2)]
             )
             begun = trace.recording.actions[2][0]

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from fresa.machines import Positioner
-from fresa.machines.positioner import ANSWERS, GUARDS, PositionerTiming
+from fresa.machines.positioner import ANSWERS, LIMIT_ENDS, PositionerTiming
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.positioner import PositionerModel
 from tb.models.protocol import bits
-from tb.players import ModelPlayer
+from tb.runners import ModelRunner
 
 NO_COMPILER = CXXRTLEngine.missing()
 PINS = ["tx", "step", "direction", "enable", "buzzer", "connected", "moving", "fault"]
@@ -66,15 +66,15 @@ class Desk:
         self.engine.set(rx=1)
         self.wait(60)
 
-    def play(self, rx: list[int]) -> None:
-        for name, values in self.engine.play({"rx": rx}, PINS).items():
+    def apply(self, rx: list[int]) -> None:
+        for name, values in self.engine.apply({"rx": rx}, PINS).items():
             self.seen[name] = np.concatenate([self.seen[name], values])
 
     def wait(self, clocks: int) -> None:
-        self.play([1] * clocks)
+        self.apply([1] * clocks)
 
     def say(self, *lines: str) -> None:
-        self.play(wave("".join(f"{line}\n" for line in lines).encode()) + [1] * 60)
+        self.apply(wave("".join(f"{line}\n" for line in lines).encode()) + [1] * 60)
 
     @property
     def text(self) -> bytes:
@@ -162,7 +162,7 @@ class TestSession:
 
     def test_a_byte_without_stop_bit_damages_its_line_alone(self, desk):
         desk.say("CONNECT")
-        desk.play(wave(b"MOV MOT1") + [0] * 10 * BIT + [1] * 20 + wave(b" C\nPOS 7 8 9\n"))
+        desk.apply(wave(b"MOV MOT1") + [0] * 10 * BIT + [1] * 20 + wave(b" C\nPOS 7 8 9\n"))
         assert desk.reported() == [7, 8, 9]
         assert desk.answers == ["! DAMAGED"]
 
@@ -185,7 +185,7 @@ class TestSession:
     def test_more_bad_lines_than_can_be_answered(self, desk):
         """No byte is lost, a stop acts at once all the same, and then all is well."""
         desk.say("CONNECT", "MOV MOT2 C")
-        desk.play(wave(b"\n" * 150))
+        desk.apply(wave(b"\n" * 150))
         assert desk.engine.get("moving") == 0b010
         desk.say("STOP MOT2")
         assert desk.engine.get("moving") == 0
@@ -200,9 +200,9 @@ class TestSession:
     @runs_long
     def test_a_break_of_the_line_ends_every_movement(self, desk):
         desk.say("CONNECT", "MOV MOT1 C", "MOV MOT3 CC")
-        desk.play([0] * 9 * BIT + [1] * 60)  # a byte 0
+        desk.apply([0] * 9 * BIT + [1] * 60)  # a byte 0
         assert desk.engine.get("moving") == 0b101
-        desk.play([0] * 30 * BIT)
+        desk.apply([0] * 30 * BIT)
         assert desk.engine.get("moving") == 0
         desk.wait(60)
         x, y, z = desk.motors()
@@ -217,20 +217,20 @@ class TestSession:
     def test_a_break_that_cuts_a_byte_off_does_too(self, desk, after):
         desk.say("CONNECT", "MOV MOT1 C")
         line = [level for byte in b"P 1 2 3 4" for level in bits(byte) for _ in range(BIT)]
-        desk.play(line[:after * BIT // 10])
+        desk.apply(line[:after * BIT // 10])
         assert desk.engine.get("moving") == 0b001
-        desk.play([0] * 20 * BIT)
+        desk.apply([0] * 20 * BIT)
         assert desk.engine.get("moving") == 0
 
 
 class TestLimits:
     @runs_long
-    @pytest.mark.parametrize("guards", [GUARDS, ("Z-", "X-", "Y+"), ("X-", "X+", "Z+")])
-    def test_a_limit_blocks_one_way_of_one_axis(self, guards):
-        for number, guard in enumerate(guards):
-            axis, up = "XYZ".index(guard[0]), guard[1] == "+"
+    @pytest.mark.parametrize("limit_ends", [LIMIT_ENDS, ("Z-", "X-", "Y+"), ("X-", "X+", "Z+")])
+    def test_a_limit_blocks_one_way_of_one_axis(self, limit_ends):
+        for number, limit_end in enumerate(limit_ends):
+            axis, up = "XYZ".index(limit_end[0]), limit_end[1] == "+"
             towards, away = ("C", "CC") if up else ("CC", "C")
-            desk = Desk(guards=guards)
+            desk = Desk(limit_ends=limit_ends)
             desk.engine.set(limits=1 << number)
             desk.say("CONNECT", *(f"MOV MOT{n} {towards}" for n in (1, 2, 3)))
             desk.wait(1000)
@@ -308,9 +308,9 @@ class TestTimes:
                 for n, rate in enumerate(rates, 1))
             engine.set(rx=1)
             engine.run(60)
-            engine.play({"rx": wave(orders.encode()) + [1] * 100}, PINS)
+            engine.apply({"rx": wave(orders.encode()) + [1] * 100}, PINS)
             busy = wave(b"FOO\nPOS 1 2\nP 1 2 3 4\nVEL MOT1 0\nSTOP MOT4\nCONNECT\n")
-            seen = engine.play({"rx": (busy * (400_000 // len(busy) + 1))[:400_000]}, PINS)
+            seen = engine.apply({"rx": (busy * (400_000 // len(busy) + 1))[:400_000]}, PINS)
         times = decoded(seen["tx"])
         assert len(times) > 400_000 // 160 * 0.8
         for motor, rate in enumerate(rates):
@@ -383,15 +383,15 @@ def stimulus(seed: int, clocks: int) -> dict[str, np.ndarray]:
 class TestModel:
     @pytest.mark.parametrize(("seed", "options"), [
         (0, {}), (1, {"inverted": True, "backlash": (3, 0, 12)}),
-        (2, {"guards": ("X-", "Y+", "X+"), "backlash": (0, 1, 0)}),
-        (3, {"guards": ("Z-", "Z+", "Y-")})])
+        (2, {"limit_ends": ("X-", "Y+", "X+"), "backlash": (0, 1, 0)}),
+        (3, {"limit_ends": ("Z-", "Z+", "Y-")})])
     def test_is_its_model_in_every_clock(self, seed, options):
         clocks = 12_000 if NO_COMPILER else 120_000
         given = stimulus(seed, clocks)
         with engine_of(**options) as engine:
-            seen = engine.play(given, PINS)
+            seen = engine.apply(given, PINS)
         model = PositionerModel(timing=TIMING, bit=BIT, **options)
-        rows = ModelPlayer(model).play(given, PINS)
+        rows = ModelRunner(model).apply(given, PINS)
         for name in PINS:
             differs = np.flatnonzero(seen[name] != rows[name])
             assert not differs.size, (name, differs[0])
@@ -426,9 +426,11 @@ class TestPace:
         ({}, {"backlash": (1, 2)}, "there is a backlash and a guard for each of 3 axes, not "
          "(1, 2) and ('X+', 'Y+', 'Z+')"),
         ({}, {"backlash": (1, 2, -1)}, "backlash must be a whole number from 0 to 1048576, not -1"),
-        ({}, {"guards": ("X+", "X+", "Y-")}, "guards must be different ends of X-, X+, Y-, Y+, "
+        ({}, {"limit_ends": ("X+", "X+", "Y-")}, "limit ends must be different ends of X-, X+, "
+                                                 "Y-, Y+, "
          "Z-, Z+, not ('X+', 'X+', 'Y-')"),
-        ({}, {"guards": ("X+", "Y", "Z-")}, "guards must be different ends of X-, X+, Y-, Y+, "
+        ({}, {"limit_ends": ("X+", "Y", "Z-")}, "limit ends must be different ends of X-, X+, Y-, "
+                                                "Y+, "
          "Z-, Z+, not ('X+', 'Y', 'Z-')"),
     ])
     def test_what_does_not_go_together(self, timing, options, says):

@@ -19,7 +19,7 @@ from fresa.motion import ramp_rates
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.models.single import BIPOLAR, UNIPOLAR, SingleModel
-from tb.players import ModelPlayer
+from tb.runners import ModelRunner
 from tb.terminal import chance, directed, shown, typed
 
 NO_COMPILER = CXXRTLEngine.missing()
@@ -57,8 +57,8 @@ def check(stimulus, *, engine: type[Engine] = AmaranthEngine, timing: SingleTimi
     options, phases = KINDS[kind]
     stimulus = {"rst": np.zeros(len(stimulus["rx"]), int), **stimulus}
     with single(engine, timing=timing, **options) as machine:
-        seen = machine.play(stimulus, OUTPUTS)
-    expected = ModelPlayer(model(timing=timing, phases=phases)).play(
+        seen = machine.apply(stimulus, OUTPUTS)
+    expected = ModelRunner(model(timing=timing, phases=phases)).apply(
         {name: np.asarray(row) for name, row in stimulus.items()}, OUTPUTS)
     for name in OUTPUTS:
         differ = np.flatnonzero(seen[name] != expected[name])
@@ -73,7 +73,7 @@ def session(*frames: bytes, after: int = 0, engine: type[Engine] = AmaranthEngin
     for frame in frames:
         line += typed(b":" + frame + b"\r", timing.bit) + [1] * pause * timing.bit
     with single(engine, timing=timing) as machine:
-        return machine.play({"rx": line + [1] * after}, OUTPUTS)
+        return machine.apply({"rx": line + [1] * after}, OUTPUTS)
 
 
 class TestEveryClock:
@@ -169,7 +169,7 @@ class TestSession:
         rx = typed(b":v30000\r:x40\r", TIMING.bit) + [1] * 300
         rst = [0] * (len(rx) - 250) + [1] + [0] * 249
         with single() as machine:
-            seen = machine.play({"rx": [1] * 9 + rx, "rst": [0] * 9 + rst}, OUTPUTS)
+            seen = machine.apply({"rx": [1] * 9 + rx, "rst": [0] * 9 + rst}, OUTPUTS)
         at = 9 + len(rx) - 250
         assert seen["position"][at] > 5 and seen["position"][at + 1] == 0
         assert len(set(seen["coils"][at:])) == 1 and seen["tx"][at + 1] == 1
@@ -186,7 +186,7 @@ class TestTimes:
         while len(line) < clocks:  # nothing that changes speed or set-point
             line += typed(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), TIMING.bit)
         with single(fast()) as machine:
-            seen = machine.play({"rx": [1] * 9 + line}, OUTPUTS)
+            seen = machine.apply({"rx": [1] * 9 + line}, OUTPUTS)
         steps = np.flatnonzero(np.diff(seen["coils"].astype(int))[2:])
         step = Fraction(60 * 48_000, 48 * speed)
         assert len(steps) > 2
@@ -236,9 +236,10 @@ class TestRamp:
         """Type frames, and wait so many clocks."""
         line = [1] * 4 * TIMING.bit
         for piece in pieces:
-            line += [1] * piece if isinstance(piece, int) else typed(b":" + piece + b"\r", TIMING.bit)
+            line += [1] * piece if isinstance(piece, int) else typed(b":" + piece + b"\r",
+                                                                     TIMING.bit)
         with single(fast(), ramp=self.RAMP) as machine:
-            return machine.play({"rx": line}, OUTPUTS)
+            return machine.apply({"rx": line}, OUTPUTS)
 
     def check(self, seen, begins: int, *movements: int) -> None:
         """Demand of coil changes that they are movements of so many steps, each with a whole ramp.
@@ -300,12 +301,12 @@ class TestRamp:
     @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), chance(TIMING.bit, 5, 0)])
     def test_is_its_model_in_every_clock(self, line):
         with single(fast(), ramp=self.RAMP) as machine:
-            seen = machine.play(line, OUTPUTS)
+            seen = machine.apply(line, OUTPUTS)
         rates = ramp_rates(acceleration=self.RAMP, top=16 * 1000, modulus=16 * TIMING.modulus,
                            clock=48_000)
         as_told = SingleModel(bit=TIMING.bit, modulus=16 * TIMING.modulus, rate=16, ramp=rates,
                               greeting=HELLO[:4], help_text=HELLO[4:])
-        expected = ModelPlayer(as_told).play(line, OUTPUTS)
+        expected = ModelRunner(as_told).apply(line, OUTPUTS)
         for name in OUTPUTS:
             differ = np.flatnonzero(seen[name] != expected[name])
             assert not differ.size, (name, differ[0])

@@ -24,21 +24,22 @@ TIMES = {"width": 3, "low": 4, "setup": 2, "hold": 2}
 
 def axis(driver: PhaseDriver | StepDirDriver) -> AmaranthEngine:
     return AmaranthEngine(component("axis", Axis(
-        driver=driver, modulus=MODULUS, max_rate=FASTEST, max_play=PLAY, settle=3, width=WIDTH)))
+        driver=driver, modulus=MODULUS, max_rate=FASTEST, max_backlash=PLAY, settle=3,
+        width=WIDTH)))
 
 
 def module() -> StepDirDriver:
     return StepDirDriver(**TIMES)
 
 
-def stimulus(seed: int, clocks: int, play: int) -> dict[str, list[int]]:
+def stimulus(seed: int, clocks: int, backlash: int) -> dict[str, list[int]]:
     """Change each input when it likes, often in the middle of a pulse."""
     rng = random.Random(seed)
     choices = {"target": lambda: rng.randrange(-30, 30) % (1 << WIDTH),
                "run": lambda: rng.random() < 0.9, "rate": lambda: rng.choice([0, 3, 19, 20, 31]),
                "enable": lambda: rng.random() < 0.9, "low": lambda: rng.random() < 0.2,
                "high": lambda: rng.random() < 0.2}
-    rows: dict[str, list[int]] = {"play": [play] * clocks}
+    rows: dict[str, list[int]] = {"backlash": [backlash] * clocks}
     for name, choose in choices.items():
         made: list[int] = []
         while len(made) < clocks:
@@ -51,11 +52,11 @@ def signed(values) -> np.ndarray:
     return (np.asarray(values) + (1 << WIDTH - 1)) % (1 << WIDTH) - (1 << WIDTH - 1)
 
 
-def load_of(motor, play: int) -> list[int]:
-    """Follow a motor with a load that has play, and lies where a movement down leaves it."""
+def load_of(motor, backlash: int) -> list[int]:
+    """Follow a motor with a load that has backlash, and lies where a movement down leaves it."""
     at, places = 0, []
     for place in motor:
-        at = min(max(at, place - play), place)
+        at = min(max(at, place - backlash), place)
         places.append(at)
     return places
 
@@ -63,12 +64,13 @@ def load_of(motor, play: int) -> list[int]:
 class TestAxis:
     @pytest.mark.parametrize("seed", range(4))
     def test_is_its_model_in_every_clock(self, seed):
-        chance = moods({"load": [1], "place": [WIDTH], "rst": [1], "play": [3]}, seed, 0, 8000)
+        chance = moods({"load": [1], "place": [WIDTH], "rst": [1], "backlash": [3]}, seed, 0, 8000)
         rare = np.arange(8000) % 97 == 0
-        given = {**stimulus(seed, 8000, 0), "play": chance["play"], "place": chance["place"],
+        given = {**stimulus(seed, 8000, 0), "backlash": chance["backlash"],
+                 "place": chance["place"],
                  "load": chance["load"] & rare, "rst": chance["rst"] & rare}
         with axis(module()) as engine:
-            seen = engine.play(given, OUTPUTS)
+            seen = engine.apply(given, OUTPUTS)
         given = {name: np.asarray(row).astype(int) for name, row in given.items()}
         given |= {name: signed(given[name]) for name in ("target", "place")}
         model = AxisModel(times=TIMES, modulus=MODULUS, max_rate=FASTEST, settle=3)
@@ -80,31 +82,31 @@ class TestAxis:
     def test_a_switch_blocks_one_way_and_says_so(self):
         with axis(module()) as engine:
             engine.set(target=100, run=1, rate=FASTEST, enable=1, high=1)
-            seen = engine.play({"low": [0] * 100}, OUTPUTS)
+            seen = engine.apply({"low": [0] * 100}, OUTPUTS)
             assert seen["blocked"][-80:].all() and not seen["moved"].any()
             engine.set(target=-5 % (1 << WIDTH))
-            seen = engine.play({"low": [0] * 100}, OUTPUTS)
+            seen = engine.apply({"low": [0] * 100}, OUTPUTS)
             assert not seen["blocked"].any() and seen["moved"].sum() == 5
             assert seen["there"][-1]
 
     def test_a_load_makes_no_step(self):
         with axis(module()) as engine:
             engine.set(target=100, run=1, rate=FASTEST, enable=1, load=1, place=7)
-            seen = engine.play({"low": [0] * 50}, OUTPUTS)
+            seen = engine.apply({"low": [0] * 50}, OUTPUTS)
         assert not seen["moved"].any() and seen["position"][1:].tolist() == [7] * 49
 
-    @pytest.mark.parametrize("play", [0, 1, 5])
+    @pytest.mark.parametrize("backlash", [0, 1, 5])
     @pytest.mark.parametrize("seed", range(4))
-    def test_the_position_is_where_pulses_took_the_load(self, seed, play):
-        given = stimulus(seed, 6000, play)
+    def test_the_position_is_where_pulses_took_the_load(self, seed, backlash):
+        given = stimulus(seed, 6000, backlash)
         with axis(module()) as engine:
-            seen = engine.play(given, ["position", "moved", "step_pin", "direction_pin",
+            seen = engine.apply(given, ["position", "moved", "step_pin", "direction_pin",
                                        "enable_pin"])
         rises = np.diff(seen["step_pin"], prepend=0) == 1
         assert rises.sum() > 100 and seen["enable_pin"][rises].all()
         way = np.where(seen["direction_pin"] == 1, 1, -1)
         motor = np.cumsum(np.where(rises, way, 0))
-        assert signed(seen["position"]).tolist() == load_of(motor, play)
+        assert signed(seen["position"]).tolist() == load_of(motor, backlash)
         clocks = np.flatnonzero(rises)
         assert np.diff(clocks).min() == SPACING
         # A switch seen in the clock before the edge, or in the three before that, stops it.
@@ -117,7 +119,7 @@ class TestAxis:
         given = stimulus(seed, 6000, 3)
         driver = PhaseDriver(sequence=HALF_STEP, period=4)
         with axis(driver) as engine:
-            seen = engine.play(given, ["position", "moved", "coils"])
+            seen = engine.apply(given, ["position", "moved", "coils"])
         # The rotor stays where it is without power, and never has to jump.
         words = [word for word in seen["coils"].tolist() if word]
         turns = [(HALF_STEP.index(b) - HALF_STEP.index(a) + 3) % 8 - 3
@@ -132,7 +134,7 @@ class TestAxis:
         """At 19 steps in 240 clocks, none is a clock late, and none is missing."""
         with axis(module()) as engine:
             engine.set(target=-100 % (1 << WIDTH), run=1, rate=19, enable=1)
-            seen = engine.play({"low": [0] * 1400}, ["moved", "position"])
+            seen = engine.apply({"low": [0] * 1400}, ["moved", "position"])
         assert np.flatnonzero(seen["moved"]).tolist() == [
             -(-n * MODULUS // 19) for n in range(1, 101)]
         assert signed(seen["position"])[-1] == -100
@@ -142,7 +144,7 @@ class TestAxis:
             with axis(module()) as engine:
                 engine.set(target=100, run=1, rate=FASTEST, enable=1)
                 rst = [0] * clock + [1] + [0] * 40
-                seen = engine.play({"rst": rst}, ["moved", "step_pin", "position"])
+                seen = engine.apply({"rst": rst}, ["moved", "step_pin", "position"])
             rises = np.flatnonzero(np.diff(seen["step_pin"]) == 1) + 1
             falls = np.flatnonzero(np.diff(seen["step_pin"]) == -1) + 1
             assert (falls - rises[: len(falls)] == 3).all()
@@ -156,11 +158,12 @@ class TestParameters:
         ("width", 1, "width must be a whole number from 2 to 64, not 1"),
         ("modulus", 0, "modulus must be a whole number from 1 to 1099511627776, not 0"),
         ("max_rate", 241, "max_rate must be a whole number from 1 to 240, not 241"),
-        ("max_play", 0, "max_play must be a whole number from 1 to 1048576, not 0"),
+        ("max_backlash", 0, "max_backlash must be a whole number from 1 to 1048576, not 0"),
         ("settle", 0, "limits period must be a whole number from 1 to 67108864, not 0"),
     ])
     def test_impossible(self, name, value, says):
-        good = {"modulus": MODULUS, "max_rate": FASTEST, "max_play": PLAY, "settle": 3, "width": 8}
+        good = {"modulus": MODULUS, "max_rate": FASTEST, "max_backlash": PLAY, "settle": 3,
+                "width": 8}
         message = None
         try:  # what was made before the refusal is let go of here, not later
             Axis(driver=module(), **{**good, name: value})

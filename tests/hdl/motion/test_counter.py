@@ -9,9 +9,9 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 
 
-def play(**played):
+def run(**played):
     with AmaranthEngine(component("counter", StepCounter())) as engine:
-        return engine.play(played, ["count"])["count"].tolist()
+        return engine.apply(played, ["count"])["count"].tolist()
 
 
 class TestStepCounter:
@@ -25,11 +25,11 @@ class TestStepCounter:
         for step, direction, clear, rst in zip(*played.values(), strict=True):
             expected.append(count % 65536)
             count = 0 if clear or rst else count + (step and (1 if direction else -1))
-        assert play(**played) == expected
+        assert run(**played) == expected
 
     def test_is_cyclic(self):
-        assert play(step=[1] * 4, direction=[0, 0, 1, 1]) == [0, 0xFFFF, 0xFFFE, 0xFFFF]
-        assert play(step=[1] * 4, direction=[0, 1, 1, 1]) == [0, 0xFFFF, 0, 1]
+        assert run(step=[1] * 4, direction=[0, 0, 1, 1]) == [0, 0xFFFF, 0xFFFE, 0xFFFF]
+        assert run(step=[1] * 4, direction=[0, 1, 1, 1]) == [0, 0xFFFF, 0, 1]
 
     def test_holds(self):
-        assert play(step=[1, 0, 0, 0], direction=[1, 0, 1, 0]) == [0, 1, 1, 1]
+        assert run(step=[1, 0, 0, 0], direction=[1, 0, 1, 0]) == [0, 1, 1, 1]

@@ -17,7 +17,7 @@ from fresa.machines.mill import MillTiming
 from fresa.motion import GuardedController
 from fresa_boards.verilog import from_rtlil
 from tb.cosim import lockstep
-from tb.players import MACHINES, MODEL, close_all, make_players, stimuli
+from tb.runners import MACHINES, MODEL, close_all, make_runners, stimuli
 from tb.yosys import YOSYS
 
 TIMING = MillTiming(period=4, scan_bits=3)
@@ -165,14 +165,16 @@ class TestUpsets:
 
 
 def gateware(*, guard: bool) -> str:
-    return rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL, guard=guard), name="mill", emit_src=False)
+    return rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL, guard=guard), name="mill",
+                         emit_src=False)
 
 
 class TestOption:
     def test_without_it_there_is_none(self):
         text = gateware(guard=False)
         assert "shadow" not in text and "keep" not in text
-        assert text == rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL), name="mill", emit_src=False)
+        assert text == rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL), name="mill",
+                                     emit_src=False)
 
     def test_same_pins(self):
         tops = (re.search(r"^module \\mill\n.*?^end$", gateware(guard=guard), re.S | re.M)
@@ -184,9 +186,9 @@ class TestOption:
 
     def test_as_the_model(self):
         machine = MACHINES["mill-guarded"]
-        players = make_players(machine, [MODEL, "amaranth"])
-        outcome = lockstep(players, stimuli(machine, 5, 800), list(machine.shared.outputs))
-        close_all(players)
+        runners = make_runners(machine, [MODEL, "amaranth"])
+        outcome = lockstep(runners, stimuli(machine, 5, 800), list(machine.shared.outputs))
+        close_all(runners)
         assert outcome.finding is None
 
 

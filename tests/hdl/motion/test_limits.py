@@ -29,7 +29,7 @@ class TestLimits:
         stimulus = moods({name: [1] * axes for name in ("step", "direction", "low", "high")}
                          | {"rst": [1]}, axes, period, 3000)
         with limits(axes, period) as engine:
-            seen = engine.play(stimulus, OUTPUTS)
+            seen = engine.apply(stimulus, OUTPUTS)
         expected = played(LimitsModel(axes=axes, period=period).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
 
@@ -49,7 +49,7 @@ class TestLimits:
             contact = [0] * shift + [0] + [1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0] * 3 + [0] * 40
             with limits(1, 8) as engine:
                 engine.set(step=1, direction=int(end == "high"))
-                seen = engine.play({end: contact}, ["allowed"])["allowed"]
+                seen = engine.apply({end: contact}, ["allowed"])["allowed"]
             first, last = np.flatnonzero(contact)[[0, -1]]
             assert seen[:first].all() and not seen[first : last + 9].any()
             assert seen[last + 16 :].all()

@@ -14,7 +14,7 @@ from tb.engines import AmaranthEngine
 OUTPUTS = ["moves_ready", "clear", "step", "direction", "fault"]
 
 
-def play(period: int, moves, clocks: int, *, refuse=lambda: False):
+def run(period: int, moves, clocks: int, *, refuse=lambda: False):
     """Offer moves (axes, direction, steps) one after the other; count the steps that are made."""
     rows = []
     waiting = list(moves)
@@ -42,7 +42,7 @@ class TestOrderControl:
     @pytest.mark.parametrize("period", [1, 2, 5])
     @pytest.mark.parametrize("steps", [1, 2, 7])
     def test_steps(self, period, steps):
-        rows = play(period, [(0b011, 0b001, steps)], 4 + period * (steps + 2))
+        rows = run(period, [(0b011, 0b001, steps)], 4 + period * (steps + 2))
         asked = [clock for clock, row in enumerate(rows) if row["step"]]
         assert rows[0]["taken"] and rows[0]["clear"]
         assert asked == [period * (n + 1) for n in range(steps)]
@@ -55,12 +55,12 @@ class TestOrderControl:
     @pytest.mark.parametrize("period", [1, 3])
     @pytest.mark.parametrize("move", [(0b011, 0, 0), (0b000, 0b111, 5)])
     def test_nothing_to_do(self, period, move):
-        rows = play(period, [move, (0b100, 0b100, 1)], 12)
+        rows = run(period, [move, (0b100, 0b100, 1)], 12)
         assert [row["step"] for row in rows if row["step"]] == [0b100]
 
     def test_one_after_the_other(self):
         moves = [(0b001, 0b001, 3), (0b010, 0b000, 2), (0b100, 0b100, 4), (0b011, 0b010, 1)]
-        rows = play(2, moves, 60)
+        rows = run(2, moves, 60)
         asked = [(row["step"], row["direction"]) for row in rows if row["step"]]
         assert asked == [
             (axes, direction) for axes, direction, steps in moves for _ in range(steps)
@@ -71,7 +71,7 @@ class TestOrderControl:
     @pytest.mark.parametrize("period", [1, 3])
     def test_a_refused_step_is_asked_for_again(self, period):
         rng = random.Random(period)
-        rows = play(period, [(0b001, 0, 9)], 200, refuse=lambda: rng.random() < 0.5)
+        rows = run(period, [(0b001, 0, 9)], 200, refuse=lambda: rng.random() < 0.5)
         assert sum(row["made"] for row in rows) == 9
         assert sum(bool(row["step"]) for row in rows) > 9
         assert rows[-1]["moves_ready"]

@@ -39,7 +39,7 @@ class Controller:
         self.started = self.started and bool(start)
 
 
-def play(seed: int, *, fails: float = 0, clocks: int = 1500):
+def run(seed: int, *, fails: float = 0, clocks: int = 1500):
     rng = random.Random(seed)
     controller = Controller(rng, fails)
     controller.busy = rng.randrange(40)  # not ready at first
@@ -73,7 +73,7 @@ def play(seed: int, *, fails: float = 0, clocks: int = 1500):
 class TestStartHandshake:
     @pytest.mark.parametrize("seed", range(12))
     def test_loses_no_order_and_doubles_none(self, seed):
-        controller, source, taken = play(seed)
+        controller, source, taken = run(seed)
         assert len(taken) > 20
         assert taken == source[: len(taken)]
         assert controller.taken in (taken, source[: len(taken) + 1])
@@ -81,7 +81,7 @@ class TestStartHandshake:
     @pytest.mark.parametrize("seed", range(12))
     def test_an_error_ends_it(self, seed):
         """The order in error is the last that the controller sees, and is never taken."""
-        controller, source, taken = play(seed, fails=0.2)
+        controller, source, taken = run(seed, fails=0.2)
         assert controller.error
         assert taken == source[: len(taken)]
         assert controller.taken == source[: len(taken) + 1]

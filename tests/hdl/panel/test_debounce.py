@@ -13,10 +13,10 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 
 
-def play(levels, period, *, width=1, rst=None):
+def run(levels, period, *, width=1, rst=None):
     with AmaranthEngine(component("debouncer", Debouncer(width=width, period=period))) as engine:
         rst = [0] * len(levels) if rst is None else rst
-        return engine.play({"i": levels, "rst": rst}, ["o"])["o"].tolist()
+        return engine.apply({"i": levels, "rst": rst}, ["o"])["o"].tolist()
 
 
 @pytest.mark.parametrize("period", [1, 2, 3, 7, 8])
@@ -27,7 +27,7 @@ class TestDebouncer:
         for at in range(period):
             for length in range(period):
                 levels = [rest] * (3 * period + at) + [1 - rest] * length + [rest] * 3 * period
-                assert play(levels, period)[2 * period + 1 :] == [rest] * (
+                assert run(levels, period)[2 * period + 1 :] == [rest] * (
                     len(levels) - 2 * period - 1
                 )
 
@@ -35,14 +35,14 @@ class TestDebouncer:
     def test_a_level_held_for_two_periods_always_passes(self, period, rest):
         for at in range(period):
             levels = [rest] * (3 * period + at) + [1 - rest] * (2 * period + 1)
-            assert play(levels, period)[-1] == 1 - rest
+            assert run(levels, period)[-1] == 1 - rest
 
     def test_bounces_make_one_edge(self, period):
         rng = random.Random(period)
         for _ in range(20):
             bounce = [rng.randrange(2) for _ in range(rng.randrange(1, 4 * period))]
             levels = [0] * 2 * period + bounce + [1] * 3 * period
-            seen = play(levels, period)
+            seen = run(levels, period)
             held = len(levels) - 3 * period
             if period > 1 and not any(
                 all(bounce[n : n + period]) for n in range(len(bounce) - period + 1)
@@ -56,9 +56,9 @@ class TestDebouncer:
         levels = []
         for _ in range(60):
             levels += [rng.randrange(8)] * rng.randrange(1, 3 * period + 1)
-        together = play(levels, period, width=3)
+        together = run(levels, period, width=3)
         for bit in range(3):
-            alone = play([level >> bit & 1 for level in levels], period)
+            alone = run([level >> bit & 1 for level in levels], period)
             assert [seen >> bit & 1 for seen in together] == alone
 
     def test_lives_through_reset(self, period):
@@ -66,7 +66,7 @@ class TestDebouncer:
         settled = [1] * 3 * period
         levels = settled + [1] * period + [0] * 3 * period
         rst = [0] * len(settled) + [1] * (len(levels) - len(settled))
-        seen = play(levels, period, rst=rst)
+        seen = run(levels, period, rst=rst)
         assert seen[len(settled) : len(settled) + period] == [1] * period
         assert seen[-1] == 0
 

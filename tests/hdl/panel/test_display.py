@@ -40,7 +40,7 @@ class TestSevenSegment:
     def test_shows_each_digit_in_its_place(self, value):
         with display(3) as engine:
             engine.set(value=value, enable=1)
-            seen = engine.play({"rst": [0] * 32}, ["segments", "digits"])
+            seen = engine.apply({"rst": [0] * 32}, ["segments", "digits"])
         shown = {}
         for segments, digits in zip(
             seen["segments"].tolist(), seen["digits"].tolist(), strict=True
@@ -56,7 +56,7 @@ class TestSevenSegment:
         turn = 1 << scan_bits
         with display(scan_bits) as engine:
             engine.set(value=0x1234, enable=1)
-            digits = engine.play({"rst": [0] * 12 * turn}, ["digits"])["digits"] ^ 0xF
+            digits = engine.apply({"rst": [0] * 12 * turn}, ["digits"])["digits"] ^ 0xF
         for place in range(4):
             on = np.flatnonzero(digits >> place & 1)
             assert len(on) == 3 * (turn - 2 * (turn // 8))
@@ -66,7 +66,7 @@ class TestSevenSegment:
         """Segments change only while no digit is on, some time after one was and before one is."""
         with display(6) as engine:
             engine.set(value=0x1234, enable=1)
-            seen = engine.play({"rst": [0] * 512}, ["segments", "digits"])
+            seen = engine.apply({"rst": [0] * 512}, ["segments", "digits"])
         changes = np.flatnonzero(np.diff(seen["segments"])) + 1
         assert len(changes) >= 6
         for clock in changes:
@@ -75,11 +75,11 @@ class TestSevenSegment:
     def test_dark_without_enable(self):
         with display(3) as engine:
             engine.set(value=0x8888)
-            assert (engine.play({"rst": [0] * 64}, ["digits"])["digits"] == 0xF).all()
+            assert (engine.apply({"rst": [0] * 64}, ["digits"])["digits"] == 0xF).all()
 
     def test_point_is_never_lit(self):
         with display(3) as engine:
-            seen = engine.play(
+            seen = engine.apply(
                 {"value": [n * 0x1111 for n in range(16) for _ in range(8)], "enable": [1] * 128},
                 ["segments"],
             )

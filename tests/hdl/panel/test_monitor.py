@@ -38,13 +38,13 @@ class TestMonitor:
 
     def test_manual_is_dark_on_the_display(self, engine):
         engine.set(count=0x8888)
-        assert (engine.play({"mode": [0] * 64}, ["digits"])["digits"] == 0xF).all()
+        assert (engine.apply({"mode": [0] * 64}, ["digits"])["digits"] == 0xF).all()
 
     def test_automatic_is_dark_on_the_leds(self, engine):
         for jogging in range(8):
             engine.set(mode=1, jogging=jogging)
             assert engine.get("leds") == 0
-        seen = engine.play({"mode": [1] * 64}, ["digits"])["digits"]
+        seen = engine.apply({"mode": [1] * 64}, ["digits"])["digits"]
         assert set(seen.tolist()) == {0xF, 0xE, 0xD, 0xB, 0x7}
 
     @pytest.mark.parametrize("scan_bits", [2, 25])

@@ -35,7 +35,7 @@ def model(width, is_signed, offered, ready, rst):
 def check(width, is_signed, offered, ready, rst):
     dut = DecimalWriter(width=width, is_signed=is_signed)
     with AmaranthEngine(component("writer", dut)) as engine:
-        seen = engine.play({
+        seen = engine.apply({
             "numbers_valid": [int(number is not None) for number in offered],
             "numbers_payload": [(number or 0) % 2**width for number in offered],
             "bytes_ready": ready, "rst": rst,

@@ -38,7 +38,7 @@ class TestHexWriter:
         ready = [int(rng.random() < share) for _ in range(clocks)]
         rst = [int(rng.random() < 0.003) for _ in range(clocks)]
         with AmaranthEngine(component("writer", HexWriter(digits=digits, start=start))) as engine:
-            seen = engine.play({
+            seen = engine.apply({
                 "messages_valid": [int(message is not None) for message in offered],
                 "messages_payload": [message or 0 for message in offered],
                 "bytes_ready": ready, "rst": rst}, OUTPUTS)

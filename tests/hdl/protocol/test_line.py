@@ -83,7 +83,7 @@ def check(kind, offered, ready, rst=None):
     dut = LineReader(**kind)
     rst = rst or [0] * len(offered)
     with AmaranthEngine(component("line", dut)) as engine:
-        seen = engine.play({
+        seen = engine.apply({
             "bytes_valid": [int(item is not None) for item in offered],
             "bytes_payload": [item or 0 for item in offered],
             "items_ready": ready, "rst": rst,

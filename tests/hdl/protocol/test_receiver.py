@@ -81,16 +81,16 @@ def model(line, ready, period):
             broken, waiting = 0, False
 
 
-def play(line, ready, period):
+def run(line, ready, period):
     dut = UARTReceiver(period=period)
     assert dut.period == period
     with AmaranthEngine(component("receiver", dut)) as engine:
-        seen = engine.play({"rx": line, "bytes_ready": ready}, list(OUTPUTS))
+        seen = engine.apply({"rx": line, "bytes_ready": ready}, list(OUTPUTS))
     return list(zip(*(seen[name].tolist() for name in OUTPUTS), strict=True))
 
 
 def check(line, ready, period):
-    rows = play(line, ready, period)
+    rows = run(line, ready, period)
     for clock, pair in enumerate(zip(rows, model(line, ready, period), strict=True)):
         assert pair[0] == pair[1], clock
     return rows
@@ -143,7 +143,7 @@ class TestUARTReceiver:
             line += wave(bits(byte), period * (1 + off), start=0.37)
         line += [1] * period
         ready = [1] * len(line)
-        assert taken(play(line, ready, period), ready) == data[:24]
+        assert taken(run(line, ready, period), ready) == data[:24]
 
     @pytest.mark.parametrize("period", [32, 50])
     def test_a_disturbance_a_bit_changes_nothing(self, period):
@@ -159,14 +159,14 @@ class TestUARTReceiver:
                     bit[at:at + period // 16] = [1 - level] * (period // 16)
                 line += bit
         line += [1] * period
-        assert taken(play(line, [1] * len(line), period), [1] * len(line)) == data
+        assert taken(run(line, [1] * len(line), period), [1] * len(line)) == data
 
     def test_a_short_low_is_no_start(self):
         period = 48
         line = [1] * 10
         for length in range(1, period // 2 - 3):
             line += [0] * length + [1] * period
-        assert not any(row[0] for row in play(line, [0] * len(line), period))
+        assert not any(row[0] for row in run(line, [0] * len(line), period))
 
     def test_break_is_one_byte(self):
         line = [1] * 4 + [0] * 1000 + [1] * 40
@@ -212,12 +212,12 @@ class TestUARTReceiver:
         rst[4 + 2 * period] = 1
         with AmaranthEngine(component(
                 "receiver", UARTReceiver(period=16))) as engine:
-            seen = engine.play({"rx": line, "rst": rst, "bytes_ready": [1] * len(line)},
+            seen = engine.apply({"rx": line, "rst": rst, "bytes_ready": [1] * len(line)},
                                ["bytes_valid", "bytes_payload"])
         assert seen["bytes_payload"][seen["bytes_valid"] == 1].tolist() == [0x35]
 
     def test_power_up_at_a_low_line(self):
-        rows = play([0] * 500, [1] * 500, 16)
+        rows = run([0] * 500, [1] * 500, 16)
         assert not any(row[0] for row in rows)
         assert [row[4] for row in rows] == [0] * 160 + [1] * 340
 

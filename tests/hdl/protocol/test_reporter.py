@@ -87,7 +87,7 @@ def talk(clocks: int, seed: int, *, busy: float, resets: float = 0,
             lines[model.began] = model.text
     kind = AmaranthEngine if CXXRTLEngine.missing() else CXXRTLEngine
     with kind(component("talker", Talker())) as engine:
-        seen = engine.play(given, [*expected, "answers_ready"])
+        seen = engine.apply(given, [*expected, "answers_ready"])
     assert {name: seen[name].tolist() for name in expected} == expected
     assert [(clock, seen["answers_ready"][clock]) for clock, _ in answered] == answered
     return sorted(lines.items()), taken

@@ -43,7 +43,7 @@ class TestTextSource:
         ready = [int(rng.random() < share) for _ in range(clocks)]
         rst = [int(rng.random() < 0.002) for _ in range(clocks)]
         with AmaranthEngine(component("text", TextSource(texts))) as engine:
-            seen = engine.play({
+            seen = engine.apply({
                 "numbers_valid": [int(number is not None) for number in offered],
                 "numbers_payload": [number or 0 for number in offered],
                 "bytes_ready": ready, "rst": rst}, list(OUTPUTS))

@@ -34,7 +34,7 @@ def check(period, offered, rst):
     dut = UARTTransmitter(period=period)
     assert dut.period == period
     with AmaranthEngine(component("transmitter", dut)) as engine:
-        seen = engine.play({
+        seen = engine.apply({
             "bytes_valid": [int(byte is not None) for byte in offered],
             "bytes_payload": [byte or 0 for byte in offered],
             "rst": rst,
@@ -56,7 +56,7 @@ class TestUARTTransmitter:
     def test_bytes_follow_without_a_gap(self, data):
         dut = UARTTransmitter(period=16)
         with AmaranthEngine(component("transmitter", dut)) as engine:
-            seen = engine.play({"bytes_valid": [1] * (160 * len(data) + 1),
+            seen = engine.apply({"bytes_valid": [1] * (160 * len(data) + 1),
                                 "bytes_payload": [byte for byte in data for _ in range(160)] + [0]},
                                ["tx"])["tx"].tolist()
         assert seen[1:] == [level for byte in data for level in levels(byte, 16)]

@@ -36,7 +36,7 @@ def check(table, offered, ready, rst=None):
     words, fold = table
     rst = rst or [0] * len(offered)
     with AmaranthEngine(component("words", WordReader(words, fold=fold))) as engine:
-        seen = engine.play({
+        seen = engine.apply({
             "items_valid": [int(item is not None) for item in offered],
             "items_payload": [item or 0 for item in offered],
             "words_ready": ready, "rst": rst,

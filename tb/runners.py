@@ -1,4 +1,4 @@
-"""Who plays a stimulus: the engines and the model, of the machines that can be cosimulated."""
+"""What runs a stimulus: the engines and the model, of the machines that can be cosimulated."""
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -29,24 +29,24 @@ from .terminal import chance as typed_by_chance
 from .terminal import directed as typed_in_turn
 from .vhdl import REFERENCES
 
-__all__ = ["FAST", "MACHINES", "MODEL", "Machine", "ModelPlayer", "Player", "close_all",
-           "make_players", "stimuli"]
+__all__ = ["FAST", "MACHINES", "MODEL", "Machine", "ModelRunner", "Runner", "close_all",
+           "make_runners", "stimuli"]
 
 #: Name of the model among the engines.
 MODEL = "model"
 
-#: Engines that play millions of clocks.
+#: engines that run millions of clocks.
 FAST = ("cxxrtl", "verilator", "netlist")
 
 #: Most rows of the stimulus that wait for the machine: they are made by the model, which is slow.
 DIRECTED = 50_000
 
 
-class Player(Protocol):
-    """What plays a stimulus: an `Engine`, or a model."""
+class Runner(Protocol):
+    """What runs a stimulus: an `Engine`, or a model."""
 
-    def play(self, stimulus: Stimulus, outputs: Sequence[str], /) -> Mapping[str, NDArray]:
-        """Play some rows; give the outputs."""
+    def apply(self, stimulus: Stimulus, outputs: Sequence[str], /) -> Mapping[str, NDArray]:
+        """Apply some rows; give the outputs."""
         ...
 
     def close(self) -> None:
@@ -85,7 +85,7 @@ class Machine:
     model : callable, optional
         Makes its model, if it has one.
     without : mapping of str to str
-        Engines that cannot play it, and why.
+        Engines that cannot run it, and why.
     """
 
     name: str
@@ -104,7 +104,7 @@ class Machine:
 
     @property
     def engines(self) -> list[str]:
-        """Names of all that can play it, the model first."""
+        """Names of all that can run it, the model first."""
         return [*([MODEL] if self.model else []),
                 *(name for name in ENGINES if name not in self.without)]
 
@@ -125,7 +125,7 @@ def _mill(name: str, guard: bool) -> Machine:
 _ON_A_LINE = {"ghdl": "it has no description in VHDL",
               **dict.fromkeys(("netlist", "netlist-icarus"),
                               "it takes block RAMs, of which Yosys has no model")}
-"""What cannot play a machine on a serial line."""
+"""What cannot run a machine on a serial line."""
 
 
 def _single(name: str, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED) -> Machine:
@@ -152,7 +152,7 @@ def _positioner() -> Machine:
     bit = 16
     timing = PositionerTiming(clock=1000 * bit, baud=1000, top_speed=1500, width=2, low=3, setup=2,
                           hold=4, settle=30, report=10_000)
-    options = {"backlash": (3, 0, 12), "guards": ("X-", "Y+", "X+")}
+    options = {"backlash": (3, 0, 12), "limit_ends": ("X-", "Y+", "X+")}
     return Machine(
         "positioner",
         lambda: boards.component("positioner", Positioner(timing=timing, **options)),
@@ -188,15 +188,15 @@ MACHINES = {
 which there is one in VHDL."""
 
 
-class ModelPlayer:
-    """A model as a `Player`."""
+class ModelRunner:
+    """A model as a `Runner`."""
 
     def __init__(self, model: Model) -> None:
         self._model = model
         self._inputs = [each.name for each in fields(model.Inputs)]
 
-    def play(self, stimulus: Stimulus, outputs: Sequence[str], /) -> dict[str, NDArray]:
-        """Play some rows; give the outputs."""
+    def apply(self, stimulus: Stimulus, outputs: Sequence[str], /) -> dict[str, NDArray]:
+        """Apply some rows; give the outputs."""
         model, pins = self._model, self._model.Inputs()
         columns = [stimulus[name].astype(int).tolist() for name in self._inputs]
         seen = []
@@ -212,10 +212,10 @@ class ModelPlayer:
         """Do nothing: it holds nothing."""
 
 
-def make_players(
+def make_runners(
     machine: Machine, names: Iterable[str], kinds: Mapping[str, type[Engine]] = ENGINES,
     vcd: Mapping[str, PathLike[str]] | None = None,
-) -> dict[str, Player]:
+) -> dict[str, Runner]:
     """Make engines, or the model, at power-up.
 
     Parameters
@@ -229,26 +229,26 @@ def make_players(
     vcd : mapping of str to path, optional
         Waveforms to write.
     """
-    players: dict[str, Player] = {}
+    runners: dict[str, Runner] = {}
     try:
         for name in names:
             if name == MODEL and machine.model:
-                players[name] = ModelPlayer(machine.model())
+                runners[name] = ModelRunner(machine.model())
             else:
                 # Amaranth's simulator elaborates for itself, and gateware lets that be done once.
                 again = issubclass(kinds[name], AmaranthEngine)
                 design = machine.design() if again else machine.shared
-                players[name] = kinds[name](design, vcd=(vcd or {}).get(name))
+                runners[name] = kinds[name](design, vcd=(vcd or {}).get(name))
     except BaseException:
-        close_all(players)
+        close_all(runners)
         raise
-    return players
+    return runners
 
 
-def close_all(players: Mapping[str, Player]) -> None:
-    """Close players."""
-    for player in players.values():
-        player.close()
+def close_all(runners: Mapping[str, Runner]) -> None:
+    """Close runners."""
+    for runner in runners.values():
+        runner.close()
 
 
 def stimuli(machine: Machine, seed: int, clocks: int) -> Iterator[Stimulus]:

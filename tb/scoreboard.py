@@ -1,4 +1,4 @@
-"""A model beside a machine on a bench: every output of every clock is what the model says."""
+"""Scoreboard: every output of every clock of a machine is compared with that of its model."""
 
 from collections.abc import Callable, Coroutine
 from dataclasses import fields
@@ -7,15 +7,15 @@ from typing import Any
 from amaranth.lib import wiring
 
 from .bench import Run
-from .players import Model
+from .runners import Model
 
-__all__ = ["beside", "ticks"]
+__all__ = ["scoreboard", "ticks"]
 
 
-def beside(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Coroutine]:
-    """Return a player that compares a machine with its model, from power-up on.
+def scoreboard(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Coroutine]:
+    """Return a runner that compares a machine with its model, from power-up on.
 
-    It should come before players that look at outputs: what is wrong is then said where it shows
+    It should come before runners that look at outputs: what is wrong is then said where it shows
     first.
 
     Raises
@@ -38,6 +38,6 @@ def beside(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Cor
 
 
 async def ticks(ctx, count: int) -> None:
-    """Wait so many clocks; unlike ``repeat``, this can be left when another player fails."""
+    """Wait so many clocks; unlike ``repeat``, this can be left when another runner fails."""
     for _ in range(count):
         await ctx.tick()
