@@ -93,9 +93,8 @@ def axis(run: Run) -> str:
 
     run.simulate(dut, test, observe)
     return ("to 4 with 2 pulses more for the backlash, back to 1; a switch held it there, and let "
-            "it "
-            "go to 3; that place was called -20; steps to the clock, at once after a rest; the "
-            "other switch let it go down only")
+            "it go to 3; that place was called -20; steps to the clock; the other switch let it go "
+            "down only")
 
 
 @bench
