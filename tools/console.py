@@ -12,7 +12,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
@@ -48,12 +48,21 @@ class Parser(argparse.ArgumentParser):
 
     It keeps the line breaks of its description, takes no abbreviated option, and raises `UserError`
     instead of printing its usage.
+
+    Parameters
+    ----------
+    machines : bool
+        Tell of ``--machines``, which `command` has taken out of the command line.
     """
 
-    def __init__(self, *args, **kwargs) -> None:
+    def __init__(self, *args, machines: bool = False, **kwargs) -> None:
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
+        if machines:
+            self.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
+                              help="add the machines of a folder, see docs/adding-a-machine.md; "
+                                   "may be repeated")
 
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{message} (see {self.prog} --help)")
@@ -83,13 +92,17 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
 
     The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
     a mistake of ours and keeps its traceback.
+
+    The machines of ``--machines FOLDER``, and of the variable that stands for it, are known before
+    `main` begins; it is given a command line without that option.
     """
 
     @functools.wraps(main)
-    def guarded(*args, **kwargs) -> int:
+    def guarded(argv: Sequence[str] | None = None, *args, **kwargs) -> int:
         try:
-            with _cache():
-                return main(*args, **kwargs)
+            argv = sys.argv[1:] if argv is None else argv
+            with _machines(argv) as argv, _cache():
+                return main(argv, *args, **kwargs)
         except UserError as error:
             message, status = str(error), 2
         except BrokenPipeError:
@@ -104,6 +117,24 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
         return status
 
     return guarded
+
+
+@contextmanager
+def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
+    """Add the machines that a command line names; give the rest of it."""
+    if not os.environ.get("FRESA_MACHINES") and not any(
+            word.split("=")[0] == "--machines" for word in argv):
+        yield list(argv)  # most commands need not import what a machine is
+        return
+    from tb.machines import added, split_option
+
+    with ExitStack() as stack:
+        try:
+            folders, rest = split_option(argv)
+            stack.enter_context(added(folders))
+        except ValueError as error:
+            raise UserError(str(error)) from error
+        yield rest
 
 
 @contextmanager
