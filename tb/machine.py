@@ -6,13 +6,16 @@ that concern one build of the machine take the keyword arguments of `make` for i
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from amaranth.lib import wiring
 from numpy.typing import NDArray
 
 from .design import Design, Entity
 from .engines import Engine
+
+if TYPE_CHECKING:
+    from .fuzz import FuzzTarget
 
 __all__ = ["Coverage", "Machine", "Model", "Options"]
 
@@ -84,6 +87,8 @@ class Machine:
         Engines that cannot run it, and why.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
+    fuzz : callable, optional
+        Gives the `tb.fuzz.FuzzTarget` of its serial line.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -99,6 +104,7 @@ class Machine:
     vhdl: Callable[..., Entity] | None = None
     without: Mapping[str, str] = field(default_factory=dict)
     coverage: Coverage | None = None
+    fuzz: "Callable[[], FuzzTarget] | None" = None
     order: int = 100
 
     @property

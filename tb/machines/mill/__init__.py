@@ -53,9 +53,15 @@ def _travel_far(engine: Engine) -> None:
             engine.run(1 << 16)
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes, mills a picture", make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
-    coverage=Coverage(300_000, 98, 98, _travel_far))
+    fuzz=_fuzz, coverage=Coverage(300_000, 98, 98, _travel_far))

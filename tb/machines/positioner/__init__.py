@@ -33,6 +33,12 @@ def _bit(timing: PositionerTiming) -> int:
     return bit_period(timing.clock, timing.baud)
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
 MACHINE = Machine(
     name="positioner", order=2, about="three axes of a micropositioner, on a serial line",
     make=Positioner,
@@ -42,4 +48,4 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
-    coverage=Coverage(3_000_000, 96, 95))
+    fuzz=_fuzz, coverage=Coverage(3_000_000, 96, 95))

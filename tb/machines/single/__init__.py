@@ -35,6 +35,12 @@ def _random(seed: int, block: int, rows: int, *, timing: SingleTiming, **options
     return chance(timing.bit, seed, block, rows)
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
 MACHINE = Machine(
     name="single", order=1, about="one motor on a serial line", make=Single,
     short={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"!\r\n",
@@ -45,4 +51,4 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
-    coverage=Coverage(3_000_000, 98, 93))
+    fuzz=_fuzz, coverage=Coverage(3_000_000, 98, 93))
