@@ -4,6 +4,7 @@ The loops are in C++, below the design that CXXRTL has written.
 """
 
 import ctypes
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -73,7 +74,8 @@ class Trial:
     def _find_registers(self) -> list[Register]:
         width, found = ctypes.c_int64(), []
         while name := self._lib.faults_register(self._handle, len(found), width):
-            path = name.decode().removeprefix("dut ").replace(" ", ".")
+            # Amaranth numbers a submodule that has the name of a signal.
+            path = re.sub(r"\$\d+ ", " ", name.decode()).removeprefix("dut ").replace(" ", ".")
             found.append(Register(path, width.value))
         return found
 
