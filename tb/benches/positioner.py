@@ -5,7 +5,7 @@ from fresa.machines.positioner import ANSWERS, PositionerTiming
 from fresa.protocol.positioner import Answer
 
 from ..bench import Run, bench
-from ..models.positioner import PositionerModel
+from ..machines.positioner.model import PositionerModel
 from ..models.protocol import bits
 from ..scoreboard import scoreboard, ticks
 

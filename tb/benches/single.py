@@ -4,9 +4,9 @@ from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
 
 from ..bench import Run, bench
-from ..models.single import SingleModel
+from ..machines.single.model import SingleModel
 from ..scoreboard import scoreboard, ticks
-from ..terminal import typed
+from ..uart import typed
 
 BIT = 16
 HELLO, HELP = b"hi\r\n", b"help\r\n"

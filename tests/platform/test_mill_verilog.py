@@ -15,7 +15,7 @@ from fresa.motion import CoordinateGenerator
 from fresa_boards.nexys2 import Nexys2Platform
 from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_boards.verilog import emit
-from tb.models.mill import MillInputs, MillModel
+from tb.machines.mill.model import MillInputs, MillModel
 
 PERIOD, SCAN_BITS, Z_TRAVEL, CLOCKS = 2, 3, 3, 4000
 BITS = {"position_x": 16, "position_y": 16, "counter_select": 2, "jog": 6,

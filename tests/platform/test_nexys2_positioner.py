@@ -15,7 +15,7 @@ from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
 from tb.boards import nexys2_positioner
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.positioner import PositionerModel
+from tb.machines.positioner.model import PositionerModel
 from tb.models.protocol import bits
 from tb.runners import ModelRunner
 

@@ -12,7 +12,7 @@ from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 from fresa_boards.nexys2_single import Nexys2Single, single_ports
 from tb.boards import nexys2_single
 from tb.engines import AmaranthEngine
-from tb.terminal import shown, typed
+from tb.uart import shown, typed
 
 TIMING = SingleTiming.real(clock=48_000, baud=3000)
 STILL = 3

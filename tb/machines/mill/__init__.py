@@ -11,22 +11,22 @@ __all__ = ["MACHINE"]
 
 
 def _model(*, timing: MillTiming, z_travel: int, guard: bool = False):
-    from ...models.mill import MillModel
+    from .model import MillModel
 
     return MillModel(period=timing.period, scan_bits=timing.scan_bits, z_travel=z_travel,
                      jog_period=timing.jog_period)
 
 
 def _directed(seed: int, clocks: int, **options: Any):
-    from ...stimulus import directed
+    from .stimulus import directed
 
     return directed(_model(**options), seed, clocks)
 
 
 def _random(seed: int, block: int, rows: int, **options: Any):
-    from ...stimulus import chance
+    from .stimulus import random_rows
 
-    return chance(seed, block, rows)
+    return random_rows(seed, block, rows)
 
 
 def _vhdl(*, timing: MillTiming, z_travel: int, guard: bool = False):
@@ -39,7 +39,7 @@ def _vhdl(*, timing: MillTiming, z_travel: int, guard: bool = False):
 
 
 def _travel_far(engine: Engine) -> None:
-    """Order the far corner of the table, and back: chance does not get far from where it is."""
+    """Order the far corner of the table, and back: random orders do not get that far."""
     engine.set(rst=1, mode=1, up=0, down=0, start=0, stop=0, jog=0)
     engine.run(4)
     engine.set(rst=0)

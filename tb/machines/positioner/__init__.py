@@ -10,21 +10,21 @@ __all__ = ["MACHINE"]
 
 
 def _model(*, timing: PositionerTiming, **options: Any):
-    from ...models.positioner import PositionerModel
+    from .model import PositionerModel
 
     return PositionerModel(timing=timing, bit=_bit(timing), **options)
 
 
 def _directed(seed: int, clocks: int, *, timing: PositionerTiming, **options: Any):
-    from ...desk import directed
+    from .stimulus import directed
 
     return directed(_bit(timing), seed, clocks)
 
 
 def _random(seed: int, block: int, rows: int, *, timing: PositionerTiming, **options: Any):
-    from ...desk import chance
+    from .stimulus import random_rows
 
-    return chance(_bit(timing), seed, block, rows)
+    return random_rows(_bit(timing), seed, block, rows)
 
 
 def _bit(timing: PositionerTiming) -> int:

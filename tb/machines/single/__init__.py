@@ -14,7 +14,7 @@ def _model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, g
     """Make a model, which counts rates in the unit of the ramp, if there is one."""
     from fresa.motion import ramp_rates
 
-    from ...models.single import SingleModel
+    from .model import SingleModel
 
     rate, modulus = timing.rate * (FINE if ramp else 1), timing.modulus * (FINE if ramp else 1)
     rates = ramp_rates(acceleration=ramp, top=top_speed * rate, modulus=modulus,
@@ -24,15 +24,15 @@ def _model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, g
 
 
 def _directed(seed: int, clocks: int, **options: Any):
-    from ...terminal import directed
+    from .stimulus import directed
 
     return directed(_model(**options), seed, clocks)
 
 
 def _random(seed: int, block: int, rows: int, *, timing: SingleTiming, **options: Any):
-    from ...terminal import chance
+    from .stimulus import random_rows
 
-    return chance(timing.bit, seed, block, rows)
+    return random_rows(timing.bit, seed, block, rows)
 
 
 MACHINE = Machine(
