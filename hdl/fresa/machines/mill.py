@@ -64,7 +64,7 @@ def step_period(step_rate: Fraction | float | str, clock: int = CLOCK) -> int:
 
 @dataclass(frozen=True)
 class MillTiming:
-    """How fast the machine is, in clocks.
+    """Times of the machine, in clocks.
 
     A board sets it from physical units with :meth:`real`. A simulation may shorten every time
     without another change to the gateware.
@@ -74,7 +74,7 @@ class MillTiming:
     period : int
         Least clocks between two steps of an axis.
     scan_bits : int
-        Binary logarithm of the clocks for which a digit of the display has its turn.
+        Binary logarithm of the clocks of a digit's time slot on the display.
     jog_period : int
         Clocks from one step request by hand to the next.
     """
@@ -103,13 +103,13 @@ class Mill(wiring.Component):
 
     Parameters
     ----------
-    timing : MillPace
+    timing : MillTiming
         Times, in clocks.
     z_travel : int
         Steps between the raised and the lowered tool.
     guard : bool
-        A flip-flop that is upset cannot lead to a wrong position without ``error``: a second
-        controller watches the first, see :class:`GuardedController`. Takes twice the logic.
+        Duplicate the controller and compare, so that no upset flip-flop of it leads to a wrong
+        position without ``error``: see :class:`GuardedController`. Takes twice the logic.
 
     Members
     -------

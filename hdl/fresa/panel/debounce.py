@@ -34,17 +34,17 @@ class Debouncer(wiring.Component):
     """Follows inputs that have settled.
 
     One divider serves all inputs. An output changes at a tick if its input has differed from it in
-    every clock since the tick before. So a disturbance shorter than ``period`` never passes, and a
-    level that is held for two periods always does.
+    every clock since the tick before. So a glitch shorter than ``period`` never passes, and a level
+    that lasts two periods always does.
 
-    All of it lives through reset, since reset itself comes from a button: it must see that let go.
+    No register is reset, since reset itself comes from a button: its release must be seen.
 
     Parameters
     ----------
     width : int
         Number of inputs.
     period : int
-        Time to be stable, in clocks.
+        Time for which an input must be stable, in clocks.
 
     Members
     -------

@@ -30,21 +30,21 @@ def scan_bits(clock: int, refresh: int = REFRESH) -> int:
 
 
 def valid_scan_bits(value: object) -> int:
-    """Return `value` if a digit can have its turn for so long, else raise ValueError."""
+    """Return `value` if it is a valid time slot of a digit, else raise ValueError."""
     return in_range("scan_bits", value, 3, 24)
 
 
 class SevenSegment(wiring.Component):
-    """Shows a 16-bit number as four hexadecimal digits, one digit at a time.
+    """Shows a 16-bit number as four hexadecimal digits, time-multiplexed.
 
-    A digit has its turn for ``2 ** scan_bits`` clocks. In the first and the last eighth of a turn
-    no digit is on, and the segments change between them: slow drivers of the anodes have let go of
-    the digit before, and nothing of it ghosts.
+    A digit has a time slot of ``2 ** scan_bits`` clocks. In the first and the last eighth of a slot
+    all anodes are off, and the segments change between them: slow anode drivers have switched off
+    by then, so no digit ghosts onto the next.
 
     Parameters
     ----------
     scan_bits : int
-        Binary logarithm of the clocks of a turn, from 3 to 24.
+        Binary logarithm of the clocks of a slot, from 3 to 24.
 
     Members
     -------
