@@ -5,6 +5,7 @@ import difflib
 import errno
 import functools
 import os
+import re
 import secrets
 import shutil
 import sys
@@ -30,6 +31,7 @@ __all__ = [
     "is_special",
     "known",
     "say",
+    "spelt",
     "staged",
     "warn",
     "whole",
@@ -37,6 +39,18 @@ __all__ = [
     "write_files_atomically",
     "write_folder_atomically",
 ]
+
+
+def spelt(text: str) -> str:
+    """Spell the commands in a text as this one was called: `fresa NAME` if it was by `fresa`.
+
+    Commands are written ``python -m tools.NAME`` everywhere; what people read goes through here.
+    """
+    if sys.argv[0] != "fresa":  # see fresa_launcher
+        return text
+    text = re.sub(r"python\s+-m\s+tools\.(?=\w)", "fresa ", text)
+    text = re.sub(r"python\s+-m\s+tools\b", "fresa", text)
+    return re.sub(r"python\s+-m\s+tb\b", "fresa bench", text)
 
 
 class UserError(Exception):
@@ -63,6 +77,10 @@ class Parser(argparse.ArgumentParser):
             self.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
                               help="add the machines of a folder, see docs/adding-a-machine.md; "
                                    "may be repeated")
+        self.prog = spelt(self.prog)
+
+    def format_help(self) -> str:
+        return spelt(super().format_help())
 
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{message} (see {self.prog} --help)")
@@ -79,12 +97,16 @@ def say(text: str) -> None:
     if sys.stdout is None:  # closed by whoever called
         return
     encoding = sys.stdout.encoding or "utf-8"
-    print(text.encode(encoding, "backslashreplace").decode(encoding))
+    print(spelt(text).encode(encoding, "backslashreplace").decode(encoding))
 
 
 def warn(text: str) -> None:
     """Print to stderr what is worth knowing and stops nothing."""
-    print(colour("note:", 33, sys.stderr), " ".join(text.split()), file=sys.stderr)
+    _note("note:", 33, text)
+
+
+def _note(kind: str, code: int, text: str) -> None:
+    print(colour(kind, code, sys.stderr), " ".join(spelt(text).split()), file=sys.stderr)
 
 
 def command(main: Callable[..., int]) -> Callable[..., int]:
@@ -113,7 +135,7 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             message, status = describe(error), 2
         except KeyboardInterrupt:
             message, status = "interrupted", 130
-        print(colour("error:", 31, sys.stderr), " ".join(message.split()), file=sys.stderr)
+        _note("error:", 31, message)
         return status
 
     return guarded

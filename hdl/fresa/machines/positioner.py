@@ -1,10 +1,9 @@
 """`positioner`: three geared steppers at the screws of a micropositioner."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from amaranth import Module
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -20,6 +19,18 @@ from ..protocol import (
     bit_period,
 )
 from ..protocol.positioner import MOTORS, Answer
+from ..roles import (
+    BUZZER,
+    DIRECTION,
+    ENABLE,
+    LIMIT,
+    RX,
+    STATUS,
+    STEP,
+    TX,
+    Machine,
+    Role,
+)
 from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
@@ -101,7 +112,7 @@ class PositionerTiming:
                    report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
 
 
-class Positioner(wiring.Component):
+class Positioner(Machine):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
@@ -179,6 +190,15 @@ class Positioner(wiring.Component):
     connected: Out(1)
     moving: Out(MOTORS)
     fault: Out(1)
+
+    @property
+    def roles(self) -> Mapping[str, Role]:
+        rest = (1 << MOTORS) - 1 if self._inverted else 0
+        return {
+            "rx": RX, "tx": TX, "limits": LIMIT, "step": STEP.resting(rest),
+            "direction": DIRECTION.resting(rest), "enable": ENABLE, "buzzer": BUZZER,
+            "connected": STATUS, "moving": STATUS, "fault": STATUS,
+        }
 
     def __init__(self, *, timing: PositionerTiming | None = None, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0),
