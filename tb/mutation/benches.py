@@ -21,7 +21,7 @@ from amaranth.hdl._ast import Slice
 from amaranth.lib import wiring
 
 from ..bench import Bench, Run
-from ..benches import GROUPS
+from ..benches import groups
 from ..contracts import Component
 from ..machines.mill.model import MillModel
 from ..machines.mill.stimulus import directed, random_rows
@@ -63,7 +63,7 @@ def kind_of(component: Component) -> type[wiring.Component]:
 def bench_of(kind: type[wiring.Component]) -> Bench | None:
     """Find the bench that runs components of a class, if there is one."""
     with _unused():
-        return next((bench for bench in GROUPS["components"] + GROUPS["machine"]
+        return next((bench for bench in [*groups()["components"], *groups()["machine"]]
                      if type(component_of(bench)) is kind), None)
 
 

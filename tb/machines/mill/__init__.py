@@ -4,6 +4,7 @@ from typing import Any
 
 from fresa.machines.mill import Mill, MillTiming
 
+from ...diagram import Diagram
 from ...engines import Engine
 from ...machine import Coverage, Machine
 
@@ -53,9 +54,22 @@ def _travel_far(engine: Engine) -> None:
             engine.run(1 << 16)
 
 
+def _scenarios():
+    from .scenarios import mill
+
+    return [mill]
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes, mills a picture", make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
+    scenarios=_scenarios,
+    diagrams=(Diagram(
+        "mill",
+        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
+        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
+        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
+        "axis_z positions: x.count y.count z.count", 0, 115),),
     coverage=Coverage(300_000, 98, 98, _travel_far))

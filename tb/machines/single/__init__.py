@@ -4,6 +4,7 @@ from typing import Any
 
 from fresa.machines.single import FINE, TOP_SPEED, Single, SingleTiming
 
+from ...diagram import Diagram
 from ...machine import Coverage, Machine
 
 __all__ = ["MACHINE"]
@@ -35,6 +36,12 @@ def _random(seed: int, block: int, rows: int, *, timing: SingleTiming, **options
     return random_rows(timing.bit, seed, block, rows)
 
 
+def _scenarios():
+    from .scenarios import single
+
+    return [single]
+
+
 MACHINE = Machine(
     name="single", order=1, about="one motor on a serial line", make=Single,
     short={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"!\r\n",
@@ -45,4 +52,12 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    scenarios=_scenarios,
+    diagrams=(Diagram(
+        "single",
+        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
+        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
+        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
+        "line: rx tx outputs: moving coils position enable", 11940, 12040,
+        radix=("position=dec",)),),
     coverage=Coverage(3_000_000, 98, 93))
