@@ -4,7 +4,7 @@ What is right is stated here once more, from the description of the machine: not
 from its model or its gateware but the machine itself.
 """
 
-from fresa.machines import SerialOrders
+from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
 from tb import boards
 from tb.fuzz.line import FRAME, Levels, decode, decode_output
@@ -37,8 +37,9 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
 
 TARGET = FuzzTarget(
     "mill", BIT, PROTOCOL,
-    lambda: boards.nexys2_mill(SerialOrders(period=BIT), debounce=4, z_travel=TRAVEL,
-                               timing=MillTiming(period=PERIOD, scan_bits=4)),
+    lambda: boards.board("mill", MillStation(
+        source=SerialOrders(period=BIT), timing=MillTiming(period=PERIOD, scan_bits=4),
+        z_travel=TRAVEL), debounce=4),
     ("tx", "axis_x", "axis_y", "axis_z", "leds"), _check,
     fault=("leds", 1 << 6), levels={"switches": 1 << 7},
     about="A Nexys 2 that is given orders over the line. In a flood lines may be lost.")
