@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from amaranth import Value
 
+from fresa.machines import MillStation
 from fresa.machines.mill import MillTiming
 from fresa.motion import SquareGenerator
 
@@ -147,6 +148,7 @@ ON_A_LINE = tuple(Runnable(name, duts()[name].design, partial(_on_a_line, name))
 
 PANEL = Runnable(
     "nexys2-square",
-    lambda: boards.nexys2_mill(SquareGenerator(side=3), debounce=1, z_travel=2,
-                               timing=MillTiming(period=2, scan_bits=3)), _panel)
+    lambda: boards.board("mill", MillStation(source=SquareGenerator(side=3), z_travel=2,
+                                             timing=MillTiming(period=2, scan_bits=3)), debounce=1),
+    _panel)
 """The Nexys 2 that walks a square."""
