@@ -5,16 +5,37 @@ what comes back is read from the times at which the output changed.
 """
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
+
+from numpy.typing import NDArray
 
 from .engines import Engine
 from .models.protocol import bits
 
-__all__ = ["Listener", "SerialLine"]
+__all__ = ["Listener", "SerialLine", "shown", "typed"]
 
 #: Bits of a byte on the line, 8N1: start, eight, stop.
 FRAME = 10
+
+
+def typed(text: bytes, bit: int) -> list[int]:
+    """Return the levels of a line on which `text` is sent, `bit` clocks a bit."""
+    return [level for byte in text for each in bits(byte) for level in [each] * bit]
+
+
+def shown(line: Sequence[int] | NDArray, bit: int) -> bytes:
+    """Read what is sent on an undisturbed line; a byte that is cut off at its end is left out."""
+    found, clock = bytearray(), 0
+    while clock + 9 * bit + bit // 2 < len(line):
+        if line[clock]:
+            clock += 1
+            continue
+        middles = [line[clock + place * bit + bit // 2] for place in range(10)]
+        assert (middles[0], middles[9]) == (0, 1), f"no byte at clock {clock}"
+        found.append(sum(int(level) << place for place, level in enumerate(middles[1:9])))
+        clock += 9 * bit + bit // 2
+    return bytes(found)
 
 
 class Listener:

@@ -16,7 +16,7 @@ from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200, Nexys2Platform
 from fresa_boards.wiring import prepare, wire
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.positioner import PositionerModel
+from tb.machines.positioner.model import PositionerModel
 from tb.models.protocol import bits
 from tb.runners import ModelRunner
 

@@ -12,7 +12,7 @@ from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.wiring import prepare
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
-from tb.terminal import shown, typed
+from tb.uart import shown, typed
 
 TIMING = SingleTiming.real(clock=48_000, baud=3000)
 STILL = 3

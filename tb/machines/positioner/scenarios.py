@@ -1,13 +1,13 @@
-"""All of the positioner, on its line."""
+"""Scenarios of `positioner`: a session on its line."""
 
 from fresa.machines import Positioner
 from fresa.machines.positioner import ANSWERS, PositionerTiming
 from fresa.protocol.positioner import Answer
 
-from ..bench import Run, bench
-from ..models.positioner import PositionerModel
-from ..models.protocol import bits
-from ..scoreboard import scoreboard, ticks
+from ...bench import Run, bench
+from ...models.protocol import bits
+from ...scoreboard import scoreboard, ticks
+from .model import PositionerModel
 
 
 @bench

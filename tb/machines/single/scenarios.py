@@ -1,12 +1,12 @@
-"""The machine with a motor and a terminal, by its own pins."""
+"""Scenarios of `single`: a session on its line."""
 
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
 
-from ..bench import Run, bench
-from ..models.single import SingleModel
-from ..scoreboard import scoreboard, ticks
-from ..terminal import typed
+from ...bench import Run, bench
+from ...scoreboard import scoreboard, ticks
+from ...uart import typed
+from .model import SingleModel
 
 BIT = 16
 HELLO, HELP = b"hi\r\n", b"help\r\n"

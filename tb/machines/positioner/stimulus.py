@@ -1,15 +1,15 @@
-"""The desk of `positioner`: what is typed on its line, well, badly and by chance, and switches."""
+"""Stimulus for `positioner`: lines, right, wrong and damaged, and limit switches."""
 
 import random
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .fuzz.positioner_lines import DIALECT
-from .stimulus import BLOCK
-from .terminal import typed
+from ...fuzz.positioner_lines import DIALECT
+from ...stimulus import BLOCK
+from ...uart import typed
 
-__all__ = ["chance", "directed"]
+__all__ = ["directed", "random_rows"]
 
 SHORT = [b"MOV MOT%d %s\n" % (motor, way) for motor in (1, 2, 3) for way in (b"C", b"CC")]
 """Lines are long beside steps: such as move something at once are typed more often."""
@@ -39,8 +39,8 @@ def directed(bit: int, seed: int, clocks: int) -> dict[str, NDArray]:
     return _columns(rst, line[:clocks], _switches(rng, clocks, 100 * bit))
 
 
-def chance(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
-    """Give the first rows of a block of chance: lines close by each other, floods, and noise."""
+def random_rows(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
+    """Return the first rows of a random block: lines close by each other, floods, and noise."""
     rng = random.Random(f"{seed} {block}")
     line = typed(DIALECT.begin, bit)
     while len(line) < BLOCK:
