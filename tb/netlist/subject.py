@@ -11,7 +11,6 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
-from fresa_boards.nexys2_common import debounce_period
 
 from fresa.machines import MillStation, Positioner, Single
 from fresa.machines.mill import PIXEL_STEPS, MillTiming
