@@ -11,12 +11,12 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
+from fresa_boards.nexys2_common import debounce_period
 
 from fresa.machines import Positioner, Single
 from fresa.machines.mill import PIXEL_STEPS, MillTiming
 from fresa.machines.positioner import PositionerTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from fresa_boards.nexys2_common import debounce_period
 
 from .. import boards
 from ..contracts.contract import Bug, State

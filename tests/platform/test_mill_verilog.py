@@ -9,11 +9,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 
 from fresa.machines.mill import Mill, MillTiming
 from fresa.motion import CoordinateGenerator
 from fresa_boards.nexys2 import Nexys2Platform
-from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_boards.verilog import emit
 from tb.models.mill import MillInputs, MillModel
 

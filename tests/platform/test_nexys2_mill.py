@@ -10,12 +10,12 @@ import pytest
 from amaranth import Fragment
 from amaranth.hdl import _nir as nir
 from amaranth.hdl._ir import build_netlist
+from fresa_boards.nexys2_common import DEBOUNCE, debounce_period
+from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 
 from fresa.machines.mill import CLOCK, MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_common import DEBOUNCE, debounce_period
-from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from tb.boards import nexys2_mill
 from tb.engines import AmaranthEngine
 from tb.plant import Plant

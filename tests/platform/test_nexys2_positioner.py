@@ -9,10 +9,10 @@ import pytest
 from amaranth import Fragment
 from amaranth.hdl import _nir as nir
 from amaranth.hdl._ir import build_netlist
+from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
 
 from fresa.machines.positioner import PositionerTiming
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
 from tb.boards import nexys2_positioner
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.positioner import PositionerModel

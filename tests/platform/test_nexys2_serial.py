@@ -3,11 +3,11 @@
 """The mill on its board with orders from the RS-232 port: its pins, its switches, whole jobs."""
 
 import pytest
+from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 
 from fresa.machines import SerialOrders
 from fresa.machines.mill import MillTiming
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_host.errors import WasReset
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import NotReady, OrderRefused, Sender

@@ -5,11 +5,11 @@
 import re
 
 import pytest
+from fresa_boards.nexys2_single import Nexys2Single, single_ports
 
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_single import Nexys2Single, single_ports
 from tb.boards import nexys2_single
 from tb.engines import AmaranthEngine
 from tb.terminal import shown, typed

@@ -6,6 +6,8 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+from fresa_boards.nexys2_common import debounce_period
+from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource, mill_ports
 from PIL import Image
 
 from fresa.machines import SerialOrders
@@ -13,8 +15,6 @@ from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill,
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa.protocol import BAUD, bit_period
 from fresa_boards.nexys2 import Capacity, Nexys2Platform
-from fresa_boards.nexys2_common import debounce_period
-from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource, mill_ports
 from tb.boards import nexys2_mill
 from tb.engines import ENGINES
 

@@ -3,14 +3,15 @@
 import argparse
 from typing import Any
 
+from fresa_boards.nexys2_common import debounce_period
+from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
+
 from fresa.drive import MAX_PULSE
 from fresa.machines import Positioner
 from fresa.machines.mill import CLOCK
 from fresa.machines.positioner import ENDS, LIMIT_ENDS, TOP_SPEED, PositionerTiming
 from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
-from fresa_boards.nexys2_common import debounce_period
-from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
 from tb.boards import nexys2_positioner
 
 from ..console import UserError, whole

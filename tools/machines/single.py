@@ -5,14 +5,15 @@
 import argparse
 from typing import Any
 
+from fresa_boards.nexys2_common import debounce_period
+from fresa_boards.nexys2_single import Nexys2Single, single_ports
+
 from fresa.machines import Single
 from fresa.machines.mill import CLOCK
 from fresa.machines.single import TOP_SPEED, TURN, SingleTiming
 from fresa.motion import MAX_ACCELERATION
 from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
-from fresa_boards.nexys2_common import debounce_period
-from fresa_boards.nexys2_single import Nexys2Single, single_ports
 from tb.boards import nexys2_single
 
 from ..console import UserError, whole

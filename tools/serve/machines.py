@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+from fresa_boards.nexys2_common import debounce_period
+
 from fresa.machines import SerialOrders
 from fresa.machines.mill import MillTiming
 from fresa.machines.positioner import LIMIT_ENDS, TOP_SPEED, Positioner, PositionerTiming
 from fresa.machines.single import TURN, Single, SingleTiming
 from fresa.protocol import BAUD, bit_period
-from fresa_boards.nexys2_common import debounce_period
 from tb.boards import component, nexys2_mill
 from tb.design import Design
 from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback

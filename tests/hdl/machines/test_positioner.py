@@ -423,7 +423,7 @@ class TestPace:
          "67108864, not 3000000"),
         ({"baud": 0}, {}, "baud at a clock of 50000000 Hz must be a whole number from 1 to "
          "3125000, not 0"),
-        ({}, {"backlash": (1, 2)}, "there is a backlash and a guard for each of 3 axes, not "
+        ({}, {"backlash": (1, 2)}, "there is a backlash and a limit end for each of 3 axes, not "
          "(1, 2) and ('X+', 'Y+', 'Z+')"),
         ({}, {"backlash": (1, 2, -1)}, "backlash must be a whole number from 0 to 1048576, not -1"),
         ({}, {"limit_ends": ("X+", "X+", "Y-")}, "limit ends must be different ends of X-, X+, "
