@@ -1,8 +1,8 @@
 """Contracts of parts, kept also where the part is inside a machine.
 
-A machine promises what people rely on; its parts promise the rest, each by itself. A mutant of a
-part that is inside must break the contract of that part, wherever it is: so the promises of the
-part are made there too. What the part assumes of its inputs the machine has to promise.
+A machine states what people rely on; its parts state the rest, each by itself. A mutant of a part
+that is inside must break the contract of that part, wherever it is: so the properties of the part
+are stated there too. What the part assumes of its inputs has to hold in the machine.
 """
 
 from collections.abc import Callable
@@ -27,18 +27,18 @@ class _Inside:
     def _at(self, path: str) -> str:
         return ".".join(filter(None, [self._path, path]))
 
-    def holds(self, name: str, says: str, **promise: Any) -> None:
-        self._whole.holds(f"{self._path}:{name}", says, **promise)
+    def implication(self, name: str, description: str, **options: Any) -> None:
+        self._whole.implication(f"{self._path}:{name}", description, **options)
 
-    def always(self, name: str, says: str, condition: Bits, **promise: Any) -> None:
-        self._whole.always(f"{self._path}:{name}", says, condition, **promise)
+    def invariant(self, name: str, description: str, condition: Bits, **options: Any) -> None:
+        self._whole.invariant(f"{self._path}:{name}", description, condition, **options)
 
     def assume(self, condition: Bits) -> None:
         self._assumed += 1
-        self.always(f"assumed-{self._assumed}", "It is used as it is meant to be.", condition,
-                    seen=condition, bug=())
+        self.invariant(f"assumed-{self._assumed}", "It is used as it is meant to be.", condition,
+                       cover=condition)
 
-    def usual(self, condition: Bits) -> None:
+    def restrict_covers(self, condition: Bits) -> None:
         pass
 
     def keep(self, shape: Any, *, init: int = 0, name: str | None = None) -> Any:
@@ -58,8 +58,8 @@ class _Inside:
     def any_code(self, path: str) -> State:
         return self._whole.any_code(self._at(path))
 
-    def leaves_unused_codes(self, path: str, **promise: Any) -> None:
-        Contract.leaves_unused_codes(self, path, **promise)  # type: ignore
+    def leaves_unused_codes(self, path: str, **options: Any) -> None:
+        Contract.leaves_unused_codes(self, path, **options)  # type: ignore
 
 
 def keep_inside(whole: Contract, path: str, mode: Bits) -> None:
@@ -79,11 +79,12 @@ def keep_inside(whole: Contract, path: str, mode: Bits) -> None:
     inside = _Inside(whole, f"{prefix}sequencer", whole.rst | ~mode)
     _keep("sequencer", inside)
     order = whole.state(f"{prefix}automatic.orders.order_state")
-    inside.always("under-way-by-order", "What moves was ordered.",
-                  inside.kept["under_way"] | order("REST", "FAULT"), seen=order("MOVING"), bug=())
+    inside.invariant("under-way-by-order", "What moves was ordered.",
+                     inside.kept["under_way"] | order("REST", "FAULT"), cover=order("MOVING"),
+                     bug=())
     moves = inside.part("").moves
-    inside.always("taken-at-once", "A move is offered when it can be taken.",
-                  ~moves.valid | moves.ready | order("FAULT"), seen=moves.valid, bug=())
+    inside.invariant("taken-at-once", "A move is offered when it can be taken.",
+                     ~moves.valid | moves.ready | order("FAULT"), cover=moves.valid)
 
 
 def _keep(name: str, inside: _Inside) -> None:

@@ -27,6 +27,7 @@ from fresa.motion import NumericalController
 
 from ..contracts import Component
 from ..contracts.contract import Bits, Contract, State
+from ..contracts.proof import named
 from ..yosys import YOSYS
 from .inside import keep_inside
 
@@ -187,7 +188,7 @@ class _Whole(Contract):
         self.about_upsets: set[str] = set()
         self._machines: dict[str, State] = {}
         super().__init__(dut, describe)
-        if isinstance(dut, Mill | NumericalController) and self.promises:
+        if isinstance(dut, Mill | NumericalController) and self.properties:
             keep_inside(self, "controller" if isinstance(dut, Mill) else "", dut.mode)
         started: Bits = Value.cast(1)
         for state in self._machines.values():
@@ -203,12 +204,12 @@ class _Whole(Contract):
             self.m.d.comb += pin.eq(value)
             self.pins[member.flow][name] = f"pin_{name}"
 
-    def _promise(self, name, says, bug, kept, cover, upset) -> None:
+    def _property(self, name, description, kept, cover, upset, lemma) -> None:
         self._upset = upset
-        super()._promise(name, says, bug, kept, cover, upset)
+        super()._property(name, description, kept, cover, upset, lemma)
         self._upset = False
         if upset:
-            self.about_upsets.add(name)
+            self.about_upsets.add(f"{self._prefix}{name}")
 
     def state(self, path: str) -> State:
         state = super().state(path)
@@ -250,7 +251,7 @@ class Mutable:
     def __init__(self, component: Component, dut: wiring.Component, *, promised: bool = True
                  ) -> None:
         self._contract = _Whole(dut, component.describe if promised else lambda *_: None)
-        self.text = _named(self._contract.rtlil())
+        self.text = named(self._contract.rtlil())
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             (folder / "design.il").write_text(self.text, encoding="utf-8")
@@ -283,12 +284,6 @@ class Mutable:
             module = json.loads((folder / "all.json").read_text())["modules"]["top"]
         return _read(module, self._inside, list(mutants), self._contract.about_upsets,
                      self._contract.pins)
-
-
-def _named(text: str) -> str:
-    """Give the cells of promises their names."""
-    return re.sub(r'cell \$check \$\d+\n(\s+parameter \\FORMAT "([^"]+)")',
-                  r"cell $check \\promise:\2\n\1", text)
 
 
 def _run(folder: Path, script: str) -> None:
@@ -402,13 +397,13 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[s
                     places[bit] = len(flops)
                 flops.append(Flop(net[q], net[d], at_start.get(bit, 0), bit in free))
         elif kind in ("$assert", "$assume"):
-            said = name.partition("promise:")[2]
+            said = name.partition("property:")[2]
             kept = at_least(net[port["A"][0]], net[port["EN"][0]])
             if kind == "$assert":
                 promises.append(Promised(said, said in upsets, kept))
             elif said == "start":
                 start = kept
-            elif said != "usual":
+            elif said != "restrict-covers":
                 assumed.append(kept)
         elif kind not in ("$cover", "$scopeinfo"):
             raise MutationError(f"no mutants can be made of a cell {kind}")
