@@ -30,14 +30,9 @@ from tb.fuzz.line import FRAME, BitTimingError, Text, decode, decode_output, hig
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.ramp import Ramp, check_ramp
 from tb.fuzz.reasons import Reasons
-<<<<<<< HEAD
 from tb.fuzz.targets import Findings
 from tb.fuzz.trajectory import Effect, Mode, Steps, check_trajectory
-=======
-from tb.fuzz.targets import Judgement
-from tb.fuzz.ways import Effect, Mode, Steps, walk
 from tb.mistake import Mistake
->>>>>>> w5
 from tb.models.drive import RateModel
 from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
@@ -50,13 +45,8 @@ OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
     at("commands.answer") == frames.Answer.RANGE.value, at("commands.value"), right))
 
 
-<<<<<<< HEAD
-def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False
-           ) -> Findings:
-=======
-def judged(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False,
-           mistake: Mistake | None = None) -> Judgement:
->>>>>>> w5
+def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False,
+           mistake: Mistake | None = None) -> Findings:
     """Send some bytes, wait for as long as some more would take, and look at what came of it.
 
     Behind the bytes switches may be pressed for a moment, and the line may be low for some clocks
@@ -71,16 +61,10 @@ def judged(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool =
             Input("rest", b"", high(100), np.full(100, pressed, np.uint8)),
             Input("break", b"", np.concatenate([
                 levels(b"\xFF", BIT)[:2 * BIT * (low > 0)], np.zeros(low, np.uint8)])),
-<<<<<<< HEAD
             Input("rest", b"", high(35 * FRAME * BIT))]
-    with AmaranthEngine(target.design()) as engine:
-        return run_session(target, engine, sent).findings
-=======
-            Piece("rest", b"", high(35 * FRAME * BIT))]
     design = target.design() if mistake is None else mistake.planted(target.design())
     with AmaranthEngine(design) as engine:
-        return play(target, engine, sent).judgement
->>>>>>> w5
+        return run_session(target, engine, sent).findings
 
 
 def drifts(motor: str) -> Mistake:
@@ -136,14 +120,8 @@ class TestMistakes:
 
     @pytest.mark.parametrize("mistake", MISTAKES)
     def test_is_found_with_few_bytes(self, mistake):
-<<<<<<< HEAD
-        name, text, kind, bug = MISTAKES[mistake]
-        with bug.planted():
-            assert kind in {failure.kind for failure in run(name, text).failures}
-=======
         name, text, kind, planted = MISTAKES[mistake]
-        assert kind in {failure.kind for failure in judged(name, text, mistake=planted).failures}
->>>>>>> w5
+        assert kind in {failure.kind for failure in run(name, text, mistake=planted).failures}
 
     def test_nothing_is_found_where_switches_do_what_they_should(self):
         found = run("positioner", ON, 0b011)  # MOT2 moves away from its switch
@@ -151,61 +129,35 @@ class TestMistakes:
 
     @pytest.mark.parametrize("mistake", SWITCHES)
     def test_of_a_switch_is_found(self, mistake):
-<<<<<<< HEAD
-        kind, bug = SWITCHES[mistake]
-        with bug.planted():
-            assert kind in {failure.kind for failure in run("positioner", ON, 0b011).failures}
-=======
         kind, planted = SWITCHES[mistake]
-        found = judged("positioner", ON, 0b011, mistake=planted)
+        found = run("positioner", ON, 0b011, mistake=planted)
         assert kind in {failure.kind for failure in found.failures}
->>>>>>> w5
 
     def test_of_a_ramp_is_found(self):
         found = run("single", b":x7\r", other=True)
         assert found.failures == [] and found.timed == found.steps == 7
-<<<<<<< HEAD
-        with Bug(ramp, "& (left > self.level)", "& (left >= self.level)").planted():
-            failure, = run("single", b":x7\r", other=True).failures
-        assert failure.kind == "time" and "too early" in failure.message
-
-    def test_of_breaks_that_begin_inside_a_byte_is_found(self):
-        with Bug(receiver, "low == 10 * self.period - 1", "low == 10 * self.period - 2").planted():
-            assert run("positioner", ON, low=BREAK - 1).failures[0].kind == "step"
-=======
         up_too_long = Mistake("dut.move.goes_to", lambda right, at: Mux(
             at("dut.move.moved") & at("move.above") & (at("move.left") == at("move.level")),
             at("move.level") + 1, right))
-        failure, = judged("single", b":x7\r", other=True, mistake=up_too_long).failures
-        assert failure.kind == "time" and "too early" in failure.says
+        failure, = run("single", b":x7\r", other=True, mistake=up_too_long).failures
+        assert failure.kind == "time" and "too early" in failure.message
 
     def test_of_breaks_that_begin_inside_a_byte_is_found(self):
         too_soon = Mistake("receiver.line_break", lambda right, at: right | (
             (at("receiver.low") == 10 * BIT - 2) & ~at("receiver.rx")))
-        assert judged("positioner", ON, low=BREAK - 1, mistake=too_soon).failures[0].kind == "step"
->>>>>>> w5
+        assert run("positioner", ON, low=BREAK - 1, mistake=too_soon).failures[0].kind == "step"
 
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
         if reason := CXXRTLEngine.missing():
             pytest.skip(reason)
-<<<<<<< HEAD
-        *_, bug = MISTAKES["a refused frame that is obeyed"]
-        with bug.planted():
-            outcome = next(iter(fuzz(TARGETS["single"], 1, 3000)))
-            assert outcome.findings.failures
-            short = shortest(outcome.target, outcome.inputs, 60)
-        assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
-        assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
-=======
         target = TARGETS["single"]
         wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()), others=())
         outcome = next(iter(fuzz(wrong, 1, 3000)))
-        assert outcome.judgement.failures
-        short = shortest(outcome.target, outcome.pieces, 60)
-        assert short.judgement.failures[0].kind == outcome.judgement.failures[0].kind
-        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 3
->>>>>>> w5
+        assert outcome.findings.failures
+        short = shortest(outcome.target, outcome.inputs, 60)
+        assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
+        assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
 
 
 @pytest.mark.compiler

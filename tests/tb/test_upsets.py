@@ -22,12 +22,8 @@ from tb.faults.target import FaultTarget
 from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict, WrongReset
 from tb.faults.work import actions, rows_of_actions
-<<<<<<< HEAD
 from tb.fuzz.line import decode
-=======
-from tb.fuzz.line import hear
 from tb.mistake import Mistake
->>>>>>> w5
 from tb.models.mill import MillInputs, MillModel
 from tb.script import Hold, Jog, Mode, Order, Reset, record
 from tb.stimulus import chance, orders
@@ -160,11 +156,7 @@ class TestUpsets:
             trial.work()
 
 
-<<<<<<< HEAD
-def run_with_fault(bug: Bug, make: Callable[[], FaultTarget], rows: Rows, gap: int
-=======
-def struck(mistake: Mistake, make: Callable[[], Machine], rows: Rows, gap: int
->>>>>>> w5
+def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
            ) -> tuple[int, WrongReset | None]:
     """Reset a machine with a mistake in it; give the clocks that it took, and what is wrong."""
     machine = make()
@@ -193,13 +185,9 @@ class TestResets:
         (Mistake("sequencer.refused", reset_less=True),
          "controller.sequencer.refused is not as from power-up after a reset"),
     ], ids=["illegal", "jump", "moves", "keeps"])
-<<<<<<< HEAD
-    def test_mistakes_are_found(self, bug, found):
-        clocks, wrong = run_with_fault(bug, lambda: mill(guard=False), rows_of_actions(WORK), 40)
-=======
     def test_mistakes_are_found(self, mistake, found):
-        clocks, wrong = struck(mistake, lambda: mill(guard=False), rows_of_actions(WORK), 40)
->>>>>>> w5
+        clocks, wrong = run_with_fault(mistake, lambda: mill(guard=False), rows_of_actions(WORK),
+                                       40)
         assert wrong is not None
         assert wrong.what == found and wrong.clock == clocks < 20_000
 
@@ -235,11 +223,7 @@ class TestResetsOnALine:
     ], ids=["begins", "cuts", "turns", "keeps", "halts", "moves", "off", "dumb"])
     def test_mistakes_are_found(self, name, mistake, found):
         make, sessions = ON_A_LINE[name]
-<<<<<<< HEAD
-        _, wrong = run_with_fault(bug, make, sessions(1), 9000)
-=======
-        _, wrong = struck(mistake, make, sessions(1), 9000)
->>>>>>> w5
+        _, wrong = run_with_fault(mistake, make, sessions(1), 9000)
         assert wrong is not None and wrong.what.startswith(found)
 
     def test_none_without_a_mistake(self):

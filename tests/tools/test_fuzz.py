@@ -37,24 +37,14 @@ def test_all_in_order(compiled, tmp_path, capsys):
 
 
 @pytest.mark.compiler
-<<<<<<< HEAD
-def test_something_found(compiled, tmp_path, capsys):
-    save = tmp_path / "found"
-    with BUG.planted():
-        assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
-                     "--json", str(tmp_path / "f")]) == 1
-    output = capsys.readouterr().out
-    assert "FOUND" in output and "shortest" in output
-=======
 def test_something_found(compiled, tmp_path, capsys, monkeypatch):
     save, target = tmp_path / "found", TARGETS["single"]
     monkeypatch.setitem(TARGETS, "single", replace(
         target, design=lambda: OBEYS_REFUSED.planted(target.design())))
     assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
                  "--json", str(tmp_path / "f")]) == 1
-    said = capsys.readouterr().out
-    assert "FOUND" in said and "shortest" in said
->>>>>>> w5
+    output = capsys.readouterr().out
+    assert "FOUND" in output and "shortest" in output
     assert 0 < len((tmp_path / "found-single.bin").read_bytes()) < 60
     assert b"$enddefinitions" in (tmp_path / "found-single.vcd").read_bytes()
     machine, = json.loads((tmp_path / "f").read_text())["machines"]
