@@ -13,9 +13,9 @@ ROOMS = {  # what each may import beside the standard library and itself
     "hdl/fresa": {"amaranth"},
     "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
     "host/fresa_host": {"serial"},
-    "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
-    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa",
-              "fresa_boards", "fresa_host", "tb"},
+    "tb": {"amaranth", "numpy", "platformdirs", "vcd", "fresa", "fresa_boards"},
+    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "platformdirs", "pywellen", "tqdm", "vcd",
+              "fresa", "fresa_boards", "fresa_host", "tb"},
     "launcher": {"tools"},
 }
 
