@@ -74,8 +74,8 @@ class Trial:
     def _find_registers(self) -> list[Register]:
         width, found = ctypes.c_int64(), []
         while name := self._lib.faults_register(self._handle, len(found), width):
-            # Amaranth numbers a submodule that has the name of a signal.
-            path = re.sub(r"\$\d+ ", " ", name.decode()).removeprefix("dut ").replace(" ", ".")
+            # RTLIL numbers names that clash, such as those of a submodule and a port.
+            path = re.sub(r"\$\d+", "", name.decode().removeprefix("dut ").replace(" ", "."))
             found.append(Register(path, width.value))
         return found
 

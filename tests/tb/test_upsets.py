@@ -186,8 +186,8 @@ class TestResets:
          "controller.sequencer.refused is not as from power-up after a reset"),
     ], ids=["illegal", "jump", "moves", "keeps"])
     def test_mistakes_are_found(self, mistake, found):
-        clocks, wrong = run_with_fault(
-            mistake, lambda: mill(guard=False), rows_of_actions(WORK), 40)
+        clocks, wrong = run_with_fault(mistake, lambda: mill(guard=False), rows_of_actions(WORK),
+                                       40)
         assert wrong is not None
         assert wrong.what == found and wrong.clock == clocks < 20_000
 

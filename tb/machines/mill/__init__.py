@@ -54,16 +54,16 @@ def _travel_far(engine: Engine) -> None:
             engine.run(1 << 16)
 
 
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
 def _scenarios():
     from .scenarios import mill
 
     return [mill]
+
+
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
 
 
 MACHINE = Machine(
@@ -71,6 +71,7 @@ MACHINE = Machine(
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
+    fuzz=_fuzz,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "mill",
@@ -78,4 +79,4 @@ MACHINE = Machine(
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
         "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
         "axis_z positions: x.count y.count z.count", 0, 115),),
-    fuzz=_fuzz, coverage=Coverage(300_000, 98, 98, _travel_far))
+    coverage=Coverage(300_000, 98, 98, _travel_far))

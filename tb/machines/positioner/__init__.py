@@ -34,16 +34,16 @@ def _bit(timing: PositionerTiming) -> int:
     return bit_period(timing.clock, timing.baud)
 
 
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
 def _scenarios():
     from .scenarios import positioner
 
     return [positioner]
+
+
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
 
 
 MACHINE = Machine(
@@ -55,6 +55,7 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    fuzz=_fuzz,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "positioner",
@@ -62,4 +63,4 @@ MACHINE = Machine(
         "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
         "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
         "y.move.position pins: enable moving rx", 9_480, 9_700),),
-    fuzz=_fuzz, coverage=Coverage(3_000_000, 96, 95))
+    coverage=Coverage(3_000_000, 96, 95))

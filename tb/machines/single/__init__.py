@@ -58,6 +58,7 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    fuzz=_fuzz,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "single",
@@ -66,4 +67,4 @@ MACHINE = Machine(
         "of this bench, or 11 now and then. `tx` falls when the answer begins.",
         "line: rx tx outputs: moving coils position enable", 11940, 12040,
         radix=("position=dec",)),),
-    fuzz=_fuzz, coverage=Coverage(3_000_000, 98, 93))
+    coverage=Coverage(3_000_000, 98, 93))

@@ -37,9 +37,9 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
 
 TARGET = FuzzTarget(
     "mill", BIT, PROTOCOL,
-    lambda: boards.board("mill", MillStation(
-        source=SerialOrders(period=BIT), timing=MillTiming(period=PERIOD, scan_bits=4),
-        z_travel=TRAVEL), debounce=4),
+    lambda: boards.board(
+        "mill", MillStation(source=SerialOrders(period=BIT), z_travel=TRAVEL,
+                            timing=MillTiming(period=PERIOD, scan_bits=4)), debounce=4),
     ("tx", "axis_x", "axis_y", "axis_z", "leds"), _check,
     fault=("leds", 1 << 6), levels={"switches": 1 << 7},
     about="A Nexys 2 that is given orders over the line. In a flood lines may be lost.")
