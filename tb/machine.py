@@ -19,6 +19,7 @@ from .engines import Engine
 if TYPE_CHECKING:
     from .faults.target import FaultTarget
     from .fuzz import FuzzTarget
+    from .netlist.part import NetlistPart
 
 __all__ = ["Coverage", "Machine", "Model", "Options"]
 
@@ -98,6 +99,8 @@ class Machine:
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
     faults : callable, optional
         Gives its builds for fault injection, each a `tb.faults.target.FaultTarget`.
+    netlist : callable, optional
+        Gives what of it is checked as a netlist, a `tb.netlist.part.NetlistPart`.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -117,6 +120,7 @@ class Machine:
     coverage: Coverage | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
     faults: "Callable[[], Sequence[FaultTarget]] | None" = None
+    netlist: "Callable[[], NetlistPart] | None" = None
     order: int = 100
 
     @property

@@ -30,10 +30,10 @@ from .console import (
 __all__ = ["line", "main", "run_checks"]
 
 ABOUT = """\
-Checks what Yosys makes of the machines for the Spartan-3E (synth_xilinx -family xc3se): the raw
-mill and the Nexys 2 with its switches, buttons and order sources, with the times that are built;
-likewise `single` and `positioner`, as far as Yosys has models of the RAMs that they take. Only X is
-looked for with short times, so that much happens.
+Checks what Yosys makes of the machines for the Spartan-3E (synth_xilinx -family xc3se): raw, and on
+a Nexys 2 with its switches, buttons and order sources, with the times that are built, as far as
+Yosys has models of the RAMs that they take. Only X is looked for with short times, so that much
+happens.
 
 {checks}
 
@@ -59,8 +59,8 @@ lines that begin with:
   ok, FAILED       a check
   control, MISSED  a mistake that was planted, and found or not
   no               a design that the check cannot look at. Codes are checked with a picture in block
-                   RAM too, whatever the RAM may give. What ISE makes of the same Verilog is seen by
-                   nobody here.
+                   RAM too, whatever the RAM may give. What ISE makes of the same Verilog is not
+                   checked.
 
 exit status: 0 if all is well, 1 if a check fails or misses a mistake, 2 if the command cannot be
 carried out.
@@ -120,7 +120,7 @@ def main(argv: list[str] | None = None) -> int:
     checks = "\n".join(fill(check.says, 100, initial_indent=f"  {name:9}",
                             subsequent_indent=" " * 11) for name, check in CHECKS.items())
     parser = Parser(prog="python -m tools.netlist", description=ABOUT.format(checks=checks),
-                    epilog=EPILOG)
+                    epilog=EPILOG, machines=True)
     parser.add_argument("checks", metavar="CHECK", nargs="*", help="what to check; all")
     parser.add_argument("--list", action="store_true", help="say what each check is, and stop")
     parser.add_argument("--flips", metavar="N", type=whole(1, 10_000), default=Options.flips,
@@ -158,7 +158,7 @@ def main(argv: list[str] | None = None) -> int:
     for result in results:
         say(line(*result))
     for name in names:
-        for design, why in CHECKS[name].leaves_out.items():
+        for design, why in CHECKS[name].leaves_out().items():
             say(f"{'no':8}{name:8} {design:15} {why}")
     good = [outcome.good for _, outcome, _ in results]
     controls = sum(outcome.control is not None for _, outcome, _ in results)
@@ -170,7 +170,7 @@ def main(argv: list[str] | None = None) -> int:
             versions["icarus"] = IcarusEngine.version()
         facts = {**asdict(options), "seconds": round(seconds, 1), "good": all(good),
                  "versions": versions,
-                 "left_out": {name: dict(CHECKS[name].leaves_out) for name in names},
+                 "left_out": {name: dict(CHECKS[name].leaves_out()) for name in names},
                  "parts": [{"check": name, **asdict(outcome), "seconds": round(took, 2)}
                            for name, outcome, took in results]}
         write_atomically(args.json, (json.dumps(facts, indent=2) + "\n").encode())

@@ -2,39 +2,18 @@
 
 import importlib.util
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from amaranth import Mux
-
-from fresa.machines import MillStation
-from fresa.machines.mill import PIXEL_STEPS
-from fresa.motion import SquareGenerator
-from fresa_boards import wiring
-from fresa_boards.nexys2 import NEXYS2_500
-
-from ..contracts.contract import State
 from ..engines.netlist import synthesise
-from ..mistake import Mistake
+from ..machines import machines
 from . import codes, equal, pins, unknown
 from .flat import cells
 from .flips import flips
-from .subject import (
-    BOARD,
-    ELABORATING,
-    GUARDED,
-    MILL,
-    PICTURE,
-    POSITIONER,
-    POSITIONER_BOARD,
-    SINGLE,
-    SINGLE_BOARD,
-    Built,
-    Subject,
-    elaborate,
-)
+from .part import BuiltPins, NetlistPart
+from .subject import ELABORATING, Built, Subject, elaborate
 
 __all__ = ["CHECKS", "Check", "Options", "Outcome", "Task"]
 
@@ -99,14 +78,14 @@ class Check:
         Gives what there is to do.
     missing : callable
         Says what to install before it can run; None if it can.
-    leaves_out : dict of str to str
-        Designs that it cannot look at, and why.
+    leaves_out : callable
+        Gives designs that it cannot look at, and why, by name.
     """
 
     says: str
     tasks: Callable[[Options], list[Task]]
     missing: Callable[[], str | None]
-    leaves_out: Mapping[str, str] = field(default_factory=dict)
+    leaves_out: Callable[[], Mapping[str, str]]
 
 
 class _Builds:
@@ -127,6 +106,18 @@ class _Builds:
 
 
 _built = _Builds()
+
+
+def _parts() -> Iterator[NetlistPart]:
+    return (machine.netlist() for machine in machines().values() if machine.netlist)
+
+
+def _leaves_out(check: str) -> Callable[[], Mapping[str, str]]:
+    def names() -> dict[str, str]:
+        return {name: why for part in _parts()
+                for name, why in part.leaves_out.get(check, {}).items()}
+
+    return names
 
 
 def _few(words: Iterable[str], most: int = 2) -> str:
@@ -179,10 +170,10 @@ def _flipped(subject: Subject, options: Options) -> Task:
 
 
 def _equal_tasks(options: Options) -> list[Task]:
-    # The longest at first: the others are done beside it.
-    return [_equal(POSITIONER), _equal(MILL), _equal(GUARDED), _equal(BOARD), _equal(SINGLE),
-            _flipped(MILL, options),
-            *(_flipped(subject, replace(options, flips=1)) for subject in (SINGLE, POSITIONER))]
+    parts = list(_parts())[::-1]  # the first machine has most: it shares the cores with the others
+    return [*(_equal(subject) for part in parts for subject in part.equal),
+            *(_flipped(subject, replace(options, flips=most or options.flips))
+              for part in parts for subject, most in part.flipped)]
 
 
 # Unused codes
@@ -207,32 +198,13 @@ def _codes(subject: Subject, control: str | None = None) -> Task:
     return task
 
 
-def _unused(state: Any) -> Any:
-    """Have a code that no state has."""
-    return state > max(State(state).codes.values())
-
-
-_SEQUENCER = "sequencer.motion_state_state"
-_STAYS = Mistake(_SEQUENCER, lambda right, at: Mux(
-    _unused(at(_SEQUENCER)), at(_SEQUENCER), right))
-_HIDDEN = Mistake("sequencer.fault", lambda right, at: right & ~_unused(at(_SEQUENCER)))
-
-
 def _code_tasks(_: Options) -> list[Task]:
-    return [*map(_codes, (MILL, BOARD, PICTURE, SINGLE_BOARD, POSITIONER_BOARD)),
-            _codes(MILL.with_mistake(_STAYS), "unused codes stay"),
-            _codes(MILL.with_mistake(_HIDDEN), "unused codes do not show")]
+    return [*(_codes(subject) for part in _parts() for subject in part.codes),
+            *(_codes(subject, control) for part in _parts()
+              for subject, control in part.mistakes.get("codes", ()))]
 
 
 # Pins
-
-def _as_built() -> tuple[str, str]:
-    """Make the netlist of the Verilog that ISE is given, with the board's pins; name its top."""
-    with ELABORATING:
-        station = MillStation(source=SquareGenerator(side=20 * PIXEL_STEPS))
-        plan = wiring.prepare(NEXYS2_500, "mill", station)
-    return synthesise(plan.files["mill.v"].decode(), "mill"), "mill"
-
 
 def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
           control: str | None = None) -> Task:
@@ -248,10 +220,6 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
     return task
 
 
-_DIRECT = BOARD.with_mistake(Mistake("mill.stop", lambda right, at: right | at("buttons.i")[3]))
-_INVERTED = BOARD.with_mistake(Mistake("contacts_synchronizer.stage0", lambda right, _: ~right))
-
-
 def _pin_tasks(_: Options) -> list[Task]:
     def of(subject: Subject, control: str | None = None) -> Task:
         def netlist() -> tuple[str, str]:
@@ -260,9 +228,18 @@ def _pin_tasks(_: Options) -> list[Task]:
 
         return _pins(subject.name, netlist, "clk", control)
 
-    return [_pins("nexys2-500", _as_built, "clk50_0__io"), of(PICTURE), of(SINGLE_BOARD),
-            of(POSITIONER_BOARD),
-            of(_DIRECT, "contacts are used as they come"), of(_INVERTED, "inverters at the pins")]
+    def built(design: BuiltPins) -> Task:
+        def netlist() -> tuple[str, str]:
+            with ELABORATING:
+                verilog = design.verilog()
+            return synthesise(verilog, design.top), design.top
+
+        return _pins(design.name, netlist, design.clock)
+
+    return [*(built(design) for part in _parts() for design in part.built),
+            *(of(subject) for part in _parts() for subject in part.pins),
+            *(of(subject, control) for part in _parts()
+              for subject, control in part.mistakes.get("pins", ()))]
 
 
 # X
@@ -286,12 +263,10 @@ def _unknown(runnable: unknown.Runnable, as_what: str, options: Options,
 
 
 def _unknown_tasks(options: Options) -> list[Task]:
-    runnables = (unknown.MACHINE, unknown.GUARDED, unknown.PANEL)
-    return [_unknown(runnable, as_what, options)
-            for runnable in runnables for as_what in unknown.ENGINES] + [
-            _unknown(runnable, "RTL", options) for runnable in unknown.ON_A_LINE] + [
-            _unknown(unknown.MACHINE, as_what, options, "registers without a start value")
-            for as_what in unknown.ENGINES]
+    runnables = [runnable for part in _parts() for runnable in part.unknown]
+    return [_unknown(runnable, as_what, options, control) for runnable in runnables
+            for control in [None, "registers without a start value"][:1 + runnable.control]
+            for as_what in runnable.engines]
 
 
 def _no_yosys() -> str | None:
@@ -304,28 +279,23 @@ def _no_icarus() -> str | None:
     return next(filter(None, (kind.missing() for kind in unknown.ENGINES.values())), None)
 
 
-_NO_RAM = {PICTURE.name: "Yosys has no model of the block RAM that the picture is in"}
-_NO_MODEL = "Yosys has no model of its block RAMs"
-
 CHECKS = {
     "equal": Check(
         "RTL and netlist have the same outputs and next states, whatever their inputs and "
-        "registers; of `single` and `positioner` with memories made of flip-flops. Control: bits "
-        "of look-up tables are flipped.",
-        _equal_tasks, _no_yosys, _NO_RAM),
+        "registers; of some with memories made of flip-flops. Control: bits of look-up tables are "
+        "flipped.",
+        _equal_tasks, _no_yosys, _leaves_out("equal")),
     "codes": Check(
         "Every state machine goes from every unused code to FAULT within a clock, and shows it. "
         "Controls: the way out is taken out, and what shows it.",
-        _code_tasks, _no_yosys),
+        _code_tasks, _no_yosys, _leaves_out("codes")),
     "pins": Check(
         "Every input pin of the board reaches logic only through two flip-flops in a row. "
         "Controls: contacts are used as they come, and inverters are put at the pins.",
-        _pin_tasks, _no_yosys,
-        {MILL.name: "its inputs are no pins, and keep to the clock by contract"}),
+        _pin_tasks, _no_yosys, _leaves_out("pins")),
     "unknown": Check(
         "No output is X in any clock from power-up, RTL and netlist, with reset and without. "
         "Control: registers have no value at power-up.",
-        _unknown_tasks, _no_icarus,
-        {**_NO_RAM, "netlist of single": _NO_MODEL, "netlist of positioner": _NO_MODEL}),
+        _unknown_tasks, _no_icarus, _leaves_out("unknown")),
 }
 """The checks by name."""

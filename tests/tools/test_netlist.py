@@ -38,7 +38,7 @@ def checks(monkeypatch):
             return [task(outcome) for outcome in outcomes]
 
         monkeypatch.setitem(CHECKS, name, Check(f"Says {name}.", tasks, lambda: missing,
-                                               leaves_out))
+                                               lambda: leaves_out))
 
     return add
 

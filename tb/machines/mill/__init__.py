@@ -72,12 +72,18 @@ def _faults():
     return targets()
 
 
+def _netlist():
+    from .netlist import NETLIST
+
+    return NETLIST
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes, mills a picture", make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
-    fuzz=_fuzz, faults=_faults,
+    fuzz=_fuzz, faults=_faults, netlist=_netlist,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "mill",

@@ -52,6 +52,12 @@ def _faults():
     return targets()
 
 
+def _netlist():
+    from .netlist import NETLIST
+
+    return NETLIST
+
+
 MACHINE = Machine(
     name="positioner", order=2, about="three axes of a micropositioner, on a serial line",
     make=Positioner,
@@ -61,7 +67,7 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
-    fuzz=_fuzz, faults=_faults,
+    fuzz=_fuzz, faults=_faults, netlist=_netlist,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "positioner",

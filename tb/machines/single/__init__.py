@@ -54,6 +54,12 @@ def _faults():
     return targets()
 
 
+def _netlist():
+    from .netlist import NETLIST
+
+    return NETLIST
+
+
 MACHINE = Machine(
     name="single", order=1, about="one motor on a serial line", make=Single,
     short={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"!\r\n",
@@ -64,7 +70,7 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
-    fuzz=_fuzz, faults=_faults,
+    fuzz=_fuzz, faults=_faults, netlist=_netlist,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "single",
