@@ -21,17 +21,17 @@ so in a line or two. Without a name they are listed.
 
 EPILOG = """\
 examples:
-  python -m tb
+  {prog}
       List the benches.
 
-  python -m tb coil-driver
+  {prog} coil-driver
       Run one.
 
-  python -m tb motion-sequencer --vcd motion.vcd
+  {prog} motion-sequencer --vcd motion.vcd
       Write also its waveform, and motion.gtkw beside it, which tells GTKWave what to show:
           gtkwave motion.gtkw
 
-  python -m tb all
+  {prog} all
       Run them all.
 
 Clocks are counted from 1; one takes 20 ns in the waveform. When a check fails the marker of
@@ -42,16 +42,29 @@ exit status: 0 if all went as expected, 1 if a check failed, 2 if the command ca
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that says in one line what is wrong."""
+    """An argument parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"error: {message} (see python -m tb --help)\n")
+        self.exit(2, f"error: {message} (see {self.prog} --help)\n")
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tb", description=ABOUT, epilog=EPILOG, allow_abbrev=False,
-                    formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(argv: list[str] | None = None, *, prog: str = "python -m tb") -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Its arguments; those of the process unless given.
+    prog : str
+        How the command was called, for help and errors.
+
+    Returns
+    -------
+    int
+        The exit status.
+    """
+    parser = Parser(prog=prog, description=ABOUT, epilog=EPILOG.format(prog=prog),
+                    allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", metavar="NAME", nargs="?", help="the bench to run, or all")
     parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform there")
     args = parser.parse_args(argv)
@@ -60,12 +73,12 @@ def main(argv: list[str] | None = None) -> int:
             parser.error("--vcd goes with one bench")
         if args.name is None:
             print(listing())
-            print("\npython -m tb NAME runs one, python -m tb all runs all; see also --help.")
+            print(f"\n{prog} NAME runs one, {prog} all runs all; see also --help.")
             return 0
         if args.name == "all":
             return run_all()
         if args.name not in BENCHES:
-            return error(f"no bench is named {args.name!r}; {nearest(args.name)}")
+            return error(f"no bench is named {args.name!r}; {nearest(args.name, prog)}")
         return run_one(BENCHES[args.name], args.vcd)
     except BrokenPipeError:
         # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
@@ -90,11 +103,11 @@ def listing() -> str:
     return "\n".join(lines)
 
 
-def nearest(name: str) -> str:
-    """Name the benches that may be meant."""
+def nearest(name: str, prog: str) -> str:
+    """Name the benches that may be meant, or else the command that lists them."""
     near = [known for known in BENCHES if name and name in known]
     near += [known for known in difflib.get_close_matches(name, BENCHES) if known not in near]
-    return f"did you mean {' or '.join(near[:3])}?" if near else "python -m tb lists them"
+    return f"did you mean {' or '.join(near[:3])}?" if near else f"{prog} lists them"
 
 
 def run_one(bench: Bench, vcd: Path | None) -> int:

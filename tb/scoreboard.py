@@ -7,7 +7,7 @@ from typing import Any
 from amaranth.lib import wiring
 
 from .bench import Run
-from .runners import Model
+from .machine import Model
 
 __all__ = ["scoreboard", "ticks"]
 

@@ -24,7 +24,7 @@ __all__ = ["BLOCK", "Chance", "Stimulus", "chance", "cut", "directed", "held", "
 Stimulus: TypeAlias = Mapping[str, NDArray]
 """Levels of every input, a row a clock."""
 
-Chance: TypeAlias = Callable[[int, int, int], dict[str, NDArray]]
+Chance: TypeAlias = Callable[[int, int, int], Stimulus]
 """Gives, of a seed and the number of a block, so many of its first rows."""
 
 #: Rows of a block of chance.
@@ -189,7 +189,7 @@ def moods(fields: Mapping[str, Sequence[int]], seed: int, block: int, rows: int 
 
 
 def random_blocks(seed: int, clocks: int, *, first: int = 0, chance: Chance = chance
-                  ) -> Iterator[dict[str, NDArray]]:
+                  ) -> Iterator[Stimulus]:
     """Give so many clocks of chance, block by block."""
     for block in range(-(-clocks // BLOCK)):
         yield chance(seed, first + block, min(BLOCK, clocks - block * BLOCK))

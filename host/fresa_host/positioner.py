@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Self
 
 from . import positioner_lines as lines
-from .errors import Astray, LineLost, Refused, TimedOut
+from .errors import LineLost, PositionError, Refused, TimedOut
 from .heard import SETTLED, reached
 from .place import Place
 from .port import Port
@@ -250,7 +250,7 @@ class Positioner:
             If it is not there by then, and goes on; or if the machine is not heard any more.
         LimitReached
             If a limit switch stops an axis. The others go on.
-        Astray
+        PositionError
             If it goes elsewhere than where it was sent, or an axis has stood elsewhere for 20 s,
             which one that takes up much play slowly does, too. Then all axes are stopped.
         """
@@ -270,11 +270,13 @@ class Positioner:
                 ways.hear(steps)
                 if ways.lead_away:
                     self._talk.stand()
-                    raise Astray(f"it did not go to {there}, and was stopped at {self.position}: "
+                    raise PositionError(f"it did not go to {there}, and was stopped at "
+                                        f"{self.position}: "
                                  "the line may be disturbed")
                 if ways.stand:
                     self._talk.stand()
-                    raise Astray(f"it stands at {Place.of(steps)}, not at {there}: the line may be "
+                    raise PositionError(f"it stands at {Place.of(steps)}, not at {there}: the "
+                                        f"line may be "
                                  "disturbed")
             left = end - time.monotonic()
             if left <= 0:

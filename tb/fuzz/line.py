@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CUT", "FRAME", "Broken", "Heard", "Text", "high", "hear", "levels", "said"]
+__all__ = ["CUT", "FRAME", "BitTimingError", "DecodedByte", "Text", "high", "decode", "levels",
+           "decode_output"]
 
 Levels = NDArray[np.uint8]
 
@@ -23,7 +24,7 @@ _LOOKS = {int.from_bytes(bytes(word >> n & 1 for n in range(FRAME)), "little"): 
           for word in range(1 << FRAME)}
 
 
-class Broken(Exception):
+class BitTimingError(Exception):
     """What a machine sends is no byte.
 
     Attributes
@@ -37,7 +38,7 @@ class Broken(Exception):
         self.clock = clock
 
 
-class Heard(NamedTuple):
+class DecodedByte(NamedTuple):
     """A byte that came in.
 
     Attributes
@@ -88,7 +89,7 @@ def high(clocks: int) -> Levels:
     return np.ones(clocks, np.uint8)
 
 
-def hear(line: Levels, period: int) -> Iterator[Heard]:
+def decode(line: Levels, period: int) -> Iterator[DecodedByte]:
     """Give the bytes that a receiver hears, of any levels.
 
     It looks three times into the middle of each bit, counted from the edge of the start bit, a
@@ -122,13 +123,13 @@ def hear(line: Levels, period: int) -> Iterator[Heard]:
             continue
         byte, clock = word >> 1 & 0xFF, end + 1
         if word >> 9:
-            yield Heard(end, byte, False)
+            yield DecodedByte(end, byte, False)
             continue
         clock = settled(end + 1)
-        yield Heard(end, byte, True, broken(end + 1, clock) if byte else end)
+        yield DecodedByte(end, byte, True, broken(end + 1, clock) if byte else end)
 
 
-def said(line: Levels, period: int) -> Text:
+def decode_output(line: Levels, period: int) -> Text:
     """Read what a machine says, each bit of which must be as long as it should be.
 
     A byte that is cut off at the end is left out.
@@ -143,7 +144,7 @@ def said(line: Levels, period: int) -> Text:
         byte = row[start:start + FRAME * period]
         value = _BYTES.get(middle := int.from_bytes(byte[period // 2::period], "little"))
         if value is None or byte != _repeated(middle, period):
-            raise Broken(start)
+            raise BitTimingError(start)
         text.append(value)
         starts.append(start)
         clock = start + FRAME * period

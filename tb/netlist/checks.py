@@ -239,9 +239,10 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
     return task
 
 
-_DIRECT = BOARD.with_bug(Bug(wiring, "drive(bits, debouncer.o)", "drive(bits, Cat(*pins))"))
-_INVERTED = BOARD.with_bug(Bug(wiring, 'synchronize("contacts", Cat(*pins)',
-                               'synchronize("contacts", ~Cat(*pins)'))
+_DIRECT = BOARD.with_bug(Bug(wiring, "lead_in(bits, debouncer.o)",
+                             "lead_in(bits, Cat(*(place.pins for place in contacts)))"))
+_INVERTED = BOARD.with_bug(Bug(wiring, "FFSynchronizer(pins, level,",
+                               "FFSynchronizer(~pins, level,"))
 
 
 def _pin_tasks(_: Options) -> list[Task]:

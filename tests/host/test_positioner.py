@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from fresa_host import Astray, LimitReached, LineLost, Place, Positioner, Refused, TimedOut
+from fresa_host import LimitReached, LineLost, Place, Positioner, PositionError, Refused, TimedOut
 from fresa_host import positioner_talk as talk
 from fresa_host import positioner_way as way
 from tests.host.fake import BREAK, FakePositioner
@@ -143,7 +143,8 @@ def test_going_elsewhere_is_told(positioner, fake, monkeypatch):
     positioner.connect()
     fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n"}
     positioner.move_to(1000, 0, 0)
-    with pytest.raises(Astray, match=r"did not go to Place\(x=999.9.*, and was stopped at Place"):
+    with pytest.raises(PositionError, match=r"did not go to Place\(x=999.9.*, and was stopped at "
+                                            r"Place"):
         positioner.wait()
     assert fake.resting
     positioner.wait(timeout=0.01)  # it goes nowhere
@@ -151,7 +152,7 @@ def test_going_elsewhere_is_told(positioner, fake, monkeypatch):
     monkeypatch.setattr(way, "STILL", 5)
     fake.damage = {b"P 7 5676 0 0\n": b"P 7 1676 0 0\n"}
     positioner.move_to(100, 0, 0)
-    with pytest.raises(Astray, match=r"stands at Place\(x=29.5.*, not at Place\(x=99.9"):
+    with pytest.raises(PositionError, match=r"stands at Place\(x=29.5.*, not at Place\(x=99.9"):
         positioner.wait()
 
 
@@ -359,7 +360,7 @@ def test_what_goes_astray_is_stopped_until_it_stands(positioner, fake):
     positioner.connect()
     fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n", STOP[0]: b"STOP MOT3\n"}
     positioner.move_to(1000, 0, 0)
-    with pytest.raises(Astray):
+    with pytest.raises(PositionError):
         positioner.wait()
     assert fake.resting and fake.written.count(STOP[0]) == 2
     fake.steps = fake.target = [0, 0, 0]
@@ -367,7 +368,7 @@ def test_what_goes_astray_is_stopped_until_it_stands(positioner, fake):
     fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n"}
     fake.deaf = 3 * [STOP[0]]
     positioner.move_to(1000, 0, 0)
-    with pytest.raises(Astray):
+    with pytest.raises(PositionError):
         positioner.wait()
     assert fake.resting and fake.written.count(BREAK) == 1
 

@@ -14,9 +14,9 @@ from ..console import Parser, UserError, command, say, whole
 from ..serve import MACHINES, Served, Service, Switches, build
 from ..serve.machines import BAUD
 from ..web import redirect, serve, stopping
-from .kept import folder
 from .panel import Panel
 from .routes import panel_site
+from .settings import folder
 from .simulated import Simulated
 
 __all__ = ["main"]

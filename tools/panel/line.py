@@ -8,7 +8,7 @@ from fresa_host import LineLost, Port, TimedOut
 from fresa_host.positioner_lines import Limit, Refusal, Steps
 from fresa_host.positioner_link import PositionerLink
 
-from .speaker import Speaker
+from .writer import Writer
 
 __all__ = ["PATIENCE", "Heard", "Line"]
 
@@ -47,7 +47,7 @@ class Line:
         self._heard, self._lost = heard, lost
         self._loop = asyncio.get_running_loop()
         self._link: PositionerLink | None = None
-        self._speaker: Speaker | None = None
+        self._writer: Writer | None = None
         self._waiting: asyncio.Queue[Heard | LineLost] = asyncio.Queue()
 
     async def open(self) -> None:
@@ -61,25 +61,25 @@ class Line:
         self._link = await asyncio.to_thread(lambda: PositionerLink(
             self._opened(self.port), heard=lambda said: self._later(self._take, said),
             lost=lambda error: self._later(self._lose, error)))
-        self._speaker = Speaker(self._link)
+        self._writer = Writer(self._link)
 
     def close(self) -> None:
         """Send what there is, and let go of the port. Waits for both."""
-        if self._speaker is not None:
-            self._speaker.close()
+        if self._writer is not None:
+            self._writer.close()
         if self._link is not None:
             self._link.close()
 
     def say(self, orders: bytes) -> None:
         """Send orders; do not wait until they are. A port that is gone will be told of."""
-        if self._speaker is not None:
-            self._speaker.say(orders)
+        if self._writer is not None:
+            self._writer.say(orders)
 
     def halt(self) -> bool:
         """End all movement; see `PositionerLink.halt`. Say whether other orders may be lost."""
-        if self._link is None or self._speaker is None:
+        if self._link is None or self._writer is None:
             return False
-        self._speaker.halt()
+        self._writer.halt()
         return self._link.can_break
 
     async def hear(self) -> Heard:

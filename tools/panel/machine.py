@@ -11,9 +11,9 @@ from fresa_host.positioner_lines import AXES, STEPS_PER_UM, Limit, Refusal, Step
 from fresa_host.positioner_way import Way
 
 from .connecting import WITNESS, ZERO, find_place, rest
-from .going import Departure, Order
-from .kept import Kept
 from .line import PATIENCE, Heard, Line
+from .motion import Departure, Order
+from .settings import Settings
 
 __all__ = ["SILENCE", "Machine"]
 
@@ -75,7 +75,7 @@ class Machine:
         return self._line is not None and self._line.connected
 
     @property
-    def going(self) -> bool:
+    def in_motion(self) -> bool:
         """Whether it goes to a point, or is about to."""
         return self._departure is not None or any(order.to for order in self._going.values())
 
@@ -84,7 +84,7 @@ class Machine:
         """Whether it should report and does not."""
         return self.connected and self._loop.time() > self._heard_at + SILENCE
 
-    async def connect(self, port: str, kept: Kept) -> bool:
+    async def connect(self, port: str, settings: Settings) -> bool:
         """Connect, stop what moves, and tell the machine its speeds, its points and its place.
 
         Its place only if it had forgotten that; see `find_place`.
@@ -107,14 +107,14 @@ class Machine:
         self._going, self._speeds, self._strays, self._departure = {}, {}, set(), None
         try:
             await line.open()
-            place, forgot = await find_place(line, kept.steps)
+            place, forgot = await find_place(line, settings.steps)
         except BaseException:
             await self._let_go()
             raise
         line.connected, self.steps, self._heard_at = True, place, self._loop.time()
-        for axis, speed in zip(AXES, kept.speeds, strict=True):
+        for axis, speed in zip(AXES, settings.speeds, strict=True):
             self.set_speed(axis, speed)
-        for number, point in enumerate(kept.points, start=1):
+        for number, point in enumerate(settings.points, start=1):
             self.store(number, point)
         self._send(lines.store(WITNESS, ZERO))
         return forgot
@@ -236,7 +236,7 @@ class Machine:
     def _is_old(self, said: Limit | Refusal) -> bool:
         """Take a limit or a refusal; say whether it is nobody's matter."""
         if isinstance(said, Refusal):
-            return (said.reason == DAMAGED and not self.going
+            return (said.reason == DAMAGED and not self.in_motion
                     and self._loop.time() < self._halted_at + FORGIVEN)
         self._send(self._call_off())
         order = self._going.get(said.axis)

@@ -8,9 +8,9 @@ from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
 
 from ..console import UserError
 from .jogging import NOWHERE, Jogging
-from .kept import Point
 from .line import Heard
 from .machine import Machine
+from .settings import Point
 
 __all__ = ["Ended", "Moves"]
 
@@ -129,10 +129,10 @@ class Moves:
             self.limits.add(said.axis)
             self.end_going()
         elif isinstance(said, Refusal):
-            if self._machine.going:
+            if self._machine.in_motion:
                 self.stop()
             self.end_going()
-        elif self.goal is not None and not self._machine.going:
+        elif self.goal is not None and not self._machine.in_motion:
             ended = Ended(self.goal, said == self._there)
             self.end_going()
             return ended

@@ -9,11 +9,11 @@ from fresa_host.positioner_lines import Steps
 from tests.tools.panel.session import PORT, STOP, session
 from tools.console import UserError
 from tools.panel import connecting, line, machine, panel
-from tools.panel.kept import Kept, load, save
+from tools.panel.settings import Settings, load, save
 
 
 def test_connecting_tells_the_machine_what_was_kept(fake, path):
-    save(path, Kept("", Steps(0, 0, 0), (1, 2, 26)).with_point(2, (1, 1, 1)).with_point(
+    save(path, Settings("", Steps(0, 0, 0), (1, 2, 26)).with_point(2, (1, 1, 1)).with_point(
         3, (1, None, 1)))
 
     async def what(site):
@@ -32,7 +32,7 @@ def test_connecting_tells_the_machine_what_was_kept(fake, path):
 
 
 def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
-    save(path, Kept("", Steps(500, -500, 7)))
+    save(path, Settings("", Steps(500, -500, 7)))
 
     def obey(line: bytes) -> bytes:
         late = b"# POS 0 0 0 :\n" * 2 if line.startswith(b"POS") else b""  # was on its way already
@@ -56,7 +56,7 @@ def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
 
 
 def test_a_machine_that_was_on_knows_better(fake, path):
-    save(path, Kept("", Steps(500, -500, 7)))
+    save(path, Settings("", Steps(500, -500, 7)))
     fake.steps = fake.target = [1, 2, 3]
 
     async def what(site):
@@ -94,9 +94,9 @@ def test_points_are_stored_and_gone_to(fake, path):
         await site.until(lambda: fake.written[-1] == b"VEL MOT2 1135\n")
 
     session(path, what)
-    kept = load(path)
-    assert kept.points[0] == (100, 50, 0) and kept.points[5] == (1, 0, -1)
-    assert kept.speeds == (4, 20, 4) and kept.steps == (57, 0, -57)
+    settings = load(path)
+    assert settings.points[0] == (100, 50, 0) and settings.points[5] == (1, 0, -1)
+    assert settings.speeds == (4, 20, 4) and settings.steps == (57, 0, -57)
 
 
 def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
@@ -126,7 +126,7 @@ def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
 
 def test_asking_whether_it_was_reset_moves_a_step_at_most(fake, path):
     """Another program has put the point elsewhere; what moves is stopped in the same breath."""
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
     fake.points["7"] = [10**6, 0, 0]
 
     async def what(site):
@@ -141,7 +141,7 @@ def test_asking_whether_it_was_reset_moves_a_step_at_most(fake, path):
 
 @pytest.mark.parametrize("wrong", [b"", b"! COMMAND\n", b"! RANGE\n", b"! DAMAGED\n"])
 def test_a_question_that_was_disturbed_is_asked_again(fake, path, wrong):
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
     damaged = [b"GOTO 7\n"] if wrong else [b"VEL MOT1 0\n", b"GOTO 7\n"]
 
     def obey(line: bytes) -> bytes:
@@ -159,7 +159,7 @@ def test_a_question_that_was_disturbed_is_asked_again(fake, path, wrong):
 
 
 def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
     fake.deaf = [b"POS 5 5 5\n"]
 
     async def what(site):
@@ -170,7 +170,7 @@ def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
 
 
 def test_a_place_that_was_told_does_not_freeze(fake, path):
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
 
     async def what(site):
         await site.connect()

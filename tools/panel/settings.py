@@ -9,7 +9,7 @@ from fresa_host.positioner_lines import AXES, POINTS, Steps
 
 from ..console import UserError, warn, write_atomically
 
-__all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Kept", "Point", "folder", "load", "save", "um",
+__all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Settings", "Point", "folder", "load", "save", "um",
            "whole"]
 
 #: A point in um; None where nothing was entered.
@@ -27,7 +27,7 @@ LARGEST = 1 << 16
 
 
 @dataclass(frozen=True)
-class Kept:
+class Settings:
     """What is kept.
 
     Attributes
@@ -47,11 +47,11 @@ class Kept:
     speeds: tuple[int, ...] = (START_SPEED,) * len(AXES)
     points: tuple[Point, ...] = field(default=((None, None, None),) * len(POINTS))
 
-    def with_speed(self, axis: int, speed: int) -> "Kept":
+    def with_speed(self, axis: int, speed: int) -> "Settings":
         """Return the same with another speed of an axis."""
         return replace(self, speeds=(*self.speeds[:axis], speed, *self.speeds[axis + 1:]))
 
-    def with_point(self, number: int, point: Point) -> "Kept":
+    def with_point(self, number: int, point: Point) -> "Settings":
         """Return the same with another point, of 1 to 7."""
         return replace(self, points=(*self.points[:number - 1], point, *self.points[number:]))
 
@@ -62,7 +62,7 @@ def folder() -> Path:
     return (Path(home) if home else Path.home() / ".config") / "fresa"
 
 
-def load(path: Path) -> Kept:
+def load(path: Path) -> Settings:
     """Read what was kept; a new beginning if there is nothing.
 
     A file that is none of ours is put aside, and warned of.
@@ -76,7 +76,7 @@ def load(path: Path) -> Kept:
         with path.open("rb") as file:
             data = file.read(LARGEST + 1)
     except FileNotFoundError:
-        return Kept()
+        return Settings()
     except OSError as error:
         raise UserError(f"cannot read {path}: {error.strerror}") from error
     try:
@@ -90,10 +90,10 @@ def load(path: Path) -> Kept:
         except OSError as error:
             raise UserError(f"{path} is damaged, and cannot be put aside: delete it") from error
         warn(f"{path} is damaged; it is now {aside.name}, and the panel begins anew")
-        return Kept()
+        return Settings()
 
 
-def save(path: Path, kept: Kept) -> None:
+def save(path: Path, settings: Settings) -> None:
     """Write what is kept, whole or not at all.
 
     Raises
@@ -105,10 +105,10 @@ def save(path: Path, kept: Kept) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UserError(f"cannot make folder {path.parent}: {error.strerror}") from error
-    write_atomically(path, (json.dumps(asdict(kept), indent=1) + "\n").encode())
+    write_atomically(path, (json.dumps(asdict(settings), indent=1) + "\n").encode())
 
 
-def _read(data: dict) -> Kept:
+def _read(data: dict) -> Settings:
     """Check all of it: the machine will be told to believe it.
 
     Raises
@@ -123,7 +123,7 @@ def _read(data: dict) -> Kept:
     for row in (data["steps"], data["speeds"], *points):
         if len(row) != len(axes):
             raise ValueError
-    return Kept(
+    return Settings(
         port, Steps(*(whole(data["steps"][axis], -2**31, 2**31 - 1) for axis in axes)),
         tuple(whole(data["speeds"][axis], SLOWEST, FASTEST) for axis in axes),
         tuple((um(x), um(y), um(z)) for x, y, z in points))

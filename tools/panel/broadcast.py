@@ -6,16 +6,16 @@ from fresa_host.positioner_lines import AXES, MEANINGS, STEPS_PER_UM, Limit, Ref
 from ..serve import Switches
 from ..web import Pages
 from .busy import Busy
-from .kept import FASTEST, SLOWEST, TRAVEL, Kept
 from .line import Heard
 from .machine import Machine
 from .moves import Ended, Moves
 from .ports import Ports
+from .settings import FASTEST, SLOWEST, TRAVEL, Settings
 
-__all__ = ["News"]
+__all__ = ["Broadcast"]
 
 
-class News:
+class Broadcast:
     """What is to be known of the machine, for pages.
 
     Parameters
@@ -67,13 +67,14 @@ class News:
                 self.say(f"It did not get to point {ended.point}: the line may be disturbed. "
                          "Go there again.", bad=True)
 
-    def tell(self, machine: Machine, moves: Moves, ports: Ports, busy: Busy, kept: Kept) -> None:
+    def tell(self, machine: Machine, moves: Moves, ports: Ports, busy: Busy,
+             settings: Settings) -> None:
         """Tell all pages how it is. What has not changed is not sent."""
         self._pages.tell("state", {
             "connected": machine.connected, "doing": busy.doing, "ports": ports.offered,
-            "port": ports.chosen(kept.port), "note": self.note, "bad": self._bad,
+            "port": ports.chosen(settings.port), "note": self.note, "bad": self._bad,
             "silent": self.silent, "limits": sorted(moves.limits), "goal": moves.goal,
             "ways": moves.ways, "pressed": self._switches.pressed if self._switches else []})
-        self._pages.tell("place", {"um": Place.of(kept.steps), "steps": kept.steps,
+        self._pages.tell("place", {"um": Place.of(settings.steps), "steps": settings.steps,
                                    "reports": self._reports})
-        self._pages.tell("kept", {"speeds": kept.speeds, "points": kept.points})
+        self._pages.tell("settings", {"speeds": settings.speeds, "points": settings.points})

@@ -7,10 +7,10 @@ from queue import SimpleQueue
 from fresa_host import LineLost
 from fresa_host.positioner_link import PositionerLink
 
-__all__ = ["Speaker"]
+__all__ = ["Writer"]
 
 
-class Speaker:
+class Writer:
     """Sends what it is given, in that order, in a thread of its own.
 
     A port that takes nothing holds nobody up but this thread. It is then lost, for who knows what
