@@ -117,7 +117,7 @@ def _machine(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
     if resets:
         yield from stimuli(duts()["mill"], seed, clocks)
     else:
-        for rows in random_blocks(seed, clocks):
+        for rows in random_blocks(duts()["mill"].random, seed, clocks):
             yield {**rows, "rst": np.zeros_like(rows["rst"])}
 
 
