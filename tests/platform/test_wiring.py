@@ -1,4 +1,5 @@
 # amaranth: UnusedElaboratable=no
+# pyright: reportInvalidTypeForm=false
 
 """The wiring, on a machine whose roles no real one has yet."""
 
