@@ -50,8 +50,8 @@ def from_nothing(pixels: np.ndarray, command: str) -> float:
         seconds = time.perf_counter() - begun
     assert cut.right
     speed = cut.clocks / cut.seconds
-    print(f"{pixels.sum()} pixels of 400 x 400 in {seconds:.1f} s by {command}, compilation included:"
-          f" {cut.clocks} clocks, {speed:.3g} a second once compiled")
+    print(f"{pixels.sum()} pixels of 400 x 400 in {seconds:.1f} s by {command}, compilation "
+          f"included: {cut.clocks} clocks, {speed:.3g} a second once compiled")
     return speed
 
 
