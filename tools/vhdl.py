@@ -13,7 +13,7 @@ from typing import Any
 
 from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 from tb.cosim import Outcome, lockstep
-from tb.engines import EngineError, choose
+from tb.engines import EngineError, choose, why_slow
 from tb.engines.ghdl import GHDLEngine
 from tb.runners import close_all, duts, make_runners, stimuli
 from tb.vhdl import REFERENCES
@@ -27,6 +27,7 @@ from .console import (
     command,
     known,
     say,
+    warn,
     whole,
     write_atomically,
 )
@@ -263,6 +264,8 @@ def main(argv: list[str] | None = None) -> int:
     for reason in (GHDLEngine.missing(), missing()):
         if reason:
             raise UserError(reason)
+    if note := why_slow():
+        warn(note)
 
     began = time.monotonic()
     try:

