@@ -12,7 +12,7 @@ from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
 from fresa.roles import Machine
 from fresa_boards.board import Board
 from fresa_boards.nexys2 import NEXYS2_500
-from fresa_boards.wiring import simulation_ports, wire
+from fresa_boards.wiring import check_names, simulation_ports, wire
 
 from .design import Design
 from .vhdl import REFERENCES
@@ -54,8 +54,9 @@ def mill(*, timing: MillTiming, z_travel: int = Z_TRAVEL, guard: bool = False) -
         "z_travel": z_travel}))
 
 
-def board(name: str, machine: Machine, *, debounce: int, scan_bits: int = 3,
-          inverted: Collection[str] = (), on: Board = NEXYS2_500) -> Design:
+def board(name: str, machine: Machine, *, debounce: int | None = None,
+          scan_bits: int | None = None, inverted: Collection[str] = (),
+          on: Board = NEXYS2_500) -> Design:
     """Return a machine on a board, wired as it is built, on pins of a simulation.
 
     Its inputs and outputs are the places of the machine's allotment, such as ``switches``,
@@ -74,9 +75,10 @@ def board(name: str, machine: Machine, *, debounce: int, scan_bits: int = 3,
     """
     allotment = on.allotment(name)
     ports = simulation_ports(machine, allotment)
-    top = wire(machine, ports, allotment, debounce=debounce, scan_bits=scan_bits,
+    top = wire(machine, ports, allotment, clock=on.clock, debounce=debounce, scan_bits=scan_bits,
                inverted=inverted)
     inputs = {pin: port.i for pin, port in ports.items() if port.direction is io.Direction.Input}
     clk = inputs.pop("clk")
     outputs = {pin: port.o for pin, port in ports.items() if pin not in {"clk", *inputs}}
-    return Design(f"{on.family}_{name}", top, clk, inputs=inputs, outputs=outputs)
+    return Design(f"{on.family}_{name}", top, clk, inputs=inputs, outputs=outputs,
+                  names=check_names(machine, allotment))

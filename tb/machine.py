@@ -4,14 +4,16 @@ Parts that are heavy to import, such as a model, are functions that import when 
 that concern one build of the machine take the keyword arguments of `make` for it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Protocol
 
 from amaranth.lib import wiring
 from numpy.typing import NDArray
 
+from .bench import Bench
 from .design import Design, Entity
+from .diagram import Diagram
 from .engines import Engine
 
 __all__ = ["Coverage", "Machine", "Model", "Options"]
@@ -82,6 +84,10 @@ class Machine:
         Gives its description in VHDL, of the same options.
     without : mapping of str to str
         Engines that cannot run it, and why.
+    scenarios : callable, optional
+        Gives its benches.
+    diagrams : sequence of Diagram
+        What the page of timing diagrams shows of them.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
     order : int
@@ -98,6 +104,8 @@ class Machine:
     random: Callable[..., Mapping[str, NDArray]]
     vhdl: Callable[..., Entity] | None = None
     without: Mapping[str, str] = field(default_factory=dict)
+    scenarios: Callable[[], Sequence[Bench]] | None = None
+    diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
     order: int = 100
 

@@ -17,7 +17,7 @@ from .engines import ENGINES, Engine, source
 from .engines.pysim import AmaranthEngine
 from .machine import Machine, Model
 from .machines import machines
-from .stimulus import Chance, Stimulus, held, moods, random_blocks
+from .stimulus import Random, Stimulus, bursts, held, random_blocks
 from .vhdl import REFERENCES
 
 __all__ = ["FAST", "MODEL", "Dut", "ModelRunner", "Runner", "close_all", "duts", "make_runners",
@@ -57,8 +57,8 @@ class Dut:
     directed : callable
         Gives, of a seed, so many clocks of stimulus that goes through what there is to see; fewer
         if there is no more.
-    chance : callable
-        Gives stimulus by chance.
+    random : callable
+        Gives rows of random stimulus.
     model : callable, optional
         Makes its model, if it has one.
     without : mapping of str to str
@@ -68,7 +68,7 @@ class Dut:
     name: str
     design: Callable[[], Design]
     directed: Callable[[int, int], Stimulus]
-    chance: Chance
+    random: Random
     model: Callable[[], Model] | None = None
     without: Mapping[str, str] = field(default_factory=dict)
 
@@ -104,7 +104,7 @@ def _built(machine: Machine, name: str, options: Mapping[str, Any]) -> Dut:
     return Dut(
         name, functools.partial(machine.design, **options),
         directed=functools.partial(machine.directed, **options),
-        chance=functools.partial(machine.random, **options),
+        random=functools.partial(machine.random, **options),
         model=functools.partial(machine.model, **options) if machine.model else None,
         without={**ghdl, **machine.without})
 
@@ -120,7 +120,7 @@ def _described(name: str) -> Dut:
     dut = Dut(
         name, functools.partial(boards.described, name),
         directed=lambda seed, clocks: held(dut.shared.inputs, reference.directed, clocks),
-        chance=lambda seed, block, rows: moods(fields(), seed, block, rows))
+        random=lambda seed, block, rows: bursts(fields(), seed, block, rows))
     return dut
 
 
@@ -188,7 +188,7 @@ def close_all(runners: Mapping[str, Runner]) -> None:
 
 
 def stimuli(dut: Dut, seed: int, clocks: int) -> Iterator[Stimulus]:
-    """Give a stimulus in blocks: half of it is directed, if it is short, then comes chance.
+    """Give a stimulus in blocks: half of it is directed, if it is short, the rest is random.
 
     Parameters
     ----------
@@ -201,4 +201,4 @@ def stimuli(dut: Dut, seed: int, clocks: int) -> Iterator[Stimulus]:
     """
     first = dut.directed(seed, min(-(-clocks // 2), DIRECTED))
     yield first
-    yield from random_blocks(seed, clocks - len(first["rst"]), chance=dut.chance)
+    yield from random_blocks(dut.random, seed, clocks - len(first["rst"]))

@@ -1,6 +1,6 @@
-"""A campaign of cosimulation: a billion clocks of chance, in chunks for all cores, resumable.
+"""A campaign of cosimulation: a billion random clocks, in chunks for all cores, resumable.
 
-Each chunk starts at power-up and has blocks of chance of its own, so that any process can run it,
+Each chunk starts at power-up and has random blocks of its own, so that any process can run it,
 now or tomorrow. What is done is a file of JSON, put in place whole after every chunk.
 """
 
@@ -37,7 +37,7 @@ class Plan:
     engines : tuple of str
         Names of the engines.
     seed : int
-        Of the chance.
+        Of the stimulus.
     clocks : int
         In all.
     gateware : str
@@ -131,8 +131,8 @@ def load(path: Path, plan: Plan) -> Campaign:
 
 def chunk_blocks(plan: Plan, chunk: int) -> Iterator[Stimulus]:
     """Give the stimulus of a chunk."""
-    return random_blocks(plan.seed, plan.size(chunk), first=chunk * (CHUNK // BLOCK),
-                         chance=duts()[plan.machine].chance)
+    return random_blocks(duts()[plan.machine].random, plan.seed, plan.size(chunk),
+                         first=chunk * (CHUNK // BLOCK))
 
 
 def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], object]) -> None:

@@ -9,9 +9,10 @@ from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth.lib import io
 from amaranth.lib.wiring import In
 
-from fresa.roles import BUTTON, DIGITS, SEGMENTS, Machine, Role
+from fresa.roles import BUTTON, DIGITS, SEGMENTS, STATUS, Machine, Role
 
-__all__ = ["RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Pin", "PinRow", "role_of"]
+__all__ = ["RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Pin", "PinRow", "pin_table",
+           "role_of"]
 
 RESET = "reset"
 """What the words of an allotment call the reset of a machine, which is no port of it."""
@@ -262,6 +263,15 @@ class Board:
             labels = allotment.header[name] if name in allotment.header else " ".join(
                 pin.label for pin in self.panel[name])
             pins = [bit.name for bit in ports[name].io.metadata]
-            rows += [PinRow(str(bit), role_of(machine, bit.port).name, label, pin)
-                     for bit, label, pin in zip(bits, labels.split(), pins, strict=False) if bit]
+            for bit, label, pin in zip(bits, labels.split(), pins, strict=False):
+                if bit is not None:
+                    role = STATUS if name == "leds" else role_of(machine, bit.port)
+                    rows.append(PinRow(str(bit), role.name, label, pin))
         return rows
+
+
+def pin_table(board: Board, machine: Machine, allotment: Allotment) -> str:
+    """Write the pins of a machine on a board as a table in Markdown, for people."""
+    rows = "".join(f"| {row.place} | {row.pin} | {row.port} | {row.role} |\n"
+                   for row in board.pin_rows(machine, allotment))
+    return f"| {board.name} | FPGA | machine | |\n| --- | --- | --- | --- |\n{rows}"

@@ -1,25 +1,28 @@
 """The one function that wires a machine to the pins of a board, or of a simulation."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
-from amaranth import Cat, ClockDomain, ClockSignal, Const, Module, ResetSignal, Signal, Value
+from amaranth import Cat, ClockDomain, ClockSignal, Module, ResetSignal, Signal, Value, ValueLike
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 from amaranth.lib.wiring import In
 
-from fresa.panel import Debouncer, SevenSegment
+from fresa import panel
+from fresa.panel import Debouncer, SevenSegment, debounce_period
 from fresa.roles import Machine
 
-from .board import RESET, Allotment, Bit, Bits, role_of
+from .board import RESET, Allotment, Bits, Board, role_of
 
-__all__ = ["check_names", "simulation_ports", "wire"]
+__all__ = ["Plan", "check_names", "prepare", "simulation_ports", "wire"]
 
 _INPUTS = {"clk", "rx", "switches", "buttons"}
 _ACTIVE_LOW = {"segments", "digits"}
 
 
 def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotment, *,
-         debounce: int, scan_bits: int, inverted: Collection[str] = ()) -> Module:
+         clock: int, debounce: int | None = None, scan_bits: int | None = None,
+         inverted: Collection[str] = ()) -> Module:
     """Wire a machine to pins.
 
     Every input goes through two flip-flops, before which there is no inverter, and which begin with
@@ -36,10 +39,13 @@ def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotmen
         ``clk`` and a port for each place, see :meth:`Board.request` and :func:`simulation_ports`.
     allotment : Allotment
         What the places are for.
-    debounce : int
-        Clocks for which a contact must be still.
-    scan_bits : int
-        See :class:`SevenSegment`; for a machine that has a number to show.
+    clock : int
+        The clock of the ports, in Hz: by it the times of people are counted.
+    debounce : int, optional
+        Clocks for which a contact must be still, unless `debounce_period` of the clock.
+    scan_bits : int, optional
+        See :class:`SevenSegment`; for a machine that has a number to show. Unless given, it is
+        `fresa.panel.scan_bits` of the clock.
     inverted : collection of str
         Ports whose pins are on at the level at which they are off otherwise.
 
@@ -53,73 +59,142 @@ def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotmen
     m.submodules.machine = machine
     levels = {port: getattr(machine, port) for port in machine.roles}
     if allotment.number is not None:
-        m.submodules.display = display = SevenSegment(scan_bits=scan_bits)
+        m.submodules.display = display = SevenSegment(
+            scan_bits=panel.scan_bits(clock) if scan_bits is None else scan_bits)
         m.d.comb += [display.value.eq(levels[allotment.number]), display.enable.eq(1)]
         levels |= {"segments": display.segments, "digits": display.digits}
     levels[RESET] = reset = Signal()
 
-    def rest(bit: Bit | None) -> int:
-        return bit is not None and role_of(machine, bit.port).rest >> bit.index & 1
+    def lead_in(bits: Bits, clean: Value) -> None:
+        m.d.comb += [levels[bit.port][bit.index].eq(level)
+                     for bit, level in zip(bits, clean, strict=True) if bit is not None]
 
-    def turned(bit: Bit | None, pin: bool) -> int:
-        """Say whether a pin has the other level than the port of the machine."""
-        return pin if bit is None else (
-            pin ^ role_of(machine, bit.port).active_low ^ (bit.port in inverted))
-
-    def synchronize(name: str, pins: Value, bits: Bits, turned: int) -> Value:
-        level = Signal(len(bits), name=f"{name}_level")
-        at_rest = _word(map(rest, bits)) ^ turned
-        m.submodules[f"{name}_synchronizer"] = FFSynchronizer(pins, level, init=at_rest)
-        return level ^ turned if turned else level
-
-    def drive(bits: Bits, clean: Value) -> None:
-        for index, bit in enumerate(bits):
-            if bit is not None:
-                m.d.comb += levels[bit.port][bit.index].eq(clean[index])
-
-    contacts: list[tuple[Value, Bits, int]] = []
+    contacts: list[_Place] = []
+    driven = set()
     for name, bits in places.items():
-        port = ports[name]
-        mask = _word(map(turned, bits, port.invert))
-        roles = [role_of(machine, bit.port) for bit in bits if bit]
-        if name == "leds":  # it shows levels, whatever they are for
-            mask, roles = _word(port.invert), []
-        if port.direction is io.Direction.Input:
-            m.submodules[name] = pins = io.Buffer("i", _plain(port))
-            if any(role.bounces for role in roles):
-                contacts.append((pins.i, bits, mask))
+        place = _Place(m, machine, name, ports[name], bits, inverted)
+        if place.is_input:
+            driven |= {bit.port for bit in bits if bit}
+            if place.bounces:
+                contacts.append(place)
             else:
-                drive(bits, synchronize(name, pins.i, bits, mask))
-            continue
-        m.submodules[name] = pins = io.Buffer("o", _plain(port))
-        value: Value = Cat(Const(0, 1) if bit is None else levels[bit.port][bit.index]
-                           for bit in bits)
-        value = value ^ mask if mask else value
-        if any(role.registered for role in roles):
-            register = Signal(len(bits), name=f"{name}_pins", init=_word(map(rest, bits)) ^ mask,
-                              reset_less=True, attrs={"IOB": "TRUE"})
-            m.d.sync += register.eq(value)
-            value = register
-        m.d.comb += pins.o.eq(value)
-
+                lead_in(bits, _synchronize(m, name, place.pins, place.rest, place.mask))
+        else:
+            place.drive([0 if bit is None else levels[bit.port][bit.index] for bit in bits])
     if contacts:
-        pins, words, masks = zip(*contacts, strict=True)
-        bits = sum(words, ())
-        m.submodules.debouncer = debouncer = Debouncer(width=len(bits), period=debounce)
-        mask = _word([mask >> index & 1 for word, mask in zip(words, masks, strict=True)
-                      for index in range(len(word))])
-        m.d.comb += debouncer.i.eq(synchronize("contacts", Cat(*pins), bits, mask))
-        drive(bits, debouncer.o)
-
-    wired = {bit.port for name, bits in places.items() for bit in bits
-             if bit and ports[name].direction is io.Direction.Input}
+        bits = sum((place.bits for place in contacts), ())
+        m.submodules.debouncer = debouncer = Debouncer(
+            width=len(bits), period=debounce_period(clock) if debounce is None else debounce)
+        levels_in = _synchronize(m, "contacts", Cat(*(place.pins for place in contacts)),
+                                sum((place.rest for place in contacts), ()),
+                                sum((place.mask for place in contacts), ()))
+        m.d.comb += debouncer.i.eq(levels_in)
+        lead_in(bits, debouncer.o)
     m.d.comb += [levels[port].eq(role.rest) for port, role in machine.roles.items()
-                 if role.rest and machine.signature.members[port].flow is In and port not in wired]
+                 if role.rest and machine.signature.members[port].flow is In and port not in driven]
 
     m.domains.sync = ClockDomain()
     m.submodules.clk = clk = io.Buffer("i", ports["clk"])
     m.d.comb += [ClockSignal().eq(clk.i), ResetSignal().eq(reset)]
     return m
+
+
+class _Place:
+    """A port, its buffer, and how its levels are those of the machine.
+
+    Attributes
+    ----------
+    rest : tuple of int
+        Levels of the machine at rest.
+    mask : tuple of int
+        Bits whose pin has the other level.
+    """
+
+    def __init__(self, m: Module, machine: Machine, name: str, port: io.PortLike, bits: Bits,
+                 inverted: Collection[str]) -> None:
+        self._m, self.name, self.bits = m, name, bits
+        # LEDs show levels, whatever these are for.
+        ours = (None,) * len(bits) if name == "leds" else bits
+        roles = [None if bit is None else role_of(machine, bit.port) for bit in ours]
+        self.rest = tuple(0 if bit is None or role is None else role.rest >> bit.index & 1
+                          for bit, role in zip(bits, roles, strict=True))
+        self.mask = tuple(
+            int(turned if bit is None or role is None else
+                turned ^ role.active_low ^ (bit.port in inverted))
+            for bit, role, turned in zip(bits, roles, port.invert, strict=True))
+        self.bounces = any(role.bounces for role in roles if role)
+        self._registered = any(role.registered for role in roles if role)
+        self.is_input = port.direction is io.Direction.Input
+        m.submodules[name] = self._buffer = io.Buffer("i" if self.is_input else "o", _plain(port))
+
+    @property
+    def pins(self) -> Value:
+        """Levels of the pins of an input."""
+        return self._buffer.i
+
+    def drive(self, levels: Sequence[ValueLike]) -> None:
+        """Give the machine's levels to an output."""
+        m, init = self._m, _word(self.rest) ^ _word(self.mask)
+        value = Cat(*(~Value.cast(level) if turned else Value.cast(level)
+                      for level, turned in zip(levels, self.mask, strict=True)))
+        if self._registered:
+            pins = Signal(len(levels), name=f"{self.name}_pins", init=init, reset_less=True,
+                          attrs={"IOB": "TRUE"})
+            m.d.sync += pins.eq(value)
+            value = pins
+        m.d.comb += self._buffer.o.eq(value)
+
+
+def _synchronize(m: Module, name: str, pins: Value, rest: Sequence[int],
+                 mask: Sequence[int]) -> Value:
+    """Lead pins inside through two flip-flops; give the machine's levels."""
+    level = Signal(len(rest), name=f"{name}_level")
+    m.submodules[f"{name}_synchronizer"] = FFSynchronizer(pins, level,
+                                                          init=_word(rest) ^ _word(mask))
+    return level ^ _word(mask) if any(mask) else level
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a tool makes a bitstream of.
+
+    Attributes
+    ----------
+    files : mapping of str to bytes
+        By name.
+    rtlil : str
+        The design in them, in RTLIL.
+    """
+
+    files: Mapping[str, bytes]
+    rtlil: str
+
+
+def prepare(board: Board, name: str, machine: Machine, *, inverted: Collection[str] = ()) -> Plan:
+    """Wire a machine to a board, and plan its bitstream.
+
+    Parameters
+    ----------
+    board : Board
+        The board.
+    name : str
+        The machine's, by which its pins are found and its files are named.
+    machine : Machine
+        The machine.
+    inverted : collection of str
+        See :func:`wire`.
+
+    Raises
+    ------
+    ValueError
+        If the board has no pins for the machine.
+    """
+    allotment, platform = board.allotment(name), board.platform()
+    top = wire(machine, board.request(platform, machine, allotment), allotment,
+               clock=board.clock, inverted=inverted)
+    files = platform.prepare(top, name).files
+    return Plan({file: text.encode() if isinstance(text, str) else text
+                 for file, text in files.items()}, platform.rtlil)
 
 
 def simulation_ports(machine: Machine, allotment: Allotment) -> dict[str, io.SimulationPort]:

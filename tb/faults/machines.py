@@ -18,8 +18,8 @@ from ..fuzz import TARGETS
 from ..fuzz.inputs import random_inputs
 from ..fuzz.single import PHASES
 from ..fuzz.switches import press_switches
+from ..machines.mill.stimulus import orders, random_rows
 from ..plant import WORDS
-from ..stimulus import chance, orders
 from .rows import Rows, rows_of_stimulus
 from .sessions import (
     BIT,
@@ -55,7 +55,7 @@ def mill(*, guard: bool) -> FaultTarget:
     def to_reset(seed: int, number: int) -> Rows:
         """Orders that wait for the machine in one chunk, pins at random in the next."""
         if number % 2:
-            return rows_of_stimulus(chance(seed, number, 40_000), design.inputs)
+            return rows_of_stimulus(random_rows(seed, number, 40_000), design.inputs)
         return rows_of_actions(islice(orders(seed * 1_000_003 + number), 200))
 
     return FaultTarget(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines import Positioner, SerialOrders, Single
+from fresa.machines import MillStation, Positioner, SerialOrders, Single
 from fresa.machines.mill import MillTiming
 from fresa.machines.positioner import LIMIT_ENDS, PositionerTiming
 from fresa.machines.single import FINE, SingleTiming
@@ -252,8 +252,9 @@ TARGETS = {target.name: target for target in (
     replace(_positioner(), others=(_positioner((0, 9, 70), ("X-", "X+", "Y-")),)),
     replace(_single(SingleTiming.real(clock=48_000, baud=3000)), others=(_RAMP,)),
     FuzzTarget("mill", _BIT, order_lines.PROTOCOL,
-           lambda: boards.nexys2_mill(SerialOrders(period=_BIT), timing=_MILL, debounce=4,
-                                      z_travel=_TRAVEL),
-           ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, levels={"switches": 0x80}),
+               lambda: boards.board(
+                   "mill", MillStation(source=SerialOrders(period=_BIT), timing=_MILL,
+                                       z_travel=_TRAVEL), debounce=4),
+               ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, levels={"switches": 0x80}),
 )}
 """What can be fuzzed, by name."""

@@ -21,12 +21,12 @@ from amaranth.hdl._ast import Slice
 from amaranth.lib import wiring
 
 from ..bench import Bench, Run
-from ..benches import GROUPS
+from ..benches import groups
 from ..contracts import Component
-from ..models.mill import MillModel
+from ..machines.mill.model import MillModel
+from ..machines.mill.stimulus import directed, random_rows
 from ..rtlil import fingerprint
 from ..runners import ModelRunner
-from ..stimulus import chance, directed
 from .netlist import MutationError, Netlist
 from .parallel import ParallelSimulation
 
@@ -65,7 +65,7 @@ def kind_of(component: Component) -> type[wiring.Component]:
 def bench_of(kind: type[wiring.Component]) -> Bench | None:
     """Find the bench that runs components of a class, if there is one."""
     with _unused():
-        return next((bench for bench in GROUPS["components"] + GROUPS["machine"]
+        return next((bench for bench in [*groups()["components"], *groups()["machine"]]
                      if type(component_of(bench)) is kind), None)
 
 
@@ -142,7 +142,7 @@ def model_key(model: MillModel, netlist: Netlist, seed: int, clocks: int) -> str
 def _stimuli(model: MillModel, seed: int, clocks: int) -> Iterator[Mapping[str, Any]]:
     """Give the stimuli of a comparison with a model: orders, then random inputs."""
     yield directed(copy.deepcopy(model), seed, clocks // 2)
-    yield chance(seed, 0, clocks - clocks // 2)
+    yield random_rows(seed, 0, clocks - clocks // 2)
 
 
 def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: int,

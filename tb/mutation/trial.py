@@ -7,7 +7,7 @@ from fresa.machines import Mill
 from ..bench import Bench
 from ..contracts import COMPONENTS
 from ..contracts.proof import versions
-from ..models.mill import MillModel
+from ..machines.mill.model import MillModel
 from ..rtlil import fingerprint
 from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model
 from .judge import Judge, Verdict, by_chance

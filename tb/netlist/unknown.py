@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from amaranth import Value
 
+from fresa.machines import MillStation
 from fresa.machines.mill import MillTiming
 from fresa.motion import SquareGenerator
 
@@ -116,7 +117,7 @@ def _machine(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
     if resets:
         yield from stimuli(duts()["mill"], seed, clocks)
     else:
-        for rows in random_blocks(seed, clocks):
+        for rows in random_blocks(duts()["mill"].random, seed, clocks):
             yield {**rows, "rst": np.zeros_like(rows["rst"])}
 
 
@@ -147,6 +148,7 @@ ON_A_LINE = tuple(Runnable(name, duts()[name].design, partial(_on_a_line, name))
 
 PANEL = Runnable(
     "nexys2-square",
-    lambda: boards.nexys2_mill(SquareGenerator(side=3), debounce=1, z_travel=2,
-                               timing=MillTiming(period=2, scan_bits=3)), _panel)
+    lambda: boards.board("mill", MillStation(source=SquareGenerator(side=3), z_travel=2,
+                                             timing=MillTiming(period=2, scan_bits=3)), debounce=1),
+    _panel)
 """The Nexys 2 that walks a square."""

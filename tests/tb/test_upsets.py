@@ -26,9 +26,9 @@ from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict, WrongReset
 from tb.faults.work import actions, rows_of_actions
 from tb.fuzz.line import decode
-from tb.models.mill import MillInputs, MillModel
-from tb.script import Hold, Jog, Mode, Order, Reset, record
-from tb.stimulus import chance, orders
+from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, record
+from tb.machines.mill.model import MillInputs, MillModel
+from tb.machines.mill.stimulus import orders, random_rows
 from tb.yosys import YOSYS
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -56,7 +56,7 @@ class TestWork:
         assert seen == recorded.tolist()
 
     def test_rows_of_levels(self):
-        stimulus = chance(1, 0, 3000)
+        stimulus = random_rows(1, 0, 3000)
         rows = rows_of_stimulus(stimulus, vars(MillInputs()))
         levels = np.repeat(rows.levels, rows.clocks, axis=0)
         assert (levels == np.stack([stimulus[name] for name in vars(MillInputs())], axis=1)).all()

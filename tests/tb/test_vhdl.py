@@ -15,7 +15,7 @@ from tb.cosim import lockstep
 from tb.engines import AmaranthEngine, EngineError, source
 from tb.engines.ghdl import GHDLEngine
 from tb.runners import close_all, duts, make_runners, stimuli
-from tb.stimulus import moods
+from tb.stimulus import bursts
 from tb.vhdl import FOLDER, REFERENCES, Mistake, Reference
 from tb.vhdl.miter import MITERS, Miter, check, synthesized
 
@@ -174,7 +174,7 @@ class TestStimulus:
 
     def test_fields_are_apart(self):
         """Two fields of an input are as likely to be equal as two inputs are."""
-        made = moods({"both": (16, 16), "one": (16,)}, 1, 0)
+        made = bursts({"both": (16, 16), "one": (16,)}, 1, 0)
         low, high = made["both"] & np.uint64(0xFFFF), made["both"] >> np.uint64(16)
         for a, b in ((low, high), (low, made["one"])):
             assert 0.02 < (a == b).mean() < 0.6

@@ -14,10 +14,10 @@ from fresa.machines.mill import MillTiming
 from tb import boards
 from tb.cosim import lockstep
 from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, source
-from tb.models.mill import MillModel
+from tb.machines.mill.model import MillModel
 from tb.runners import MODEL, ModelRunner, close_all, duts, make_runners, stimuli
 from tb.shrink import script, shrink
-from tb.stimulus import BLOCK, chance, cut, last_rows, random_blocks
+from tb.stimulus import BLOCK, cut, last_rows, random_blocks
 from tb.vhdl import REFERENCES
 from tools import campaign, cosim
 from tools.console import UserError
@@ -89,7 +89,7 @@ def played(runners, rows: int = 90, block: int = 20, **kwargs):
 
 class TestStimulus:
     def test_is_the_same_for_a_seed_and_no_other(self):
-        first, again, other = chance(3, 5), chance(3, 5), chance(3, 6)
+        first, again, other = (MILL.random(3, block, BLOCK) for block in (5, 5, 6))
         assert all((first[name] == again[name]).all() for name in first)
         assert any((first[name] != other[name]).any() for name in first)
         widths = {name: len(port) for name, port in MILL.shared.inputs.items()}
@@ -99,7 +99,8 @@ class TestStimulus:
             assert int(row.max()) < 1 << widths[name]
 
     def test_has_so_many_rows(self):
-        assert sum(len(block["rst"]) for block in random_blocks(1, BLOCK + 9)) == BLOCK + 9
+        blocks = random_blocks(MILL.random, 1, BLOCK + 9)
+        assert sum(len(block["rst"]) for block in blocks) == BLOCK + 9
         assert sum(len(block["rst"]) for block in stimuli(MILL, 1, 777)) == 777
 
     def test_orders_reach_what_they_should(self):

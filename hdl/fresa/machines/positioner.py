@@ -1,6 +1,6 @@
 """`positioner`: three geared steppers at the screws of a micropositioner."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amaranth import Module
@@ -29,7 +29,6 @@ from ..roles import (
     STEP,
     TX,
     Machine,
-    Role,
 )
 from .mill import CLOCK
 
@@ -191,15 +190,6 @@ class Positioner(Machine):
     moving: Out(MOTORS)
     fault: Out(1)
 
-    @property
-    def roles(self) -> Mapping[str, Role]:
-        rest = (1 << MOTORS) - 1 if self._inverted else 0
-        return {
-            "rx": RX, "tx": TX, "limits": LIMIT, "step": STEP.resting(rest),
-            "direction": DIRECTION.resting(rest), "enable": ENABLE, "buzzer": BUZZER,
-            "connected": STATUS, "moving": STATUS, "fault": STATUS,
-        }
-
     def __init__(self, *, timing: PositionerTiming | None = None, inverted: bool = False,
                  backlash: Sequence[int] = (0, 0, 0),
                  limit_ends: Sequence[str] = LIMIT_ENDS) -> None:
@@ -217,6 +207,12 @@ class Positioner(Machine):
             raise ValueError(f"limit ends must be different ends of {', '.join(ENDS)}, not "
                              f"{limit_ends!r}")
         self._inverted, self._limit_ends = inverted, tuple(limit_ends)
+        rest = (1 << MOTORS) - 1 if inverted else 0
+        self.roles = {
+            "rx": RX, "tx": TX, "limits": LIMIT, "step": STEP.resting(rest),
+            "direction": DIRECTION.resting(rest), "enable": ENABLE, "buzzer": BUZZER,
+            "connected": STATUS, "moving": STATUS, "fault": STATUS,
+        }
         self._backlash = [in_range("backlash", steps, 0, MAX_BACKLASH) for steps in backlash]
         self._axes = [Axis(
             driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup,

@@ -1,6 +1,5 @@
 """The mill as people run it: with switches, buttons, and where its orders come from."""
 
-from collections.abc import Mapping
 from typing import TypeAlias
 
 from amaranth import Module, ResetInserter, Signal
@@ -8,7 +7,7 @@ from amaranth.lib.wiring import In, Out, Signature, connect
 
 from ..drive import FULL_STEP
 from ..motion import CoordinateGenerator, SquareGenerator, StartHandshake
-from ..roles import BUTTON, COILS, DIGITS, RX, SEGMENTS, STATUS, SWITCH, TX, Machine, Role
+from ..roles import BUTTON, COILS, DIGITS, RX, SEGMENTS, STATUS, SWITCH, TX, Machine
 from .mill import Z_TRAVEL, Mill, MillTiming
 from .serial_orders import SerialOrders
 
@@ -18,13 +17,7 @@ OrderSource: TypeAlias = CoordinateGenerator | SquareGenerator | SerialOrders
 """Where the orders of a mill may come from. Over RS-232, at 9600 baud, an order and its answer take
 70 ms; a pixel takes 1.3 s."""
 
-_ROLES = {
-    "automatic": SWITCH, "jog": SWITCH, "start": BUTTON, "stop": BUTTON,
-    "axis_x": COILS.resting(FULL_STEP[0]), "axis_y": COILS.resting(FULL_STEP[0]),
-    "axis_z": COILS.resting(FULL_STEP[0]), "leds": STATUS, "busy": STATUS, "error": STATUS,
-    "ready": STATUS, "segments": SEGMENTS, "digits": DIGITS,
-}
-_LINE_ROLES = {"rx": RX, "tx": TX}
+_COILS = COILS.resting(FULL_STEP[0])
 
 
 class MillStation(Machine):
@@ -74,16 +67,17 @@ class MillStation(Machine):
                  z_travel: int = Z_TRAVEL, guard: bool = False) -> None:
         self._source = source
         self._mill = Mill(timing=timing, z_travel=z_travel, guard=guard)
-        line = {"rx": In(1), "tx": Out(1)} if isinstance(source, SerialOrders) else {}
-        super().__init__(Signature({
-            "automatic": In(1), "jog": In(6), "start": In(1), "stop": In(1),
-            "axis_x": Out(4), "axis_y": Out(4), "axis_z": Out(4),
-            "leds": Out(4), "busy": Out(1), "error": Out(1), "ready": Out(1),
-            "segments": Out(8), "digits": Out(4), **line}))
-
-    @property
-    def roles(self) -> Mapping[str, Role]:
-        return _ROLES | (_LINE_ROLES if isinstance(self._source, SerialOrders) else {})
+        pins = {
+            "automatic": (In(1), SWITCH), "jog": (In(6), SWITCH),
+            "start": (In(1), BUTTON), "stop": (In(1), BUTTON),
+            "axis_x": (Out(4), _COILS), "axis_y": (Out(4), _COILS), "axis_z": (Out(4), _COILS),
+            "leds": (Out(4), STATUS), "busy": (Out(1), STATUS), "error": (Out(1), STATUS),
+            "ready": (Out(1), STATUS), "segments": (Out(8), SEGMENTS), "digits": (Out(4), DIGITS),
+        }
+        if isinstance(source, SerialOrders):
+            pins |= {"rx": (In(1), RX), "tx": (Out(1), TX)}
+        self.roles = {port: role for port, (_, role) in pins.items()}
+        super().__init__(Signature({port: member for port, (member, _) in pins.items()}))
 
     def elaborate(self, platform) -> Module:
         m = Module()

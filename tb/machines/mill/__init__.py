@@ -4,6 +4,7 @@ from typing import Any
 
 from fresa.machines.mill import Mill, MillTiming
 
+from ...diagram import Diagram
 from ...engines import Engine
 from ...machine import Coverage, Machine
 
@@ -11,22 +12,22 @@ __all__ = ["MACHINE"]
 
 
 def _model(*, timing: MillTiming, z_travel: int, guard: bool = False):
-    from ...models.mill import MillModel
+    from .model import MillModel
 
     return MillModel(period=timing.period, scan_bits=timing.scan_bits, z_travel=z_travel,
                      jog_period=timing.jog_period)
 
 
 def _directed(seed: int, clocks: int, **options: Any):
-    from ...stimulus import directed
+    from .stimulus import directed
 
     return directed(_model(**options), seed, clocks)
 
 
 def _random(seed: int, block: int, rows: int, **options: Any):
-    from ...stimulus import chance
+    from .stimulus import random_rows
 
-    return chance(seed, block, rows)
+    return random_rows(seed, block, rows)
 
 
 def _vhdl(*, timing: MillTiming, z_travel: int, guard: bool = False):
@@ -39,7 +40,7 @@ def _vhdl(*, timing: MillTiming, z_travel: int, guard: bool = False):
 
 
 def _travel_far(engine: Engine) -> None:
-    """Order the far corner of the table, and back: chance does not get far from where it is."""
+    """Order the far corner of the table, and back: random orders do not get that far."""
     engine.set(rst=1, mode=1, up=0, down=0, start=0, stop=0, jog=0)
     engine.run(4)
     engine.set(rst=0)
@@ -53,9 +54,22 @@ def _travel_far(engine: Engine) -> None:
             engine.run(1 << 16)
 
 
+def _scenarios():
+    from .scenarios import mill
+
+    return [mill]
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes, mills a picture", make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
+    scenarios=_scenarios,
+    diagrams=(Diagram(
+        "mill",
+        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
+        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
+        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
+        "axis_z positions: x.count y.count z.count", 0, 115),),
     coverage=Coverage(300_000, 98, 98, _travel_far))
