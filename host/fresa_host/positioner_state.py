@@ -160,6 +160,11 @@ class PositionerState(Session):
         """Whether it should report and does not: what was reported is no longer true."""
         return self.connected and now > self.reported_at + STALE_AFTER
 
+    def check(self, now: float) -> None:
+        """Raise what is wrong, as `raise_pending` does."""
+        self.now = now
+        self.raise_pending()
+
     def raise_pending(self) -> None:
         """Raise what is wrong, once.
 
@@ -258,15 +263,15 @@ class PositionerState(Session):
         Returns
         -------
         list of Message
-            Messages to act on. Not among them is what a break of ours made the machine refuse, nor,
-            when attended, a limit that may be of a movement before.
+            Messages to act on. Not among them is what a break of ours made the machine refuse, nor
+            a limit by which a held jog was sent again, nor what came while it was restored.
         """
         self.now = now
         messages = []
         for line in self._splitter.feed(data):
             if (message := read_line(line)) is None:
                 continue
-            if self._take(message):
+            if self._take(message) and not self._restoring:
                 messages.append(message)
             self._resume(message)
         self._resume(None)
