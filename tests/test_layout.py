@@ -16,6 +16,7 @@ ROOMS = {  # what each may import beside the standard library and itself
     "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
     "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa",
               "fresa_boards", "fresa_host", "tb"},
+    "launcher": {"tools"},
 }
 
 

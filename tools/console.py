@@ -5,6 +5,7 @@ import difflib
 import errno
 import functools
 import os
+import re
 import secrets
 import shutil
 import sys
@@ -12,7 +13,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
@@ -30,6 +31,7 @@ __all__ = [
     "is_special",
     "known",
     "say",
+    "spelt",
     "staged",
     "warn",
     "whole",
@@ -37,6 +39,18 @@ __all__ = [
     "write_files_atomically",
     "write_folder_atomically",
 ]
+
+
+def spelt(text: str) -> str:
+    """Spell the commands in a text as this one was called: `fresa NAME` if it was by `fresa`.
+
+    Commands are written ``python -m tools.NAME`` everywhere; what people read goes through here.
+    """
+    if sys.argv[0] != "fresa":  # see fresa_launcher
+        return text
+    text = re.sub(r"python\s+-m\s+tools\.(?=\w)", "fresa ", text)
+    text = re.sub(r"python\s+-m\s+tools\b", "fresa", text)
+    return re.sub(r"python\s+-m\s+tb\b", "fresa bench", text)
 
 
 class UserError(Exception):
@@ -48,12 +62,25 @@ class Parser(argparse.ArgumentParser):
 
     It keeps the line breaks of its description, takes no abbreviated option, and raises `UserError`
     instead of printing its usage.
+
+    Parameters
+    ----------
+    machines : bool
+        Tell of ``--machines``, which `command` has taken out of the command line.
     """
 
-    def __init__(self, *args, **kwargs) -> None:
+    def __init__(self, *args, machines: bool = False, **kwargs) -> None:
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
+        if machines:
+            self.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
+                              help="add the machines of a folder, see docs/adding-a-machine.md; "
+                                   "may be repeated")
+        self.prog = spelt(self.prog)
+
+    def format_help(self) -> str:
+        return spelt(super().format_help())
 
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{message} (see {self.prog} --help)")
@@ -70,12 +97,16 @@ def say(text: str) -> None:
     if sys.stdout is None:  # closed by whoever called
         return
     encoding = sys.stdout.encoding or "utf-8"
-    print(text.encode(encoding, "backslashreplace").decode(encoding))
+    print(spelt(text).encode(encoding, "backslashreplace").decode(encoding))
 
 
 def warn(text: str) -> None:
     """Print to stderr what is worth knowing and stops nothing."""
-    print(colour("note:", 33, sys.stderr), " ".join(text.split()), file=sys.stderr)
+    _note("note:", 33, text)
+
+
+def _note(kind: str, code: int, text: str) -> None:
+    print(colour(kind, code, sys.stderr), " ".join(spelt(text).split()), file=sys.stderr)
 
 
 def command(main: Callable[..., int]) -> Callable[..., int]:
@@ -83,13 +114,17 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
 
     The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
     a mistake of ours and keeps its traceback.
+
+    The machines of ``--machines FOLDER``, and of the variable that stands for it, are known before
+    `main` begins; it is given a command line without that option.
     """
 
     @functools.wraps(main)
-    def guarded(*args, **kwargs) -> int:
+    def guarded(argv: Sequence[str] | None = None, *args, **kwargs) -> int:
         try:
-            with _cache():
-                return main(*args, **kwargs)
+            argv = sys.argv[1:] if argv is None else argv
+            with _machines(argv) as argv, _cache():
+                return main(argv, *args, **kwargs)
         except UserError as error:
             message, status = str(error), 2
         except BrokenPipeError:
@@ -100,10 +135,28 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             message, status = describe(error), 2
         except KeyboardInterrupt:
             message, status = "interrupted", 130
-        print(colour("error:", 31, sys.stderr), " ".join(message.split()), file=sys.stderr)
+        _note("error:", 31, message)
         return status
 
     return guarded
+
+
+@contextmanager
+def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
+    """Add the machines that a command line names; give the rest of it."""
+    if not os.environ.get("FRESA_MACHINES") and not any(
+            word.split("=")[0] == "--machines" for word in argv):
+        yield list(argv)  # most commands need not import what a machine is
+        return
+    from tb.machines import added, split_option
+
+    with ExitStack() as stack:
+        try:
+            folders, rest = split_option(argv)
+            stack.enter_context(added(folders))
+        except ValueError as error:
+            raise UserError(str(error)) from error
+        yield rest
 
 
 @contextmanager

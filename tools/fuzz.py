@@ -6,7 +6,17 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from tb.engines import CXXRTLEngine
-from tb.fuzz import TARGETS, Outcome, Target, Times, fuzz, measure, play, shortest, spread
+from tb.fuzz import (
+    TARGETS,
+    FuzzTarget,
+    Outcome,
+    Times,
+    fuzz,
+    measure,
+    run_session,
+    shortest,
+    spread,
+)
 
 from .console import (
     Parser,
@@ -111,23 +121,23 @@ def main(argv: list[str] | None = None) -> int:
     return 0 if all(own["good"] for own in facts["machines"]) else 1
 
 
-def _fuzz(target: Target, args: argparse.Namespace) -> dict:
+def _fuzz(target: FuzzTarget, args: argparse.Namespace) -> dict:
     """Fuzz a machine; say what came of it, and give it for the JSON."""
     total = dict.fromkeys(("sessions", "bytes", "clocks", "lines", "answers", "blocked", "steps",
                            "timed"), 0)
     deviation, sent, found = 0.0, {}, None
     with Progress(args.bytes, "bytes", target.name) as progress:
         for outcome in fuzz(target, args.seed, args.bytes):
-            judgement = outcome.judgement
+            findings = outcome.findings
             total["sessions"] += 1
             total["clocks"] += outcome.clocks
             for name in ("bytes", "lines", "answers", "blocked", "steps", "timed"):
-                total[name] += getattr(judgement, name)
-            for piece in outcome.pieces:
-                sent[piece.kind] = sent.get(piece.kind, 0) + 1
-            deviation = max(deviation, judgement.deviation)
-            progress.advance(judgement.bytes)
-            if judgement.failures:
+                total[name] += getattr(findings, name)
+            for item in outcome.inputs:
+                sent[item.kind] = sent.get(item.kind, 0) + 1
+            deviation = max(deviation, findings.deviation)
+            progress.advance(findings.bytes)
+            if findings.failures:
                 found = outcome
                 break
     facts = {**total, "deviation": deviation, "pieces": sent, "good": found is None}
@@ -139,31 +149,31 @@ def _fuzz(target: Target, args: argparse.Namespace) -> dict:
     return facts if found is None else facts | _explain(target, found, args)
 
 
-def _explain(target: Target, found: Outcome, args: argparse.Namespace) -> dict:
+def _explain(target: FuzzTarget, found: Outcome, args: argparse.Namespace) -> dict:
     """Say what was found, make what finds it shorter, and write it."""
-    first = found.judgement.failures[0]
-    say(f"FOUND      clock {first.clock} of session {found.seed}: {first.says}")
+    first = found.findings.failures[0]
+    say(f"FOUND      clock {first.clock} of session {found.seed}: {first.message}")
     say(f"shrinking  for up to {args.shrink_seconds} s")
-    short = shortest(found.target, found.pieces, args.shrink_seconds)
-    least = short.judgement.failures[0]
-    say(f"shortest   clock {least.clock}: {least.says}")
-    shown = [piece for piece in short.pieces if piece.kind != "rest"]
-    for piece in shown[:20]:
-        say(f"             {piece}")
+    short = shortest(found.target, found.inputs, args.shrink_seconds)
+    least = short.findings.failures[0]
+    say(f"shortest   clock {least.clock}: {least.message}")
+    shown = [item for item in short.inputs if item.kind != "rest"]
+    for item in shown[:20]:
+        say(f"             {item}")
     if len(shown) > 20:
         say(f"             and {len(shown) - 20} more")
     data, wave = Path(f"{args.save}-{target.name}.bin"), Path(f"{args.save}-{target.name}.vcd")
     with staged(wave) as path, CXXRTLEngine(found.target.design(), vcd=path) as engine:
-        play(found.target, engine, short.pieces)
-    write_files_atomically({data: b"".join(piece.data for piece in short.pieces)})
+        run_session(found.target, engine, short.inputs)
+    write_files_atomically({data: b"".join(item.data for item in short.inputs)})
     say(f"wrote      {data} and {wave}")
-    return {"found": {"session": found.seed, "clock": first.clock, "says": first.says},
-            "shortest": {"clock": least.clock, "says": least.says,
-                         "pieces": [str(piece) for piece in short.pieces],
+    return {"found": {"session": found.seed, "clock": first.clock, "says": first.message},
+            "shortest": {"clock": least.clock, "says": least.message,
+                         "pieces": [str(item) for item in short.inputs],
                          "files": [str(data), str(wave)]}}
 
 
-def _times(target: Target, args: argparse.Namespace) -> dict:
+def _times(target: FuzzTarget, args: argparse.Namespace) -> dict:
     """Measure step times; print them as a table, and give them for the JSON."""
     assert target.rates is not None
     chosen = spread(target.rates, args.rates)
@@ -183,8 +193,9 @@ def _times(target: Target, args: argparse.Namespace) -> dict:
                 f"{max(times.beyond for times in own)} clocks")
     for times in measured:
         if times.beyond or times.failures or not times.steps:
-            says = times.failures[0].says if times.failures else "steps are not at their times"
-            say(f"WRONG      rates {times.rates}, {times.steps} steps: {says}")
+            message = (times.failures[0].message if times.failures
+                       else "steps are not at their times")
+            say(f"WRONG      rates {times.rates}, {times.steps} steps: {message}")
     return {"rates": len(chosen), "motors": motors, "steps": _steps(measured),
             "deviation": max(times.deviation for times in measured),
             "beyond_rounding": max(times.beyond for times in measured), "good": good,

@@ -15,7 +15,7 @@ from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove
 from tb.cosim import Outcome, lockstep
 from tb.engines import EngineError, choose
 from tb.engines.ghdl import GHDLEngine
-from tb.runners import MACHINES, close_all, make_runners, stimuli
+from tb.runners import close_all, duts, make_runners, stimuli
 from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS
 
@@ -139,7 +139,7 @@ def run(names: Iterable[str], *, cycles: int, seed: int, jobs: int | None = None
     lock = threading.Lock()
 
     def in_step(one: Comparison) -> tuple[str, Any]:
-        machine = MACHINES[one.name]
+        machine = duts()[one.name]
         with lock:
             outputs = list(machine.shared.outputs)
         runners = make_runners(machine, [engine, "ghdl"])

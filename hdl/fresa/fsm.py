@@ -1,4 +1,4 @@
-"""What every state machine here does about the codes that none of its states uses."""
+"""Recovery of state machines from codes that none of their states uses."""
 
 from amaranth import Const, Module, Value
 
@@ -8,9 +8,9 @@ __all__ = ["leave_unused_codes"]
 def leave_unused_codes(m: Module, fsm, *, fault: str) -> Value:
     """Send `fsm` to its state `fault` from every code that no state has, within a clock.
 
-    Amaranth's state machines hold in an unused code for ever, and synthesis tools drop states that
-    they think cannot be reached. So the way out is spelt here, and the register is marked so that
-    Yosys (``fsm_encoding``) and XST (``fsm_extract``) leave its code as it is.
+    Amaranth's state machines never leave an unused code, and synthesis tools remove states that
+    they find unreachable. So the transition is explicit here, and the register is marked so that
+    Yosys (``fsm_encoding``) and XST (``fsm_extract``) keep its encoding.
 
     Call it after the last state of `fsm` is described.
 

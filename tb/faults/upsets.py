@@ -1,9 +1,10 @@
-"""A machine to strike: flip-flops that change by themselves, and resets at any time, on CXXRTL.
+"""Fault injection on CXXRTL: bit upsets of flip-flops, and resets at any time.
 
 The loops are in C++, below the design that CXXRTL has written.
 """
 
 import ctypes
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from numpy.typing import NDArray
 
 from ..engines import EngineError
 from ..engines.build import library
-from .machine import Coils, Machine
 from .rows import Rows
+from .target import Coils, FaultTarget
 from .verdicts import Register, Silent, Verdict, WrongReset
 
 __all__ = ["Trial"]
@@ -29,7 +30,7 @@ MOTORS, ANSWERS = 3, 2
 
 
 class Trial:
-    """A machine that is struck, and work for it.
+    """A machine with faults injected, and work for it.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ class Trial:
         If CXXRTL cannot run here, or knows no register by the name of a count.
     """
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: FaultTarget) -> None:
         self.machine, design = machine, machine.design
         self._lib = _declare(library(design, more=LOOPS))
         self._inputs, self._outputs = list(design.inputs), list(design.outputs)
@@ -73,7 +74,8 @@ class Trial:
     def _find_registers(self) -> list[Register]:
         width, found = ctypes.c_int64(), []
         while name := self._lib.faults_register(self._handle, len(found), width):
-            path = name.decode().removeprefix("dut ").replace(" ", ".")
+            # RTLIL numbers names that clash, such as those of a submodule and a port.
+            path = re.sub(r"\$\d+", "", name.decode().removeprefix("dut ").replace(" ", "."))
             found.append(Register(path, width.value))
         return found
 
@@ -86,7 +88,7 @@ class Trial:
     def _given(self, rows: Rows) -> tuple:
         """Give rows as the loops take them."""
         level = {name: rows.levels[:, number] for number, name in enumerate(self._inputs)}
-        zero = np.any([level[name] == value for name, value in self.machine.zeros.items()], axis=0)
+        zero = np.any([level[name] == value for name, value in self.machine.origin.items()], axis=0)
         marks = rows.waits | rows.begins << 1 | (level["rst"] != 0) << 2 | zero << 3
         return len(rows), rows.levels, rows.clocks, marks.astype(np.uint8)
 
@@ -103,14 +105,14 @@ class Trial:
         ValueError
             If the machine is never idle, or its counters are not what its motors have done.
         """
-        compared = np.array([not register.name.startswith(self.machine.aside)
+        compared = np.array([not register.name.startswith(self.machine.ignored)
                              for register in self.registers], np.uint8)
-        clocks = self._lib.faults_work(self._handle, compared, self.machine.patience)
+        clocks = self._lib.faults_work(self._handle, compared, self.machine.timeout)
         if clocks < 0:
             raise ValueError("The machine does not do this work, even undisturbed")
         return clocks
 
-    def flips(self, seed: int, first: int, count: int) -> tuple[NDArray[np.int64], list[Silent]]:
+    def upsets(self, seed: int, first: int, count: int) -> tuple[NDArray[np.int64], list[Silent]]:
         """Upset a bit in a clock of the work, both by chance, again and again.
 
         Parameters
@@ -128,7 +130,7 @@ class Trial:
         verdicts = np.zeros((len(self.registers), len(Verdict)), np.int64)
         silent = np.zeros((ROOM, 3 + 2 * MOTORS), np.int64)
         found = self._lib.faults_flips(
-            self._handle, seed, first, count, self.machine.window, self.machine.patience, verdicts,
+            self._handle, seed, first, count, self.machine.window, self.machine.timeout, verdicts,
             silent, ROOM)
         motors = len(self.machine.motors)
         return verdicts, [
@@ -158,7 +160,7 @@ class Trial:
         clock, which, steps = ctypes.c_int64(), ctypes.c_int32(), ctypes.c_int64()
         wrong = self._lib.faults_resets(
             self._handle, len(gaps), np.array(gaps, np.int64), np.array(lengths, np.int64),
-            _filled(asks, len(gaps)).astype(np.uint8), set_by_reset, self.machine.patience, clock,
+            _filled(asks, len(gaps)).astype(np.uint8), set_by_reset, self.machine.timeout, clock,
             which, steps)
         found = WrongReset(clock.value, self._says(wrong, which.value)) if wrong else None
         return clock.value, steps.value, found

@@ -1,4 +1,4 @@
-"""What comes of striking a machine."""
+"""What an injected fault comes to."""
 
 from dataclasses import dataclass
 from enum import IntEnum

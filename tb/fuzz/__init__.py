@@ -4,8 +4,9 @@ What is right is said at the level of lines, from the descriptions of the machin
 legal, what each is answered, and where the motors may go. Nothing here runs a model clock by clock.
 """
 
-from .play import Outcome, fuzz, play, shortest
-from .targets import TARGETS, Target
+from .session import Outcome, fuzz, run_session, shortest
+from .targets import TARGETS, FuzzTarget
 from .times import Times, measure, spread
 
-__all__ = ["TARGETS", "Outcome", "Target", "Times", "fuzz", "measure", "play", "shortest", "spread"]
+__all__ = ["TARGETS", "FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session",
+           "shortest", "spread"]

@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .positioner_lines import AXES, DOWN, START_SPEED, UP
-from .ways import Effect, Failure, Mode, Steps
+from .trajectory import Effect, Failure, Mode, Steps
 
-__all__ = ["Axis", "Ends", "loads"]
+__all__ = ["Axis", "Ends", "load_steps"]
 
 
-def loads(seen: Mapping[str, NDArray], backlash: Sequence[int]
+def load_steps(seen: Mapping[str, NDArray], backlash: Sequence[int]
           ) -> tuple[list[Steps], list[Failure]]:
     """Count the steps of the motors at their pins, and where the loads are.
 
@@ -23,18 +23,19 @@ def loads(seen: Mapping[str, NDArray], backlash: Sequence[int]
     for axis in range(AXES):
         step = seen["step"] >> axis & 1
         clock = np.flatnonzero(~step[:-1] & step[1:]) + 1
-        way = np.where(seen["direction"][clock] >> axis & 1, 1, -1)
-        found.append(Steps.of(clock, way, np.fromiter(_moves(way, backlash[axis]), np.int64)))
+        direction = np.where(seen["direction"][clock] >> axis & 1, 1, -1)
+        moves = np.fromiter(_moves(direction, backlash[axis]), np.int64)
+        found.append(Steps.of(clock, direction, moves))
         failures += [Failure(int(clock[n]), "pins", f"motor {axis + 1} steps without power")
                      for n in np.flatnonzero(seen["enable"][clock] >> axis & 1 == 0)[:1]]
     return found, failures
 
 
-def _moves(ways: NDArray, backlash: int) -> Iterator[int]:
+def _moves(directions: NDArray, backlash: int) -> Iterator[int]:
     """Give what each step moves a load."""
     gap = 0  # steps up that move nothing less those that are left
-    for way in ways.tolist():
-        through = gap + way
+    for direction in directions.tolist():
+        through = gap + direction
         gap = min(max(through, 0), backlash)
         yield through - gap
 
@@ -52,19 +53,20 @@ class Ends:
 
     def __init__(self, low: NDArray, high: NDArray, settle: int) -> None:
         self._settle = settle
-        self._sums = {way: np.concatenate([[0], np.cumsum(pressed, dtype=np.int64)])
-                      for way, pressed in ((-1, low), (1, high))}
+        self._sums = {direction: np.concatenate([[0], np.cumsum(pressed, dtype=np.int64)])
+                      for direction, pressed in ((-1, low), (1, high))}
 
-    def may_block(self, clock: int, ways: Sequence[int]) -> bool:
+    def may_block(self, clock: int, directions: Sequence[int]) -> bool:
         """Say whether a step may be blocked that is asked for in a clock, in one of some ways."""
         begin = max(0, clock + 1 - 2 * self._settle)
-        return any(self._sums[way][clock + 1] > self._sums[way][begin] for way in ways)
+        return any(self._sums[direction][clock + 1] > self._sums[direction][begin]
+                   for direction in directions)
 
     def passed(self, steps: Steps) -> list[Failure]:
         """Say where a step goes towards a switch that counts as pressed."""
         failures = []
-        for way, sums in self._sums.items():
-            clock = steps.clock[steps.way == way]
+        for direction, sums in self._sums.items():
+            clock = steps.clock[steps.direction == direction]
             begin = np.maximum(0, clock - 1 - self._settle)
             failures += [Failure(int(at), "step", "a step towards a switch that is pressed")
                          for at in clock[sums[clock] > sums[begin]][:1]]
@@ -161,8 +163,8 @@ class Axis:
         if clock > self._asked[1] and bool(self.goes) != bool(self._next % 2):
             self._fail(clock, f"{'has no' if self.goes else 'still has a'} movement")
 
-    def _fail(self, clock: int, says: str) -> None:
-        self.failures.append(Failure(clock, "step", f"{self.name} {says}"))
+    def _fail(self, clock: int, message: str) -> None:
+        self.failures.append(Failure(clock, "step", f"{self.name} {message}"))
 
     def _called(self, clock: int) -> tuple[int, int]:
         low, high = self.low, self.high
@@ -180,15 +182,16 @@ class Axis:
         earliest, latest = self._asked
         asked = earliest < at <= latest
         again = self._next < len(self.changes) and self.changes[self._next] <= latest
-        if asked and (again or not self.goes):  # the movement before, so it is not known whither
+        # the movement before, so it is not known whither
+        if asked and (again or not self.goes):
             if self.ends.may_block(at - 1, (-1, 1)):
                 self.perhaps.append(at)
             return
         place, _ = self.steps.between(at - 1, at - 1)
         low, high = self._called(at)
         low, high = low + place, high + place
-        ways = [*[1] * (low < self._target), *[-1] * (high > self._target)]
-        blocked = self.ends.may_block(at - 1, ways)
+        directions = [*[1] * (low < self._target), *[-1] * (high > self._target)]
+        blocked = self.ends.may_block(at - 1, directions)
         arrived = low <= self._target <= high
         if not self.goes or not (blocked or arrived):
             self._fail(at, f"ends to move at {low} to {high}, which nothing asked for")

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
 from .line import CUT, Text
-from .ways import Failure
+from .trajectory import Failure
 
-__all__ = ["PROMPT", "Backlog", "beyond_room", "out_of_turn", "silence"]
+__all__ = ["PROMPT", "Backlog", "beyond_room", "out_of_turn", "unanswered"]
 
 PROMPT = 8
 """Bytes of the line in which an answer begins when nothing goes before it."""
@@ -117,12 +117,12 @@ def beyond_room(answers: Sequence[tuple[int, int]], ends: Sequence[int], room: i
     return None
 
 
-def silence(frames: Sequence[Frame], said: Text, byte: int, end: int) -> list[Failure]:
+def unanswered(frames: Sequence[Frame], output: Text, byte: int, end: int) -> list[Failure]:
     """Say where nothing was said before a frame began, so it had room, nor soon after its end."""
     for frame in frames:
-        place = said.before(frame.clock + 1)
-        before = said.starts[place - 1] if place else -1
-        after = said.starts[place] if place < len(said.starts) else CUT
+        place = output.before(frame.clock + 1)
+        before = output.starts[place - 1] if place else -1
+        after = output.starts[place] if place < len(output.starts) else CUT
         due = frame.clock + PROMPT * byte
         if before < frame.clock - (_size(frame) + PROMPT) * byte and after > due < end:
             return [Failure(due, "answer", f"frame {frame.text[:40]!r} has no answer, and nothing "

@@ -6,28 +6,28 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .ways import Failure
+from .trajectory import Failure
 
-__all__ = ["sound", "told"]
+__all__ = ["check_buzzer", "check_limit_reports"]
 
 
 BEFORE = 4
 """Answers that may be said first: one is being said, one is the next, and two other axes."""
 
 
-def told(number: int, blocked: Sequence[int], perhaps: Sequence[int],
-         said: Sequence[tuple[int, bytes]], due: Callable[[int], int], clocks: int
+def check_limit_reports(number: int, blocked: Sequence[int], perhaps: Sequence[int],
+         answers: Sequence[tuple[int, bytes]], due: Callable[[int], int], clocks: int
          ) -> list[Failure]:
     """Hold what is said of a motor against where switches have, or may have, ended its movements.
 
     Each must be told once, before the answers that wait. Two are told at once where the motor was
-    blocked again before it was said. For `said` and `due` see `Reasons`.
+    blocked again before it was said. For `answers` and `due` see `Reasons`.
     """
     failures, text = [], b"! LIMIT MOT%d\n" % number
     ends: dict[int, int] = {}  # by when each has been told
     for at in sorted([*blocked, *perhaps]):
-        clock, before = at, bisect_right(said, (at, b"\xFF"))
-        for begin, what in said[before:before + BEFORE + 1]:
+        clock, before = at, bisect_right(answers, (at, b"\xFF"))
+        for begin, what in answers[before:before + BEFORE + 1]:
             if begin > due(clock):
                 break
             clock = begin
@@ -39,7 +39,7 @@ def told(number: int, blocked: Sequence[int], perhaps: Sequence[int],
                                     "which is not told"))
             break
     left = sorted(ends)
-    for clock in (begin for begin, what in said if what == text):
+    for clock in (begin for begin, what in answers if what == text):
         reason = next((at for at in left if at < clock), None)
         if reason is None:
             failures.append(Failure(clock, "answer", "it says that a switch blocks motor "
@@ -49,7 +49,7 @@ def told(number: int, blocked: Sequence[int], perhaps: Sequence[int],
     return failures
 
 
-def sound(buzzer: NDArray, blocked: Sequence[int], perhaps: Sequence[int], period: int
+def check_buzzer(buzzer: NDArray, blocked: Sequence[int], perhaps: Sequence[int], period: int
           ) -> list[Failure]:
     """Hold the buzzer against it: it sounds to the second tick from there, one in `period` clocks.
 

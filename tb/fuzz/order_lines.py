@@ -4,11 +4,11 @@ import random
 import re
 import zlib
 
-from .pieces import Dialect
+from .inputs import LineProtocol
 from .single_lines import Frame
 
-__all__ = ["DIALECT", "DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP",
-           "asked", "checked", "request"]
+__all__ = ["PROTOCOL", "DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP",
+           "decode_request", "with_crc", "request"]
 
 SIDE = 400
 """Places to go to are the corners of a square: so each way is along one of the 8 directions. They
@@ -19,7 +19,7 @@ ENDS = b"\r\n"
 TELL, OPEN, GO, UP, DOWN = range(5)
 
 
-def checked(digits: str) -> bytes:
+def with_crc(digits: str) -> bytes:
     """Put the check behind digits."""
     crc = zlib.crc32(bytes.fromhex(digits[::-1])[::-1])
     return (digits + f"{crc:08X}"[::-1]).encode()
@@ -27,13 +27,13 @@ def checked(digits: str) -> bytes:
 
 def request(kind: int, session: int = 0, number: int = 0, x: int = 0, y: int = 0) -> bytes:
     """Give a line."""
-    return b":%s\r" % checked(f"{kind:02X}{session:08X}{number % NUMBERS:06X}{x:04X}{y:04X}")
+    return b":%s\r" % with_crc(f"{kind:02X}{session:08X}{number % NUMBERS:06X}{x:04X}{y:04X}")
 
 
-def asked(frame: Frame) -> tuple[int, ...] | None:
+def decode_request(frame: Frame) -> tuple[int, ...] | None:
     """Read a request; None if its line is not right."""
     text = frame.text.decode("latin-1")
-    if frame.wrong or not re.fullmatch("[0-9A-F]{32}", text) or checked(text[:24]) != frame.text:
+    if frame.wrong or not re.fullmatch("[0-9A-F]{32}", text) or with_crc(text[:24]) != frame.text:
         return None
     return tuple(int(text[a:b], 16) for a, b in [(0, 2), (2, 10), (10, 16), (16, 20), (20, 24)])
 
@@ -58,7 +58,7 @@ def _job(rng: random.Random) -> bytes:
     return b"".join(line + _GAP for line in lines)
 
 
-DIALECT = Dialect(
+PROTOCOL = LineProtocol(
     _job, quiet=(request(TELL), request(TELL), request(TELL)[:-3] + b"\r", b":\r", b"AB\n", b":"),
     end=b"\r", letters=b":\r\n0123456789ABCDEF=", longest=LONGEST, room=ROOM, answer=40,
     begin=request(TELL),

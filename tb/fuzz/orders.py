@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
+from .floods import PROMPT, Backlog, beyond_room, out_of_turn, unanswered
 from .line import CUT, Text
-from .order_lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, asked, checked
+from .order_lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, decode_request, with_crc
 from .single_lines import Frame
-from .ways import Failure, Steps
+from .trajectory import Failure, Steps
 
-__all__ = ["OrderSession", "Taken", "follow", "motors"]
+__all__ = ["OrderSession", "AcceptedOrder", "check_moves", "motors"]
 
 WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
 """Coil words, ascending."""
@@ -26,7 +26,7 @@ ANSWER = re.compile(rb"=([0-9A-F]{30})\r\n")
 (TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
 
 
-class Taken(NamedTuple):
+class AcceptedOrder(NamedTuple):
     """An order that was taken, and the clock before which its line had not ended."""
 
     clock: int
@@ -44,15 +44,15 @@ def motors(seen: Mapping[str, NDArray]) -> tuple[list[Steps], list[Failure]]:
         place = places[seen[f"axis_{name}"]]
         turned = np.diff(place)
         moved = np.flatnonzero(turned)
-        way = (turned[moved] + 1) % 4 - 1
-        wrong = moved[(abs(way) != 1) | (place[moved + 1] < 0)]
+        direction = (turned[moved] + 1) % 4 - 1
+        wrong = moved[(abs(direction) != 1) | (place[moved + 1] < 0)]
         failures += [Failure(int(n) + 1, "pins", f"what the coils of {name} do is no step")
                      for n in wrong[:1]]
-        found.append(Steps.of(moved + 1, way))
+        found.append(Steps.of(moved + 1, direction))
     return found, failures
 
 
-def follow(orders: Sequence[Taken], steps: Sequence[Steps], period: int, travel: int
+def check_moves(orders: Sequence[AcceptedOrder], steps: Sequence[Steps], period: int, travel: int
            ) -> list[Failure]:
     """Hold the steps of the motors against the orders that were taken, in their turn, once each."""
     # Lowering steps back through the table of coil words.
@@ -71,7 +71,8 @@ def follow(orders: Sequence[Taken], steps: Sequence[Steps], period: int, travel:
         ordered = np.concatenate([*parts, np.zeros(1, int)])[:-1]
         same = min(len(ordered), len(own.clock))
         begun = np.array([order.clock for order in orders], np.int64)[of[:same]]
-        wrong = np.flatnonzero((own.way[:same] != ordered[:same]) | (own.clock[:same] <= begun))
+        wrong = np.flatnonzero((own.direction[:same] != ordered[:same])
+                               | (own.clock[:same] <= begun))
         if wrong.size or len(own.clock) > len(ordered):
             clock = int(own.clock[wrong[0] if wrong.size else same])
             failures.append(Failure(clock, "step", f"a step of {name} that no order asked for"))
@@ -95,7 +96,7 @@ class OrderSession:
 
     Parameters
     ----------
-    said : Text
+    output : Text
         What the machine said.
     floods : sequence of pairs
         From which clock to which there were more lines than could be answered.
@@ -106,14 +107,14 @@ class OrderSession:
 
     Attributes
     ----------
-    taken : list of Taken
+    accepted : list of Taken
         Orders to be carried out.
     """
 
-    def __init__(self, said: Text, floods: Sequence[tuple[int, int]], ends: Sequence[int],
+    def __init__(self, output: Text, floods: Sequence[tuple[int, int]], ends: Sequence[int],
                  byte: int) -> None:
-        self._said, self._floods, self._ends, self._byte = said, floods, ends, byte
-        self.taken: list[Taken] = []
+        self._output, self._floods, self._ends, self._byte = output, floods, ends, byte
+        self.accepted: list[AcceptedOrder] = []
         self.failures: list[Failure] = []
         self.answers = 0
         self._session = self._number = self._done = 0
@@ -135,15 +136,15 @@ class OrderSession:
             if self.failures:
                 return
             if frame.clock >= begin:
-                backlog.answered(frame, self._said.starts[place - 1])
+                backlog.answered(frame, self._output.starts[place - 1])
         if begin < 1 << 62:
             place = self._flood(flooded, last, place, end)
-        if place < len(self._said.text):
-            self._fail(self._said.starts[place], f"an answer to no line: "
-                       f"{self._said.text[place:place + 40]!r}")
+        if place < len(self._output.text):
+            self._fail(self._output.starts[place], f"an answer to no line: "
+                       f"{self._output.text[place:place + 40]!r}")
 
-    def _fail(self, clock: int, says: str) -> None:
-        self.failures.append(Failure(clock, "answer", says))
+    def _fail(self, clock: int, message: str) -> None:
+        self.failures.append(Failure(clock, "answer", message))
 
     def _flood(self, flooded: Sequence[Frame], last: int, place: int, end: int) -> int:
         """Look at the answers to what is left of a flood behind the last line that had room.
@@ -153,13 +154,13 @@ class OrderSession:
         Lines may be lost; nothing is left to wait. Bytes may be lost between lines too: then what
         follows, up to a return, is a damaged line more.
         """
-        stop = self._said.before(end)
-        answers = list(ANSWER.finditer(self._said.text, place, stop))
+        stop = self._output.before(end)
+        answers = list(ANSWER.finditer(self._output.text, place, stop))
         if sum(len(answer[0]) for answer in answers) != stop - place and end < CUT:
             self._fail(end, "a flood is answered by what is no answer")
         if flooded and not answers and end < CUT:
             self._fail(end, f"{len(flooded)} lines of a flood have no answer")
-        begun = [(self._said.starts[answer.start()], answer[1]) for answer in answers]
+        begun = [(self._output.starts[answer.start()], answer[1]) for answer in answers]
         ends = self._ends[bisect_right(self._ends, last):bisect_left(self._ends, end)]
         wrong = out_of_turn(begun, ends, flooded, self._may)
         if wrong is not None:
@@ -170,7 +171,7 @@ class OrderSession:
         if (wrong := beyond_room(sizes, ends, ROOM)) is not None:
             self._fail(begun[wrong][0], "more lines are answered behind a flood than "
                        f"{ROOM} bytes can be")
-        self.failures += silence(flooded, self._said, self._byte, end)
+        self.failures += unanswered(flooded, self._output, self._byte, end)
         for answer in answers:
             outcome, *_ = fields = self._fields(answer[1].decode())
             if outcome not in (TOLD, DAMAGED) or not self._is_so(fields):
@@ -184,12 +185,12 @@ class OrderSession:
 
     def _answer(self, frame: Frame, place: int) -> int:
         """Look at the answer to a line; say where it ends."""
-        starts = self._said.starts
-        found = ANSWER.match(self._said.text, place)
+        starts = self._output.starts
+        found = ANSWER.match(self._output.text, place)
         before = (starts[place - 1] if place else 0) + self._byte
         due = max(frame.clock, before) + PROMPT * self._byte
         if not found or not frame.clock < starts[place] <= due:
-            shown = self._said.text[place:place + 42]
+            shown = self._output.text[place:place + 42]
             self._fail(starts[place] if shown else due, f"line {frame.text!r} is answered by "
                        f"{shown!r} {starts[place] - frame.clock if shown else ''} clocks later")
             return place
@@ -207,7 +208,7 @@ class OrderSession:
 
     def _fields(self, digits: str) -> tuple[int, ...]:
         """Split an answer: outcome, state, session, taken, done; outcome -1 if it is damaged."""
-        if checked(digits[:-8]) != digits.encode():
+        if with_crc(digits[:-8]) != digits.encode():
             return (-1,) * 5
         return tuple(int(digits[a:b], 16) for a, b in [(0, 1), (1, 2), (2, 10), (10, 16), (16, 22)])
 
@@ -223,7 +224,7 @@ class OrderSession:
 
     def _outcomes(self, frame: Frame) -> set[int]:
         """Say what may become of a line."""
-        request = asked(frame)
+        request = decode_request(frame)
         if request is None:
             return {DAMAGED}
         kind, session, number, *_ = request
@@ -244,7 +245,7 @@ class OrderSession:
         return {TAKEN, FULL} if full else {TAKEN}
 
     def _do(self, frame: Frame, outcome: int) -> None:
-        request = asked(frame)
+        request = decode_request(frame)
         if request is None:
             return
         kind, session, number, x, y = request
@@ -252,4 +253,4 @@ class OrderSession:
             self._session, self._number, self._done = session, number, number
         elif outcome == TAKEN:
             self._number = number
-            self.taken.append(Taken(frame.clock, kind, x, y))
+            self.accepted.append(AcceptedOrder(frame.clock, kind, x, y))

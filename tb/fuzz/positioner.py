@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from .axes import Axis
-from .limits import told
+from .limits import check_limit_reports
 from .line import Text
 from .positioner_lines import AXES, BREAK, Line, refusal
 from .reasons import Reasons, due
-from .ways import Failure
+from .trajectory import Failure
 
 __all__ = ["LineSession"]
 
@@ -31,7 +31,7 @@ class LineSession:
 
     Parameters
     ----------
-    said : Text
+    output : Text
         What the machine said.
     axes : sequence of Axis
         What its axes did.
@@ -46,7 +46,7 @@ class LineSession:
         Answers, reports not counted.
     """
 
-    def __init__(self, said: Text, axes: Sequence[Axis], byte: int, report: int, clocks: int
+    def __init__(self, output: Text, axes: Sequence[Axis], byte: int, report: int, clocks: int
                  ) -> None:
         self._axes, self._report, self._clocks = axes, report, clocks
         self.failures: list[Failure] = []
@@ -55,7 +55,7 @@ class LineSession:
         self._points: dict[int, Sequence[int]] = {}
         self._answers: list[tuple[int, bytes]] = []
         self._reports: list[tuple[int, list[int]]] = []
-        self._split(said)
+        self._split(output)
         self._due = partial(due, byte=byte, report=report)
         self._reasons = Reasons(self._answers, self._due, byte, clocks)
         self.answers = len(self._answers)
@@ -67,14 +67,14 @@ class LineSession:
             self._compare(line.clock)
             if self.failures:
                 return
-            wrong, latest = self._judge(line)
+            wrong, latest = self._interpret(line)
             if wrong:
                 self._note(self._reasons.refuse(line.text, wrong, line.clock, latest + 2))
             self._taken = latest
         self._compare(self._clocks)
         self._note(self._reasons.rest())
         for number, one in enumerate(self._axes, 1):
-            self.failures += told(
+            self.failures += check_limit_reports(
                 number, one.blocked, one.perhaps, self._answers, self._due, self._clocks)
 
     def _note(self, failure: Failure | None) -> None:
@@ -82,10 +82,10 @@ class LineSession:
 
     # What is said
 
-    def _split(self, said: Text) -> None:
+    def _split(self, output: Text) -> None:
         place = 0
-        while (end := said.text.find(b"\n", place)) >= 0:
-            text, clock = said.text[place:end + 1], said.starts[place]
+        while (end := output.text.find(b"\n", place)) >= 0:
+            text, clock = output.text[place:end + 1], output.starts[place]
             if found := REPORT.fullmatch(text):
                 self._reports.append((clock, [int(number) for number in found.groups()]))
             elif ANSWER.fullmatch(text):
@@ -126,7 +126,7 @@ class LineSession:
 
     # What lines do
 
-    def _judge(self, line: Line) -> tuple[str, int]:
+    def _interpret(self, line: Line) -> tuple[str, int]:
         """Do what a line asks for; say what is wrong with it, and when it is done at the latest."""
         if line.wrong == BREAK:
             self._move(range(AXES), "", line.clock, line.clock + AT_ONCE)

@@ -5,10 +5,10 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from .line import Heard
-from .pieces import Dialect
+from .inputs import LineProtocol
+from .line import DecodedByte
 
-__all__ = ["AXES", "BREAK", "DIALECT", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin",
+__all__ = ["AXES", "BREAK", "PROTOCOL", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin",
            "lines", "refusal"]
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
@@ -31,10 +31,10 @@ BREAK = "BREAK"
 """What is wrong with a line that is none: there is a break, in the middle of another."""
 
 
-def lines(heard: Iterator[Heard]) -> Iterator[Line]:
+def lines(decoded: Iterator[DecodedByte]) -> Iterator[Line]:
     """Give the lines among bytes, and the breaks."""
     text, damaged = bytearray(), False
-    for clock, byte, error, broken in heard:
+    for clock, byte, error, broken in decoded:
         damaged |= error
         if byte == ord("\n"):
             yield Line(clock, bytes(text).removesuffix(b"\r"),
@@ -95,7 +95,7 @@ def _legal(rng: random.Random) -> bytes:
     return line.encode() + b"\n"
 
 
-DIALECT = Dialect(
+PROTOCOL = LineProtocol(
     _legal, quiet=(b"CONNECT 1\n", b"FOO\n", b"\n", b"VEL MOT1 0\n", b"P 8 1 1 1\n", b"GOTO 0\n",
                    b"MOV MOT4 C\n", b"POS 1 2\n", b"STOP"),
     end=b"\n", letters=b"\n\r 0129-+CMOTPVELGSN", longest=LONGEST, room=0, answer=24,

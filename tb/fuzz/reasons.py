@@ -7,7 +7,7 @@ was still busy with the byte before, all that may be is followed.
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
-from .ways import Failure
+from .trajectory import Failure
 
 __all__ = ["Reasons", "due"]
 
@@ -39,7 +39,7 @@ class Reasons:
 
     Parameters
     ----------
-    said : sequence of pairs
+    answers : sequence of pairs
         All answers with the clock in which each begins, those that tell of switches among them.
     due : callable
         Gives the clock by which an answer begins that waits since a clock.
@@ -52,19 +52,19 @@ class Reasons:
         Reasons that were said.
     """
 
-    def __init__(self, said: Sequence[tuple[int, bytes]], due: Callable[[int], int], byte: int,
+    def __init__(self, answers: Sequence[tuple[int, bytes]], due: Callable[[int], int], byte: int,
                  clocks: int) -> None:
-        before = [-1, *(clock for clock, _ in said)]
+        before = [-1, *(clock for clock, _ in answers)]
         #: Each with the clock in which the answer before it begins.
-        self._said = [(begin, clock, text) for begin, (clock, text) in
-                      zip(before, said, strict=False) if not text.startswith(b"! LIMIT")]
+        self._answers = [(begin, clock, text) for begin, (clock, text) in
+                      zip(before, answers, strict=False) if not text.startswith(b"! LIMIT")]
         self._latest, self._clocks, self._last = due, clocks, before[-1]
         self._byte = byte
         # When each has left the queue: it makes room when the one before it is taken.
-        self._late = [begin for begin, *_ in self._said]
+        self._late = [begin for begin, *_ in self._answers]
         self._early = [begin - byte - MARGIN for begin in self._late]
         self._queued = {0}  # numbers of reasons that may have been queued so far
-        self.count = len(self._said)
+        self.count = len(self._answers)
 
     def refuse(self, line: bytes, wrong: str, earliest: int, latest: int) -> Failure | None:
         """Look at the answer to a line, refused some time between two clocks."""
@@ -83,14 +83,14 @@ class Reasons:
             self._queued = queued
             return None
         count = min(self._queued)
-        _, clock, text = self._said[count] if count < self.count else (0, self._clocks, b"")
+        _, clock, text = self._answers[count] if count < self.count else (0, self._clocks, b"")
         return Failure(min(clock, self._due(count, earliest)), "answer",
                        f"line {line[:40]!r} is answered by {text!r}, not {wrong}")
 
     def rest(self) -> Failure | None:
         """Say what is answered to no line, when all lines are through."""
         if (count := max(self._queued)) < self.count:
-            _, clock, text = self._said[count]
+            _, clock, text = self._answers[count]
             return Failure(clock, "answer", f"an answer to no line: {text!r}")
         return None
 
@@ -100,9 +100,9 @@ class Reasons:
         if number >= self.count:
             # One that has begun and is cut off by the end is none that was said.
             return number > self.count or due + len(text) * self._byte > self._clocks
-        _, clock, said = self._said[number]
-        return said == text and earliest < clock <= due
+        _, clock, text_given = self._answers[number]
+        return text_given == text and earliest < clock <= due
 
     def _due(self, number: int, earliest: int) -> int:
-        before = self._said[number][0] if number < self.count else self._last
+        before = self._answers[number][0] if number < self.count else self._last
         return self._latest(max(earliest, before))

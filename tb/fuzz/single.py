@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, beyond_room, out_of_turn, silence
+from .floods import PROMPT, Backlog, beyond_room, out_of_turn, unanswered
 from .line import CUT, Text
 from .single_lines import ASKS, GREETING, HELP, LEGAL, ROOM, Frame, refusal, word
-from .ways import Effect, Failure, Mode, Steps
+from .trajectory import Effect, Failure, Mode, Steps
 
 __all__ = ["FrameSession", "motor"]
 
@@ -35,17 +35,17 @@ def motor(seen: Mapping[str, NDArray]) -> tuple[Steps, list[Failure]]:
     on = np.flatnonzero(places[coils] >= 0)
     turned = np.diff(places[coils[on]])
     moved = np.flatnonzero(turned)
-    way = (turned[moved] + 4) % 8 - 4
-    failures += [Failure(int(on[moved[n] + 1]), "pins", f"{way[n]} phases at once")
-                 for n in np.flatnonzero(abs(way) != 1)[:1]]
-    steps = Steps.of(on[moved + 1], way)
+    direction = (turned[moved] + 4) % 8 - 4
+    failures += [Failure(int(on[moved[n] + 1]), "pins", f"{direction[n]} phases at once")
+                 for n in np.flatnonzero(abs(direction) != 1)[:1]]
+    steps = Steps.of(on[moved + 1], direction)
     position = seen["position"].astype(int)
-    told = np.flatnonzero(np.diff(position)) + 1
-    same = min(len(told), len(steps.clock))
-    wrong = np.flatnonzero((abs(told[:same] - steps.clock[:same]) > 1)
-                           | (np.diff(position)[told[:same] - 1] != way[:same]))
-    if wrong.size or abs(len(told) - len(steps.clock)) > 1:
-        clock = int(told[wrong[0]]) if wrong.size else len(coils) - 1
+    reported = np.flatnonzero(np.diff(position)) + 1
+    same = min(len(reported), len(steps.clock))
+    wrong = np.flatnonzero((abs(reported[:same] - steps.clock[:same]) > 1)
+                           | (np.diff(position)[reported[:same] - 1] != direction[:same]))
+    if wrong.size or abs(len(reported) - len(steps.clock)) > 1:
+        clock = int(reported[wrong[0]]) if wrong.size else len(coils) - 1
         failures.append(Failure(
             clock, "place", "the position that is shown is not that of the steps"))
     return steps, failures
@@ -57,7 +57,7 @@ class FrameSession:
 
     Parameters
     ----------
-    said : Text
+    output : Text
         What the machine said.
     steps : Steps
         What its motor did.
@@ -70,7 +70,7 @@ class FrameSession:
         Clocks of a byte.
     """
 
-    said: Text
+    output: Text
     steps: Steps
     floods: Sequence[tuple[int, int]]
     ends: Sequence[int]
@@ -86,9 +86,9 @@ class FrameSession:
         """Look at all of it, up to the first answer that is wrong."""
         self._mode(-1, -1)
         place = len(GREETING + HELP)
-        if self.said.text[:place] != GREETING + HELP:
+        if self.output.text[:place] != GREETING + HELP:
             self.failures.append(Failure(
-                0, "answer", f"no greeting, but {self.said.text[:place]!r}"))
+                0, "answer", f"no greeting, but {self.output.text[:place]!r}"))
             return
         floods = iter([*self.floods, (1 << 62, 1 << 62)])
         begin, end = next(floods)
@@ -107,13 +107,13 @@ class FrameSession:
                 continue
             place, last = self._answer(frame, place), frame.clock
             if frame.clock >= begin and not self.failures:
-                backlog.answered(frame, self.said.starts[place - 1])
+                backlog.answered(frame, self.output.starts[place - 1])
         if begin < 1 << 62 and not self.failures:
             place = self._flood(flooded, last, place, end)
-        if place < len(self.said.text) and not self.failures:
+        if place < len(self.output.text) and not self.failures:
             self.failures.append(Failure(
-                self.said.starts[place], "answer",
-                f"an answer to no frame: {self.said.text[place:place + 20]!r}"))
+                self.output.starts[place], "answer",
+                f"an answer to no frame: {self.output.text[place:place + 20]!r}"))
 
     def _expected(self, frame: Frame) -> bytes:
         wrong = frame.wrong or refusal(frame.text)
@@ -133,7 +133,7 @@ class FrameSession:
 
     def _answer(self, frame: Frame, place: int) -> int:
         """Look at the answer to a frame; say where it ends."""
-        text, starts = self.said.text, self.said.starts
+        text, starts = self.output.text, self.output.starts
         expected = self._expected(frame)
         found = re.compile(expected).match(text, place)
         due = max(frame.clock, starts[place - 1] + self.byte) + PROMPT * self.byte
@@ -153,11 +153,11 @@ class FrameSession:
     def _value(self, frame: Frame, value: int, place: int) -> None:
         low = high = self.speed
         if frame.text[:1] in b"xX":
-            low, high = self.steps.between(self.said.starts[place] - 2,
-                                           self.said.starts[place + 2])
+            low, high = self.steps.between(self.output.starts[place] - 2,
+                                           self.output.starts[place + 2])
         if not low <= value <= high:
             self.failures.append(Failure(
-                self.said.starts[place + 2], "place",
+                self.output.starts[place + 2], "place",
                 f"{frame.text!r} is answered by {value}, which is {low} to {high}"))
 
     def _obey(self, frame: Frame, earliest: int, latest: int) -> None:
@@ -185,18 +185,18 @@ class FrameSession:
         for ever. Bytes may be lost between frames too: then what follows, up to a return, is a
         damaged frame more.
         """
-        stop, cut = self.said.before(end), end >= CUT
+        stop, cut = self.output.before(end), end >= CUT
         right = rb"|".join({DAMAGED, *map(self._expected, flooded)})
-        answers = list(re.finditer(right, self.said.text[place:stop]))
+        answers = list(re.finditer(right, self.output.text[place:stop]))
         rest = stop - place - sum(len(answer[0]) for answer in answers)
         if rest > cut * LONGEST_ANSWER:
             self.failures.append(Failure(
                 end, "answer", "a flood is answered by what is no answer: "
-                f"{self.said.text[place:stop][:200]!r}"))
+                f"{self.output.text[place:stop][:200]!r}"))
         elif flooded and not answers and not cut:
             self.failures.append(Failure(end, "answer", f"{len(flooded)} frames of a flood have "
                                          "no answer"))
-        begun = [(self.said.starts[place + answer.start()], answer[0]) for answer in answers]
+        begun = [(self.output.starts[place + answer.start()], answer[0]) for answer in answers]
         ends = self.ends[bisect_right(self.ends, last):bisect_left(self.ends, end)]
         wrong = out_of_turn(begun, ends, flooded, self._may)
         if wrong is not None:
@@ -207,6 +207,6 @@ class FrameSession:
         if (wrong := beyond_room(sizes, ends, ROOM)) is not None:
             self.failures.append(Failure(begun[wrong][0], "answer", "more frames are answered "
                                          f"behind a flood than {ROOM} bytes can be"))
-        self.failures += silence(flooded, self.said, self.byte, end)
+        self.failures += unanswered(flooded, self.output, self.byte, end)
         self.answers += len(answers)
         return stop

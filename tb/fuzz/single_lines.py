@@ -5,10 +5,10 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from .line import Heard
-from .pieces import Dialect
+from .inputs import LineProtocol
+from .line import DecodedByte
 
-__all__ = ["ASKS", "DIALECT", "ENDS", "GREETING", "HELP", "LEGAL", "ROOM", "SPEEDS", "Frame",
+__all__ = ["ASKS", "PROTOCOL", "ENDS", "GREETING", "HELP", "LEGAL", "ROOM", "SPEEDS", "Frame",
            "begin", "frames", "refusal", "word"]
 
 POSITIONS, SPEEDS, LONGEST = 10_000, 60_000, 126
@@ -38,7 +38,7 @@ class Frame(NamedTuple):
     wrong: str
 
 
-def frames(heard: Iterator[Heard], ends: bytes = ENDS, longest: int = LONGEST
+def frames(decoded: Iterator[DecodedByte], ends: bytes = ENDS, longest: int = LONGEST
            ) -> Iterator[Frame]:
     """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
 
@@ -46,7 +46,7 @@ def frames(heard: Iterator[Heard], ends: bytes = ENDS, longest: int = LONGEST
     """
     text: bytearray | None = None
     damaged = False
-    for clock, byte, error, _ in heard:
+    for clock, byte, error, _ in decoded:
         if byte == ord(":"):
             text, damaged = bytearray(), error
         elif text is not None or error:
@@ -97,7 +97,7 @@ def _legal(rng: random.Random) -> bytes:
     return line.upper() if rng.random() < 0.2 else line
 
 
-DIALECT = Dialect(
+PROTOCOL = LineProtocol(
     _legal, quiet=(b":x?\r", b":v?\r", b":d\r", b":e2\r", b":x-1\r", b":zz\r", b"\r", b"ab", b":"),
     end=b"\r", letters=b":\r?0129xvedXVED +-", longest=LONGEST, room=ROOM, answer=15,
     begin=b":v30000\r", alive=b":e1\r:v59999\r:x0\r:x7\r:x?\r:v?\r")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines import Positioner, SerialOrders, Single
+from fresa.machines import MillStation, Positioner, SerialOrders, Single
 from fresa.machines.mill import MillTiming
 from fresa.machines.positioner import LIMIT_ENDS, PositionerTiming
 from fresa.machines.single import FINE, SingleTiming
@@ -17,19 +17,19 @@ from fresa.motion import ramp_rates
 from .. import boards
 from ..design import Design
 from . import axes, limits, order_lines, orders, positioner, positioner_lines, single, single_lines
-from .line import FRAME, Broken, Heard, Levels, hear, said
-from .pieces import Dialect
-from .ramps import Ramp, climb
-from .ways import Effect, Failure, Steps, Verdict, walk
+from .inputs import LineProtocol
+from .line import FRAME, BitTimingError, DecodedByte, Levels, decode, decode_output
+from .ramp import Ramp, check_ramp
+from .trajectory import Effect, Failure, Steps, TrajectoryCheck, check_trajectory
 
-__all__ = ["TARGETS", "Judgement", "Rates", "Target"]
+__all__ = ["TARGETS", "Findings", "Rates", "FuzzTarget"]
 
 Seen = Mapping[str, NDArray]
 Floods = Sequence[tuple[int, int]]
 
 
 @dataclass
-class Judgement:
+class Findings:
     """What came of a session.
 
     Attributes
@@ -43,7 +43,7 @@ class Judgement:
     steps : int
         Steps of all motors.
     timed, deviation : int, float
-        See `Verdict`.
+        See `TrajectoryCheck`.
     """
 
     failures: list[Failure] = field(default_factory=list)
@@ -55,7 +55,7 @@ class Judgement:
     timed: int = 0
     deviation: float = 0.0
 
-    def add(self, steps: Steps, verdict: Verdict) -> None:
+    def add(self, steps: Steps, verdict: TrajectoryCheck) -> None:
         """Add what came of a motor."""
         self.failures += verdict.failures
         self.steps += len(steps.clock)
@@ -86,7 +86,7 @@ class Rates:
 
 
 @dataclass(frozen=True)
-class Target:
+class FuzzTarget:
     """A machine with a serial line.
 
     Attributes
@@ -95,7 +95,7 @@ class Target:
         What it is called.
     period : int
         Clocks of a bit.
-    dialect : Dialect
+    protocol : Dialect
         How one speaks to it.
     design : callable
         Makes its design.
@@ -104,7 +104,7 @@ class Target:
     inspect : callable
         Looks at levels of the line, what was seen at the pins, and from when to when it was
         flooded; notes what it finds.
-    inputs : mapping of str to int
+    levels : mapping of str to int
         Levels of the other inputs.
     rates : Rates, optional
         If its motors have any.
@@ -114,58 +114,58 @@ class Target:
 
     name: str
     period: int
-    dialect: Dialect
+    protocol: LineProtocol
     design: Callable[[], Design]
     outputs: tuple[str, ...]
-    inspect: Callable[[Judgement, Levels, Seen, Floods], None]
-    inputs: Mapping[str, int] = field(default_factory=dict)
+    inspect: Callable[[Findings, Levels, Seen, Floods], None]
+    levels: Mapping[str, int] = field(default_factory=dict)
     rates: Rates | None = None
-    others: tuple["Target", ...] = ()
+    others: tuple["FuzzTarget", ...] = ()
 
-    def judge(self, line: Levels, seen: Seen, floods: Floods = ()) -> Judgement:
+    def check(self, line: Levels, seen: Seen, floods: Floods = ()) -> Findings:
         """Look at a session."""
-        judgement = Judgement()
+        findings = Findings()
         fault = np.flatnonzero(seen["fault"] if "fault" in seen else seen["leds"] & ERROR)
         if fault.size:
-            judgement.failures.append(Failure(int(fault[0]), "pins", "it shows a fault"))
+            findings.failures.append(Failure(int(fault[0]), "pins", "it shows a fault"))
         try:
-            self.inspect(judgement, line, seen, floods)
-        except Broken as broken:
-            judgement.failures.append(Failure(broken.clock, "pins", str(broken)))
-        judgement.failures.sort()
-        return judgement
+            self.inspect(findings, line, seen, floods)
+        except BitTimingError as broken:
+            findings.failures.append(Failure(broken.clock, "pins", str(broken)))
+        findings.failures.sort()
+        return findings
 
 
-def _ends(heard: Sequence[Heard], ends: bytes) -> list[int]:
-    return [one.clock for one in heard if one.byte in ends]
+def _ends(decoded: Sequence[DecodedByte], ends: bytes) -> list[int]:
+    return [one.clock for one in decoded if one.byte in ends]
 
 
-def _single(timing: SingleTiming, ramp: int = 0, top_speed: int = 1) -> Target:
+def _single(timing: SingleTiming, ramp: int = 0, top_speed: int = 1) -> FuzzTarget:
     unit, modulus = FINE * timing.rate, FINE * timing.modulus
 
-    def follow(steps: Steps, effects: Sequence[Effect], clocks: int) -> Verdict:
+    def check_moves(steps: Steps, effects: Sequence[Effect], clocks: int) -> TrajectoryCheck:
         if not ramp:
-            return walk(steps, effects, timing.modulus, clocks, 8)
+            return check_trajectory(steps, effects, timing.modulus, clocks, 8)
         rates = ramp_rates(acceleration=ramp, top=top_speed * unit, modulus=modulus,
                            clock=timing.clock)
         settle = timing.modulus // (single_lines.SPEEDS * timing.rate) + 4
-        return climb(steps, effects, Ramp(rates, modulus, unit, settle), clocks)
+        return check_ramp(steps, effects, Ramp(rates, modulus, unit, settle), clocks)
 
-    def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+    def inspect(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
         steps, failures = single.motor(seen)
-        heard = list(hear(line, timing.bit))
-        frames = list(single_lines.frames(iter(heard)))
-        session = single.FrameSession(said(seen["tx"], timing.bit), steps, floods,
-                                      _ends(heard, single_lines.ENDS), FRAME * timing.bit)
+        decoded = list(decode(line, timing.bit))
+        frames = list(single_lines.frames(iter(decoded)))
+        session = single.FrameSession(decode_output(seen["tx"], timing.bit), steps, floods,
+                                      _ends(decoded, single_lines.ENDS), FRAME * timing.bit)
         session.run(iter(frames))
-        judgement.failures += [*failures, *session.failures]
-        judgement.bytes, judgement.lines = len(heard), len(frames)
-        judgement.answers = session.answers
+        findings.failures += [*failures, *session.failures]
+        findings.bytes, findings.lines = len(decoded), len(frames)
+        findings.answers = session.answers
         if not session.failures:  # else it is not known what was asked for
-            judgement.add(steps, follow(steps, session.effects, len(line)))
+            findings.add(steps, check_moves(steps, session.effects, len(line)))
 
-    return Target(
-        "single", timing.bit, single_lines.DIALECT,
+    return FuzzTarget(
+        "single", timing.bit, single_lines.PROTOCOL,
         lambda: boards.component("single", Single(
             timing=timing, ramp=ramp, top_speed=top_speed, greeting=single_lines.GREETING,
             help_text=single_lines.HELP)),
@@ -184,9 +184,9 @@ _POSITIONER = PositionerTiming(clock=16_000, baud=1000, top_speed=positioner_lin
 
 
 def _positioner(backlash: Sequence[int] = (0, 0, 0),
-                limit_ends: Sequence[str] = LIMIT_ENDS) -> Target:
-    def inspect(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
-        steps, failures = axes.loads(seen, backlash)
+                limit_ends: Sequence[str] = LIMIT_ENDS) -> FuzzTarget:
+    def inspect(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
+        steps, failures = axes.load_steps(seen, backlash)
         nothing = np.zeros(len(line), np.uint8)
         switches = {end: seen["limits"] >> number & 1 for number, end in enumerate(limit_ends)}
         own = [axes.Axis(
@@ -197,25 +197,26 @@ def _positioner(backlash: Sequence[int] = (0, 0, 0),
             for number, (name, load) in enumerate(zip("XYZ", steps, strict=True), 1)]
         for one in own:
             failures += one.ends.passed(one.steps)
-        heard = list(hear(line, _BIT))
-        lines = list(positioner_lines.lines(iter(heard)))
-        session = positioner.LineSession(said(seen["tx"], _BIT), own, 10 * _BIT,
+        decoded = list(decode(line, _BIT))
+        lines = list(positioner_lines.lines(iter(decoded)))
+        session = positioner.LineSession(decode_output(seen["tx"], _BIT), own, 10 * _BIT,
                                          _POSITIONER.report, len(line))
         session.run(iter(lines))
-        judgement.failures += [*failures, *session.failures]
-        judgement.bytes, judgement.lines = len(heard), len(lines)
-        judgement.answers = session.answers
-        judgement.blocked = sum(len(one.blocked) for one in own)
+        findings.failures += [*failures, *session.failures]
+        findings.bytes, findings.lines = len(decoded), len(lines)
+        findings.answers = session.answers
+        findings.blocked = sum(len(one.blocked) for one in own)
         if session.failures:  # it is not known what was asked for
             return
-        judgement.failures += session.missing_reports() + limits.sound(
+        findings.failures += session.missing_reports() + limits.check_buzzer(
             seen["buzzer"], [at for one in own for at in one.blocked],
             [at for one in own for at in one.perhaps], _POSITIONER.report)
         for one in own:
-            judgement.add(one.steps, walk(one.steps, one.effects, _POSITIONER.clock, len(line), 30))
+            findings.add(one.steps, check_trajectory(one.steps, one.effects, _POSITIONER.clock,
+                                                     len(line), 30))
 
-    return Target(
-        "positioner", _BIT, positioner_lines.DIALECT,
+    return FuzzTarget(
+        "positioner", _BIT, positioner_lines.PROTOCOL,
         lambda: boards.component("positioner", Positioner(
             timing=_POSITIONER, backlash=backlash, limit_ends=limit_ends)),
         ("tx", "step", "direction", "enable", "moving", "buzzer", "fault"), inspect,
@@ -231,28 +232,29 @@ ERROR = 1 << 6
 _MILL, _TRAVEL = MillTiming(period=60, scan_bits=4), 40
 
 
-def _orders(judgement: Judgement, line: Levels, seen: Seen, floods: Floods) -> None:
+def _orders(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
     steps, failures = orders.motors(seen)
-    heard = list(hear(line, _BIT))
-    frames = list(single_lines.frames(iter(heard), order_lines.ENDS, order_lines.LONGEST))
-    session = orders.OrderSession(said(seen["tx"], _BIT), floods,
-                                  _ends(heard, order_lines.ENDS), 10 * _BIT)
+    decoded = list(decode(line, _BIT))
+    frames = list(single_lines.frames(iter(decoded), order_lines.ENDS, order_lines.LONGEST))
+    session = orders.OrderSession(decode_output(seen["tx"], _BIT), floods,
+                                  _ends(decoded, order_lines.ENDS), 10 * _BIT)
     session.run(iter(frames))
-    judgement.failures += [*failures, *session.failures]
-    judgement.bytes, judgement.lines = len(heard), len(frames)
-    judgement.answers = session.answers
-    judgement.steps = sum(len(one.clock) for one in steps)
+    findings.failures += [*failures, *session.failures]
+    findings.bytes, findings.lines = len(decoded), len(frames)
+    findings.answers = session.answers
+    findings.steps = sum(len(one.clock) for one in steps)
     if not session.failures:  # else it is not known what was asked for
-        judgement.failures += orders.follow(session.taken, steps, _MILL.period, _TRAVEL)
-        judgement.timed = judgement.steps
+        findings.failures += orders.check_moves(session.accepted, steps, _MILL.period, _TRAVEL)
+        findings.timed = findings.steps
 
 
 TARGETS = {target.name: target for target in (
     replace(_positioner(), others=(_positioner((0, 9, 70), ("X-", "X+", "Y-")),)),
     replace(_single(SingleTiming.real(clock=48_000, baud=3000)), others=(_RAMP,)),
-    Target("mill", _BIT, order_lines.DIALECT,
-           lambda: boards.nexys2_mill(SerialOrders(period=_BIT), timing=_MILL, debounce=4,
-                                      z_travel=_TRAVEL),
-           ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, inputs={"switches": 0x80}),
+    FuzzTarget("mill", _BIT, order_lines.PROTOCOL,
+               lambda: boards.board(
+                   "mill", MillStation(source=SerialOrders(period=_BIT), timing=_MILL,
+                                       z_travel=_TRAVEL), debounce=4),
+               ("tx", "axis_x", "axis_y", "axis_z", "leds"), _orders, levels={"switches": 0x80}),
 )}
 """What can be fuzzed, by name."""

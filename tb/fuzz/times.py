@@ -8,11 +8,11 @@ from math import ceil
 import numpy as np
 
 from ..engines import CXXRTLEngine, Engine
+from .inputs import Input
 from .line import FRAME, high, levels
-from .pieces import Piece
-from .play import play
-from .targets import Rates, Target
-from .ways import Failure
+from .session import run_session
+from .targets import FuzzTarget, Rates
+from .trajectory import Failure
 
 __all__ = ["Times", "measure", "spread"]
 
@@ -58,7 +58,7 @@ def spread(rates: Rates, count: int) -> list[int]:
     return sorted(chosen | {round(rate) for rate in more})
 
 
-def measure(target: Target, chosen: list[int], seed: int, *, kind: type[Engine] = CXXRTLEngine
+def measure(target: FuzzTarget, chosen: list[int], seed: int, *, kind: type[Engine] = CXXRTLEngine
             ) -> Iterator[Times]:
     """Measure rates, as many at once as there are motors, and each on every motor.
 
@@ -77,22 +77,22 @@ def measure(target: Target, chosen: list[int], seed: int, *, kind: type[Engine] 
         for _ in range(rates.motors):
             sent = _busy(target, rates, own, random.Random(f"{seed} {own}"))
             with kind(design) as engine:
-                judgement = play(target, engine, sent).judgement
-            yield Times(tuple(own), judgement.timed, judgement.deviation, judgement.failures)
+                findings = run_session(target, engine, sent).findings
+            yield Times(tuple(own), findings.timed, findings.deviation, findings.failures)
             own = [*own[1:], own[0]]
 
 
-def _busy(target: Target, rates: Rates, own: list[int], rng: random.Random) -> list[Piece]:
+def _busy(target: FuzzTarget, rates: Rates, own: list[int], rng: random.Random) -> list[Input]:
     """Set rates, begin to move, and then fill the line with what changes nothing."""
-    period, dialect = target.period, target.dialect
+    period, protocol = target.period, target.protocol
     slowest = rates.modulus / min(own)
     clocks = max(round(LEAST * slowest), min(round(STEPS * slowest), 20_000), 5_000)
     begin = rates.begin(own)
-    pause = high((begin.count(dialect.end) + 3) * dialect.answer * FRAME * period)
+    pause = high((begin.count(protocol.end) + 3) * protocol.answer * FRAME * period)
     noise = bytearray()
     while len(noise) * FRAME * period < clocks:
-        noise += rng.choice(dialect.quiet)
+        noise += rng.choice(protocol.quiet)
         noise += bytes(byte for byte in rng.randbytes(rng.randrange(3)) if byte > 127)
-    return [Piece("rest", b"", high(4 * FRAME * period)),
-            Piece("bytes", begin, levels(begin, period)), Piece("rest", b"", pause),
-            Piece("flood", bytes(noise), levels(bytes(noise), period))]
+    return [Input("rest", b"", high(4 * FRAME * period)),
+            Input("bytes", begin, levels(begin, period)), Input("rest", b"", pause),
+            Input("flood", bytes(noise), levels(bytes(noise), period))]

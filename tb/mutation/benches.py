@@ -21,11 +21,11 @@ from amaranth.hdl._ast import Slice
 from amaranth.lib import wiring
 
 from ..bench import Bench, Run
-from ..benches import GROUPS
+from ..benches import groups
 from ..contracts import Component
-from ..models.mill import MillModel
+from ..machines.mill.model import MillModel
+from ..machines.mill.stimulus import directed, random_rows
 from ..runners import ModelRunner
-from ..stimulus import chance, directed
 from .lanes import Lanes
 from .netlist import MutationError, Netlist
 
@@ -63,7 +63,7 @@ def kind_of(component: Component) -> type[wiring.Component]:
 def bench_of(kind: type[wiring.Component]) -> Bench | None:
     """Find the bench that runs components of a class, if there is one."""
     with _unused():
-        return next((bench for bench in GROUPS["components"] + GROUPS["machine"]
+        return next((bench for bench in [*groups()["components"], *groups()["machine"]]
                      if type(component_of(bench)) is kind), None)
 
 
@@ -152,7 +152,7 @@ def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: 
     found: dict[int, int] = {}
     outputs = [net for bits in netlist.outputs.values() for net in bits]
     orders = directed(copy.deepcopy(model), seed, clocks // 2)
-    for stimulus in (orders, chance(seed, 0, clocks - clocks // 2)):
+    for stimulus in (orders, random_rows(seed, 0, clocks - clocks // 2)):
         runner = ModelRunner(copy.deepcopy(model))
         expected = runner.apply(stimulus, list(netlist.outputs))
         lanes = Lanes(netlist, [number for number in mutants if number not in found], outputs)

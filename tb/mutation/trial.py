@@ -12,8 +12,8 @@ from .. import bench as bench_module
 from .. import stimulus
 from ..bench import Bench
 from ..contracts import COMPONENTS
+from ..machines.mill.model import MillModel
 from ..models import mill as model_module
-from ..models.mill import MillModel
 from .benches import bench_of, component_of, kind_of, run_bench, run_model
 from .judge import Judge, Verdict, by_chance
 from .netlist import Mutable, Mutant, MutationError, Netlist

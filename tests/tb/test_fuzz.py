@@ -17,21 +17,21 @@ from tb.fuzz import (
     fuzz,
     limits,
     measure,
-    play,
     positioner_lines,
+    run_session,
     shortest,
     single_lines,
     spread,
 )
-from tb.fuzz.axes import loads
-from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, silence
-from tb.fuzz.line import FRAME, Broken, Text, hear, high, levels, said
+from tb.fuzz.axes import load_steps
+from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, unanswered
+from tb.fuzz.inputs import OPENING, Input, random_inputs
+from tb.fuzz.line import FRAME, BitTimingError, Text, decode, decode_output, high, levels
 from tb.fuzz.order_lines import DOWN, GO, OPEN, request
-from tb.fuzz.pieces import OPENING, Piece, pieces
-from tb.fuzz.ramps import Ramp, climb
+from tb.fuzz.ramp import Ramp, check_ramp
 from tb.fuzz.reasons import Reasons
-from tb.fuzz.targets import Judgement
-from tb.fuzz.ways import Effect, Mode, Steps, walk
+from tb.fuzz.targets import Findings
+from tb.fuzz.trajectory import Effect, Mode, Steps, check_trajectory
 from tb.models.drive import RateModel
 from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
@@ -43,8 +43,8 @@ BREAK = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
 SLOW_CLOCK = "rate - self.modulus, rate"
 
 
-def judged(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False
-           ) -> Judgement:
+def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False
+           ) -> Findings:
     """Send some bytes, wait for as long as some more would take, and look at what came of it.
 
     Behind the bytes switches may be pressed for a moment, and the line may be low for some clocks
@@ -52,15 +52,15 @@ def judged(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool =
     """
     target = TARGETS[name].others[0] if other else TARGETS[name]
     begin = BEGIN[name]
-    sent = [Piece("rest", b"", high(99 + 3 * FRAME * BIT)),
-            Piece("bytes", begin + text, levels(begin + text, BIT)),
-            Piece("rest", b"", high(100)),
-            Piece("rest", b"", high(100), np.full(100, pressed, np.uint8)),
-            Piece("break", b"", np.concatenate([
+    sent = [Input("rest", b"", high(99 + 3 * FRAME * BIT)),
+            Input("bytes", begin + text, levels(begin + text, BIT)),
+            Input("rest", b"", high(100)),
+            Input("rest", b"", high(100), np.full(100, pressed, np.uint8)),
+            Input("break", b"", np.concatenate([
                 levels(b"\xFF", BIT)[:2 * BIT * (low > 0)], np.zeros(low, np.uint8)])),
-            Piece("rest", b"", high(35 * FRAME * BIT))]
+            Input("rest", b"", high(35 * FRAME * BIT))]
     with AmaranthEngine(target.design()) as engine:
-        return play(target, engine, sent).judgement
+        return run_session(target, engine, sent).findings
 
 
 MISTAKES = {  # machine, few bytes, what is found, the mistake
@@ -111,35 +111,35 @@ class TestMistakes:
     @pytest.mark.parametrize("name", TARGETS)
     def test_nothing_is_found_where_there_is_none(self, name):
         texts = dict.fromkeys(text for of, text, *_ in MISTAKES.values() if of == name)
-        found = judged(name, b"".join(texts), low=BREAK)
+        found = run(name, b"".join(texts), low=BREAK)
         assert found.failures == [] and found.steps
 
     @pytest.mark.parametrize("mistake", MISTAKES)
     def test_is_found_with_few_bytes(self, mistake):
         name, text, kind, bug = MISTAKES[mistake]
         with bug.planted():
-            assert kind in {failure.kind for failure in judged(name, text).failures}
+            assert kind in {failure.kind for failure in run(name, text).failures}
 
     def test_nothing_is_found_where_switches_do_what_they_should(self):
-        found = judged("positioner", ON, 0b011)  # MOT2 moves away from its switch
+        found = run("positioner", ON, 0b011)  # MOT2 moves away from its switch
         assert found.failures == [] and found.blocked == 1
 
     @pytest.mark.parametrize("mistake", SWITCHES)
     def test_of_a_switch_is_found(self, mistake):
         kind, bug = SWITCHES[mistake]
         with bug.planted():
-            assert kind in {failure.kind for failure in judged("positioner", ON, 0b011).failures}
+            assert kind in {failure.kind for failure in run("positioner", ON, 0b011).failures}
 
     def test_of_a_ramp_is_found(self):
-        found = judged("single", b":x7\r", other=True)
+        found = run("single", b":x7\r", other=True)
         assert found.failures == [] and found.timed == found.steps == 7
         with Bug(ramp, "& (left > self.level)", "& (left >= self.level)").planted():
-            failure, = judged("single", b":x7\r", other=True).failures
-        assert failure.kind == "time" and "too early" in failure.says
+            failure, = run("single", b":x7\r", other=True).failures
+        assert failure.kind == "time" and "too early" in failure.message
 
     def test_of_breaks_that_begin_inside_a_byte_is_found(self):
         with Bug(receiver, "low == 10 * self.period - 1", "low == 10 * self.period - 2").planted():
-            assert judged("positioner", ON, low=BREAK - 1).failures[0].kind == "step"
+            assert run("positioner", ON, low=BREAK - 1).failures[0].kind == "step"
 
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
@@ -148,10 +148,10 @@ class TestMistakes:
         *_, bug = MISTAKES["a refused frame that is obeyed"]
         with bug.planted():
             outcome = next(iter(fuzz(TARGETS["single"], 1, 3000)))
-            assert outcome.judgement.failures
-            short = shortest(outcome.target, outcome.pieces, 60)
-        assert short.judgement.failures[0].kind == outcome.judgement.failures[0].kind
-        assert len([piece for piece in short.pieces[OPENING:] if piece.data]) <= 3
+            assert outcome.findings.failures
+            short = shortest(outcome.target, outcome.inputs, 60)
+        assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
+        assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
 
 
 @pytest.mark.compiler
@@ -164,10 +164,10 @@ class TestMachines:
 
     def test_nothing_is_found(self, name):
         for outcome in fuzz(TARGETS[name], 5, 2000):
-            judgement = outcome.judgement
-            assert judgement.failures == []
-            assert judgement.bytes >= 2000 and judgement.answers > 20 and judgement.steps > 1000
-            assert judgement.timed > judgement.steps // 4
+            findings = outcome.findings
+            assert findings.failures == []
+            assert findings.bytes >= 2000 and findings.answers > 20 and findings.steps > 1000
+            assert findings.timed > findings.steps // 4
 
     def test_step_times(self, name):
         rates = TARGETS[name].rates
@@ -184,7 +184,7 @@ class TestMachines:
 
 
 class TestLine:
-    def test_hears_what_a_receiver_hears(self):
+    def test_decodes_what_a_receiver_decodes(self):
         rng = np.random.default_rng(3)
         parts = [high(40)]
         for _ in range(120):
@@ -200,25 +200,26 @@ class TestLine:
             if model.line_break and not broken:
                 breaks.append(clock)
             broken = model.line_break
-        heard = list(hear(line, BIT))
-        assert expected == [one[:3] for one in heard]
+        decoded = list(decode(line, BIT))
+        assert expected == [one[:3] for one in decoded]
         assert len(expected) > 200 and {error for *_, error in expected} == {0, 1}
-        assert breaks == [one.broken for one in heard if one.broken >= 0]
-        assert {byte == 0 for _, byte, _, clock in heard if clock >= 0} == {True, False}
+        assert breaks == [one.broken for one in decoded if one.broken >= 0]
+        assert {byte == 0 for _, byte, _, clock in decoded if clock >= 0} == {True, False}
 
     def test_reads_what_is_said_and_refuses_what_is_no_byte(self):
         line = np.concatenate([high(9), levels(b"ok\r\n", BIT), high(3)])
-        read = said(line, BIT)
+        read = decode_output(line, BIT)
         assert (read.text, read.starts[:2]) == (b"ok\r\n", [9, 9 + FRAME * BIT])
-        assert [byte for _, byte, *_ in hear(np.concatenate([high(3), line]), BIT)] == [*b"ok\r\n"]
+        received = decode(np.concatenate([high(3), line]), BIT)
+        assert [byte for _, byte, *_ in received] == [*b"ok\r\n"]
         line[9 + BIT - 1] ^= 1  # a start bit a clock too short
-        with pytest.raises(Broken):
-            said(line, BIT)
+        with pytest.raises(BitTimingError):
+            decode_output(line, BIT)
 
     def test_the_same_seed_sends_the_same(self):
-        dialect = single_lines.DIALECT
+        protocol = single_lines.PROTOCOL
         first, again, other = (
-            [str(piece) for piece in pieces(dialect, seed, 500, BIT)] for seed in (1, 1, 2))
+            [str(item) for item in random_inputs(protocol, seed, 500, BIT)] for seed in (1, 1, 2))
         assert first == again != other
 
 
@@ -245,42 +246,42 @@ def test_lines_that_are_refused(text, wrong):
     assert positioner_lines.refusal(text)[0] == wrong
 
 
-class TestWalk:
+class TestTrajectory:
     GO = Effect(100, 110, Mode(50, 50, 2, True))
     REST = Effect(-1, -1, Mode(0, 0, 2, False))
 
-    def walk(self, clocks, ways=None, effects=None):
+    def check(self, clocks, ways=None, effects=None):
         clocks = np.array(clocks)
         ways = np.ones(len(clocks)) if ways is None else np.array(ways)
-        return walk(Steps.of(clocks, ways), effects or [self.REST, self.GO], 21, 400, 5)
+        return check_trajectory(Steps.of(clocks, ways), effects or [self.REST, self.GO], 21, 400, 5)
 
     def test_exact_times(self):
         clocks = [120 + -(-21 * n // 2) for n in range(26)]
-        found = self.walk(clocks)
+        found = self.check(clocks)
         assert found.failures == [] and found.timed == 26 and 0 < found.deviation < 1
 
     @pytest.mark.parametrize("place", [1, 12, 25])
     def test_one_that_is_late_by_a_clock(self, place):
         clocks = [120 + -(-21 * n // 2) + (n == place) for n in range(26)]
-        found = self.walk(clocks)
+        found = self.check(clocks)
         assert [failure.kind for failure in found.failures] == (
             ["time"] if place != 12 else []) or found.deviation >= 1
 
     def test_too_few(self):
-        assert [failure.kind for failure in self.walk([120, 131, 141]).failures] == ["step"]
+        assert [failure.kind for failure in self.check([120, 131, 141]).failures] == ["step"]
 
     def test_before_it_may_and_the_wrong_way(self):
         steps = [99, *(120 + -(-21 * n // 2) for n in range(26))]
-        assert self.walk(steps).failures[0].clock == 99
-        assert "down from 0" in self.walk([115], [-1]).failures[0].says
+        assert self.check(steps).failures[0].clock == 99
+        assert "down from 0" in self.check([115], [-1]).failures[0].message
 
     def test_past_where_it_goes(self):
         effects = [self.REST, Effect(100, 110, Mode(2, 2, 2, True))]
-        assert self.walk([112, 123], effects=effects).failures == []
-        assert self.walk([112, 123, 133], effects=effects).failures[0].clock == 133
+        assert self.check([112, 123], effects=effects).failures == []
+        assert self.check([112, 123, 133], effects=effects).failures[0].clock == 133
 
 
-class TestClimb:
+class TestRamp:
     RATES, MODULUS, CLOCKS = (10, 24, 32, 38), 1000, 1500
     GO = Mode(9, 9, 35, True)
     EFFECTS = (Effect(-1, -1, Mode(0, 0, 35, True)), Effect(300, 304, GO))
@@ -298,13 +299,13 @@ class TestClimb:
             motor.clock(**now, asked=35, moved=moved)
         return clocks
 
-    def climb(self, clocks, effects=EFFECTS):
-        return climb(Steps.of(np.array(clocks), np.ones(len(clocks))), effects,
+    def check(self, clocks, effects=EFFECTS):
+        return check_ramp(Steps.of(np.array(clocks), np.ones(len(clocks))), effects,
                      Ramp(self.RATES, self.MODULUS, 1, 0), self.CLOCKS)
 
     def test_nothing_is_found_where_it_keeps_to_the_ramp(self):
         clocks = self.made()
-        found = self.climb(clocks)
+        found = self.check(clocks)
         assert found.failures == [] and found.timed == 9 and 0 < found.deviation < 1
         assert np.diff(clocks).max() == 100 and np.diff(clocks).min() < 30
 
@@ -316,14 +317,14 @@ class TestClimb:
         (lambda clocks: [250, *clocks[1:]], "step"),
     ])
     def test_other_steps_are_found(self, changed, kind):
-        failure, = self.climb(changed(self.made())).failures
+        failure, = self.check(changed(self.made())).failures
         assert failure.kind == kind
 
     def test_power_lost_is_speed_lost(self):
         effects = (*self.EFFECTS, *self.OFF)
-        assert self.climb(self.made(range(448, 455)), effects).failures == []
-        assert self.climb(self.made(range(448, 455))).failures
-        assert self.climb(self.made(), effects).failures
+        assert self.check(self.made(range(448, 455)), effects).failures == []
+        assert self.check(self.made(range(448, 455))).failures
+        assert self.check(self.made(), effects).failures
 
 
 class TestFloods:
@@ -366,11 +367,13 @@ class TestFloods:
         assert beyond_room([*held, (1900, 1)], ends, 50) == 7
 
     def test_silence_behind_a_frame_is_found(self):
-        said = Text(b"a" * 4, [1010, 1110, 1210, 1400])
-        assert silence(self.FRAMES[:4], said, 10, 2000) == []
-        failure, = silence([*self.FRAMES[:4], single_lines.Frame(1700, b"x", "")], said, 10, 2000)
+        output = Text(b"a" * 4, [1010, 1110, 1210, 1400])
+        assert unanswered(self.FRAMES[:4], output, 10, 2000) == []
+        failure, = unanswered([*self.FRAMES[:4], single_lines.Frame(1700, b"x", "")], output, 10,
+                              2000)
         assert failure.clock == 1780
-        assert silence([single_lines.Frame(1700, b"x", "")], said, 10, 1750) == []  # still to come
+        # still to come
+        assert unanswered([single_lines.Frame(1700, b"x", "")], output, 10, 1750) == []
 
 
 class TestReasons:
@@ -378,23 +381,23 @@ class TestReasons:
 
     BYTE, LINES = 160, 60
 
-    def said(self, queue=32):
+    def answers(self, queue=32):
         """Give what a queue of so many places would have said."""
-        said, waiting, free, clock = [], [], 0, 0
+        answers, waiting, free, clock = [], [], 0, 0
         lines = [1000 + number * self.BYTE for number in range(self.LINES)]
         while lines or waiting:
             clock += 1
             if waiting and clock >= free:  # begins, and then there is room for another
-                said.append((clock, waiting.pop(0)))
+                answers.append((clock, waiting.pop(0)))
                 free = clock + 11 * self.BYTE
             if lines and clock == lines[0] + 5:
                 lines.pop(0)
                 if len(waiting) <= queue:
                     waiting.append(b"! COMMAND\n" if len(waiting) < queue else b"! OVERFLOW\n")
-        return said
+        return answers
 
-    def judged(self, said):
-        reasons = Reasons(said, lambda clock: clock + 20 * self.BYTE, self.BYTE, 10**6)
+    def run(self, answers):
+        reasons = Reasons(answers, lambda clock: clock + 20 * self.BYTE, self.BYTE, 10**6)
         for number in range(self.LINES):
             clock = 1000 + number * self.BYTE
             if failure := reasons.refuse(b"", "COMMAND", clock, clock + 40):
@@ -402,49 +405,51 @@ class TestReasons:
         return reasons.rest()
 
     def test_one_answer_each_and_one_for_those_that_are_too_many(self):
-        said = self.said()
-        assert self.judged(said) is None and 33 < len(said) < self.LINES
-        texts = [text for _, text in said]
+        answers = self.answers()
+        assert self.run(answers) is None and 33 < len(answers) < self.LINES
+        texts = [text for _, text in answers]
         assert texts == sorted(texts) and 1 < texts.count(b"! OVERFLOW\n") < 9
 
     @pytest.mark.parametrize("change", [
-        lambda said: said[:1], lambda said: said[:20] + said[21:], lambda said: said[:-1],
-        lambda said: [*said, (said[-1][0] + 3000, b"! COMMAND\n")],
-        lambda said: [(clock, b"! COMMAND\n") for clock, _ in said],
-        lambda said: [*said[:5], (said[5][0], b"! RANGE\n"), *said[6:]],
-        lambda said: [*said[:9], *((clock + 5000, text) for clock, text in said[9:])],
+        lambda answers: answers[:1], lambda answers: answers[:20] + answers[21:],
+        lambda answers: answers[:-1],
+        lambda answers: [*answers, (answers[-1][0] + 3000, b"! COMMAND\n")],
+        lambda answers: [(clock, b"! COMMAND\n") for clock, _ in answers],
+        lambda answers: [*answers[:5], (answers[5][0], b"! RANGE\n"), *answers[6:]],
+        lambda answers: [*answers[:9], *((clock + 5000, text) for clock, text in answers[9:])],
     ])
     def test_less_is_found(self, change):
-        assert self.judged(change(self.said()))
+        assert self.run(change(self.answers()))
 
     @pytest.mark.parametrize("queue", [1, 16, 30, 34])
     def test_of_other_places_is_found(self, queue):
-        assert self.judged(self.said(queue))
+        assert self.run(self.answers(queue))
 
 
 class TestLimits:
     SAID = [(500, b"! RANGE\n"), (900, b"! LIMIT MOT2\n"), (1300, b"! LIMIT MOT1\n")]
 
-    def told(self, number, blocked, perhaps=()):
-        return limits.told(number, blocked, perhaps, self.SAID, lambda clock: clock + 450, 9000)
+    def check(self, number, blocked, perhaps=()):
+        return limits.check_limit_reports(number, blocked, perhaps, self.SAID,
+                                          lambda clock: clock + 450, 9000)
 
-    def test_each_is_told_of_once(self):
-        assert self.told(1, [700]) == self.told(2, [800]) == self.told(3, []) == []
-        assert self.told(1, [700, 1200]) == []  # before it was said
-        assert self.told(3, [], [700]) == self.told(2, [], [700]) == []
+    def test_each_is_reported_once(self):
+        assert self.check(1, [700]) == self.check(2, [800]) == self.check(3, []) == []
+        assert self.check(1, [700, 1200]) == []  # before it was said
+        assert self.check(3, [], [700]) == self.check(2, [], [700]) == []
 
     @pytest.mark.parametrize(("number", "blocked"), [
         (3, [700]), (2, []), (2, [950]), (1, [700, 1400]), (1, [1400])])
     def test_others_are_found(self, number, blocked):
-        assert self.told(number, blocked)
+        assert self.check(number, blocked)
 
     def test_the_buzzer_sounds_to_the_second_tick(self):
         buzzer = np.zeros(1000, np.uint8)
         buzzer[150:300] = buzzer[399:600] = 1
-        assert limits.sound(buzzer, [150, 399, 401], [], 100) == []
-        assert limits.sound(buzzer, [150, 399], [420], 100) == []
+        assert limits.check_buzzer(buzzer, [150, 399, 401], [], 100) == []
+        assert limits.check_buzzer(buzzer, [150, 399], [420], 100) == []
         for wrong in ([150, 399], [150, 399, 401, 500], [150], [150, 398, 401], [151, 399, 401]):
-            assert limits.sound(buzzer, wrong, [], 100)
+            assert limits.check_buzzer(buzzer, wrong, [], 100)
 
     def test_play_is_a_gap(self):
         ways = [1, 1, 1, 1, -1, 1, -1, -1, -1, 1]
@@ -453,7 +458,7 @@ class TestLimits:
         for number, way in enumerate(ways):
             seen["step"][3 * number + 1] = 4
             seen["direction"][3 * number:3 * number + 3] = 4 * (way > 0)
-        (_, _, z), failures = loads(seen, (0, 0, 2))
+        (_, _, z), failures = load_steps(seen, (0, 0, 2))
         assert failures == []
         assert z.place.tolist() == [0, 0, 0, 1, 2, 2, 2, 2, 2, 1, 1]
 

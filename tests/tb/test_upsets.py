@@ -18,17 +18,17 @@ from fresa.motion import positioning, sequencer
 from tb.contracts.contract import Bug
 from tb.engines import source
 from tb.engines.build import missing
-from tb.faults.machine import Machine
 from tb.faults.machines import TIMING, TRAVEL, mill, positioner, single
 from tb.faults.rows import Rows, rows_of_stimulus
 from tb.faults.sessions import BIT, positioner_sessions, single_sessions
+from tb.faults.target import FaultTarget
 from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict, WrongReset
 from tb.faults.work import actions, rows_of_actions
-from tb.fuzz.line import hear
-from tb.models.mill import MillInputs, MillModel
-from tb.script import Hold, Jog, Mode, Order, Reset, record
-from tb.stimulus import chance, orders
+from tb.fuzz.line import decode
+from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, record
+from tb.machines.mill.model import MillInputs, MillModel
+from tb.machines.mill.stimulus import orders, random_rows
 from tb.yosys import YOSYS
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -56,7 +56,7 @@ class TestWork:
         assert seen == recorded.tolist()
 
     def test_rows_of_levels(self):
-        stimulus = chance(1, 0, 3000)
+        stimulus = random_rows(1, 0, 3000)
         rows = rows_of_stimulus(stimulus, vars(MillInputs()))
         levels = np.repeat(rows.levels, rows.clocks, axis=0)
         assert (levels == np.stack([stimulus[name] for name in vars(MillInputs())], axis=1)).all()
@@ -70,7 +70,7 @@ class TestWork:
             begins = np.flatnonzero(rows.begins)
             for begin, stop in pairwise([*begins, len(rows)]):
                 line = np.repeat(rows.levels[begin:stop, 1], rows.clocks[begin:stop])
-                said = [heard.byte for heard in hear(line.astype(np.uint8), BIT)]
+                said = [received.byte for received in decode(line.astype(np.uint8), BIT)]
                 assert bytes(said).startswith(first) and bytes(said).endswith(end)
             assert len(begins) == 40
 
@@ -111,7 +111,7 @@ class TestUpsets:
             count for cell, count in cells.items() if cell.startswith("FD"))
 
     def test_what_they_come_to(self, trial, guard):
-        verdicts, silent = trial.flips(7, 0, 20_000)
+        verdicts, silent = trial.upsets(7, 0, 20_000)
         assert verdicts.sum() == 20_000
         come = {register.name.replace("main.", "", 1): set(np.flatnonzero(row))
                 for register, row in zip(trial.registers, verdicts, strict=True)}
@@ -139,7 +139,7 @@ class TestUpsets:
         tool = [Order(down=1), Order(up=1)] * 60
         trial.load(rows_of_actions([Reset(), Mode(1), *tool, Order(1, 1), Hold()]))
         trial.work()
-        verdicts, silent = trial.flips(1, 0, 3000)
+        verdicts, silent = trial.upsets(1, 0, 3000)
         z = [row for register, row in zip(trial.registers, verdicts, strict=True)
              if register.name.endswith("automatic.z.count")]
         assert all(row[Verdict.HARMLESS] == 0 for row in z)
@@ -147,10 +147,10 @@ class TestUpsets:
         assert any(upset.place == upset.asked for upset in silent) != guard
 
     def test_chance_is_of_the_seed_and_the_number(self, trial):
-        whole, _ = trial.flips(3, 100, 400)
-        parts = trial.flips(3, 100, 150)[0] + trial.flips(3, 250, 250)[0]
+        whole, _ = trial.upsets(3, 100, 400)
+        parts = trial.upsets(3, 100, 150)[0] + trial.upsets(3, 250, 250)[0]
         assert (whole == parts).all()
-        assert (whole != trial.flips(4, 100, 400)[0]).any()
+        assert (whole != trial.upsets(4, 100, 400)[0]).any()
 
     def test_work_that_cannot_be_done(self, trial):
         trial.load(rows_of_actions([Mode(1), Order(9000, 0)]))
@@ -158,7 +158,7 @@ class TestUpsets:
             trial.work()
 
 
-def struck(bug: Bug, make: Callable[[], Machine], rows: Rows, gap: int
+def run_with_fault(bug: Bug, make: Callable[[], FaultTarget], rows: Rows, gap: int
            ) -> tuple[int, WrongReset | None]:
     """Reset a machine with a mistake in it; give the clocks that it took, and what is wrong."""
     with bug.planted():
@@ -190,7 +190,7 @@ class TestResets:
          "controller.sequencer.refused is not as from power-up after a reset"),
     ], ids=["illegal", "jump", "moves", "keeps"])
     def test_mistakes_are_found(self, bug, found):
-        clocks, wrong = struck(bug, lambda: mill(guard=False), rows_of_actions(WORK), 40)
+        clocks, wrong = run_with_fault(bug, lambda: mill(guard=False), rows_of_actions(WORK), 40)
         assert wrong is not None
         assert wrong.what == found and wrong.clock == clocks < 20_000
 
@@ -226,7 +226,7 @@ class TestResetsOnALine:
     ], ids=["begins", "cuts", "turns", "keeps", "halts", "moves", "off", "dumb"])
     def test_mistakes_are_found(self, name, bug, found):
         make, sessions = ON_A_LINE[name]
-        _, wrong = struck(bug, make, sessions(1), 9000)
+        _, wrong = run_with_fault(bug, make, sessions(1), 9000)
         assert wrong is not None and wrong.what.startswith(found)
 
     def test_none_without_a_mistake(self):
@@ -246,7 +246,7 @@ def test_upsets_of_single():
     with closing(Trial(machine)) as trial:
         trial.load(machine.work(1))
         trial.work()
-        verdicts, silent = trial.flips(7, 0, 3000)
+        verdicts, silent = trial.upsets(7, 0, 3000)
         come = {register.name: set(np.flatnonzero(row))
                 for register, row in zip(trial.registers, verdicts, strict=True)}
     assert come["driver.row"] == {Verdict.SILENT}

@@ -15,7 +15,7 @@ from tb.engines.build import missing
 from tb.faults import machines
 from tools import build
 from tools.faults import __main__ as faults
-from tools.faults import strike as striking
+from tools.faults import inject
 from tools.synthesis import Resources
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -25,7 +25,7 @@ def run(*arguments: object) -> int:
     return faults.main([str(argument) for argument in arguments])
 
 
-def strike(path, *arguments: object) -> tuple[int, list[dict]]:
+def run_json(path, *arguments: object) -> tuple[int, list[dict]]:
     """Run the command; give its status, and what it says of each machine."""
     status = run(*arguments, "--json", path)
     machines = json.loads(path.read_text())["machines"]
@@ -39,7 +39,7 @@ def strike(path, *arguments: object) -> tuple[int, list[dict]]:
 @pytest.mark.compiler
 class TestFlips:
     def test_silent_without_guard_and_never_with_it(self, tmp_path, capsys):
-        status, (plain, guarded) = strike(tmp_path / "it.json", "flips", "--flips", 60_000)
+        status, (plain, guarded) = run_json(tmp_path / "it.json", "flips", "--flips", 60_000)
         assert status == 0
         assert (plain["guard"], guarded["guard"]) == (False, True)
         for machine in (plain, guarded):
@@ -48,7 +48,7 @@ class TestFlips:
                 machine[verdict] for verdict in ("harmless", "visible", "stuck", "silent"))
             assert machine["flip_flops"] == sum(r["bits"] for r in machine["registers"].values())
         assert 0.2 < plain["silent_rate"] < 0.4
-        assert len(plain["silent_ones"]) == striking.SHOWN
+        assert len(plain["silent_ones"]) == inject.SHOWN
         assert guarded["silent"] == 0 and guarded["silent_ones"] == []
         said = capsys.readouterr().out
         assert re.search(r"^0 of 60000 silent \(0.0000%\); ", said, re.M)
@@ -57,9 +57,9 @@ class TestFlips:
 
     def test_same_seed_same_result_on_any_number_of_cores(self, tmp_path):
         arguments = "flips", "--flips", 50_000, "--no-guard", "--seed", 5
-        one, three = (strike(tmp_path / "it.json", *arguments, "--jobs", jobs) for jobs in (1, 3))
+        one, three = (run_json(tmp_path / "it.json", *arguments, "--jobs", jobs) for jobs in (1, 3))
         assert one == three
-        other = strike(tmp_path / "it.json", *arguments[:-1], 6)
+        other = run_json(tmp_path / "it.json", *arguments[:-1], 6)
         assert one[1][0]["silent"] != other[1][0]["silent"]
 
     def test_guard_with_a_gap_is_found(self, tmp_path, monkeypatch, capsys):
@@ -71,7 +71,7 @@ class TestFlips:
             return machine
 
         monkeypatch.setitem(machines.MACHINES, "mill", with_gap)
-        status, (machine,) = strike(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
+        status, (machine,) = run_json(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
         assert status == 1
         assert machine["silent"] > 10
         assert all(".main.automatic." in upset["register"] for upset in machine["silent_ones"])
@@ -84,7 +84,7 @@ GAP = Bug(guard, "differ += [apart != before, here != there]", "differ += [apart
 @pytest.mark.compiler
 class TestResets:
     def test_both_machines(self, tmp_path, capsys):
-        status, (plain, guarded) = strike(tmp_path / "it.json", "resets", "--resets", 1100)
+        status, (plain, guarded) = run_json(tmp_path / "it.json", "resets", "--resets", 1100)
         assert status == 0
         assert plain == {**guarded, "guard": False}
         assert plain["resets"] == 1100 and plain["wrong"] == []
@@ -106,12 +106,12 @@ class TestMachinesOnALine:
     @pytest.mark.parametrize(("name", "right"), [
         ("single", "every coil word legal"), ("positioner", "every pulse whole")])
     def test_resets_and_flips(self, name, right, tmp_path, capsys):
-        status, (machine,) = strike(tmp_path / "it.json", "resets", "--machine", name,
+        status, (machine,) = run_json(tmp_path / "it.json", "resets", "--machine", name,
                                     "--resets", 200, "--jobs", 1)
         assert (status, machine["machine"], machine["wrong"]) == (0, name, [])
         assert machine["resets"] == 200 and machine["steps"] > 1000
         assert f"{right}, none moved" in capsys.readouterr().out
-        status, (machine,) = strike(tmp_path / "it.json", "flips", "--machine", name,
+        status, (machine,) = run_json(tmp_path / "it.json", "flips", "--machine", name,
                                     "--flips", 300, "--jobs", 1)
         assert (status, machine["machine"], machine["flips"]) == (0, name, 300)
         assert machine["harmless"] > 200 and machine["visible"] and machine["silent"]
@@ -123,7 +123,7 @@ class TestCommand:
             return Resources(len(re.findall("^module", text, re.M)), 0, 7, 0, 0, "wc")
 
         monkeypatch.setattr(faults, "synthesise", count)
-        status, (plain, guarded) = strike(tmp_path / "it.json", "cost")
+        status, (plain, guarded) = run_json(tmp_path / "it.json", "cost")
         assert status == 0
         assert guarded["luts"] > 1.5 * plain["luts"]
         assert f"with guard     {guarded['luts']} LUTs, 7 flip-flops" in capsys.readouterr().out

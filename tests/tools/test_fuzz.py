@@ -24,8 +24,8 @@ def compiled(libraries):
 @pytest.mark.compiler
 def test_all_in_order(compiled, tmp_path, capsys):
     assert main(["single", "--bytes", "500", "--rates", "1", "--json", str(tmp_path / "f")]) == 0
-    said = capsys.readouterr().out
-    assert "500" in said or "bytes" in said
+    output = capsys.readouterr().out
+    assert "500" in output or "bytes" in output
     machine, = json.loads((tmp_path / "f").read_text())["machines"]
     assert machine["name"] == "single" and machine["good"] and machine["bytes"] >= 500
     assert machine["lines"] == machine["answers"] > 10
@@ -38,8 +38,8 @@ def test_something_found(compiled, tmp_path, capsys):
     with BUG.planted():
         assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
                      "--json", str(tmp_path / "f")]) == 1
-    said = capsys.readouterr().out
-    assert "FOUND" in said and "shortest" in said
+    output = capsys.readouterr().out
+    assert "FOUND" in output and "shortest" in output
     assert 0 < len((tmp_path / "found-single.bin").read_bytes()) < 60
     assert b"$enddefinitions" in (tmp_path / "found-single.vcd").read_bytes()
     machine, = json.loads((tmp_path / "f").read_text())["machines"]
@@ -54,8 +54,8 @@ def test_something_found(compiled, tmp_path, capsys):
 ])
 def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
     assert main(arguments) == 2
-    said = capsys.readouterr().err
-    assert message in said and said.count("\n") == 1
+    output = capsys.readouterr().err
+    assert message in output and output.count("\n") == 1
 
 
 def test_needs_a_compiler(monkeypatch, capsys):

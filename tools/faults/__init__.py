@@ -1,6 +1,6 @@
-"""Machines that are struck: resets at any time, and flip-flops that change by themselves."""
+"""Fault injection: resets at any time, and bit upsets of flip-flops."""
 
-from .results import Flips, Resets
-from .strike import run_flips, run_resets
+from .inject import run_resets, run_upsets
+from .results import Resets, Upsets
 
-__all__ = ["Flips", "Resets", "run_flips", "run_resets"]
+__all__ = ["Upsets", "Resets", "run_upsets", "run_resets"]

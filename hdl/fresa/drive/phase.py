@@ -15,13 +15,13 @@ __all__ = ["PhaseDriver"]
 class PhaseDriver(wiring.Component):
     """Goes through a table of coil words, a row a step, and can leave a motor without power.
 
-    :class:`CoilDriver` needs fewer flip-flops, but knows one table. Here three hold the row and
+    :class:`CoilDriver` needs fewer flip-flops, but has one fixed table. Here three hold the row and
     four the coils. The coils are looked up anew in every clock, so that a coil that is upset is
     right again with the next; all codes of the row are rows.
 
-    A step is made, and the coils change with the next clock edge, when it is asked for and the word
-    that the coils have has been there for ``period`` clocks. So after ``enable`` rises the motor
-    has that long to find its place. Without ``enable`` all coils are off from the next clock on;
+    A step is made, and the coils change with the next clock edge, when it is requested and the
+    present coil word has lasted ``period`` clocks. So after ``enable`` rises the motor
+    has that long to settle. Without ``enable`` all coils are off from the next clock on;
     the row stays. Reset makes no step and changes nothing else: only power-up sets the first row.
 
     Parameters
@@ -40,9 +40,9 @@ class PhaseDriver(wiring.Component):
     enable : In(1)
         Give the motor power.
     ready : Out(1)
-        A step asked for now is made.
+        A step requested in this clock is made.
     moved : Out(1)
-        The step asked for is being made: whoever counts steps counts this.
+        The requested step is made in this clock: use it as count enable.
     coils : Out(4)
         Coil word, or 0.
 

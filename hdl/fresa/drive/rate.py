@@ -13,17 +13,17 @@ MAX_MODULUS = 2**40
 
 
 class RateGenerator(wiring.Component):
-    """Says when the next step is due: `rate` of them in `modulus` clocks, for ever.
+    """Phase accumulator: `rate` steps come due in `modulus` clocks, without drift.
 
-    A sum grows by the rate in every clock; when it reaches the modulus a step is due, and the step
-    takes the modulus off it. Nothing is rounded, so nothing adds up: with a constant rate the n-th
-    step is due in clock ``ceil(n * modulus / rate)``, less than a clock after the time at which it
-    should be, for every n. A new rate counts from the clock in which it is given, also for the step
+    The accumulator grows by the rate in every clock; when it reaches the modulus a step is due, and
+    the step subtracts the modulus. Nothing is rounded, so no error accumulates: at a constant rate
+    the n-th step is due in clock ``ceil(n * modulus / rate)``, less than a clock after its exact
+    time, for every n. A new rate counts from the clock in which it is given, also for the step
     under way.
 
-    A step that is due waits until it is made, and the sum waits with it. So none is lost where a
-    motor is not ready, and after a wait the steps do not hurry: in no case are two steps made with
-    less than ``modulus // max_rate`` clocks from one to the other. Reset changes nothing.
+    A step that is due waits until it is made, and the accumulator waits with it. So none is lost
+    while a motor is not ready, and after a wait the steps do not catch up: no two steps are ever
+    closer than ``modulus // max_rate`` clocks. Reset changes nothing.
 
     With steps/s as unit of the rate, ``modulus`` is the frequency of the clock. With turns a minute
     and a motor of 48 steps a turn, it is 60/48 of that.
@@ -33,16 +33,16 @@ class RateGenerator(wiring.Component):
     modulus : int
         Clocks in which there are `rate` steps, from 1 to ``MAX_MODULUS``.
     max_rate : int
-        Highest rate, from 1 to ``modulus``. A rate above is taken for it.
+        Highest rate, from 1 to ``modulus``. A higher one is clamped to it.
 
     Members
     -------
     rate : In(range(max_rate + 1))
         Steps in ``modulus`` clocks. With 0 no step comes due.
     moved : In(1)
-        The step that is due is being made. Means nothing where none is.
+        The step that is due is made in this clock. Ignored while none is due.
     due : Out(1)
-        It is time for a step.
+        A step is due.
 
     Raises
     ------
@@ -61,7 +61,7 @@ class RateGenerator(wiring.Component):
         rate = Signal.like(self.rate)
         m.d.comb += rate.eq(Mux(self.rate > self.max_rate, self.max_rate, self.rate))
 
-        # The sum less the modulus: the sign says when it is time, as in FrequencyDivider.
+        # Accumulator less modulus: its sign bit is the comparison, as in FrequencyDivider.
         accumulator = Signal(range(-self.modulus, self.max_rate), init=-self.modulus,
                              reset_less=True)
         m.d.comb += self.due.eq(accumulator >= 0)

@@ -13,22 +13,22 @@ MAX_PULSE = 2**16
 
 
 class StepDirDriver(wiring.Component):
-    """Makes a pulse a step, with the times that a driver module needs, whatever is asked of it.
+    """Makes one STEP pulse a step and keeps the times of the driver module, whatever its inputs do.
 
-    Nothing is queued. A step that is asked for is made, and STEP rises with the next clock edge,
-    when ``ready``; sooner it waits, and is forgotten where ``step`` falls or ``direction`` changes.
-    So what is counted by ``moved`` is what leaves the pin, and what can stop a step can stop it in
-    the last clock before the pin. A pulse once begun lasts its time: no input and no reset cuts it.
+    Nothing is queued. A requested step is made, and STEP rises with the next clock edge, when
+    ``ready``; until then it waits, and it is dropped if ``step`` falls or ``direction`` changes.
+    So ``moved`` counts exactly what leaves the pin, and a step can still be blocked in the last
+    clock before the pin. A pulse that has begun lasts its time: no input and no reset cuts it.
 
     A step in the other direction turns DIR first. DIR and ENABLE change only while STEP is low,
     ``hold`` clocks or more after it fell, and then are left alone for ``setup`` clocks or more
     before it rises. So ENABLE follows ``enable`` within ``width`` and the longer of ``low`` and
-    ``hold``, or within ``setup`` if that is longer, and a step that stays asked for is made
+    ``hold``, or within ``setup`` if that is longer, and a step that stays requested is made
     ``setup`` after that at the latest.
 
-    One timer serves all of that: each change of a pin sets it, and nothing else happens until it is
-    over. All codes of the registers are states that lead on by themselves. They live through reset,
-    for a driver module knows of no reset; in a reset no pulse begins.
+    One timer serves all of that: each change of a pin starts it, and nothing else happens until it
+    ends. Every code of the registers is a state that leads on by itself. The registers are not
+    reset, since a driver module has no reset either; during a reset no pulse begins.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class StepDirDriver(wiring.Component):
     enable : In(1)
         Give the motor power.
     ready : Out(1)
-        A step asked for now is made: DIR and ENABLE are right, and all times are over.
+        A step requested in this clock is made: DIR and ENABLE are set, and all times have passed.
     moved : Out(1)
-        The step asked for is being made: whoever counts steps counts this.
+        The requested step is made in this clock: use it as count enable.
     step_pin, direction_pin, enable_pin : Out(1)
         STEP, DIR and ENABLE, high when on, from flip-flops.
 
@@ -90,7 +90,7 @@ class StepDirDriver(wiring.Component):
             self.enable_pin.eq(power),
         ]
 
-        # As in FrequencyDivider. Nobody knows what the pins were before power-up.
+        # As in FrequencyDivider. It starts at power-up: the pins before that are unknown.
         pause = max(self.low, self.hold)
         longest = max(self.width, pause, self.setup)
         wait = Signal(range(1 - longest, 1), init=1 - longest, reset_less=True)
@@ -110,7 +110,7 @@ class StepDirDriver(wiring.Component):
             m.d.sync += [high.eq(1), wait.eq(1 - self.width)]
         with m.Elif((power != self.enable) | (self.step & ~right)):
             m.d.sync += [power.eq(self.enable), wait.eq(1 - self.setup)]
-            # A direction in which nobody steps turns no pin.
+            # DIR changes only for a step: `direction` alone moves no pin.
             with m.If(self.step):
                 m.d.sync += sense.eq(self.direction)
 

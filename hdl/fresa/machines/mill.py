@@ -8,10 +8,10 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
 from ..drive import MAX_PERIOD
 from ..motion import GuardedController, NumericalController
-from ..panel import Monitor
+from ..panel import Monitor, scan_bits
+from ..panel.display import REFRESH
 
 __all__ = ["CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
            "MillTiming", "step_period"]
@@ -64,7 +64,7 @@ def step_period(step_rate: Fraction | float | str, clock: int = CLOCK) -> int:
 
 @dataclass(frozen=True)
 class MillTiming:
-    """How fast the machine is, in clocks.
+    """Times of the machine, in clocks.
 
     A board sets it from physical units with :meth:`real`. A simulation may shorten every time
     without another change to the gateware.
@@ -74,7 +74,7 @@ class MillTiming:
     period : int
         Least clocks between two steps of an axis.
     scan_bits : int
-        Binary logarithm of the clocks for which a digit of the display has its turn.
+        Binary logarithm of the clocks of a digit's time slot on the display.
     jog_period : int
         Clocks from one step request by hand to the next.
     """
@@ -85,7 +85,7 @@ class MillTiming:
 
     @classmethod
     def real(cls, *, step_rate: Fraction | float | str = TOP_SPEED, clock: int = CLOCK,
-             refresh: int = 60) -> "MillTiming":
+             refresh: int = REFRESH) -> "MillTiming":
         """Return the timing for so many steps/s, and a display refreshed at so many Hz or more.
 
         Raises
@@ -93,9 +93,7 @@ class MillTiming:
         ValueError
             If the clock is too slow or too fast for them.
         """
-        in_range("refresh", refresh, 1, clock // 32)
-        return cls(period=step_period(step_rate, clock),
-                   scan_bits=(clock // (4 * refresh)).bit_length() - 1)
+        return cls(period=step_period(step_rate, clock), scan_bits=scan_bits(clock, refresh))
 
 
 class Mill(wiring.Component):
@@ -105,13 +103,13 @@ class Mill(wiring.Component):
 
     Parameters
     ----------
-    timing : MillPace
+    timing : MillTiming
         Times, in clocks.
     z_travel : int
         Steps between the raised and the lowered tool.
     guard : bool
-        A flip-flop that is upset cannot lead to a wrong position without ``error``: a second
-        controller watches the first, see :class:`GuardedController`. Takes twice the logic.
+        Duplicate the controller and compare, so that no upset flip-flop of it leads to a wrong
+        position without ``error``: see :class:`GuardedController`. Takes twice the logic.
 
     Members
     -------

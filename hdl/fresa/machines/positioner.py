@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amaranth import Module
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -20,6 +19,17 @@ from ..protocol import (
     bit_period,
 )
 from ..protocol.positioner import MOTORS, Answer
+from ..roles import (
+    BUZZER,
+    DIRECTION,
+    ENABLE,
+    LIMIT,
+    RX,
+    STATUS,
+    STEP,
+    TX,
+    Machine,
+)
 from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
@@ -35,15 +45,15 @@ ENDS = ("X-", "X+", "Y-", "Y+", "Z-", "Z+")
 """The ends of the axes. Clockwise leads to +."""
 
 LIMIT_ENDS = ("X+", "Y+", "Z+")
-"""The end at which the switch of each limit input is, unless told otherwise."""
+"""Default ends of the limit switches, by their inputs."""
 
 ANSWERS = tuple(f"! {answer.name.replace('_', ' ')}\n".encode() for answer in Answer)
-"""What is said, by the numbers of `Answer`. The first is never said."""
+"""Texts of the answers, by the numbers of `Answer`. The first is never sent."""
 
 
 @dataclass(frozen=True)
 class PositionerTiming:
-    """How fast the machine is.
+    """Times of the machine.
 
     A board sets it from physical units with :meth:`real`. A simulation may have a slower clock, and
     any time shortened, without another change to the gateware.
@@ -80,8 +90,8 @@ class PositionerTiming:
              settle_us: int = 10_000, report_us: int = 100_000) -> "PositionerTiming":
         """Return the timing for a clock in Hz, a speed in steps/s, and least times in ns and us.
 
-        The times of the driver modules are those of the DRV8825 unless told otherwise. With them
-        no more than 263 157 steps/s can be made; modules for more need shorter ones.
+        The times of the driver modules default to those of the DRV8825, with which no more than
+        263 157 steps/s are possible.
 
         Raises
         ------
@@ -101,40 +111,39 @@ class PositionerTiming:
                    report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
 
 
-class Positioner(wiring.Component):
+class Positioner(Machine):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
     feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``,
     ``STOP MOTn``, ``VEL MOTn v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What
-    they do is said by :class:`Positioning`. A line that is obeyed is answered by nothing, any other
+    they do is described by :class:`Positioning`. A line that is executed has no answer; any other
     changes nothing and is answered by exactly one line ``! reason``:
 
     ====================  ==========================================================================
     ``! COMMAND``         its first word is no command
-    ``! ARGUMENT``        what follows is not what the command takes, or is missing, or too much
-    ``! RANGE``           a number is less or more than it may be
+    ``! ARGUMENT``        arguments are missing, too many, or of another kind
+    ``! RANGE``           a number is out of range
     ``! DISCONNECTED``    ``MOV`` or ``GOTO`` before ``CONNECT``
     ``! EMPTY``           ``GOTO`` to a point that was never stored
     ``! LONG``            it has more than ``LINE_LENGTH`` bytes
-    ``! DAMAGED``         a byte of it was not to be trusted, or is missing
-    ``! OVERFLOW``        so many wait to be answered that this line is the last to be, for now;
-                          those right behind it that are refused have no other answer
+    ``! DAMAGED``         a byte of it had a framing error, or was lost
+    ``! OVERFLOW``        the queue of answers is full: this answers the line and all refused lines
+                          right after it
     ====================  ==========================================================================
 
-    Lines are obeyed when they have ended, however many wait to be answered: a ``STOP`` is never
-    late. A break of the line, low for ten bits, ends every movement, as it may be that nobody is
-    there to do so.
+    Lines are executed when they end, however many answers wait: no ``STOP`` is delayed. A break of
+    the line, low for ten bits, ends every movement, since the host may have gone.
 
     While connected it reports ``# POS x y z :`` and a line feed, at fixed times that no answer
-    delays, see :class:`Reporter`. A limit switch lets no step out towards its end, and all away
-    from it. It ends the movement that it blocks, which is told once, by ``! LIMIT MOTn``, and by
-    the buzzer, for one report period to two. A register of a state machine that is upset holds all
-    movement, and shows ``fault``.
+    delays, see :class:`Reporter`. A limit switch blocks steps towards its end and passes those away
+    from it. It ends the movement that it blocks, which is answered once, by ``! LIMIT MOTn``, and
+    sounds the buzzer for one to two report periods. An upset state register holds all movement, and
+    sets ``fault``.
 
     Parameters
     ----------
-    timing : PositionerPace
+    timing : PositionerTiming
         Times. The drivers must be able to make steps at the top speed.
     inverted : bool
         STEP and DIR go through optocouplers that invert them.
@@ -154,9 +163,9 @@ class Positioner(wiring.Component):
     step, direction : Out(3)
         STEP and DIR of the motors; DIR is on for clockwise.
     enable : Out(3)
-        On where a motor shall have power.
+        Power of the motors.
     buzzer : Out(1)
-        A switch has just ended a movement.
+        A limit switch has just ended a movement.
     connected : Out(1)
         Between ``CONNECT`` and ``DISCONNECT``.
     moving : Out(3)
@@ -192,12 +201,18 @@ class Positioner(wiring.Component):
             raise ValueError(f"top speed must be at most {timing.clock // shortest} steps/s with "
                              f"pulses {shortest} clocks apart, not {timing.top_speed}")
         if len(backlash) != MOTORS or len(limit_ends) != MOTORS:
-            raise ValueError(f"there is a backlash and a guard for each of {MOTORS} axes, "
+            raise ValueError(f"there is a backlash and a limit end for each of {MOTORS} axes, "
                              f"not {backlash!r} and {limit_ends!r}")
         if len(set(limit_ends)) < MOTORS or not set(limit_ends) <= set(ENDS):
             raise ValueError(f"limit ends must be different ends of {', '.join(ENDS)}, not "
                              f"{limit_ends!r}")
         self._inverted, self._limit_ends = inverted, tuple(limit_ends)
+        rest = (1 << MOTORS) - 1 if inverted else 0
+        self.roles = {
+            "rx": RX, "tx": TX, "limits": LIMIT, "step": STEP.resting(rest),
+            "direction": DIRECTION.resting(rest), "enable": ENABLE, "buzzer": BUZZER,
+            "connected": STATUS, "moving": STATUS, "fault": STATUS,
+        }
         self._backlash = [in_range("backlash", steps, 0, MAX_BACKLASH) for steps in backlash]
         self._axes = [Axis(
             driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup,

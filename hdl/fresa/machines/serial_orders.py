@@ -19,24 +19,23 @@ from ..protocol.baud import valid_bit
 __all__ = ["ANSWER_START", "REQUEST_START", "SerialOrders"]
 
 REQUEST_START, ANSWER_START = b":", b"="
-"""What lines start with; a line that comes back from its own end is no answer, nor a request."""
+"""Start characters of lines. They differ, so an echo is neither a request nor an answer."""
 
 
 class SerialOrders(wiring.Component):
     """Takes orders as lines over RS-232, and answers each line.
 
-    However bytes are dropped, doubled or changed on the way, both ways, every order is carried out
-    once and in its turn, as long as its host repeats what it got no answer to; `OrderLedger` says
-    why, and docs/serial-orders.md what the lines are. Behind a request that waits to be read there
-    is room for most of another; of more, bytes are lost, and what is left of their lines is
-    answered as damaged.
+    Even if bytes are dropped, doubled or changed, in both directions, every order is carried out
+    once and in sequence, as long as its host repeats requests that got no answer: see
+    `OrderLedger`, and docs/serial-orders.md for the lines. The buffer holds most of one further
+    request while one waits; beyond that bytes are lost, and their lines are answered as damaged.
 
     Parameters
     ----------
     period : int
         Clocks of a bit; see :func:`fresa.protocol.bit_period`.
     depth : int
-        Orders that may wait, see `OrderLedger`.
+        Depth of the queue, see `OrderLedger`.
 
     Members
     -------
@@ -47,11 +46,11 @@ class SerialOrders(wiring.Component):
     orders : Out(stream.Signature(Order))
         Orders. Each must be taken only once it has been carried out.
     enable : In(1)
-        Orders are wanted. Without it none waits and no session is open; lines are answered.
+        Automatic mode. Without it the queue is empty and no session is open; lines are answered.
     error, stopped : In(1)
-        What else is so with the machine, to be told.
+        State of the machine, for the answers.
     busy : Out(1)
-        An order waits, or is carried out.
+        The queue is not empty.
     fault : Out(1)
         The state register of the receiver was upset. Stays until reset.
 

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from amaranth import Module
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -20,6 +19,7 @@ from ..protocol import (
 )
 from ..protocol.baud import MAX_CLOCK
 from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
+from ..roles import COILS, ENABLE, NUMBER, RX, STATUS, TX, Machine
 from .mill import CLOCK
 
 __all__ = ["FRAME", "PHASES", "TOP_SPEED", "TURN", "Single", "SingleTiming"]
@@ -29,7 +29,7 @@ TURN = 48
 steps also where half steps are made: then the shaft turns at half of the speed."""
 
 TOP_SPEED = 1000
-"""Speed in rpm at which a ramp ends, unless told otherwise."""
+"""Default speed at which a ramp ends, in rpm."""
 
 FINE = 16
 """With a ramp, rates are counted in so many parts of an rpm."""
@@ -43,16 +43,16 @@ PHASES = swap_inner(HALF_STEP[3::-1] + HALF_STEP[:3:-1])
 
 @dataclass(frozen=True)
 class SingleTiming:
-    """How fast the machine is, in clocks.
+    """Times of the machine, in clocks.
 
     Attributes
     ----------
     bit : int
         Clocks of a bit of the line.
     modulus, rate : int
-        At 1 rpm there are ``rate`` steps in ``modulus`` clocks: exactly, for ever.
+        At 1 rpm there are exactly ``rate`` steps in ``modulus`` clocks.
     clock : int
-        Clocks of a second. Only a ramp asks for them.
+        Clocks of a second. Only a ramp needs them.
     """
 
     bit: int
@@ -78,19 +78,19 @@ class SingleTiming:
                    clock=clock)
 
 
-class Single(wiring.Component):
+class Single(Machine):
     """Position controller for one stepper, without a board.
 
-    What comes over the line is in :class:`FrameInterpreter`. Nothing on the line delays a step:
-    when the next is due is counted beside it, and a new set-point or speed counts from the clock
-    after the end of its frame, also for the step under way. With a ramp they count within what the
-    acceleration lets the motor follow, see :class:`Ramp`; without power it stands.
+    Its frames are those of :class:`FrameInterpreter`. Nothing on the line delays a step: the rate
+    generator runs independently, and a new set-point or speed takes effect in the clock after the
+    end of its frame, also for the step under way; with a ramp, within the limits of its
+    acceleration, see :class:`Ramp`. Without power the motor makes no step.
 
-    Reset makes no step: this place is 0 from then on, and the set-point too.
+    Reset makes no step, and sets position and set-point to 0.
 
     Parameters
     ----------
-    timing : SinglePace
+    timing : SingleTiming
         Times, in clocks.
     unipolar : bool
         The motor is unipolar: the coil words are in the order of its wires, see
@@ -100,7 +100,8 @@ class Single(wiring.Component):
     ramp : int
         Acceleration in steps/s², steps as they are made, up to ``MAX_ACCELERATION``; 0 for none.
     top_speed : int
-        With a ramp, the highest speed in rpm, in the range of speeds. One above is made as this.
+        With a ramp, the highest speed in rpm, in the range of speeds. A higher one is clamped to
+        it.
     greeting, help_text : bytes
         See :class:`FrameInterpreter`.
 
@@ -115,7 +116,7 @@ class Single(wiring.Component):
     enable : Out(1)
         Power for the bridge.
     position : Out(14)
-        Steps from where it was reset.
+        Position in steps; 0 after reset.
     moving : Out(1)
         It has power, and is not at its set-point, or goes past it to slow down.
     fault : Out(1)
@@ -135,6 +136,11 @@ class Single(wiring.Component):
     moving: Out(1)
     fault: Out(1)
 
+    roles = {
+        "rx": RX, "tx": TX, "coils": COILS, "enable": ENABLE, "position": NUMBER,
+        "moving": STATUS, "fault": STATUS,
+    }
+
     def __init__(self, *, timing: SingleTiming | None = None, unipolar: bool = False,
                  full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED,
                  greeting: bytes = GREETING, help_text: bytes = HELP) -> None:
@@ -147,7 +153,7 @@ class Single(wiring.Component):
             rates = ramp_rates(acceleration=ramp, top=top_speed * self.rpm, modulus=modulus,
                                clock=timing.clock)
             self._move = Ramp(rates=rates, max_rate=self.rpm * (SPEEDS - 1), width=width)
-            # The ramp sees to the highest rate; here one that needs no comparison.
+            # The ramp limits the rate; a limit of all ones needs no comparison here.
             most = (1 << rates[-1].bit_length()) - 1
             self._rate = RateGenerator(modulus=modulus, max_rate=min(most, modulus))
         else:

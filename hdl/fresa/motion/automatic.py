@@ -18,10 +18,10 @@ class AutomaticControl(wiring.Component):
     *Control Automático* (thesis, 4.1.2). The thesis has the motor drivers in here, a second set in
     the manual control, and a multiplexer of coil words behind both. Here one set stands behind a
     multiplexer of step requests (:class:`NumericalController`): a change of mode cannot make a coil
-    jump. So the requests leave by ``step``, and ``moved`` says which of them were granted; only
-    those are counted, with the clock edge that moves the coils.
+    jump. So the requests leave by ``step``, and ``moved`` returns those that were granted; only
+    these are counted, with the clock edge that moves the coils.
 
-    The axis counters are where the machine is. Nothing else remembers it.
+    The axis counters are the only register of the machine's position.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class AutomaticControl(wiring.Component):
     step, direction : Out(3)
         Step requests.
     moved : In(3)
-        Steps that are being made.
+        Steps that are made in this clock.
     select : In(2)
         Count to show: 0 main, 1 X, 2 Y, 3 Z.
     shown : Out(16)

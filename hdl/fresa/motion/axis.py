@@ -15,13 +15,13 @@ __all__ = ["Axis"]
 class Axis(wiring.Component):
     """Takes a load to a target, at a set rate, past the backlash of its gears, up to its switches.
 
-    A step is made where the position is not the target, ``run`` is on, the rate says that it is
-    time, no switch is on in that direction, and the driver is ready: in that order, so that the
-    switches are the last thing before the driver. What the driver makes is what is counted, less
-    the steps that only take up backlash.
+    A step is made when the position is not the target, ``run`` is set, the rate generator has a
+    step due, no limit switch is on in that direction, and the driver is ready: in that order, so
+    that the limit switches are the last gate before the driver. The position counts the steps of
+    the driver, less those that only take up backlash.
 
-    Steps of a movement come at the exact rate, see :class:`RateGenerator`: all of them as late as
-    the first, which comes at once after a rest, or when the driver has turned DIR for it.
+    Steps of a movement come at the exact rate, see :class:`RateGenerator`, with a constant delay:
+    that of the first, which comes at once after a rest, or when the driver has changed DIR for it.
 
     Parameters
     ----------
@@ -39,13 +39,13 @@ class Axis(wiring.Component):
     Members
     -------
     target : In(signed(width))
-        Where to go.
+        Target position.
     run : In(1)
-        Go there.
+        Move towards it.
     load : In(1)
-        Call this place ``place``. No step is made in this clock.
+        Set the position to ``place``. No step is made in this clock.
     place : In(signed(width))
-        What to call it.
+        Position to set.
     rate : In(range(max_rate + 1))
         Steps in ``modulus`` clocks.
     backlash : In(range(max_backlash + 1))
@@ -55,13 +55,13 @@ class Axis(wiring.Component):
     low, high : In(1)
         The switch at that end is pressed. Synchronous to the clock.
     position : Out(signed(width))
-        Where the load is.
+        Position of the load, in steps.
     there : Out(1)
-        That is the target.
+        The position is the target.
     moved : Out(1)
-        A step is being made.
+        A step is made in this clock.
     blocked : Out(1)
-        It is time for a step, and a switch does not let it out.
+        A step is due, and a limit switch blocks it.
 
     Raises
     ------

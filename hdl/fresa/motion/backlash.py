@@ -13,16 +13,14 @@ MAX_BACKLASH = 2**20
 
 
 class Backlash(wiring.Component):
-    """Tells the steps that move the load from those that only take up backlash.
+    """Backlash compensation: tells steps that move the load from steps that take up backlash.
 
-    Where a motor reverses, its first ``backlash`` steps turn gears and move nothing. Here they are
-    left
-    out of what is counted, so whoever goes by the count asks for as many more. A movement that is
-    reversed again while it takes up backlash has the rest of the backlash to go back through, no
-    more.
+    After a reversal the first ``backlash`` steps turn gears and move nothing. They are not counted,
+    so a position that counts ``counted`` makes its controller request as many more. A movement that
+    is reversed again while it takes up backlash goes back through only what it has taken up.
 
-    At power-up the load is taken to rest where a movement down leaves it. A reset moves no gear and
-    changes nothing. A new ``backlash`` counts from the next reversal on.
+    At power-up the load is assumed to rest where a movement down leaves it. A reset moves no gear
+    and changes nothing. A new ``backlash`` applies from the next reversal on.
 
     Parameters
     ----------
@@ -34,9 +32,9 @@ class Backlash(wiring.Component):
     backlash : In(range(max_backlash + 1))
         Steps that a reversal takes up; 0 for none.
     moved, direction : In(1)
-        The motor makes a step, and which.
+        The motor makes a step in this clock, and its direction.
     counted : Out(1)
-        The step moves the load: whoever keeps the position counts this.
+        The step moves the load: use it as count enable of the position.
 
     Raises
     ------
@@ -52,10 +50,10 @@ class Backlash(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        way = Signal(reset_less=True)  # of the last step
-        left = Signal.like(self.backlash, reset_less=True)  # to take up, this way
-        ahead = Signal.like(left)  # to take up, in the direction of this step
-        # the backlash may have become less
+        way = Signal(reset_less=True)  # direction of the last step
+        left = Signal.like(self.backlash, reset_less=True)  # still to take up in that direction
+        ahead = Signal.like(left)  # still to take up in the direction of this step
+        # `backlash` may have been made smaller meanwhile
         back = Mux(left > self.backlash, 0, self.backlash - left)
         m.d.comb += [
             ahead.eq(Mux(self.direction == way, left, back)),

@@ -21,16 +21,16 @@ class NumericalController(wiring.Component):
     In manual mode the automatic part is held in reset: its counters stay at 0, and where the tool
     is left is the origin.
 
-    From ``stop`` on, in the same clock, no step reaches a driver, until reset. So it is too when a
-    state register of the automatic part is upset, but there manual mode is a reset.
+    From ``stop`` on, in the same clock, no step reaches a driver, until reset. An upset state
+    register of the automatic part has the same effect, but there manual mode is a reset.
 
     Parameters
     ----------
     period : int
         Least number of clocks between two steps of an axis, and exactly that within a movement.
     jog_period : int
-        Clocks from one request of a step by hand to the next; with 1 the drivers' ``period`` is the
-        pace.
+        Clocks from one step request by hand to the next; with 1 the drivers' ``period`` sets the
+        rate.
     z_travel : int
         Steps between the raised and the lowered tool.
 
@@ -58,7 +58,7 @@ class NumericalController(wiring.Component):
     Attributes
     ----------
     automatic : AutomaticControl
-        The automatic part, which knows the position. There once this is elaborated.
+        The automatic part, which holds the position. Set by ``elaborate``.
 
     Raises
     ------

@@ -28,9 +28,9 @@ class CoordinateGenerator(wiring.Component):
     left, the tool is raised and goes back to the origin.
 
     The picture is never written to. A job begins with a copy of it, in which the pixels are cleared
-    as they are milled, so that a new start mills the whole of it again whatever became of the job
-    before. Both memories hold pixel number n in word ``n % depth``, bit ``n // depth``, with a
-    block RAM for each bit of a word: to choose a pixel takes a multiplexer of one bit.
+    as they are milled, so that a new start mills all of it again however the job before ended. Both
+    memories hold pixel number n in word ``n % depth``, bit ``n // depth``, with a block RAM for
+    each bit of a word: to choose a pixel takes a multiplexer of one bit.
 
     =======  ================================================================  ====================
     state    does                                                              next

@@ -11,13 +11,13 @@ class StepCounter(wiring.Component):
     """Cyclic 16-bit counter: FFFF + 1 = 0000, and back.
 
     *Contador de Pasos* (thesis, 4.1.6). There each counter has a divider of its own so that it can
-    never run ahead of its motor; here it counts what the coil driver says it has done, which cannot
-    differ. The count changes with the clock edge that moves the coils.
+    never run ahead of its motor; here it counts the steps that the coil driver makes, so that the
+    two cannot differ. The count changes with the clock edge that moves the coils.
 
     Members
     -------
     step : In(1)
-        A step is being made.
+        A step is made in this clock.
     direction : In(1)
         1 counts up, 0 down.
     clear : In(1)

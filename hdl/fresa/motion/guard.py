@@ -10,23 +10,23 @@ __all__ = ["GuardedController"]
 
 
 class GuardedController(wiring.Component):
-    """A :class:`NumericalController` beside a second one that drives nothing, and a comparison.
+    """Duplication with comparison: two :class:`NumericalController`, one of which drives no motor.
 
-    Both are told the same and do the same, for ever, unless a flip-flop of one of them is upset by
-    what no gateware can prevent. In every clock are compared: the positions, how far apart the coil
-    words are, ``ready`` and ``error``. So a step too many, too few or at the wrong time differs in
-    the clock in which it is made, and a wrong count at once. A clock later no step is made any more
-    and ``error`` shows, until a reset. Manual mode does not end it.
+    Both get the same inputs and behave alike unless a flip-flop of one of them is upset. Every
+    clock compares the positions, the difference of the phases, ``ready`` and ``error``. So a step
+    too many, too few or at the wrong time differs in the clock in which it is made, and a wrong
+    count at once. One clock later no further step is made and ``error`` is set, until a reset.
+    Manual mode does not clear it.
 
-    A reset ends it only if the error has been seen before, in a clock without reset: what is upset
-    during a reset, or in the clock before, still shows after it. And since a reset moves no motor,
-    the coil words need not agree after it: it is how far apart they are that must not change. Let
-    ``start`` be low at that reset, and let a period have passed since the last step: what the two
-    remember of these outlives a reset, and may still differ; then the error shows once more.
+    A reset clears it only if the error was set before, in a clock without reset: an upset during a
+    reset, or in the clock before, still shows after it. Since a reset moves no motor, the coil
+    words need not agree after it: their difference must not change. Keep ``start`` low during that
+    reset, and wait a period after the last step: these registers are not reset, and may still
+    differ; then the error is set once more.
 
-    A synthesizer takes two registers that it sees to be equal for one. So those of the second
-    controller are marked to stay. And it stops a clock later than the first, since a stop is all
-    that there is in the register that remembers it.
+    Synthesis merges registers that it finds to be equivalent. So those of the second controller are
+    marked to be kept. It is stopped a clock later than the first, so that the registers that hold
+    the stop are not equivalent either.
 
     Parameters and members are those of :class:`NumericalController`.
     """

@@ -11,14 +11,14 @@ __all__ = ["Limits"]
 
 
 class Limits(wiring.Component):
-    """Lets no step out towards a switch that is on, and all away from it.
+    """Blocks steps towards a limit switch that is on, and passes those away from it.
 
-    It belongs right before the drivers of the motors, behind whatever asks for steps, and takes no
-    time: in the clock in which a switch is seen no step towards it is let out any more. Whoever
-    counts steps counts what the drivers make, so what is blocked is not counted.
+    It stands between the source of step requests and the drivers of the motors, with no latency:
+    from the clock in which a switch is seen, no step towards it passes. Positions count what the
+    drivers make, so a blocked step is not counted.
 
-    Contacts bounce, when they close as when they open. A switch counts as on for ``period`` clocks
-    after it was seen on last, and for twice as long at most. A disturbance only makes steps wait.
+    Contacts bounce, both when they close and when they open. A switch counts as on for ``period``
+    clocks after it was last seen on, and for at most twice as long. A glitch only delays steps.
 
     Reset changes nothing.
 
@@ -32,11 +32,11 @@ class Limits(wiring.Component):
     Members
     -------
     step, direction : In(axes)
-        Steps that are asked for, a bit an axis; direction 1 leads to the high end.
+        Step requests, a bit an axis; direction 1 leads to the high end.
     low, high : In(axes)
         The switch at that end is pressed. Synchronous to the clock.
     allowed : Out(axes)
-        Steps to make.
+        Step requests that pass.
     at_low, at_high : Out(axes)
         The switch at that end counts as on.
 

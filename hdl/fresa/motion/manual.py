@@ -15,14 +15,14 @@ class ManualControl(wiring.Component):
     *Control Manual* (thesis, 4.2.2). Both switches of an axis on means up. A switch that is already
     on when manual mode is entered, or at reset, does nothing until it has been off once.
 
-    With ``period`` 1 a step is asked for in every clock and the coil drivers, which let one through
-    every so often, set the pace: the motor's top speed.
+    With ``period`` 1 a step is requested in every clock, and the least period of the coil drivers
+    sets the speed: the motor's highest.
 
     Parameters
     ----------
     period : int
-        Clocks from one step request to the next. The drivers let the first through that is not too
-        soon for them: give 1, or no less than theirs.
+        Clocks from one step request to the next. The drivers refuse requests that are too early for
+        them: give 1, or no less than their period.
 
     Members
     -------

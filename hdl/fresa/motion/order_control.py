@@ -20,14 +20,14 @@ class OrderControl(wiring.Component):
     state     thesis  does                                                  next
     ========  ======  ====================================================  =======================
     REST      S0      waits for a move; ``moves.ready`` is high             MOVING if it has axes
-    MOVING    S1      asks for a step at every tick of the divider          CLEAR once ``reached``
+    MOVING    S1      requests a step at every tick of the divider          CLEAR once ``reached``
     CLEAR     S2      clears the axes and the divider                       REST
-    FAULT     (ours)  asks for nothing, shows ``fault``                     stays until reset
+    FAULT     (ours)  requests nothing, shows ``fault``                     stays until reset
     ========  ======  ====================================================  =======================
 
-    A move that is taken in clock t asks for its first step in clock t + ``period``, and for the
-    others ``period`` clocks apart. A move without axes or without steps asks for none. A step that
-    is not made is not in ``count``, and is asked for again at the next tick.
+    A move that is taken in clock t requests its first step in clock t + ``period``, and the others
+    ``period`` clocks apart. A move without axes or without steps requests none. A step that is not
+    made is not in ``count``, and is requested again at the next tick.
 
     Parameters
     ----------

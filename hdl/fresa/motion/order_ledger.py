@@ -1,4 +1,4 @@
-"""What was ordered, by number: so that no order is lost and none is carried out twice."""
+"""Orders by sequence number, so that none is lost and none is carried out twice."""
 
 from amaranth import Cat, Module, Signal, unsigned
 from amaranth.lib import data, enum, memory, stream, wiring
@@ -12,7 +12,7 @@ __all__ = [
 ]
 
 MAX_DEPTH = 16
-"""Most orders that wait: so many words of a bit are a LUT of the Spartan-3E."""
+"""Largest depth: a LUT of the Spartan-3E is a distributed RAM of 16 words of one bit."""
 
 
 def valid_depth(value: object) -> int:
@@ -24,7 +24,7 @@ def valid_depth(value: object) -> int:
 
 
 class RequestKind(enum.Enum, shape=unsigned(8)):
-    """What a request is for."""
+    """Kind of a request."""
 
     TELL = 0
     OPEN = 1  # a session; the number is that of the order before its first
@@ -34,7 +34,7 @@ class RequestKind(enum.Enum, shape=unsigned(8)):
 
 
 class Request(data.Struct):
-    """What a host says. Written in hexadecimal it begins with ``kind``."""
+    """A request of a host. Written in hexadecimal it begins with ``kind``."""
 
     y: unsigned(16)
     x: unsigned(16)
@@ -44,9 +44,9 @@ class Request(data.Struct):
 
 
 class Outcome(enum.Enum, shape=unsigned(4)):
-    """What became of a request."""
+    """Result of a request."""
 
-    TOLD = 0
+    TOLD = 0  # the state was asked for
     OPENED = 1  # or was open already
     TAKEN = 2  # the order was
     AGAIN = 3  # it was taken before
@@ -60,9 +60,9 @@ class Outcome(enum.Enum, shape=unsigned(4)):
 
 
 class Answer(data.Struct):
-    """What the machine says, to every request. Written in hexadecimal it begins with ``outcome``.
+    """Answer of the machine to a request. Written in hexadecimal it begins with ``outcome``.
 
-    All but ``outcome`` is as it is after the request, whatever that was.
+    All fields but ``outcome`` give the state after the request.
     """
 
     done: unsigned(24)  # the last order that was carried out
@@ -76,39 +76,39 @@ class Answer(data.Struct):
 
 
 class OrderLedger(wiring.Component):
-    """Takes orders by number in a session, each once, and keeps them until they are carried out.
+    """Accepts numbered orders of a session, each once, and queues them until they are carried out.
 
     A session is opened by a request, with a number of the host's choice that is not 0, and with the
     number before that of its first order. From there an order is taken only if it is of this
-    session and has the next number; the last number again is answered and does nothing. So a host
-    may repeat whatever it got no answer to. To open the session that is open does nothing either;
-    another is opened only when all orders taken are done. Session 0 is that there is none: after
-    reset, after manual mode, or opened like any other, which closes the one before.
+    session and has the next number; a repetition of the last number is answered and does nothing.
+    So a host may repeat any request that got no answer. Opening the open session again does nothing
+    either; another is opened only when all accepted orders are done. Session 0 means that none is
+    open: after reset, after manual mode, or by a request, which closes the one before.
 
-    A request that is taken has its answer there with the next clock, and none is taken before the
-    answer is gone. Answers say what is so now: so who takes them must, once ``answers.ready``, stay
-    ready until there is one.
+    The answer to an accepted request is valid one clock later, and no request is accepted before it
+    has been taken. An answer gives the present state: so its receiver must, once ``answers.ready``,
+    stay ready until there is one.
 
     Parameters
     ----------
     depth : int
-        Orders that may wait, the one that is carried out among them: 2, 4, 8 or 16.
+        Orders in the queue, the one that is carried out included: 2, 4, 8 or 16.
 
     Members
     -------
     requests : In(stream.Signature)
-        ``value``, a `Request`, and ``good``: its line was right.
+        ``value``, a `Request`, and ``good``: its line had no error.
     answers : Out(stream.Signature(Answer))
-        An answer to each.
+        One answer a request.
     orders : Out(stream.Signature(Order))
         Orders. Each must be taken only once it has been carried out.
     enable : In(1)
-        Orders are wanted. Without it no order is offered, and with the next clock none waits and no
-        session is open.
+        Automatic mode. Without it no order is offered, and one clock later the queue is empty and
+        no session is open.
     error, stopped : In(1)
-        What else is so with the machine, to be told.
+        State of the machine, for the answers.
     busy : Out(1)
-        An order waits.
+        The queue is not empty.
 
     Raises
     ------
@@ -149,7 +149,7 @@ class OrderLedger(wiring.Component):
                                   0, outcome)),
         ]
 
-        # Order n lies in place n of a ring.
+        # Order n is in word n of a ring buffer.
         m.submodules.ring = ring = memory.Memory(shape=Order, depth=self.depth, init=[])
         store, fetch = ring.write_port(), ring.read_port(domain="comb")
         m.d.comb += [
@@ -165,7 +165,7 @@ class OrderLedger(wiring.Component):
         with m.If(self.orders.valid & self.orders.ready):
             m.d.sync += done.eq(done + 1)
 
-        # What becomes of a request
+        # Result of a request
         decided = Signal(Outcome)
         opens = Signal()
         with m.If(~good):

@@ -1,4 +1,4 @@
-"""What travels between the parts that decide how the machine moves."""
+"""Payloads of the streams between order source, sequencer and order control."""
 
 from amaranth import unsigned
 from amaranth.lib import data
@@ -7,9 +7,9 @@ __all__ = ["Move", "Order"]
 
 
 class Order(data.Struct):
-    """What an order source asks of the controller: a tool order, or a place to go to.
+    """An order of an order source to the controller: a tool order, or a position to move to.
 
-    With ``up`` or ``down`` the position is not looked at.
+    With ``up`` or ``down`` the position is ignored.
     """
 
     x: unsigned(16)  # target row, in steps from the origin

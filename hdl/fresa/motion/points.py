@@ -9,14 +9,14 @@ from ..checks import in_range
 __all__ = ["MAX_POINTS", "PointStore"]
 
 MAX_POINTS = 1023
-"""Most points that can be asked for."""
+"""Largest number of points."""
 
 
 class PointStore(wiring.Component):
-    """Keeps points, and knows which there are.
+    """Memory of points, with a valid bit for each.
 
-    Whether there is a point is known in the clock in which its number is given, and where it is in
-    the next; a point that is stored is there the clock after. Reset forgets all of them.
+    ``stored`` answers in the clock in which the number is given, ``found`` one clock later; a point
+    can be read the clock after it is stored. Reset clears all valid bits.
 
     Parameters
     ----------
@@ -30,15 +30,15 @@ class PointStore(wiring.Component):
     Members
     -------
     number : In(range(points + 1))
-        The point that is meant. There is no point 0, and nothing is stored there.
+        Number of the point. There is no point 0: nothing is stored under it.
     store : In(1)
-        Keep ``place`` under this number.
+        Store ``place`` under this number.
     place : In(signed(width)).array(axes)
-        What to keep.
+        Point to store.
     stored : Out(1)
-        There is such a point.
+        The point is valid.
     found : Out(signed(width)).array(axes)
-        Where the point is whose number was given in the clock before.
+        Point whose number was given in the clock before.
 
     Raises
     ------

@@ -10,15 +10,15 @@ __all__ = ["MoveTo"]
 
 
 class MoveTo(wiring.Component):
-    """Asks for steps towards a target until the position is there.
+    """Requests steps towards a target until the position has reached it.
 
-    The position counts the steps that are made, and nothing else. What is asked for follows the
-    target in the same clock: a new one may come at any time, also one behind. Since every step goes
-    towards a target the position never leaves the range of targets, and there is nothing to wrap. A
-    movement without end is one to the end of that range.
+    The position counts the steps that are made, and nothing else. Requests follow the target in the
+    same clock: it may change at any time, also to one behind. Since every step goes towards a
+    target the position never leaves the range of targets, so it cannot wrap. An endless movement is
+    one to the end of that range.
 
-    To stop, take ``run`` away; then the target may be set to the position, which stays. A reset
-    makes this place 0, as the target is after it, so that a reset moves nothing.
+    To stop, clear ``run``; then the target may be set to the position, which stays. A reset clears
+    the position, and the target is expected to be 0 after it, so that a reset moves nothing.
 
     Parameters
     ----------
@@ -28,21 +28,21 @@ class MoveTo(wiring.Component):
     Members
     -------
     target : In(signed(width))
-        Where to go.
+        Target position.
     run : In(1)
-        Go there.
+        Move towards it.
     load : In(1)
-        Call this place ``place``. No step is asked for in this clock.
+        Set the position to ``place``. No step is requested in this clock.
     place : In(signed(width))
-        What to call it.
+        Position to set.
     moved : In(1)
-        The step asked for is being made. Only given where ``step`` is.
+        The requested step is made in this clock. Only with ``step``.
     step : Out(1)
-        Make a step.
+        Step request.
     direction : Out(1)
         1 up, 0 down.
     position : Out(signed(width))
-        Where it is.
+        Present position, in steps.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the orders of the positioner do."""
+"""Execution of the positioner's commands."""
 
 from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import stream, wiring
@@ -12,17 +12,17 @@ from .points import PointStore
 __all__ = ["MAX_WAITING", "START_SPEED", "WAITING", "Positioning"]
 
 START_SPEED = 200
-"""Speed of every motor until it is told another, in steps/s."""
+"""Speed of every motor after reset, in steps/s."""
 
 WAITING, MAX_WAITING = 32, 1024
-"""Answers that may wait to be said unless told otherwise, and the most that can be asked for."""
+"""Default and largest depth of the queue of answers."""
 
 UP, DOWN = 2**31 - 1, -2**31
-"""Where a movement without end ends."""
+"""Targets of an endless movement."""
 
 
 class Positioning(wiring.Component):
-    """Obeys orders: holds what is connected, how fast and where to, and keeps points.
+    """Executes commands: holds connection, speeds, targets and stored points.
 
     ===============  ==============================================================================
     ``CONNECT``      gives the motors power
@@ -36,15 +36,15 @@ class Positioning(wiring.Component):
     ``POS``          this place is another; ends going to a point, which was meant in the old places
     ===============  ==============================================================================
 
-    A motor has one movement, the one it was ordered last. It ends where it arrives, and where a
-    switch blocks it, which is answered ``LIMIT_MOTn``; none goes on by itself. ``MOV`` and ``GOTO``
-    are refused while nothing is connected, ``GOTO`` also to a point never stored. An order that is
-    refused changes nothing and has one answer; the others have none.
+    A motor has one movement, that of its last command. It ends when it arrives, and when a limit
+    switch blocks it, which is answered ``LIMIT_MOTn``; no movement resumes by itself. ``MOV`` and
+    ``GOTO`` are refused while nothing is connected, ``GOTO`` also for a point never stored. A
+    refused command changes nothing and has one answer; the others have none.
 
-    An order is taken in the clock after the one in which it is offered first, and shows in the
-    next: obeying never waits for answering, so nothing that was said before delays a ``STOP``.
-    Reasons wait in a queue, and are said in the order of their lines. The last place of the queue
-    is for ``OVERFLOW``, which stands for all that are refused until there is room again.
+    A command is taken one clock after it is first offered, and takes effect one clock later:
+    execution never waits for answers, so no earlier line delays a ``STOP``. Refusals wait in a
+    queue and are answered in the order of their lines. The last place of the queue is for
+    ``OVERFLOW``, which stands for all refusals until there is room again.
 
     Parameters
     ----------
@@ -56,31 +56,31 @@ class Positioning(wiring.Component):
     Members
     -------
     orders : In(stream.Signature(PositionerOrder))
-        Orders, and lines that are none.
+        Commands, and lines that are none.
     numbers : In(signed(32)).array(3)
         Their numbers, see :class:`PositionerCommands`.
     there, blocked : In(3)
-        Motors that are at their target; motors that a switch blocks.
+        Motors at their target; motors that a limit switch blocks.
     halt : In(1)
-        No movement goes on or begins.
+        Ends every movement; none begins.
     tick : In(1)
-        Beats the time of the buzzer.
+        Time base of the buzzer.
     answers : Out(stream.Signature(Answer))
-        What to say. Never ``NONE``. A switch that ended a movement comes before all reasons.
+        Answers, never ``NONE``. A limit that ended a movement comes before all refusals.
     connected : Out(1)
         The motors have power.
     rate : Out(range(top_speed + 1)).array(3)
-        Their speeds.
+        Speeds, in steps/s.
     run : Out(3)
         Motors that move.
     target : Out(signed(32)).array(3)
-        Where to.
+        Target positions.
     load : Out(1)
-        This place is called ``place``, by the edge that ends this clock.
+        Set the positions to ``place``, with the edge that ends this clock.
     place : Out(signed(32)).array(3)
-        What to call it.
+        Positions to set.
     buzzer : Out(1)
-        On from where a switch ended a movement to the second tick from there.
+        Set when a limit switch ends a movement, until the second tick after that.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class Positioning(wiring.Component):
         m.submodules.points = points = PointStore(points=POINTS, axes=MOTORS)
         order = self.orders.p
         command = order.command
-        looked = Signal()  # at this order, for a clock: so the point is found
+        looked = Signal()  # the order was offered a clock ago, so its point has been read
         refusal = Signal(Answer)
         obeyed = Signal()
         m.d.comb += points.number.eq(order.point)
@@ -134,9 +134,9 @@ class Positioning(wiring.Component):
             reasons.w_data.eq(Mux(reasons.level < self.waiting - 1, refusal, Answer.OVERFLOW)),
         ]
 
-        # A switch ends a movement, and is told of before any reason.
+        # A limit switch ends a movement; its answer comes before all refusals.
         stopped = Signal(MOTORS)
-        hits = Signal(MOTORS)  # still to be told
+        hits = Signal(MOTORS)  # not answered yet
         free = Signal()
         m.d.comb += [
             stopped.eq(self.run & self.blocked),
@@ -161,9 +161,9 @@ class Positioning(wiring.Component):
         return m
 
     def _obey(self, m: Module, going: Signal, points: PointStore) -> None:
-        """Do what an order says."""
+        """Execute a command."""
         order = self.orders.p
-        left = self.run & ~self.there & ~self.blocked  # movements that do not end anyway
+        left = self.run & ~self.there & ~self.blocked  # movements that do not end in this clock
         with m.Switch(order.command):
             with m.Case(Command.CONNECT):
                 m.d.sync += self.connected.eq(1)
@@ -198,7 +198,7 @@ class Positioning(wiring.Component):
                 m.d.comb += place.eq(number)
 
     def _sound(self, m: Module, stopped: Signal) -> None:
-        """Sound for two ticks."""
+        """Sound the buzzer for two ticks."""
         ticks = Signal(unsigned(2))
         m.d.comb += self.buzzer.eq(ticks != 0)
         with m.If(stopped.any()):

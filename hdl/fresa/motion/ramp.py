@@ -14,7 +14,7 @@ from .position import MoveTo
 __all__ = ["MAX_ACCELERATION", "MAX_LEVELS", "Ramp", "ramp_rates"]
 
 MAX_LEVELS = 4096
-"""Most steps that it may take to get to the highest rate: eight block RAMs of a Spartan-3E."""
+"""Largest number of steps to the highest rate: eight block RAMs of a Spartan-3E."""
 
 MAX_ACCELERATION = 1_000_000
 """Highest acceleration, in steps/s²."""
@@ -65,23 +65,22 @@ def ramp_rates(*, acceleration: int, top: int, modulus: int, clock: int) -> tupl
 class Ramp(wiring.Component):
     """A :class:`MoveTo` that speeds up and slows down, so that a motor with a load can follow.
 
-    ``level`` is the number of steps after which it can stand, and says how fast it may be until
-    then: at level n between the rates of step n - 1 and step n of the ramp, at level 0 up to that
-    of step 1. In these bounds the rate is that asked for. With each step the level goes down or up
-    by one, or stays:
+    ``level`` is the number of steps in which it can stop, and bounds the rate: at level n between
+    the rates of step n - 1 and step n of the ramp, at level 0 up to that of step 1. Within these
+    bounds the rate is the requested one. With each step the level goes down or up by one, or stays:
 
-    - down, if there are fewer steps than that to the target, if this is behind, or if a rate is
-      asked for that a lower level has;
-    - up, if a higher rate is asked for, and there is room to slow down before the target.
+    - down, if there are fewer steps than that to the target, if the target is behind, or if the
+      requested rate belongs to a lower level;
+    - up, if a higher rate is requested, and there is room to slow down before the target.
 
-    So a target that stays is never passed. One that is set too near while it moves, or behind, is:
-    it slows down by the ramp, stands, and comes back. Since it could always have stood at a target
-    that there was, or before it, the position never leaves the range of targets. It stands and
-    turns at level 0 only; one who asks for no more than the rate of step 1 has no ramp.
+    So a target that does not change is never passed. One that is set too near during the movement,
+    or behind, is: the motor slows down along the ramp, stops, and comes back. Since it could always
+    have stopped at an earlier target, or before it, the position never leaves the range of targets.
+    It stops and reverses at level 0 only; a requested rate up to that of step 1 needs no ramp.
 
-    The level is decided with each step that is made, by the target and the rate asked for then; the
-    rate follows that asked for in the same clock, within its bounds. Without ``run`` the motor has
-    no power: no step is asked for, and the level is 0 with the next clock, as after a reset.
+    The level is updated with each step that is made, by the present target and requested rate; the
+    rate follows the requested one in the same clock, within its bounds. Without ``run`` the motor
+    has no power: no step is requested, and the level is 0 one clock later, as after a reset.
 
     Parameters
     ----------
@@ -89,31 +88,31 @@ class Ramp(wiring.Component):
         Rate of each step from standstill, such as :func:`ramp_rates`: 1 to ``MAX_LEVELS`` of them,
         from 1 up, none below that before it. A rate above the last is made as that.
     max_rate : int
-        Highest rate that is asked for, from 1.
+        Highest requested rate, from 1.
     width : int
         Bits of positions, see :class:`MoveTo`.
 
     Members
     -------
     target : In(signed(width))
-        Where to go.
+        Target position.
     run : In(1)
-        Go there.
+        Move towards it.
     asked : In(range(max_rate + 1))
-        How fast, as for :class:`RateGenerator`.
+        Requested rate, as for :class:`RateGenerator`.
     moved : In(1)
-        The step asked for is being made. Only given where ``step`` is, and not in a reset nor in
+        The requested step is made in this clock. Only with ``step``, and neither in a reset nor in
         the first clock.
     step : Out(1)
-        Make a step.
+        Step request.
     direction : Out(1)
         1 up, 0 down.
     rate : Out(range(rates[-1] + 1))
-        How fast; 0 in the first clock.
+        Present rate; 0 in the first clock.
     position : Out(signed(width))
-        Where it is.
+        Present position, in steps.
     level : Out(range(len(rates) + 1))
-        Steps after which it can stand.
+        Steps in which it can stop.
 
     Raises
     ------
@@ -148,7 +147,7 @@ class Ramp(wiring.Component):
             init=[{"slowest": low, "fastest": high}
                   for low, high in zip([0, *fastest], fastest, strict=False)])
         bounds = table.read_port()
-        known = Signal(reset_less=True)  # power-up does not look up any
+        known = Signal(reset_less=True)  # the table has not been read at power-up
         m.d.sync += known.eq(1)
         above = Signal()
         below = Signal()
@@ -164,7 +163,7 @@ class Ramp(wiring.Component):
         rests = Signal()
         way = Signal()
         up = Signal()
-        left = Signal(signed(self.width + 1))  # steps to the target behind that under way
+        left = Signal(signed(self.width + 1))  # steps to the target after the present one
         m.d.comb += [
             rests.eq(self.level == 0),
             up.eq(Mux(rests, self.target > self.position, way)),

@@ -47,10 +47,10 @@ class MotionSequencer(wiring.Component):
     rest.
 
     An order that moves nothing, or is refused, leaves REST as well, so that ``ready`` falls for a
-    clock at least whatever is ordered. Refused are: up and down together; a lowered tool told to go
-    where none of the 8 directions leads; and an order with up or down that begins while another is
-    under way. Then nothing moves for it and ``error`` is raised until reset or the next order that
-    is not refused.
+    clock at least after every order. Refused are: up and down together; a movement with the tool
+    lowered in none of the 8 directions; and an order with up or down that begins while another is
+    under way. Then it moves nothing, and ``error`` is set until reset or the next order that is not
+    refused.
 
     An order taken in clock t is offered to ``moves`` in clock t + 4 at the latest.
 
@@ -62,7 +62,7 @@ class MotionSequencer(wiring.Component):
     Members
     -------
     order : In(Order)
-        The order, looked at in the clock in which it is taken.
+        The order, sampled in the clock in which it is taken.
     start : In(1)
         Take the order if ``ready``. Must fall before it counts again, whatever comes between, and
         also when it came too early.

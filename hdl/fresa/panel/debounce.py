@@ -1,5 +1,8 @@
 """Clean levels from contacts that bounce."""
 
+from fractions import Fraction
+from math import ceil
+
 from amaranth import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -7,24 +10,41 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..drive import MAX_PERIOD, FrequencyDivider
 
-__all__ = ["Debouncer"]
+__all__ = ["DEBOUNCE", "Debouncer", "debounce_period"]
+
+DEBOUNCE = Fraction(1, 100)
+"""Time for which a contact must be still, in seconds."""
+
+
+def debounce_period(clock: int, seconds: Fraction | float = DEBOUNCE) -> int:
+    """Clocks in `seconds` at a clock in Hz, one more rather than one less.
+
+    Raises
+    ------
+    ValueError
+        If it takes no clock, or more than a debouncer counts.
+    """
+    if not 0 < seconds * clock <= MAX_PERIOD:
+        raise ValueError(f"debounce time must be over 0 and at most {MAX_PERIOD / clock:g} s, "
+                         f"not {seconds!r}")
+    return ceil(Fraction(seconds) * clock)
 
 
 class Debouncer(wiring.Component):
     """Follows inputs that have settled.
 
     One divider serves all inputs. An output changes at a tick if its input has differed from it in
-    every clock since the tick before. So a disturbance shorter than ``period`` never passes, and a
-    level that is held for two periods always does.
+    every clock since the tick before. So a glitch shorter than ``period`` never passes, and a level
+    that lasts two periods always does.
 
-    All of it lives through reset, since reset itself comes from a button: it must see that let go.
+    No register is reset, since reset itself comes from a button: its release must be seen.
 
     Parameters
     ----------
     width : int
         Number of inputs.
     period : int
-        Time to be stable, in clocks.
+        Time for which an input must be stable, in clocks.
 
     Members
     -------

@@ -1,4 +1,4 @@
-"""What the machine shows."""
+"""LEDs and display of the mill."""
 
 from amaranth import Module, Mux, Signal
 from amaranth.lib import wiring
@@ -26,7 +26,7 @@ class Monitor(wiring.Component):
     axis_x, axis_y, axis_z : In(4)
         Coil words.
     jogging : In(3)
-        Axes that are being moved by hand.
+        Axes that are jogged.
     count : In(16)
         Count to show.
     leds : Out(4)

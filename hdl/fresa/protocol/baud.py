@@ -1,4 +1,4 @@
-"""How long a bit of a serial line takes."""
+"""Bit periods of serial lines."""
 
 from ..checks import in_range
 from ..drive import MAX_PERIOD
@@ -6,20 +6,20 @@ from ..drive import MAX_PERIOD
 __all__ = ["BAUD", "LEAST_PERIOD", "MAX_CLOCK", "bit_period", "valid_bit"]
 
 BAUD = 9600
-"""Bits a second of all lines, unless told otherwise."""
+"""Default bit rate, in bits/s."""
 
 LEAST_PERIOD = 16
-"""Clocks of the shortest bit: it must be possible to look into its middle three times."""
+"""Clocks of the shortest bit: the receiver takes three samples around its middle."""
 
 MAX_CLOCK = 10**9
-"""Highest clock rate that is believed, in Hz."""
+"""Highest valid clock frequency, in Hz."""
 
 
 def bit_period(clock: int, baud: int) -> int:
     """Return the number of clocks that comes nearest to a bit.
 
-    A byte is ten bits long, and who receives it looks last into the middle of its tenth. A rate
-    that is 2 % off leaves the other side another 1.9 %.
+    A byte is ten bits long, and a receiver samples the tenth in its middle. A rate error of 2 %
+    here leaves 1.9 % to the other side.
 
     Parameters
     ----------
@@ -46,5 +46,5 @@ def bit_period(clock: int, baud: int) -> int:
 
 
 def valid_bit(period: int) -> int:
-    """Return the clocks of a bit if there can be so many, else raise ValueError."""
+    """Return `period` if it is a valid number of clocks of a bit, else raise ValueError."""
     return in_range("period", period, LEAST_PERIOD, MAX_PERIOD)

@@ -11,11 +11,11 @@ __all__ = ["DecimalReader", "NumberError", "number_shape"]
 
 
 class NumberError(enum.Enum, shape=unsigned(2)):
-    """What is wrong with a number."""
+    """Error of a number."""
 
     NONE = 0
     NO_DIGITS = 1
-    OVERFLOW = 2  # it is more, or less, than there are bits for
+    OVERFLOW = 2  # it does not fit into the bits of a number
 
 
 def number_shape(width: object, is_signed: bool) -> Shape:
@@ -25,14 +25,14 @@ def number_shape(width: object, is_signed: bool) -> Shape:
 
 
 class DecimalReader(wiring.Component):
-    """Reads a number in decimal: digits, and a sign before them if it may have one.
+    """Reads a decimal number: digits, after a sign if signs are enabled.
 
-    It takes bytes from a line as long as they belong to the number, one a clock. What does not, be
-    it another byte or the end of the line, stays in the stream for who comes next, and the number
-    is there with the clock after it was seen. While a number waits to be taken nothing is read; so
-    that it begins where it should, give the line to this reader only when a number is due.
+    It takes bytes from a line as long as they belong to the number, one a clock. The first that
+    does not, another byte or the end of the line, stays in the stream for the next reader, and the
+    number is valid one clock after it was seen. While a number waits to be taken nothing is read;
+    offer the line to this reader only when a number is expected.
 
-    Leading zeros are read over, ``-0`` is 0. A number that does not fit is read to its end.
+    Leading zeros are skipped, ``-0`` is 0. A number that does not fit is read to its end.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class DecimalReader(wiring.Component):
     items : In(stream.Signature(LineItem))
         A line.
     numbers : Out(stream.Signature)
-        ``value``, which says nothing where there is an error, and ``error``, a `NumberError`.
+        ``value``, undefined if there is an error, and ``error``, a `NumberError`.
 
     Raises
     ------
@@ -67,9 +67,9 @@ class DecimalReader(wiring.Component):
 
         byte = self.items.p.byte
         value = Signal(self.shape)
-        begun = Signal()  # by a sign or a digit
+        begun = Signal()  # a sign or a digit was read
         negative = Signal()
-        digits = Signal()  # there is one at least
+        digits = Signal()  # at least one digit was read
         overflow = Signal()
 
         is_digit = Signal()
@@ -79,7 +79,7 @@ class DecimalReader(wiring.Component):
             m.d.comb += is_sign.eq(
                 ~self.items.p.end & ~begun & ((byte == ord("-")) | (byte == ord("+"))))
 
-        # A negative number grows downwards: so the least of all is read like any other.
+        # A negative number accumulates downwards, so the lowest one needs no special case.
         digit = byte[:4]
         more = Signal(signed(self.shape.width + 5))
         m.d.comb += [

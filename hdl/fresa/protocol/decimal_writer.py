@@ -13,8 +13,8 @@ __all__ = ["DecimalWriter"]
 class DecimalWriter(wiring.Component):
     """Writes a number in decimal, with a ``-`` if it is negative and without leading zeros.
 
-    There is no division: a power of ten is taken away as often as it can be, which is the digit,
-    then the next smaller one. A digit takes at most 11 clocks, one of them its byte.
+    Repeated subtraction replaces division: the number of times that a power of ten fits is the
+    digit, then follows the next smaller power. A digit takes at most 11 clocks, one for its byte.
 
     ======  ================================================================  ====================
     state   does                                                              next

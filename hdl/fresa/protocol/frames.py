@@ -1,4 +1,4 @@
-"""Frames of `single`: what each asks for, and the one answer that it gets."""
+"""Frames of `single`: commands and queries, each with one answer."""
 
 from amaranth import Module, Mux, Signal, unsigned
 from amaranth.lib import enum, stream, wiring
@@ -14,16 +14,16 @@ from .words import WordReader
 __all__ = ["GREETING", "HELP", "POSITIONS", "SPEEDS", "START_SPEED", "Answer", "FrameInterpreter"]
 
 POSITIONS = 10_000
-"""Set-points are below."""
+"""Set-points are 0 to this less one."""
 
 SPEEDS = 60_000
-"""Speeds in rpm are below, and not 0: a motor that is to stand still is sent to where it is."""
+"""Speeds are 1 to this less one, in rpm; to stop a motor, set its present position."""
 
 START_SPEED = 100
 """Speed after reset, in rpm."""
 
 GREETING = b"\r\nfresa single\r\n"
-"""What is sent after reset, before the help."""
+"""Text after reset, before the help."""
 
 HELP = b"""\
 a frame is : command return\r
@@ -35,21 +35,21 @@ a frame is : command return\r
 :e0  power off\r
 :d   this help\r
 """
-"""What ``:d`` prints, in lines that end with CR LF."""
+"""Text of ``:d``, in lines that end with CR LF."""
 
 
 class Answer(enum.Enum, shape=unsigned(4)):
-    """Texts that are sent, by their place in the ROM."""
+    """Texts that are sent, by their index in the ROM."""
 
     GREETING = 0
     HELP = 1
     OK = 2
     COMMAND = 3  # no such command, or a frame that was damaged on the line
-    NUMBER = 4  # no number where one is due, or something behind it
-    RANGE = 5  # a number that may not be
+    NUMBER = 4  # no number where one is expected, or more behind it
+    RANGE = 5  # a number out of range
     LENGTH = 6  # a frame that is too long
-    VALUE = 7  # what comes behind a value
-    POSITION = 8  # what comes before it
+    VALUE = 7  # text after a value
+    POSITION = 8  # text before it
     SPEED = 9
 
 
@@ -68,7 +68,7 @@ _WORDS = (b"X", b"V", b"E", b"D", b"X?", b"V?")
 
 
 class FrameInterpreter(wiring.Component):
-    """Does what frames ask for, and answers each exactly once.
+    """Executes frames, and answers each exactly once.
 
     ============  =====================================  =======================================
     frame         does                                   answers
@@ -77,24 +77,24 @@ class FrameInterpreter(wiring.Component):
     ``xN``        set-point N, below ``POSITIONS``       ``ok``
     ``v?``                                               ``v:`` speed, end of line, ``ok``
     ``vN``        N rpm, over 0 and below ``SPEEDS``     ``ok``
-    ``e1, e0``    gives the motor power, or takes it     ``ok``
+    ``e1, e0``    motor power on or off                  ``ok``
     ``d``         prints the help                        the help, ``ok``
     any other     nothing                                ``err`` and a word, see :class:`Answer`
     ============  =====================================  =======================================
 
     Letters are of either case, numbers unsigned decimal. All lines end with CR LF. A frame is
-    carried out in the clock in which its end is taken, and not before: so one that turns out to be
-    bad has changed nothing. The next is read when the answer's text has begun; the position that is
-    answered is that of the moment in which its digits begin. After reset a greeting is sent.
+    executed in the clock in which its end is taken, and not before, so a bad one changes nothing.
+    The next is read when the text of the answer has begun; the position in an answer is sampled
+    when its digits begin. After reset a greeting is sent.
 
     =======  ================================================  =====================================
     state    does                                              next
     =======  ================================================  =====================================
     ANSWER   waits until all before is sent, and sends a text  COMMAND
-    COMMAND  reads a word                                      NUMBER, or END if none is due
+    COMMAND  reads a word                                      NUMBER, or END if it takes none
     NUMBER   reads a number                                    END
-    END      reads to the end, does what was asked             ANSWER, or NAME where a value is due
-    NAME     waits likewise, and sends which value it is       VALUE
+    END      reads to the end, executes the command            ANSWER, or NAME for a query
+    NAME     waits likewise, and sends the name of the value   VALUE
     VALUE    waits likewise, and sends the value               ANSWER
     FAULT    shows ``fault``, does nothing                     stays until reset
     =======  ================================================  =====================================
@@ -102,14 +102,14 @@ class FrameInterpreter(wiring.Component):
     Parameters
     ----------
     greeting, help_text : bytes
-        Sent after reset, one behind the other; the help also when it is asked for.
+        Sent after reset, one after the other; the help also for ``d``.
 
     Members
     -------
     items : In(stream.Signature(LineItem))
         Frames, without what starts and ends them.
     position : In(14)
-        Where the motor is.
+        Position of the motor.
     target : Out(14)
         Set-point. 0 after reset.
     speed : Out(16)
@@ -154,7 +154,7 @@ class FrameInterpreter(wiring.Component):
         m.submodules.writer = writer = DecimalWriter(width=len(self.speed))
         m.submodules.texts = texts = self._source
 
-        # What is sent comes from one of the two: each begins only when both have ended.
+        # Texts and digits share the output: each begins only when both are idle.
         idle = Signal()
         m.d.comb += [
             idle.eq(texts.numbers.ready & writer.numbers.ready),
@@ -217,7 +217,7 @@ class FrameInterpreter(wiring.Component):
                         m.next = "NAME"
                     with m.Elif(answer == Answer.OK):
                         self._do(m, command, value)
-                with m.Elif(self.items.valid):  # more than there should be
+                with m.Elif(self.items.valid):  # bytes after the last argument
                     with m.Switch(answer):
                         with m.Case(Answer.OK, Answer.RANGE, Answer.NUMBER):
                             m.d.sync += answer.eq(Answer.NUMBER)
@@ -249,7 +249,7 @@ class FrameInterpreter(wiring.Component):
         return m
 
     def _do(self, m: Module, command: Signal, value: Signal) -> None:
-        """Carry out a command whose number was found to be right."""
+        """Execute a command whose number is valid."""
         with m.Switch(command):
             with m.Case(_Command.POSITION):
                 m.d.sync += self.target.eq(value)
@@ -260,7 +260,7 @@ class FrameInterpreter(wiring.Component):
 
 
 def _judge(command: Signal, number):
-    """Return the answer to a number that ends with its frame."""
+    """Return the answer to a number that is the last item of its frame."""
     most = Mux(command == _Command.POSITION, POSITIONS - 1,
                Mux(command == _Command.SPEED, SPEEDS - 1, 1))
     wrong = (number.value > most) | ((command == _Command.SPEED) & (number.value == 0))

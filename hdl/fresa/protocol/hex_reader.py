@@ -16,19 +16,19 @@ CHECK = catalog.CRC32_ISO_HDLC(data_width=4)
 CHECK_DIGITS = 8
 
 MAX_DIGITS = 64
-"""Most digits of a message: all that is read of it is kept in flip-flops."""
+"""Largest number of digits of a message: they are kept in flip-flops."""
 
 
 class HexReader(wiring.Component):
-    """Reads lines of so many hexadecimal digits and their check, and says which are right.
+    """Reads lines of hexadecimal digits with a CRC, and marks those without error.
 
     A message is ``digits`` digits from the highest, then the 8 digits of its CRC-32 from the
-    lowest. Each digit, those of the CRC among them, goes through the CRC as it comes; behind a line
-    that is right its register holds the same residue whatever was said. Digits are capitals.
+    lowest. Each digit, including those of the CRC, goes through the CRC as it comes; after a line
+    without error its register holds a constant residue. Digits are capitals.
 
-    Every line gives one message, also one that is damaged, too long or too short, or has anything
-    but digits: it is not ``good``. The message is there with the clock after the end of its line
-    was taken. While it waits nothing is read.
+    Every line gives one message; that of a line that is damaged, too long or too short, or has
+    other characters is not ``good``. The message is valid one clock after the end of its line was
+    taken. While it waits nothing is read.
 
     Parameters
     ----------
@@ -40,8 +40,7 @@ class HexReader(wiring.Component):
     items : In(stream.Signature(LineItem))
         Lines.
     messages : Out(stream.Signature)
-        ``value``, four bits for each digit, the first highest, which says nothing unless it is
-        ``good``.
+        ``value``, four bits for each digit, the first highest, undefined unless ``good``.
 
     Raises
     ------
@@ -72,7 +71,7 @@ class HexReader(wiring.Component):
 
         longest = self.digits + CHECK_DIGITS
         count = Signal(range(longest + 1))
-        wrong = Signal()  # something that is no digit, or a digit too many
+        wrong = Signal()  # another character, or a digit too many
         value = self.messages.p.value
         m.d.comb += self.items.ready.eq(~self.messages.valid)
         with m.If(self.items.valid & self.items.ready):

@@ -11,11 +11,10 @@ __all__ = ["HexWriter"]
 
 
 class HexWriter(wiring.Component):
-    """Writes a message as a line that a `HexReader` takes for right, with CR and LF behind it.
+    """Writes a message as a line that a `HexReader` accepts, with CR and LF after it.
 
-    A message that is taken has the start of its line there with the next clock, and every other
-    byte with the clock after the one before it was taken. The next message is taken when the last
-    byte has been.
+    The start of the line is valid one clock after the message was taken, and every other byte one
+    clock after the one before it was taken. The next message is taken when the last byte has been.
 
     Parameters
     ----------

@@ -10,15 +10,15 @@ from .receiver import Received
 __all__ = ["MAX_LENGTH", "LineEnd", "LineItem", "LineReader"]
 
 MAX_LENGTH = 1022
-"""Longest line that can be asked for, in bytes."""
+"""Largest length of a line, in bytes."""
 
 
 class LineEnd(enum.Enum, shape=unsigned(8)):
-    """What is to be said of a line when it has ended."""
+    """Status of a line, given at its end."""
 
     GOOD = 0
-    LONG = 1  # it had more bytes than there is room for
-    DAMAGED = 2  # one of its bytes was not to be trusted, or is missing
+    LONG = 1  # it had more bytes than the buffer holds
+    DAMAGED = 2  # a byte of it had a framing error, or was lost
 
 
 class LineItem(data.Struct):
@@ -29,17 +29,17 @@ class LineItem(data.Struct):
 
 
 class LineReader(wiring.Component):
-    """Gathers bytes into lines, and hands them on when their end has come.
+    """Collects bytes into lines, and passes each line on when its end has come.
 
     The buffer is a ring. A line is written behind those that wait, and becomes visible with its
-    end; one that is too long or damaged gives its room back at once, is swallowed to its end, and
-    nothing of it but that end, which says so, is handed on. While lines wait and there is no room,
-    no byte is taken. A single line always has room.
+    end; one that is too long or damaged frees its room at once, is dropped to its end, and only
+    that end, with its status, is passed on. While lines wait and the buffer is full, no byte is
+    taken. A single line always fits.
 
-    With a start character a line begins behind it, and anew behind each other one; what is outside
-    is dropped. But a byte outside that is not to be trusted, or behind others that were lost,
-    begins a damaged line: its start may have been among them. An end character of a line that has
-    begun ends it, and is not part of it.
+    With a start character a line begins behind it, and again behind each other one; bytes outside
+    are dropped. But a byte outside with a framing error, or after lost ones, begins a damaged line:
+    its start may have been among them. An end character of a line that has begun ends it, and is
+    not part of it.
 
     The first byte of a line can be taken two clocks after its end was, and then one a clock.
 
@@ -54,18 +54,18 @@ class LineReader(wiring.Component):
     skip_empty : bool
         Drop good lines that are empty, such as those between CR and LF.
     crlf : bool
-        A CR right before an end character is not part of the line. It needs room all the same: a
+        A CR right before an end character is not part of the line. It is buffered all the same: a
         line of ``length`` bytes and a CR is too long.
 
     Attributes
     ----------
     depth : int
-        Bytes and ends that the buffer has room for, and one more.
+        Words of the buffer: the bytes and ends that it holds, and one more.
 
     Members
     -------
     bytes : In(stream.Signature(Received))
-        Bytes, each with its mark.
+        Bytes, each with its error flag.
     items : Out(stream.Signature(LineItem))
         Lines: the bytes of each, then its end.
 
@@ -101,8 +101,8 @@ class LineReader(wiring.Component):
         m.submodules.ring = ring = memory.Memory(
             shape=unsigned(9), depth=self.depth, init=[])
         store, fetch = ring.write_port(), ring.read_port()
-        kept = Signal(range(self.depth))  # where the line that is being read begins
-        tail = Signal(range(self.depth))  # what is handed on next
+        kept = Signal(range(self.depth))  # address of the first byte of the line being received
+        tail = Signal(range(self.depth))  # address of the next item to pass on
         count = Signal(range(self.length + 1))
         room = Signal()
         taken = Signal()
@@ -114,11 +114,11 @@ class LineReader(wiring.Component):
 
         byte, error = self.bytes.p.byte, self.bytes.p.error
         inside = Signal(init=not self.start)
-        begun = Signal()  # with this byte at the latest
+        begun = Signal()  # a line has begun, with this byte at the latest
         long = Signal()
         damaged = Signal()
         ended = Signal()
-        cr = Signal()  # the last byte so far is one that an end would drop
+        cr = Signal()  # the last byte so far is a CR, which an end would drop
         size = Signal.like(count)  # of a line that ends here
         starts = byte == self.start[0] if self.start else Const(0)
         m.d.comb += [
@@ -144,14 +144,14 @@ class LineReader(wiring.Component):
                 if self.crlf:
                     m.d.sync += cr.eq(byte == ord("\r"))
         verdict = Mux(damaged | error, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
-        # The place behind the line is free: what is not to stay there is overwritten.
+        # The word behind the line is free, so every byte is stored; a dropped one is overwritten.
         m.d.comb += [
             store.en.eq(taken),
             store.addr.eq(kept + Mux(error, 0, Mux(ended, size, count))),
             store.data.eq(Cat(Mux(ended, verdict, byte), ended)),
         ]
 
-        # What is fetched now is seen in the next clock; what is stored now is not fetched yet.
+        # A read takes one clock; a word stored in this clock is not read in it.
         after = Signal.like(tail)
         m.d.comb += [
             after.eq(tail + (self.items.valid & self.items.ready)),

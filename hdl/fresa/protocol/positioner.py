@@ -1,4 +1,4 @@
-"""The commands of the positioner: a line of words and numbers to an order, or to a reason."""
+"""The commands of the positioner: a line of words and numbers to an order, or to a refusal."""
 
 from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
@@ -31,24 +31,24 @@ class Command(enum.Enum, shape=unsigned(4)):
 
 
 class Answer(enum.Enum, shape=unsigned(4)):
-    """What is said back. All but ``NONE`` and the limits are reasons to refuse a line."""
+    """Answers. All but ``NONE`` and the limits are refusals of a line."""
 
-    NONE = 0  # nothing: the command is obeyed
-    DAMAGED = 1  # a byte of the line was not to be trusted, or is missing
-    LONG = 2  # the line had more bytes than there is room for
+    NONE = 0  # no answer: the command is executed
+    DAMAGED = 1  # a byte of the line had a framing error, or was lost
+    LONG = 2  # the line had more bytes than the buffer holds
     COMMAND = 3  # its first word is no command
-    ARGUMENT = 4  # what follows is not what the command takes: too little, too much, another word
-    RANGE = 5  # a number is less or more than it may be
+    ARGUMENT = 4  # arguments missing, too many, or of another kind
+    RANGE = 5  # a number out of range
     DISCONNECTED = 6  # nothing moves before CONNECT
     EMPTY = 7  # the point was never stored
     LIMIT_MOT1 = 8  # a switch stops motor 1
     LIMIT_MOT2 = 9
     LIMIT_MOT3 = 10
-    OVERFLOW = 11  # this line, and those right behind it: more wait to be answered than can
+    OVERFLOW = 11  # this line, and those right after it: the queue of answers is full
 
 
 class PositionerOrder(data.Struct):
-    """What a line says. The rest means something only where `answer` is ``NONE``."""
+    """A decoded line. The other fields are valid only if `answer` is ``NONE``."""
 
     answer: Answer
     command: Command
@@ -58,7 +58,7 @@ class PositionerOrder(data.Struct):
 
 
 class Kind(enum.Enum, shape=unsigned(3)):
-    """What comes next in a line."""
+    """Kinds of arguments."""
 
     END = 0
     MOTOR = 1
@@ -76,46 +76,46 @@ ARGUMENTS = {
     Command.GOTO: (Kind.POINT,),
     Command.POS: (Kind.NUMBER, Kind.NUMBER, Kind.NUMBER),
 }
-"""What follows the word of a command, if anything."""
+"""Arguments of the commands that take any."""
 
 WORDS = (*(command.name.encode() for command in Command), b"MOT", b"C", b"CC")
 MOT, CLOCKWISE, COUNTER_CLOCKWISE = range(len(Command), len(WORDS))
 
 
 class PositionerCommands(wiring.Component):
-    """Reads lines, and makes of each exactly one order, or one refusal with its reason.
+    """Decodes lines: each gives exactly one order, or one refusal.
 
     Words are in capitals and there is one space between them. A number may have a sign and leading
-    zeros. The first thing that is wrong in a line is its reason; the rest of it is swallowed.
+    zeros. A refusal names the first error of the line; the rest of it is dropped.
 
     ==========  ===============================================================  =================
     state       does                                                             next
     ==========  ===============================================================  =================
     COMMAND     reads the first word                                             SEPARATE
-    SEPARATE    takes a space where something is to follow                       WORD, NUMBER, or
+    SEPARATE    takes a space if an argument follows                             WORD, NUMBER, or
                                                                                  SKIP at the end
     WORD        reads ``MOT``, or ``C`` or ``CC``                                DIGIT, SEPARATE
     DIGIT       takes the digit behind ``MOT``                                   SEPARATE
     NUMBER      reads a number                                                   SEPARATE
-    SKIP        takes what is left of the line, its end included                 OFFER
+    SKIP        takes the rest of the line, its end included                     OFFER
     OFFER       offers the order                                                 COMMAND
     FAULT       shows ``fault``, reads nothing, offers nothing                   stays until reset
     ==========  ===============================================================  =================
 
-    From each of the first five it goes to SKIP where something is wrong. A byte takes a clock, a
-    word or a number two more, and SEPARATE and OFFER one each at least.
+    Each of the first five goes to SKIP at an error. A byte takes a clock, a word or a number two
+    more, and SEPARATE and OFFER at least one each.
 
     Parameters
     ----------
     top_speed : int
-        Most steps a second that ``VEL`` takes, from 1 to 2 ** 31 - 1.
+        Highest speed of ``VEL`` in steps/s, from 1 to 2 ** 31 - 1.
 
     Members
     -------
     items : In(stream.Signature(LineItem))
         Lines.
     orders : Out(stream.Signature(PositionerOrder))
-        What each of them says.
+        One order or refusal a line.
     numbers : Out(signed(32)).array(3)
         The three positions of ``P`` and ``POS``; the last is the speed of ``VEL``. They stay while
         an order is offered.
@@ -155,7 +155,7 @@ class PositionerCommands(wiring.Component):
                         m.d.comb += kind.eq(what)
 
         value = number.numbers.p.value
-        high = Signal()  # the number is more than it may be
+        high = Signal()  # the number is too large
         m.d.comb += high.eq(Mux(kind == Kind.POINT, value > POINTS, value > self.top_speed))
         out_of_range = (kind != Kind.NUMBER) & ((value < 1) | high)
 

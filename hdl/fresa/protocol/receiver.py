@@ -14,37 +14,36 @@ class Received(data.Struct):
     """A byte from the line."""
 
     byte: unsigned(8)
-    error: unsigned(1)  # its stop bit was not there, or bytes before it were lost
+    error: unsigned(1)  # framing error, or bytes before it were lost
 
 
 class UARTReceiver(wiring.Component):
-    """Receives bytes, 8N1, and tells which of them are not to be trusted.
+    """Receives bytes, 8N1, and marks framing errors and lost bytes.
 
-    Each bit is looked at three times, in its middle and ``spread`` clocks (a sixteenth of a bit)
-    before and after, and two of three decide. So a disturbance of up to ``spread`` clocks in a bit
-    changes nothing, and one that looks like a start is dropped. The middles are counted from the
-    edge of the start bit.
+    Majority-votes three samples a bit: in its middle and ``spread`` clocks (a sixteenth of a bit)
+    before and after. So a glitch of up to ``spread`` clocks in a bit changes nothing, and one that
+    looks like a start bit is dropped. Samples are timed from the edge of the start bit.
 
-    A byte without a stop bit is handed on with ``error``, and the next is looked for when the line
-    has been high for longer than a disturbance, ``2 * spread + 1`` clocks; so it is after reset. A
+    A byte without a stop bit (framing error) is passed on with ``error``, and the next start bit is
+    accepted when the line has been high for ``2 * spread + 1`` clocks; so it is after reset. A
     break, a line that is low for longer than a byte, is one byte 0 with ``error``. One that begins
-    in the middle of a byte damages that, and is seen ten bits after its missing stop bit.
+    within a byte damages that byte, and is detected ten bits after its missing stop bit.
 
-    There is room for one byte: where it has not been taken when the next is complete, the next is
-    lost, and the one after that has ``error``. So nothing is missing from the stream unseen.
+    There is room for one byte: if it has not been taken when the next is complete, the next is
+    lost, and the one after that has ``error``. So no loss goes unnoticed.
 
-    A byte is there with the clock edge after the last look at its stop bit, ``9 * period +
-    period // 2 + spread`` clocks after the one in which the line was first seen low.
+    A byte is valid one clock after the last sample of its stop bit, ``9 * period + period // 2 +
+    spread`` clocks after the one in which the line was first seen low.
 
     =======  ========================================================  ========================
     state    does                                                      next
     =======  ========================================================  ========================
-    LOW      waits for the line to be high for more than a moment,     IDLE
-             tells a break if it is low for ten bits
+    LOW      waits until the line is high for longer than a glitch;    IDLE
+             detects a break when it is low for ten bits
     IDLE     waits for it to be low                                    START
-    START    looks at the start bit                                    DATA, or IDLE if it is 1
-    DATA     looks at eight bits                                       STOP
-    STOP     looks at the stop bit, and hands the byte on              IDLE, or LOW if it is 0
+    START    samples the start bit                                     DATA, or IDLE if it is 1
+    DATA     samples eight bits                                        STOP
+    STOP     samples the stop bit, and passes the byte on              IDLE, or LOW if it is 0
     FAULT    shows ``fault``, receives nothing                         stays until reset
     =======  ========================================================  ========================
 
@@ -56,18 +55,18 @@ class UARTReceiver(wiring.Component):
     Attributes
     ----------
     spread : int
-        Clocks from one look at a bit to the next.
+        Clocks from one sample of a bit to the next.
 
     Members
     -------
     rx : In(1)
-        The line, synchronous to the clock: the two flip-flops are with those of the other pins.
+        The line, synchronous to the clock: its synchroniser is with those of the other pins.
     bytes : Out(stream.Signature(Received))
         Bytes received.
     framing : Out(1)
-        A stop bit is missing. For a clock.
+        Framing error: a stop bit is missing. For one clock.
     overrun : Out(1)
-        A byte is lost. For a clock.
+        A byte is lost. For one clock.
     line_break : Out(1)
         The line has been low for longer than a byte, or for longer than two if it was not idle
         before, and not high for long enough since.
@@ -95,7 +94,7 @@ class UARTReceiver(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        # Clocks to the last look at a bit, below 0.
+        # Clocks to the last sample of a bit, counted up to 0.
         first, high = -(self.period // 2 + self.spread), -2 * self.spread
         time = Signal(range(1 - self.period, 1), init=high)
         word = Signal(8)
@@ -111,10 +110,10 @@ class UARTReceiver(wiring.Component):
         with m.If(look):
             m.d.sync += looks.eq(Cat(self.rx, looks))
 
-        # Clocks for which it was low since it should have been high.
+        # Clocks for which the line has been low since the missing stop bit.
         low = Signal(range(10 * self.period))
 
-        # Bits come in from the top; a 1 goes before them, and falls out when there are eight.
+        # Shift register, filled from the top; a marker 1 ahead of the bits falls out after eight.
         ended = Signal()
         with m.FSM(name="receiver_state") as fsm:
             with m.State("LOW"):
@@ -172,7 +171,7 @@ class UARTReceiver(wiring.Component):
         return m
 
     def _hand_on(self, m: Module, word: Signal, ended: Signal) -> None:
-        """Keep a byte until it is taken, and remember that one was lost."""
+        """Hold a byte until it is taken, and note an overrun."""
         lost = Signal()
         m.d.comb += self.overrun.eq(ended & self.bytes.valid & ~self.bytes.ready)
         with m.If(self.overrun):

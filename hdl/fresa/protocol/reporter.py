@@ -1,4 +1,4 @@
-"""Lines of text to a host: where the machine is, at fixed times, and answers in between."""
+"""Lines of text to a host: position reports at fixed times, and answers in between."""
 
 from collections.abc import Sequence
 
@@ -21,20 +21,20 @@ LONGEST = len(BEGIN + BETWEEN * 2 + END) + 3 * len(str(-2**31))
 class Reporter(wiring.Component):
     """Sends ``# POS x y z :`` at every tick of its clock, and answers between the reports.
 
-    All lines go through here, whole, one after the other. An answer is begun only if it will be
-    over at the next tick, however long the line is still busy with the byte before it; so no
-    report ever waits for an answer, and the first bit of each is on the line ``5`` clocks after its
-    tick. The three positions of a report are those of one clock, the one after the tick. A line
-    feed follows each report, as it does each answer.
+    All lines pass through here, one after the other. An answer begins only if it will end before
+    the next tick, however long the line is still busy with the byte before it; so no report ever
+    waits for an answer, and its first bit is on the line ``5`` clocks after its tick. The three
+    positions of a report are sampled in one clock, the one after the tick. A line feed ends each
+    report and each answer.
 
     ========  =================================================================  =================
     state     does                                                               next
     ========  =================================================================  =================
     REST      begins a report that is due, or else takes an answer               ASK
-    ASK       asks for a text                                                    TEXT
+    ASK       requests a text                                                    TEXT
     TEXT      sends it                                                           NUMBER, or REST
                                                                                  after the last
-    NUMBER    asks for a position in digits                                      DIGITS
+    NUMBER    requests the digits of a position                                  DIGITS
     DIGITS    sends them                                                         ASK
     FAULT     shows ``fault``, begins nothing                                    stays until reset
     ========  =================================================================  =================
@@ -47,21 +47,21 @@ class Reporter(wiring.Component):
         Clocks from tick to tick, up to ``MAX_PERIOD``. Between two ticks there must be time for the
         longest report, the longest answer, and two bytes more.
     byte : int
-        Clocks that the line takes to send a byte: 160 at least. With fewer than 11 what is said
-        above of times does not hold.
+        Clocks that the line takes to send a byte, at least 160. With fewer than 11 the times above
+        do not hold.
 
     Members
     -------
     enable : In(1)
-        Report at the ticks at which this is on.
+        Report at the ticks at which this is set.
     position : In(signed(32)).array(3)
-        What to report.
+        Positions to report.
     answers : In(stream.Signature)
-        Numbers of answers to send.
+        Indices of the answers to send.
     bytes : Out(stream.Signature(8))
         The bytes of all lines.
     tick : Out(1)
-        It is time for a report. Once in ``period`` clocks, whatever is enabled.
+        A report is due. Once in ``period`` clocks, enabled or not.
     fault : Out(1)
         A state register was upset. Stays until reset.
 

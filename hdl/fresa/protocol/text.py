@@ -9,15 +9,15 @@ from amaranth.lib.wiring import In, Out
 __all__ = ["MAX_BYTES", "MAX_TEXTS", "TextSource"]
 
 MAX_TEXTS, MAX_BYTES = 256, 2**14
-"""Most texts, and most bytes of all of them: eight block RAMs of a Spartan-3E."""
+"""Largest number of texts, and of bytes of all of them: eight block RAMs of a Spartan-3E."""
 
 
 class TextSource(wiring.Component):
-    """Sends the text that is asked for, byte by byte, out of a ROM.
+    """Sends texts by their numbers, byte by byte, out of a ROM.
 
-    The texts lie one behind the other, each with a bit more at its last byte. A text whose number
-    is taken in clock t has its first byte there in clock t + 2, and the others one a clock. The
-    next number is taken when the last byte has been.
+    The texts are stored one after the other; a ninth bit marks the last byte of each. A text whose
+    number is taken in clock t has its first byte valid in clock t + 2, and the others one a clock.
+    The next number is taken when the last byte has been.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class TextSource(wiring.Component):
     Members
     -------
     numbers : In(stream.Signature)
-        Which texts to send, from 0. One that there is not sends nothing.
+        Numbers of the texts to send, from 0. A number without a text sends nothing.
     bytes : Out(stream.Signature(8))
         Their bytes.
 

@@ -13,9 +13,9 @@ __all__ = ["UARTTransmitter"]
 class UARTTransmitter(wiring.Component):
     """Sends bytes, 8N1: a start bit of 0, eight bits from the lowest, a stop bit of 1.
 
-    The start bit is on the line with the clock edge that takes the byte. A bit lasts ``period``
-    clocks and a byte ten bits, and bytes that wait follow each other without a gap. ``tx`` comes
-    straight from a flip-flop. Reset cuts a byte short: the line is high at once.
+    The start bit begins with the clock edge that takes the byte. A bit lasts ``period`` clocks and
+    a byte ten bits; waiting bytes follow without a gap. ``tx`` comes straight from a flip-flop.
+    Reset aborts a byte: the line is high at once.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class UARTTransmitter(wiring.Component):
         m.submodules.divider = divider = FrequencyDivider(period=self.period)
         busy = Signal()
         left = Signal(range(10))  # bits after the one on the line
-        word = Signal(9, init=~0)  # the bit on the line lowest; the stop bit comes in behind
+        word = Signal(9, init=~0)  # bit 0 is on the line; the stop bit is shifted in
         ended = Signal()
         m.d.comb += [
             divider.enable.eq(busy),

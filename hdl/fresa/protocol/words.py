@@ -14,16 +14,16 @@ MAX_WORDS, MAX_WORD = 64, 16
 """Most words of a table, and most letters of a word."""
 
 NUMBER_STARTS = b"0123456789+-"
-"""What a number begins with, and a word does not hold."""
+"""Characters that begin a number; no word contains them."""
 
 
 class WordReader(wiring.Component):
-    """Reads a word, and says which of a table it is.
+    """Reads a word, and looks it up in a table.
 
-    It takes bytes from a line, one a clock, up to a space, to what a number begins with, or to the
-    end of the line: that stays in the stream for who comes next, and the word is there with the
-    clock after it was seen. While a word waits to be taken nothing is read; give the line to this
-    reader only when a word is due. Any other byte belongs to the word, which is then in no table.
+    It takes bytes from a line, one a clock, up to a space, the beginning of a number, or the end of
+    the line: that stays in the stream for the next reader, and the word is valid one clock after it
+    was seen. While a word waits to be taken nothing is read; offer the line to this reader only
+    when a word is expected. Any other byte belongs to the word, which is then not in the table.
 
     Each word of the table is compared as the letters come, all at once. A word may be the beginning
     of another.
@@ -33,14 +33,14 @@ class WordReader(wiring.Component):
     words : sequence of bytes
         The table. Letters are capitals where ``fold`` is true.
     fold : bool
-        Small letters in the line are taken for capitals.
+        Lower case in the line is converted to upper case.
 
     Members
     -------
     items : In(stream.Signature(LineItem))
         A line.
     words : Out(stream.Signature)
-        ``known`` says whether the word is in the table, and ``index`` where.
+        ``known``, 1 if the word is in the table, and ``index``, its place there.
 
     Raises
     ------
@@ -66,8 +66,8 @@ class WordReader(wiring.Component):
         m = Module()
 
         longest = max(map(len, self.table))
-        place = Signal(range(longest + 2))  # letters so far, or one more than any word has
-        alive = Signal(len(self.table), init=~0)  # words that begin with them
+        place = Signal(range(longest + 2))  # letters so far, saturating above the longest word
+        alive = Signal(len(self.table), init=~0)  # words that begin with these letters
         letter = Signal(8)
         stops = Signal()
         byte = self.items.p.byte

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..engines import CXXRTLEngine, Engine
+from .inputs import MOST_OWED, OPENING, Input, random_inputs
 from .line import CUT, FRAME, Levels, high
-from .pieces import MOST_OWED, OPENING, Piece, pieces
-from .presses import pressing
-from .targets import Judgement, Target
+from .switches import press_switches
+from .targets import Findings, FuzzTarget
 
-__all__ = ["SESSION", "Outcome", "fuzz", "play", "shortest"]
+__all__ = ["SESSION", "Outcome", "fuzz", "run_session", "shortest"]
 
 #: Bytes of a session. Each begins at power-up.
 SESSION = 20_000
@@ -33,22 +33,22 @@ class Outcome:
         The machine, as it was built for it.
     seed : int
         Its seed.
-    pieces : list of Piece
+    inputs : list of Input
         What was sent.
-    judgement : Judgement
+    findings : Findings
         What was found.
     clocks : int
         How long it took.
     """
 
-    target: Target
+    target: FuzzTarget
     seed: int
-    pieces: list[Piece]
-    judgement: Judgement
+    inputs: list[Input]
+    findings: Findings
     clocks: int
 
 
-def fuzz(target: Target, seed: int, amount: int, *, kind: type[Engine] = CXXRTLEngine
+def fuzz(target: FuzzTarget, seed: int, amount: int, *, kind: type[Engine] = CXXRTLEngine
          ) -> Iterator[Outcome]:
     """Play sessions with so many bytes in all; the same seed gives the same sessions.
 
@@ -60,36 +60,36 @@ def fuzz(target: Target, seed: int, amount: int, *, kind: type[Engine] = CXXRTLE
     designs = [way.design() for way in ways[:-(-amount // SESSION)]]
     for number in count():
         own, way = seed << 32 | number, ways[number % len(ways)]
-        sent = pieces(way.dialect, own, min(amount, SESSION), way.period)
-        if way.dialect.switches:
-            sent = pressing(sent, way.dialect.switches, own, way.period)
+        sent = random_inputs(way.protocol, own, min(amount, SESSION), way.period)
+        if way.protocol.switches:
+            sent = press_switches(sent, way.protocol.switches, own, way.period)
         with kind(designs[number % len(ways)]) as engine:
-            outcome = play(way, engine, list(sent))
+            outcome = run_session(way, engine, list(sent))
         outcome.seed = own
         yield outcome
-        amount -= outcome.judgement.bytes
+        amount -= outcome.findings.bytes
         if amount <= 0:
             return
 
 
-def play(target: Target, engine: Engine, sent: Sequence[Piece],
+def run_session(target: FuzzTarget, engine: Engine, sent: Sequence[Input],
          advance: Callable[[int], None] = lambda clocks: None) -> Outcome:
     """Send pieces to a machine that has just been switched on, and look at what it does."""
-    line = np.concatenate([piece.levels for piece in sent])
-    ends = np.cumsum([len(piece.levels) for piece in sent])
-    floods = [(int(end) - len(piece.levels), int(end) if end < len(line) else CUT)
-              for piece, end in zip(sent, ends, strict=True) if piece.kind == "flood"]
+    line = np.concatenate([item.levels for item in sent])
+    ends = np.cumsum([len(item.levels) for item in sent])
+    floods = [(int(end) - len(item.levels), int(end) if end < len(line) else CUT)
+              for item, end in zip(sent, ends, strict=True) if item.kind == "flood"]
     inputs = {"rx": line}
-    if target.dialect.switches:
+    if target.protocol.switches:
         inputs["limits"] = np.concatenate([
-            np.zeros(len(piece.levels), np.uint8) if piece.pressed is None else piece.pressed
-            for piece in sent])
-    engine.set(**target.inputs)
-    seen = {**inputs, **_played(target, engine, inputs)}
-    return Outcome(target, 0, list(sent), target.judge(line, seen, floods), len(line))
+            np.zeros(len(item.levels), np.uint8) if item.pressed is None else item.pressed
+            for item in sent])
+    engine.set(**target.levels)
+    seen = {**inputs, **_run(target, engine, inputs)}
+    return Outcome(target, 0, list(sent), target.check(line, seen, floods), len(line))
 
 
-def _played(target: Target, engine: Engine, inputs: Mapping[str, Levels]) -> Mapping[str, NDArray]:
+def _run(target: FuzzTarget, engine: Engine, inputs: Mapping[str, Levels]) -> Mapping[str, NDArray]:
     parts = []
     for start in range(0, len(inputs["rx"]), ROWS):
         rows = engine.apply({name: levels[start:start + ROWS] for name, levels in inputs.items()},
@@ -99,7 +99,7 @@ def _played(target: Target, engine: Engine, inputs: Mapping[str, Levels]) -> Map
     return {name: np.concatenate([part[name] for part in parts]) for name in target.outputs}
 
 
-def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
+def shortest(target: FuzzTarget, sent: Sequence[Input], seconds: float, *,
              kind: type[Engine] = CXXRTLEngine) -> Outcome:
     """Leave out of what was sent as much as can be, so that something is still found.
 
@@ -114,29 +114,29 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
     """
     design, limit = target.design(), time.monotonic() + seconds
 
-    def test(some: Sequence[Piece]) -> Outcome:
+    def test(some: Sequence[Input]) -> Outcome:
         with kind(design) as engine:
-            return play(target, engine, some)
+            return run_session(target, engine, some)
 
     best = test(sent)
-    clock, what, _ = best.judgement.failures[0]
-    reached = int(np.searchsorted(np.cumsum([len(piece.levels) for piece in sent]), clock)) + 1
+    clock, what, _ = best.findings.failures[0]
+    reached = int(np.searchsorted(np.cumsum([len(item.levels) for item in sent]), clock)) + 1
     for more in (0, 10, 100):
         cut = test(_framed(target, sent, sent[OPENING:reached + more]))
-        if any(failure.kind == what for failure in cut.judgement.failures):
+        if any(failure.kind == what for failure in cut.findings.failures):
             best = cut
             break
-    alone = test([replace(piece, pressed=None) for piece in best.pieces])
-    if any(failure.kind == what for failure in alone.judgement.failures):
+    alone = test([replace(item, pressed=None) for item in best.inputs])
+    if any(failure.kind == what for failure in alone.findings.failures):
         best = alone
-    some = best.pieces[OPENING:-1]
+    some = best.inputs[OPENING:-1]
     size = max(1, len(some) // 2)
     while time.monotonic() < limit:
         start, before = 0, len(some)
         while start < len(some) and time.monotonic() < limit:
             fewer = some[:start] + some[start + size:]
             found = test(_framed(target, sent, fewer))
-            if any(failure.kind == what for failure in found.judgement.failures):
+            if any(failure.kind == what for failure in found.findings.failures):
                 best, some = found, fewer
             else:
                 start += size
@@ -146,8 +146,8 @@ def shortest(target: Target, sent: Sequence[Piece], seconds: float, *,
     return best
 
 
-def _framed(target: Target, sent: Sequence[Piece], some: Sequence[Piece]) -> list[Piece]:
+def _framed(target: FuzzTarget, sent: Sequence[Input], some: Sequence[Input]) -> list[Input]:
     """Put the opening before some pieces, and time for answers behind them."""
-    waiting = target.dialect.room // 4 or MOST_OWED
-    clocks = waiting * target.dialect.answer * FRAME * target.period
-    return [*sent[:OPENING], *some, Piece("rest", b"", high(clocks))]
+    waiting = target.protocol.room // 4 or MOST_OWED
+    clocks = waiting * target.protocol.answer * FRAME * target.period
+    return [*sent[:OPENING], *some, Input("rest", b"", high(clocks))]

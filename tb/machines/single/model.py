@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from .drive import PhaseModel, RateModel
-from .motion import MoveToModel, RampModel
+from ...models.drive import PhaseModel, RateModel
+from ...models.motion import MoveToModel, RampModel
 
 __all__ = ["BIPOLAR", "UNIPOLAR", "SingleInputs", "SingleModel", "SingleOutputs"]
 

@@ -1,4 +1,4 @@
-"""What must be known of a machine that is struck: its motors, what it says, what it works at."""
+"""What fault injection must know of a machine: motors, answers, work."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ..design import Design
 from .rows import Rows
 
-__all__ = ["Coils", "Line", "Machine", "Pulses"]
+__all__ = ["Coils", "Line", "FaultTarget", "Pulses"]
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Machine:
-    """A machine to be struck.
+class FaultTarget:
+    """A machine for fault injection.
 
     Attributes
     ----------
@@ -92,8 +92,8 @@ class Machine:
         An output, and the level that it has where the machine waits for work.
     fault : str
         The output that shows faults.
-    zeros : mapping of str to int
-        Inputs, and the level of each with which this place is 0.
+    origin : mapping of str to int
+        Inputs, and the level of each at which the position is 0 by definition.
     kept : tuple of str
         Ends of the paths of the registers that a reset does not set.
     work : callable
@@ -104,10 +104,10 @@ class Machine:
         Most clocks from reset to reset.
     window : int
         Clocks of work after an upset, at least, before it is asked what has become of it.
-    patience : int
-        Clocks more than a row took without an upset after which nobody waits for the machine.
-    aside : tuple of str
-        Begins of the names of registers that have only to do with what is shown.
+    timeout : int
+        Clocks more than a row took without an upset after which the machine counts as stuck.
+    ignored : tuple of str
+        Prefixes of the names of registers that only drive displays.
     line : Line, optional
         Its serial line.
     guard : bool, optional
@@ -119,13 +119,13 @@ class Machine:
     motors: tuple[Coils | Pulses, ...]
     idle: tuple[str, int]
     fault: str
-    zeros: dict[str, int]
+    origin: dict[str, int]
     kept: tuple[str, ...]
     work: Callable[[int], Rows]
     work_to_reset: Callable[[int, int], Rows]
     gap: int
     window: int
-    patience: int
-    aside: tuple[str, ...] = ()
+    timeout: int
+    ignored: tuple[str, ...] = ()
     line: Line | None = None
     guard: bool | None = None

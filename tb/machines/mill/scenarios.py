@@ -1,10 +1,10 @@
-"""The machine by its own pins."""
+"""Scenarios of `mill`: a tour of all that it does."""
 
 from fresa.machines import Mill
 from fresa.machines.mill import MillTiming
 
-from ..bench import Run, bench
-from ..plant import WORDS
+from ...bench import Run, bench
+from ...plant import WORDS
 
 
 @bench

@@ -11,8 +11,8 @@ from typing import ClassVar
 
 from fresa.machines.positioner import LINE_LENGTH, PositionerTiming
 
-from .motion import AxisModel
-from .protocol import GOOD, LONG, LineModel, ReceiverModel, bits
+from ...models.motion import AxisModel
+from ...models.protocol import GOOD, LONG, LineModel, ReceiverModel, bits
 
 __all__ = ["CommandsModel", "PositionerInputs", "PositionerModel", "PositionerOutputs",
            "PositioningModel", "ReporterModel"]

@@ -1,39 +1,20 @@
-"""A terminal at the other end of a serial line: what is typed on it, well, badly and by chance."""
+"""Stimulus for `single`: frames on its line, right, wrong and damaged."""
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .models.protocol import bits
-from .models.single import SingleInputs, SingleModel
-from .stimulus import BLOCK
+from ...stimulus import BLOCK
+from ...uart import encode
+from .model import SingleInputs, SingleModel
 
-__all__ = ["chance", "directed", "frames", "shown", "typed"]
+__all__ = ["directed", "frames", "random_rows"]
 
 WORDS = [b"x?", b"v?", b"X?", b"d", b"e0", b"e1", b"e1", b"e2", b"E", b"x", b"v0", b"", b"?", b"dd",
          b"x-1", b"x+1", b"x 1", b"x12a", b"x?1", b"v?a", b"ex", b"x10000", b"x65536", b"v60000",
          b"v59999", b"v00700", b"x9999"]
-
-
-def typed(text: bytes, bit: int) -> list[int]:
-    """Return the levels of a line on which `text` is sent, `bit` clocks a bit."""
-    return [level for byte in text for each in bits(byte) for level in [each] * bit]
-
-
-def shown(line: Sequence[int] | NDArray, bit: int) -> bytes:
-    """Read what is sent on an undisturbed line; a byte that is cut off at its end is left out."""
-    found, clock = bytearray(), 0
-    while clock + 9 * bit + bit // 2 < len(line):
-        if line[clock]:
-            clock += 1
-            continue
-        middles = [line[clock + place * bit + bit // 2] for place in range(10)]
-        assert (middles[0], middles[9]) == (0, 1), f"no byte at clock {clock}"
-        found.append(sum(int(level) << place for place, level in enumerate(middles[1:9])))
-        clock += 9 * bit + bit // 2
-    return bytes(found)
 
 
 def frames(rng: random.Random) -> Iterator[bytes]:
@@ -61,7 +42,7 @@ def frames(rng: random.Random) -> Iterator[bytes]:
 
 
 def directed(model: SingleModel, seed: int, clocks: int) -> dict[str, NDArray]:
-    """Play frames to a model for so many clocks, each when that before was answered."""
+    """Send frames to a model for so many clocks, each when that before was answered."""
     rng = random.Random(seed)
     pins = SingleInputs(rx=1)
     levels: dict[str, list[int]] = {"rst": [], "rx": []}
@@ -75,7 +56,7 @@ def directed(model: SingleModel, seed: int, clocks: int) -> dict[str, NDArray]:
     source = frames(rng)
     ready = False  # the motor is fast: it is slow after reset
     while len(levels["rx"]) < clocks:
-        for level in typed(next(source) if ready else b":v40000\r", model.bit):
+        for level in encode(next(source) if ready else b":v40000\r", model.bit):
             drive(level)
         for _ in range(rng.choice([2, 2, 2, 120]) * model.bit):
             drive(1)
@@ -87,17 +68,17 @@ def directed(model: SingleModel, seed: int, clocks: int) -> dict[str, NDArray]:
     return {name: np.array(row[:clocks], np.uint8) for name, row in levels.items()}
 
 
-def chance(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
-    """Give the first rows of a block of chance: frames close by each other, bytes, and noise."""
+def random_rows(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
+    """Return the first rows of a random block: frames close by each other, bytes, and noise."""
     rng = random.Random(f"{seed} {block}")
     line: list[int] = []
     source = frames(rng)
     while len(line) < BLOCK:
         kind = rng.randrange(10)
         if kind < 6:
-            line += typed(next(source), bit) + [1] * (rng.choice([0, 0, 1, 30, 200]) * bit)
+            line += encode(next(source), bit) + [1] * (rng.choice([0, 0, 1, 30, 200]) * bit)
         elif kind < 8:
-            line += typed(rng.randbytes(rng.randrange(12)), bit)
+            line += encode(rng.randbytes(rng.randrange(12)), bit)
         elif kind == 8:
             line += [rng.randrange(2) for _ in range(rng.randrange(20 * bit))]
         else:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .line import FRAME, Levels, high, levels
 
-__all__ = ["OPENING", "Dialect", "Piece", "pieces"]
+__all__ = ["OPENING", "LineProtocol", "Input", "random_inputs"]
 
 
 #: Pieces at the begin of each session.
@@ -22,7 +22,7 @@ MOST_OWED = 40
 
 
 @dataclass(frozen=True)
-class Piece:
+class Input:
     """A piece of what is sent.
 
     Attributes
@@ -51,7 +51,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Dialect:
+class LineProtocol:
     """What lines of a machine look like.
 
     Attributes
@@ -90,7 +90,7 @@ class Dialect:
     switches: int = 0
 
 
-def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Piece]:
+def random_inputs(protocol: LineProtocol, seed: int, count: int, period: int) -> Iterator[Input]:
     """Give pieces with so many bytes, and what ends a session: the machine must still be there.
 
     As many lines wait as there is room for, and more only where the machine is flooded on purpose.
@@ -98,95 +98,96 @@ def pieces(dialect: Dialect, seed: int, count: int, period: int) -> Iterator[Pie
     """
     rng = random.Random(seed)
     byte = FRAME * period
-    yield Piece("rest", b"", high(4 * byte))
-    yield Piece("bytes", dialect.begin, levels(dialect.begin, period))
-    answers = (dialect.begin.count(dialect.end) + 2) * dialect.answer * byte
-    yield Piece("rest", b"", high(answers))
+    yield Input("rest", b"", high(4 * byte))
+    yield Input("bytes", protocol.begin, levels(protocol.begin, period))
+    answers = (protocol.begin.count(protocol.end) + 2) * protocol.answer * byte
+    yield Input("rest", b"", high(answers))
     owed = waiting = partial = 0  # clocks of answers; bytes that may wait; of a line without end
     flood_at = count // 2 if count >= LONG else -1
     while count > 0:
-        piece = (_flood if count <= flood_at else _piece)(rng, dialect, period)
-        if piece.kind == "flood":
+        item = (_flood if count <= flood_at else _random_input)(rng, protocol, period)
+        if item.kind == "flood":
             flood_at = -1
-        ends = piece.data.count(dialect.end) + (piece.kind == "noise")
-        count -= max(1, len(piece.data))
-        if not dialect.room:
-            yield piece
+        ends = item.data.count(protocol.end) + (item.kind == "noise")
+        count -= max(1, len(item.data))
+        if not protocol.room:
+            yield item
             continue
-        if piece.kind == "flood":
-            yield Piece("rest", b"", high(owed + dialect.answer * byte))
+        if item.kind == "flood":
+            yield Input("rest", b"", high(owed + protocol.answer * byte))
             owed = waiting = partial = 0
-        elif owed and waiting + partial + len(piece.data) + 2 > dialect.room:
-            yield Piece("rest", b"", high(owed))
+        elif owed and waiting + partial + len(item.data) + 2 > protocol.room:
+            yield Input("rest", b"", high(owed))
             owed = waiting = 0
-        yield piece
-        if piece.kind == "flood":
+        yield item
+        if item.kind == "flood":
             continue
-        waiting += len(piece.data) + 1
-        tail = piece.data.rpartition(dialect.end)[2]
-        partial = min(dialect.room, len(tail) + (0 if ends else partial))
-        owed = max(0, owed + ends * dialect.answer * byte - len(piece.levels))
+        waiting += len(item.data) + 1
+        tail = item.data.rpartition(protocol.end)[2]
+        partial = min(protocol.room, len(tail) + (0 if ends else partial))
+        owed = max(0, owed + ends * protocol.answer * byte - len(item.levels))
         waiting = waiting if owed else 0
-    end = dialect.end * 2
-    if not dialect.room:
-        owed = MOST_OWED * dialect.answer * byte
-    yield Piece("rest", b"", high(owed + 3 * byte))
-    yield Piece("bytes", end, levels(end, period))
-    yield Piece("rest", b"", high(4 * dialect.answer * byte))
-    yield Piece("alive", dialect.alive, levels(dialect.alive, period))
-    answers = (dialect.alive.count(dialect.end) + 8) * dialect.answer * byte
-    yield Piece("rest", b"", high(answers))
+    end = protocol.end * 2
+    if not protocol.room:
+        owed = MOST_OWED * protocol.answer * byte
+    yield Input("rest", b"", high(owed + 3 * byte))
+    yield Input("bytes", end, levels(end, period))
+    yield Input("rest", b"", high(4 * protocol.answer * byte))
+    yield Input("alive", protocol.alive, levels(protocol.alive, period))
+    answers = (protocol.alive.count(protocol.end) + 8) * protocol.answer * byte
+    yield Input("rest", b"", high(answers))
 
 
-def _piece(rng: random.Random, dialect: Dialect, period: int) -> Piece:
+def _random_input(rng: random.Random, protocol: LineProtocol, period: int) -> Input:
     kind = rng.choices(*zip(*_KINDS.items(), strict=True))[0]
     if kind is _flood:
-        return _flood(rng, dialect, period)
-    name, data, line = kind(rng, dialect, period)
+        return _flood(rng, protocol, period)
+    name, data, line = kind(rng, protocol, period)
     pause = rng.choice([0, 0, 0, 1, 3, period, 30 * period])
-    return Piece(name, data, np.concatenate([line, high(pause)]) if pause else line)
+    return Input(name, data, np.concatenate([line, high(pause)]) if pause else line)
 
 
-def _legal(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
-    data = dialect.legal(rng)
+def _legal(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
+    data = protocol.legal(rng)
     return "bytes", data, levels(data, period)
 
 
-def _mutated(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
-    line = bytearray(dialect.legal(rng))
+def _mutated(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
+    line = bytearray(protocol.legal(rng))
     for _ in range(rng.choice([1, 1, 2, 3])):
         place = rng.randrange(len(line) + 1)
         line[place:place + rng.randrange(3)] = bytes(
-            rng.choices([*dialect.letters, rng.randrange(256)], k=rng.randrange(3)))
+            rng.choices([*protocol.letters, rng.randrange(256)], k=rng.randrange(3)))
     return "bytes", bytes(line), levels(bytes(line), period)
 
 
-def _any_bytes(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _any_bytes(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes,
+                                                                                 Levels]:
     data = bytearray(rng.randbytes(rng.choice([1, 3, 10, 40])))
     if rng.random() < 0.6:
-        data += dialect.end
+        data += protocol.end
     return "bytes", bytes(data), levels(bytes(data), period)
 
 
-def _long(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _long(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
     """Put zeros, or anything, into a line, until it is about as long as may be."""
-    line, zeros = dialect.legal(rng), dialect.longest + rng.randrange(-12, 6)
+    line, zeros = protocol.legal(rng), protocol.longest + rng.randrange(-12, 6)
     place = next((n for n, byte in enumerate(line) if byte in b"0123456789"), len(line) - 1)
     data = line[:place] + rng.choice([b"0", b"0", b" ", b"A"]) * (zeros - len(line)) + line[place:]
     return "bytes", data, levels(data, period)
 
 
-def _framing(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _framing(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
     """Leave stop bits out."""
-    data = dialect.legal(rng)
+    data = protocol.legal(rng)
     line = levels(data, period).reshape(-1, FRAME, period)
     line[rng.sample(range(len(data)), rng.randint(1, min(2, len(data)))), -1] = 0
     return "without a stop bit", data, np.concatenate([line.reshape(-1), high(4)])
 
 
-def _glitched(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _glitched(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
     """Disturb a line for moments of a sixteenth of a bit, far enough from each other."""
-    data = dialect.legal(rng)
+    data = protocol.legal(rng)
     line = np.concatenate([high(period), levels(data, period), high(period)])
     width = period // 16
     for place in range(rng.randrange(period), len(line) - width, 4 * period):
@@ -194,15 +195,15 @@ def _glitched(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, b
     return "with glitches", data, line
 
 
-def _break(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _break(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
     clocks = rng.choice([1, 2, 5, FRAME - 1, FRAME, FRAME + 1, 12, 30]) * period
     return "break", b"", np.concatenate([
         _obeyed(period), np.zeros(clocks, np.uint8), high(rng.randrange(40))])
 
 
-def _broken(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _broken(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
     """Begin a break in the middle of a byte, or what is nearly long enough for one."""
-    data = dialect.legal(rng)
+    data = protocol.legal(rng)
     line, byte = levels(data, period), FRAME * period
     begin = rng.randrange(len(line))
     end = (begin // byte + 1) * byte
@@ -216,7 +217,7 @@ def _broken(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, byt
         _obeyed(period), line[:begin], low, high(rng.choice([3, period, 40])), line[end:]])
 
 
-def _noise(rng: random.Random, dialect: Dialect, period: int) -> tuple[str, bytes, Levels]:
+def _noise(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:
     runs = [rng.randint(1, rng.choice([2, 20, 60])) for _ in range(rng.randrange(2, 60))]
     line = (np.arange(len(runs)) & 1).repeat(runs).astype(np.uint8)
     return "noise", b"", np.concatenate([_obeyed(period), line, high(12 * period)])
@@ -227,23 +228,24 @@ def _obeyed(period: int) -> Levels:
     return high(2 * FRAME * period)
 
 
-def _flood(rng: random.Random, dialect: Dialect, period: int) -> Piece:
+def _flood(rng: random.Random, protocol: LineProtocol, period: int) -> Input:
     """Send more lines than can be answered.
 
     Where bytes are lost, none of them changes anything, and they go by before anything else comes.
     """
-    short = [line for line in dialect.quiet if len(line) <= 5]  # more of them wait
-    lines = rng.choices(rng.choice([dialect.quiet, short]), k=max(80, 2 * dialect.room))
-    if not dialect.room:
-        data = b"".join(line + rng.choice([dialect.end, dialect.legal(rng)]) * rng.choice([0, 1, 3])
+    short = [line for line in protocol.quiet if len(line) <= 5]  # more of them wait
+    lines = rng.choices(rng.choice([protocol.quiet, short]), k=max(80, 2 * protocol.room))
+    if not protocol.room:
+        data = b"".join(line + rng.choice([protocol.end, protocol.legal(rng)]) * rng.choice([0, 1,
+                                                                                             3])
                         for line in lines)
-        return Piece("flood", data, levels(data, period))
-    data = dialect.end + b"".join(lines)
-    drained = dialect.room * dialect.answer * FRAME * period
-    end = levels(dialect.end, period)
-    return Piece("flood", data, np.concatenate([
-        end, high(2 * dialect.answer * FRAME * period), levels(data, period), high(drained), end,
-        high(3 * dialect.answer * FRAME * period)]))
+        return Input("flood", data, levels(data, period))
+    data = protocol.end + b"".join(lines)
+    drained = protocol.room * protocol.answer * FRAME * period
+    end = levels(protocol.end, period)
+    return Input("flood", data, np.concatenate([
+        end, high(2 * protocol.answer * FRAME * period), levels(data, period), high(drained), end,
+        high(3 * protocol.answer * FRAME * period)]))
 
 
 _KINDS = {_legal: 100, _mutated: 80, _any_bytes: 60, _long: 3, _framing: 10, _glitched: 20,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import TypeAlias
 
-from .models.mill import MillInputs, MillModel, MillOutputs
+from .model import MillInputs, MillModel, MillOutputs
 
 __all__ = [
     "Action",

@@ -6,32 +6,33 @@ from dataclasses import replace
 
 import numpy as np
 
+from .inputs import Input
 from .line import FRAME, Levels
-from .pieces import Piece
 
-__all__ = ["pressing"]
+__all__ = ["press_switches"]
 
 
-def pressing(pieces: Iterator[Piece], switches: int, seed: int, period: int) -> Iterator[Piece]:
+def press_switches(inputs: Iterator[Input], switches: int, seed: int,
+                   period: int) -> Iterator[Input]:
     """Press switches while pieces are sent, and let them go where the first and the last are.
 
     The line is the same as without: what is pressed is drawn by itself.
     """
     runs = _runs(random.Random(f"switches {seed}"), switches, FRAME * period)
     level = left = 0
-    for piece in pieces:
-        if piece.kind in ("rest", "alive"):
-            yield piece
+    for item in inputs:
+        if item.kind in ("rest", "alive"):
+            yield item
             continue
-        pressed: Levels = np.zeros(len(piece.levels), np.uint8)
+        pressed: Levels = np.zeros(len(item.levels), np.uint8)
         place = 0
         while place < len(pressed):
             if not left:
                 level, left = next(runs)
             pressed[place:place + left] = level
-            taken = min(left, len(pressed) - place)
-            place, left = place + taken, left - taken
-        yield replace(piece, pressed=pressed) if pressed.any() else piece
+            accepted = min(left, len(pressed) - place)
+            place, left = place + accepted, left - accepted
+        yield replace(item, pressed=pressed) if pressed.any() else item
 
 
 def _runs(rng: random.Random, switches: int, byte: int) -> Iterator[tuple[int, int]]:

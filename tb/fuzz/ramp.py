@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from .line import CUT
-from .ways import Effect, Failure, Mode, Steps, Verdict, intervals
+from .trajectory import Effect, Failure, Mode, Steps, TrajectoryCheck, intervals
 
-__all__ = ["Ramp", "climb"]
+__all__ = ["Ramp", "check_ramp"]
 
 
 class Ramp:
@@ -64,19 +64,20 @@ class _State(NamedTuple):
             min(self.low, other.low), max(self.high, other.high), max(self.due, other.due))
 
 
-def climb(steps: Steps, effects: Sequence[Effect], ramp: Ramp, clocks: int) -> Verdict:
+def check_ramp(steps: Steps, effects: Sequence[Effect], ramp: Ramp, clocks: int) -> TrajectoryCheck:
     """Look at all steps of a motor with a ramp; `clocks` are those for which it was looked at."""
     motor, timed, deviation = _Motor(effects, ramp), 0, 0.0
     places = steps.place.tolist()
-    for clock, way, place in zip(steps.clock.tolist(), steps.way.tolist(), places, strict=False):
+    for clock, direction, place in zip(steps.clock.tolist(), steps.direction.tolist(), places,
+                                       strict=False):
         failure = motor.until(clock - 1, place)  # the coils change a clock later
         late = None if failure else motor.lateness()
         if late is not None:
             timed, deviation = timed + 1, max(deviation, late)
-        if failure := failure or motor.step(way, place):
-            return Verdict([failure], timed, deviation)
+        if failure := failure or motor.step(direction, place):
+            return TrajectoryCheck([failure], timed, deviation)
     failure = motor.until(clocks - 1, places[-1])
-    return Verdict([failure] if failure else [], timed, deviation)
+    return TrajectoryCheck([failure] if failure else [], timed, deviation)
 
 
 class _Motor:
@@ -84,7 +85,7 @@ class _Motor:
         self._ramp = ramp
         bounds, self._spans = intervals(effects, CUT)
         self._begins = bounds.tolist()
-        self._span, self._clock, self._way = 0, 0, 0
+        self._span, self._clock, self._direction = 0, 0, 0
         self._ready = 0  # from then on it has had power for long enough
         self._states = {0: _State(-ramp.rate(0, self._modes[0]), 0)}  # power-up takes a clock
 
@@ -124,7 +125,8 @@ class _Motor:
         if not level or len(on) < len(modes):
             yield 0, list(modes)
 
-    def _passed(self, state: _State, rates: Sequence[int], asked: bool, end: int) -> _State:
+    def _passed(self, state: _State, rates: Sequence[int], asked: bool,
+                end: int) -> _State:
         """Let clocks pass at one of some rates, in which a step is asked for, or may be not."""
         modulus, clocks = self._ramp.modulus, end - self._clock
         slow, fast = min(rates), max(rates)
@@ -149,24 +151,24 @@ class _Motor:
         rate = self._ramp.rate(level, self._spans[self._span][0])  # in the clock before
         return None if others or not 0 <= late < rate else late / rate
 
-    def step(self, way: int, place: int) -> Failure | None:
+    def step(self, direction: int, place: int) -> Failure | None:
         """Make a step from a place."""
         ramp, modes, found = self._ramp, self._modes, {}
         states = {level: state for level, state in self._states.items()
                   if state.high >= ramp.modulus}
         for level, state in states.items():
             for mode in modes:
-                away = (mode.low - place) * way
-                if not mode.run or (way != self._way if level else away <= 0):
+                away = (mode.low - place) * direction
+                if not mode.run or (direction != self._direction if level else away <= 0):
                     continue
                 rate = ramp.rate(level, mode) - ramp.modulus
                 after = _State(max(state.low, ramp.modulus) + rate, state.high + rate)
                 to = ramp.after(level, away - 1, mode)
                 found[to] = after.joined(found.get(to))
-        shown = f"a step {'up' if way > 0 else 'down'} from {place} that "
+        shown = f"a step {'up' if direction > 0 else 'down'} from {place} that "
         if not states:
             return Failure(self._clock, "time", shown + "comes too early")
         if not found:
             return Failure(self._clock, "step", shown + "no command asked for")
-        self._states, self._way, self._clock = found, way, self._clock + 1
+        self._states, self._direction, self._clock = found, direction, self._clock + 1
         return None

@@ -1,4 +1,4 @@
-"""Strike a machine so often, on all cores."""
+"""Inject faults into a machine, on all cores."""
 
 import queue
 import time
@@ -9,35 +9,35 @@ from contextlib import ExitStack, closing, contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from tb.faults.machine import Machine
+from tb.faults.target import FaultTarget
 from tb.faults.upsets import Trial
 from tb.faults.verdicts import Silent, Verdict, WrongReset
 
-from .results import Flips, Resets
+from .results import Resets, Upsets
 
-__all__ = ["SHOWN", "run_flips", "run_resets"]
+__all__ = ["SHOWN", "run_upsets", "run_resets"]
 
-FLIPS = 20_000
+UPSETS = 20_000
 """Upsets of a chunk: each chunk has work of its own."""
 
 RESETS = 500
 """Resets of a chunk."""
 
 SHOWN = 20
-"""Silent upsets that are told of."""
+"""Silent upsets that are listed."""
 
 ASKED = 20
-"""Behind one of so many resets a machine on a line is asked whether it is there."""
+"""After one of so many resets a machine on a line must answer a question."""
 
 
-def run_resets(machine: Machine, count: int, seed: int, *, jobs: int,
+def run_resets(machine: FaultTarget, count: int, seed: int, *, jobs: int,
                advance: Callable[[int], object]) -> Resets:
     """Reset a machine so often.
 
     Parameters
     ----------
     machine : Machine
-        What to strike.
+        The machine.
     count : int
         Resets.
     seed : int
@@ -68,20 +68,20 @@ def run_resets(machine: Machine, count: int, seed: int, *, jobs: int,
     return result
 
 
-def run_flips(machine: Machine, count: int, seed: int, *, jobs: int,
-              advance: Callable[[int], object]) -> Flips:
+def run_upsets(machine: FaultTarget, count: int, seed: int, *, jobs: int,
+              advance: Callable[[int], object]) -> Upsets:
     """Upset a machine so often; see :func:`run_resets`."""
     def chunk(trial: Trial, number: int, size: int
               ) -> tuple[int, NDArray[np.int64], list[Silent]]:
         trial.load(machine.work(seed * 1_000_003 + number))
         clocks = trial.work()
-        return clocks, *trial.flips(seed, number * FLIPS, size)
+        return clocks, *trial.upsets(seed, number * UPSETS, size)
 
     with _trials(machine, jobs) as trials:
         registers = trials[0].registers
-        result = Flips(machine, registers, np.zeros((len(registers), len(Verdict)), np.int64))
+        result = Upsets(machine, registers, np.zeros((len(registers), len(Verdict)), np.int64))
         began = time.perf_counter()
-        for size, (clocks, verdicts, silent) in _in_order(trials, count, FLIPS, chunk):
+        for size, (clocks, verdicts, silent) in _in_order(trials, count, UPSETS, chunk):
             result.clocks += clocks
             result.verdicts += verdicts
             result.silent += silent[: SHOWN - len(result.silent)]
@@ -91,7 +91,7 @@ def run_flips(machine: Machine, count: int, seed: int, *, jobs: int,
 
 
 @contextmanager
-def _trials(machine: Machine, count: int) -> Iterator[list[Trial]]:
+def _trials(machine: FaultTarget, count: int) -> Iterator[list[Trial]]:
     """Make so many of a machine, one for each core."""
     with ExitStack() as stack:
         yield [stack.enter_context(closing(Trial(machine))) for _ in range(count)]

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Effect", "Failure", "Mode", "Steps", "Verdict", "intervals", "lateness", "walk"]
+__all__ = ["Effect", "Failure", "Mode", "Steps", "TrajectoryCheck", "intervals", "lateness",
+           "check_trajectory"]
 
 
 class Failure(NamedTuple):
@@ -22,13 +23,13 @@ class Failure(NamedTuple):
         From when on it is seen.
     kind : str
         ``step``, ``time``, ``place``, ``answer`` or ``pins``.
-    says : str
+    message : str
         What it is.
     """
 
     clock: int
     kind: str
-    says: str
+    message: str
 
 
 class Mode(NamedTuple):
@@ -66,22 +67,22 @@ class Steps:
     ----------
     clock : array of int64
         When each is seen at the pins. Ascending.
-    way : array of int64
+    direction : array of int64
         Its direction, 1 or -1.
     place : array of int64
         Where what it moves is before each, and at last.
     """
 
     clock: NDArray[np.int64]
-    way: NDArray[np.int64]
+    direction: NDArray[np.int64]
     place: NDArray[np.int64]
 
     @classmethod
-    def of(cls, clock: NDArray, way: NDArray, moves: NDArray | None = None) -> "Steps":
+    def of(cls, clock: NDArray, direction: NDArray, moves: NDArray | None = None) -> "Steps":
         """Count steps, each of which moves something, unless told otherwise: 1, 0 or -1."""
-        way = way.astype(np.int64)
-        return cls(clock.astype(np.int64), way,
-                   np.concatenate([[0], np.cumsum(way if moves is None else moves)]))
+        direction = direction.astype(np.int64)
+        return cls(clock.astype(np.int64), direction,
+                   np.concatenate([[0], np.cumsum(direction if moves is None else moves)]))
 
     def between(self, first: int, last: int) -> tuple[int, int]:
         """Give the lowest and the highest place from one clock to another."""
@@ -90,7 +91,7 @@ class Steps:
         return int(places.min()), int(places.max())
 
 
-class Verdict(NamedTuple):
+class TrajectoryCheck(NamedTuple):
     """What came of it.
 
     Attributes
@@ -118,7 +119,8 @@ def lateness(clocks: NDArray[np.int64], first: NDArray[np.int64], modulus: int,
     return (clocks - clocks[first]) * rate - (order - first) * modulus
 
 
-def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, slack: int) -> Verdict:
+def check_trajectory(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int,
+                     slack: int) -> TrajectoryCheck:
     """Look at all steps of a motor.
 
     Parameters
@@ -146,9 +148,10 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
 
     of = np.searchsorted(begins, steps.clock, "right") - 1
     before = steps.place[:-1]
-    astray = np.where(steps.way > 0, before >= highest[of], before <= lowest[of])
+    astray = np.where(steps.direction > 0, before >= highest[of], before <= lowest[of])
     failures = [Failure(int(steps.clock[n]), "step",
-                        f"a step {'up' if steps.way[n] > 0 else 'down'} from {before[n]} that no "
+                        f"a step {'up' if steps.direction[n] > 0 else 'down'} from {before[n]} "
+                        f"that no "
                         "command asked for")
                 for n in np.flatnonzero(astray)[:1]]
 
@@ -165,7 +168,7 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
     # Steps that must come at their time, as late as the first
     timed = sure[of]
     if not timed.any():
-        return Verdict(failures, 0, 0.0)
+        return TrajectoryCheck(failures, 0, 0.0)
     clock, at = steps.clock[timed], of[timed]
     first = np.searchsorted(at, at, "left")
     late = lateness(clock, first, modulus, rate[at])
@@ -175,7 +178,7 @@ def walk(steps: Steps, effects: Sequence[Effect], modulus: int, clocks: int, sla
         failures.append(Failure(
             int(clock[heads[n]]), "time", "steps are not at their times: one is "
             f"{apart[n]:.3f} clocks later than another"))
-    return Verdict(failures, len(clock), float(apart.max()))
+    return TrajectoryCheck(failures, len(clock), float(apart.max()))
 
 
 def intervals(effects: Sequence[Effect], clocks: int) -> tuple[NDArray[np.int64], list[list[Mode]]]:

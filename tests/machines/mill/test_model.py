@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from tb.compare import Trace, first_difference
-from tb.models.mill import COILS, MillInputs, MillModel
-from tb.script import Hold, Jog, Mode, Order, Reset, Stop, Together, record
+from tb.compare import first_difference
+from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Stop, Together, record
+from tb.machines.mill.lockstep import Trace
+from tb.machines.mill.model import COILS, MillInputs, MillModel
 
 
 def model(**parameters) -> MillModel:
