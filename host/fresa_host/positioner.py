@@ -154,9 +154,9 @@ class Positioner:
         self._run(self._session.command(order))
         return rate / STEPS_PER_UM
 
-    def jog(self, axis: str, way: int) -> None:
+    def jog(self, axis: str, direction: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
-        self._driver.do(self._session.jog, axis, way)
+        self._driver.do(self._session.jog, axis, direction)
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""

@@ -8,7 +8,7 @@ from .errors import LineLost, PositionError, Refused, TimedOut
 from .place import Place
 from .port import BAUD
 from .positioner_lines import AXES, Refusal, Steps
-from .positioner_state import SETTLED, WITNESS, ZERO, Message, PositionerState, Target
+from .positioner_state import RESET_MARKER, SETTLED, ZERO, Message, PositionerState, Target
 from .session import Operation, Waiting
 
 __all__ = ["PositionerSession"]
@@ -258,7 +258,7 @@ class PositionerSession(PositionerState):
     def restore(self, left: Steps) -> Waiting[bool]:
         """Connect, stop what moves, and tell the machine its place if a reset has lost that.
 
-        It has if it stands at `ZERO`, was left elsewhere, and has no `WITNESS`: a reset forgets
+        It has if it stands at `ZERO`, was left elsewhere, and has no `RESET_MARKER`: a reset clears
         points, and an origin that was set does not. To ask for that point moves nothing, for that
         is `ZERO` too. If another program has put it elsewhere, the speed is the lowest and the
         order to stop right behind: an axis makes a step at most.
@@ -293,10 +293,10 @@ class PositionerSession(PositionerState):
         return forgot
 
     def _was_reset(self) -> Waiting[bool]:
-        """Ask a machine that stands at `ZERO` for its `WITNESS`."""
+        """Ask a machine that stands at `ZERO` for its `RESET_MARKER`."""
         slow = b"".join(lines.speed(axis, 1) for axis in AXES)
         for _ in range(TRIES):
-            self._send(slow + lines.go_to(WITNESS) + lines.stop() + FENCE)
+            self._send(slow + lines.go_to(RESET_MARKER) + lines.stop() + FENCE)
             answers, quiet = [], 0
             while quiet < (SETTLED if answers else MOST_REPORTS):
                 message = yield from self._next()
@@ -345,8 +345,9 @@ class PositionerSession(PositionerState):
     def travel(self, number: int, steps: Steps, now: float) -> None:
         """Begin to `move_to` a point; any other order before it departs calls it off."""
         self._call_off()
-        behind = lines.store(WITNESS, ZERO) if self._has_witness and number == WITNESS else b""
-        self._behind, self._departs_to = behind, number
+        marked = self._has_marker and number == RESET_MARKER
+        self._behind = lines.store(RESET_MARKER, ZERO) if marked else b""
+        self._departs_to = number
         self._travel = self.begin(self._send_behind(self.move_to(number, steps)), now)
 
     def _send_behind(self, travel: Waiting[None]) -> Waiting[None]:
@@ -357,9 +358,9 @@ class PositionerSession(PositionerState):
             self._send(self._behind)
 
     def keep_point(self, number: int, steps: Steps, now: float) -> None:
-        """Let the machine keep a point; not the `WITNESS`, which is only stored to go there."""
+        """Let the machine keep a point; not the `RESET_MARKER`, which `travel` stores."""
         self.now = now
-        if number == WITNESS:
+        if number == RESET_MARKER:
             return
         order = lines.store(number, steps)
         if self._travel is not None and not self._travel.done and self._departs_to == number:
@@ -367,10 +368,10 @@ class PositionerSession(PositionerState):
         else:
             self._send(order)
 
-    def keep_witness(self, now: float) -> None:
-        """Store the `WITNESS`, and again whenever it may have been lost."""
-        self.now, self._has_witness = now, True
-        self._send(lines.store(WITNESS, ZERO))
+    def keep_reset_marker(self, now: float) -> None:
+        """Store the `RESET_MARKER`, and again whenever it may have been lost."""
+        self.now, self._has_marker = now, True
+        self._send(lines.store(RESET_MARKER, ZERO))
 
     def call_origin(self, now: float) -> None:
         """Call this place (0, 0, 0). It goes nowhere then."""

@@ -15,7 +15,7 @@ __all__ = ["Single"]
 SILENCE = 0.3
 
 #: Seconds from one look at the position to the next, while it waits.
-LOOK = 0.05
+POLL_S = 0.05
 
 
 class Single:
@@ -140,7 +140,7 @@ class Single:
             if since is None and end is not None and time.monotonic() >= end:
                 raise TimedOut(f"the motor is at {position}, not at {self._target}, "
                                f"after {timeout:g} s")
-            time.sleep(LOOK)
+            time.sleep(POLL_S)
 
     def _value(self, name: str) -> int:
         value = self._ask(frame(name, "?")).number(name)

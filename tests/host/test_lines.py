@@ -78,7 +78,7 @@ class TestPositioner:
 
     @pytest.mark.parametrize(("make", "message"), [
         (lambda: positioner.jog("w", 1), "axis must be x, y or z, not 'w'"),
-        (lambda: positioner.jog("x", 0), "way must be 1 or -1, not 0"),
+        (lambda: positioner.jog("x", 0), "direction must be 1 or -1, not 0"),
         (lambda: positioner.speed("x", 0), "speed must be 1 to 1500 steps/s, not 0"),
         (lambda: positioner.speed("x", 1501), "speed must be 1 to 1500 steps/s, not 1501"),
         (lambda: positioner.go_to(0), "point must be 1 to 7, not 0"),

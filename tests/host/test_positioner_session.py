@@ -73,7 +73,7 @@ def world() -> World:
 def attended() -> World:
     """A world whose session is attended and can break."""
     world = World(left=HERE, attended=True, can_break=True)
-    world.do(world.session.keep_witness)
+    world.do(world.session.keep_reset_marker)
     world.fake.written.clear()
     return world
 
@@ -326,7 +326,7 @@ class TestRestoring:
 
     def test_a_machine_that_stands_at_an_origin_of_its_own_is_believed(self):
         world = World(left=HERE, attended=True)
-        world.do(world.session.keep_witness)
+        world.do(world.session.keep_reset_marker)
         assert world.run(world.session.restore(Steps(5, -5, 7))) is False
         assert world.session.steps == (0, 0, 0)
         assert not any(line.startswith(b"POS") for line in world.fake.written)

@@ -40,7 +40,7 @@ class FakeSingle(FakePort):
 @pytest.fixture
 def fake(monkeypatch) -> FakeSingle:
     monkeypatch.setattr(module, "SILENCE", 0.02)
-    monkeypatch.setattr(module, "LOOK", 0.001)
+    monkeypatch.setattr(module, "POLL_S", 0.001)
     return FakeSingle()
 
 

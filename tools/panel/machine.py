@@ -109,7 +109,7 @@ class Machine:
             self.set_speed(axis, speed)
         for number, point in enumerate(settings.points, start=1):
             self.store(number, point)
-        self._do(session.keep_witness)
+        self._do(session.keep_reset_marker)
         return forgot
 
     async def disconnect(self) -> None:
