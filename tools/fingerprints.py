@@ -13,11 +13,11 @@ from concurrent.futures import ProcessPoolExecutor
 from itertools import islice
 
 import numpy as np
+from tb.faults.machines import MACHINES as STRUCK
 
 from tb.contracts import COMPONENTS
 from tb.design import Design
 from tb.engines import source
-from tb.faults.machines import MACHINES as STRUCK
 from tb.fuzz import TARGETS
 from tb.fuzz.inputs import random_inputs
 from tb.netlist import subject
