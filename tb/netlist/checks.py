@@ -291,7 +291,7 @@ CHECKS = {
         _code_tasks, _no_yosys, _leaves_out("codes")),
     "pins": Check(
         "Every input pin of the board reaches logic only through two flip-flops in a row. "
-        "Controls: contacts are used as they come, and inverters are put at the pins.",
+        "Controls: a button is used as it comes, and inverters are put at the pins.",
         _pin_tasks, _no_yosys, _leaves_out("pins")),
     "unknown": Check(
         "No output is X in any clock from power-up, RTL and netlist, with reset and without. "

@@ -57,7 +57,7 @@ _SEQUENCER = "sequencer.motion_state_state"
 _STAYS = Mistake(_SEQUENCER, lambda right, at: Mux(
     _unused(at(_SEQUENCER)), at(_SEQUENCER), right))
 _HIDDEN = Mistake("sequencer.fault", lambda right, at: right & ~_unused(at(_SEQUENCER)))
-_DIRECT = Mistake("mill.stop", lambda right, at: right | at("buttons.i")[3])
+_DIRECT = Mistake("machine.mill.stop", lambda right, at: right | at("buttons.i")[3])
 _INVERTED = Mistake("contacts_synchronizer.stage0", lambda right, _: ~right)
 
 
@@ -93,7 +93,7 @@ NETLIST = NetlistPart(
                            random_stimulus("mill")), PANEL),
     mistakes={"codes": ((MILL.with_mistake(_STAYS), "unused codes stay"),
                         (MILL.with_mistake(_HIDDEN), "unused codes do not show")),
-              "pins": ((BOARD.with_mistake(_DIRECT), "contacts are used as they come"),
+              "pins": ((BOARD.with_mistake(_DIRECT), "BTN3 stops the machine directly"),
                        (BOARD.with_mistake(_INVERTED), "inverters at the pins"))},
     leaves_out={"equal": _NO_RAM, "unknown": _NO_RAM,
                 "pins": {MILL.name: "its inputs are no pins, and keep to the clock by contract"}})
