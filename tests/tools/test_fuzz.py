@@ -11,6 +11,7 @@ from amaranth import Mux
 from fresa.protocol import frames
 from tb.engines import CXXRTLEngine
 from tb.fuzz import targets
+from tb.machines import machines
 from tb.mistake import Mistake
 from tools import fuzz
 from tools.fuzz import main
@@ -67,3 +68,9 @@ def test_needs_a_compiler(monkeypatch, capsys):
     monkeypatch.setattr(fuzz.CXXRTLEngine, "missing", classmethod(lambda _: "install g++"))
     assert main(["single"]) == 2
     assert "install g++" in capsys.readouterr().err
+
+
+def test_a_machine_without_a_line(monkeypatch, capsys):
+    monkeypatch.setitem(machines(), "mill", replace(machines()["mill"], fuzz=None))
+    assert main(["mill"]) == 2
+    assert capsys.readouterr().err == "error: mill has no serial line that is fuzzed\n"
