@@ -28,16 +28,17 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
         "what is at its pins": "pins plant uart waves",
         "what is proved, and compared with VHDL": "contracts vhdl",
         "boards, benches and stimulus, in general": "bench boards compare diagram milling stimulus",
-        "machines, each declared once": "machine machines fuzz scoreboard",
+        "machines, each declared once": "machine machines faults fuzz scoreboard",
         "what runs them all alike": "benches runners",
-        "checks of them all": "cosim coverage faults mutation netlist shrink",
+        "checks of them all": "cosim coverage mutation netlist shrink",
         "the command": "__main__",
     },
     "tools": {
         "what commands share": "console",
         "parts of commands": "campaign cut_picture job keyboard pace picture raster record_page "
                              "synthesis web",
-        "checks": "bench cosim coverage faults fuzz mutate netlist prove record vhdl",
+        "checks": "bench cosim coverage faults fingerprints fuzz mutate netlist prove record "
+                  "vhdl",
         "pictures and waveforms": "image wave",
         "what uses these": "diagrams send simulate",
         "what is built of them": "board build machines serve",

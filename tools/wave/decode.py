@@ -28,7 +28,7 @@ class Axis:
     times, signs : array of int64
         When it steps, in ticks, and which way: 1 or -1.
     faults : list of tuple of int and str
-        When it is told what it cannot follow, and what.
+        Times of inputs that it cannot follow, and which.
     """
 
     name: str

@@ -1,9 +1,9 @@
 """A server for one user on one computer: no one else gets in, and no request of another site.
 
 It listens on the loopback only. That keeps out other machines but not the pages of other sites,
-which the person's browser also shows, and not other people on the same machine. So every address
-starts with a token that only the person knows, a request must be for this very host (a name that
-somebody else points at the loopback is not), and one that comes from a page must come from ours.
+which the user's browser also shows, and not other users of the same computer. So every address
+starts with a token that only the user knows, a request must be for this very host (a name that
+resolves to the loopback is not enough), and one that comes from a page must come from ours.
 """
 
 import asyncio
