@@ -6,11 +6,14 @@ import os
 import sys
 import textwrap
 import time
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import NoReturn
 
 from .bench import Bench, CheckFailed
-from .benches import BENCHES, GROUPS
+from .benches import benches, groups
+from .machines import added, split_option
 
 __all__ = ["main"]
 
@@ -21,17 +24,17 @@ so in a line or two. Without a name they are listed.
 
 EPILOG = """\
 examples:
-  python -m tb
+  {prog}
       List the benches.
 
-  python -m tb coil-driver
+  {prog} coil-driver
       Run one.
 
-  python -m tb motion-sequencer --vcd motion.vcd
+  {prog} motion-sequencer --vcd motion.vcd
       Write also its waveform, and motion.gtkw beside it, which tells GTKWave what to show:
           gtkwave motion.gtkw
 
-  python -m tb all
+  {prog} all
       Run them all.
 
 Clocks are counted from 1; one takes 20 ns in the waveform. When a check fails the marker of
@@ -42,31 +45,56 @@ exit status: 0 if all went as expected, 1 if a check failed, 2 if the command ca
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that says in one line what is wrong."""
+    """An argument parser whose errors are one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"error: {message} (see python -m tb --help)\n")
+        self.exit(2, f"error: {message} (see {self.prog} --help)\n")
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tb", description=ABOUT, epilog=EPILOG, allow_abbrev=False,
-                    formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(argv: list[str] | None = None, *, prog: str = "python -m tb") -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        Its arguments; those of the process unless given.
+    prog : str
+        How the command was called, for help and errors.
+
+    Returns
+    -------
+    int
+        The exit status.
+    """
+    with ExitStack() as stack:
+        try:
+            folders, rest = split_option(sys.argv[1:] if argv is None else argv)
+            stack.enter_context(added(folders))
+        except ValueError as wrong:
+            return error(str(wrong))
+        return _run(rest, prog)
+
+
+def _run(argv: Sequence[str], prog: str) -> int:
+    parser = Parser(prog=prog, description=ABOUT, epilog=EPILOG.format(prog=prog),
+                    allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", metavar="NAME", nargs="?", help="the bench to run, or all")
     parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform there")
+    parser.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
+                        help="add the machines of a folder; may be repeated")
     args = parser.parse_args(argv)
     try:
         if args.vcd is not None and args.name in (None, "all"):
             parser.error("--vcd goes with one bench")
         if args.name is None:
             print(listing())
-            print("\npython -m tb NAME runs one, python -m tb all runs all; see also --help.")
+            print(f"\n{prog} NAME runs one, {prog} all runs all; see also --help.")
             return 0
         if args.name == "all":
             return run_all()
-        if args.name not in BENCHES:
-            return error(f"no bench is named {args.name!r}; {nearest(args.name)}")
-        return run_one(BENCHES[args.name], args.vcd)
+        if args.name not in (known := benches()):
+            return error(f"no bench is named {args.name!r}; {nearest(args.name, prog)}")
+        return run_one(known[args.name], args.vcd)
     except BrokenPipeError:
         # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -83,18 +111,19 @@ def error(message: str, *, status: int = 2) -> int:
 
 def listing() -> str:
     """Return the names of all benches, a line each, by group."""
-    width = max(map(len, BENCHES))
+    width = max(map(len, benches()))
     lines = []
-    for group, benches in GROUPS.items():
-        lines += [group, *(f"  {bench.name:{width}}  {bench.shows}" for bench in benches)]
+    for group, members in groups().items():
+        lines += [group, *(f"  {bench.name:{width}}  {bench.shows}" for bench in members)]
     return "\n".join(lines)
 
 
-def nearest(name: str) -> str:
-    """Name the benches that may be meant."""
-    near = [known for known in BENCHES if name and name in known]
-    near += [known for known in difflib.get_close_matches(name, BENCHES) if known not in near]
-    return f"did you mean {' or '.join(near[:3])}?" if near else "python -m tb lists them"
+def nearest(name: str, prog: str) -> str:
+    """Name the benches that may be meant, or else the command that lists them."""
+    names = list(benches())
+    near = [known for known in names if name and name in known]
+    near += [known for known in difflib.get_close_matches(name, names) if known not in near]
+    return f"did you mean {' or '.join(near[:3])}?" if near else f"{prog} lists them"
 
 
 def run_one(bench: Bench, vcd: Path | None) -> int:
@@ -114,10 +143,10 @@ def run_one(bench: Bench, vcd: Path | None) -> int:
 
 def run_all() -> int:
     """Run every bench, with a line for each as it ends."""
-    failed = []
-    width = max(map(len, BENCHES))
-    for number, bench in enumerate(BENCHES.values(), start=1):
-        print(f"{number:2}/{len(BENCHES)} {bench.name:{width}}  ", end="", flush=True)
+    failed, known = [], benches()
+    width = max(map(len, known))
+    for number, bench in enumerate(known.values(), start=1):
+        print(f"{number:2}/{len(known)} {bench.name:{width}}  ", end="", flush=True)
         begun = time.perf_counter()
         try:
             bench.run()
@@ -126,7 +155,7 @@ def run_all() -> int:
             print(f"FAILED at {failure}")
         else:
             print(f"passed in {time.perf_counter() - begun:.2f} s")
-    print(f"{len(BENCHES) - len(failed)} of {len(BENCHES)} benches passed"
+    print(f"{len(known) - len(failed)} of {len(known)} benches passed"
           + (f"; failed: {', '.join(failed)}" if failed else ""))
     return 1 if failed else 0
 

@@ -2,23 +2,22 @@
 
 """The designs that engines run: machines by their own pins, and boards by theirs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 
-from amaranth import ClockDomain, ClockSignal, Elaboratable, Module, ResetSignal, Signal
+from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
-from fresa.machines import SerialOrders, Single
 from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
-from fresa.machines.positioner import LIMIT_ENDS, PositionerTiming
-from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource
-from fresa_boards.nexys2_positioner import Nexys2Positioner
-from fresa_boards.nexys2_single import Nexys2Single
+from fresa.roles import Machine
+from fresa_boards.board import Board
+from fresa_boards.nexys2 import NEXYS2_500
+from fresa_boards.wiring import check_names, simulation_ports, wire
 
 from .design import Design
 from .vhdl import REFERENCES
 
-__all__ = ["component", "described", "mill", "nexys2_mill", "nexys2_positioner", "nexys2_single"]
+__all__ = ["board", "component", "described", "mill"]
 
 
 def component(name: str, dut: wiring.Component) -> Design:
@@ -55,69 +54,31 @@ def mill(*, timing: MillTiming, z_travel: int = Z_TRAVEL, guard: bool = False) -
         "z_travel": z_travel}))
 
 
-def nexys2_mill(
-    source: OrderSource, *, timing: MillTiming, debounce: int,
-    z_travel: int = Z_TRAVEL, guard: bool = False,
-) -> Design:
-    """Return the mill on a Nexys 2: the wiring that is built, on pins of a simulation.
+def board(name: str, machine: Machine, *, debounce: int | None = None,
+          scan_bits: int | None = None, inverted: Collection[str] = (),
+          on: Board = NEXYS2_500) -> Design:
+    """Return a machine on a board, wired as it is built, on pins of a simulation.
 
-    Its inputs are ``switches`` and ``buttons``; its outputs ``leds``, ``segments``, ``digits``,
-    ``axis_x``, ``axis_y`` and ``axis_z``, all with the levels of the board. `SerialOrders` have
-    ``rx`` and ``tx`` besides.
+    Its inputs and outputs are the places of the machine's allotment, such as ``switches``,
+    ``buttons``, ``leds`` and the ports on headers, all with the levels of the board.
+
+    Parameters
+    ----------
+    name : str
+        The machine's name, by which its pins are found.
+    machine : Machine
+        The machine.
+    debounce, scan_bits, inverted
+        See :func:`fresa_boards.wiring.wire`.
+    on : Board
+        The board.
     """
-    line: dict[str, tuple[str, int]] = (
-        {"rx": ("i", 1), "tx": ("o", 1)} if isinstance(source, SerialOrders) else {})
-    ports = _ports({
-        "clk": ("i", 1), "switches": ("i", 8), "buttons": ("i", 4),
-        "leds": ("o", 8), "segments": ("o", 8), "digits": ("o", 4),
-        "axis_x": ("o", 4), "axis_y": ("o", 4), "axis_z": ("o", 4), **line})
-    top = Nexys2Mill(ports, source=source, timing=timing, debounce=debounce, z_travel=z_travel,
-                     guard=guard)
-    return _board("nexys2_mill", top, ports)
-
-
-def nexys2_single(machine: Single, *, debounce: int, scan_bits: int) -> Design:
-    """Return `single` on a Nexys 2, likewise.
-
-    Its inputs are ``button`` and ``rx``; its outputs ``tx``, ``leds``, ``segments``, ``digits``,
-    ``coils`` and ``bridge``.
-    """
-    ports = _ports({
-        "clk": ("i", 1), "button": ("i", 1), "rx": ("i", 1), "tx": ("o", 1), "leds": ("o", 8),
-        "segments": ("o", 8), "digits": ("o", 4), "coils": ("o", 4), "bridge": ("o", 1)})
-    top = Nexys2Single(ports, machine=machine, debounce=debounce, scan_bits=scan_bits)
-    return _board("nexys2_single", top, ports)
-
-
-def nexys2_positioner(
-    *, timing: PositionerTiming, debounce: int, inverted: bool = False, enable_low: bool = False,
-    normally_closed: bool = False,
-    backlash: Sequence[int] = (0, 0, 0), limit_ends: Sequence[str] = LIMIT_ENDS,
-) -> Design:
-    """Return the positioner on a Nexys 2, likewise.
-
-    Its inputs are ``rx``, ``reset`` and ``limits``, which are 0 where a switch is closed; its
-    outputs ``tx``, ``buzzer``, ``leds``, and ``motor_x``, ``motor_y`` and ``motor_z``, each STEP,
-    DIR and ENABLE.
-    """
-    ports = _ports({
-        "clk": ("i", 1), "rx": ("i", 1), "reset": ("i", 1), "limits": ("i", 3), "tx": ("o", 1),
-        "buzzer": ("o", 1), "leds": ("o", 8), **{f"motor_{name}": ("o", 3) for name in "xyz"}})
-    top = Nexys2Positioner(ports, timing=timing, debounce=debounce, inverted=inverted,
-                           enable_low=enable_low, normally_closed=normally_closed,
-                           backlash=backlash, limit_ends=limit_ends)
-    return _board("nexys2_positioner", top, ports)
-
-
-def _ports(pins: Mapping[str, tuple[str, int]]) -> dict[str, io.SimulationPort]:
-    """Make the pins of a board: their directions and widths, those that are active low inverted."""
-    return {name: io.SimulationPort(direction, width, name=name,
-                                    invert=name in ("segments", "digits", "limits"))
-            for name, (direction, width) in pins.items()}
-
-
-def _board(name: str, top: Elaboratable, ports: Mapping[str, io.SimulationPort]) -> Design:
+    allotment = on.allotment(name)
+    ports = simulation_ports(machine, allotment)
+    top = wire(machine, ports, allotment, clock=on.clock, debounce=debounce, scan_bits=scan_bits,
+               inverted=inverted)
     inputs = {pin: port.i for pin, port in ports.items() if port.direction is io.Direction.Input}
     clk = inputs.pop("clk")
     outputs = {pin: port.o for pin, port in ports.items() if pin not in {"clk", *inputs}}
-    return Design(name, top, clk, inputs=inputs, outputs=outputs)
+    return Design(f"{on.family}_{name}", top, clk, inputs=inputs, outputs=outputs,
+                  names=check_names(machine, allotment))

@@ -20,7 +20,8 @@ from .contracts import COMPONENTS, Component
 from .contracts.contract import Case, Contract, State
 from .contracts.proof import reach
 from .engines.coverage import CoverageEngine, Point
-from .runners import Machine, stimuli
+from .machines import machines
+from .runners import duts, stimuli
 
 __all__ = ["Reached", "cover_lines", "cover_states", "with_state_machine"]
 
@@ -113,7 +114,7 @@ def _transitions(statements, register: Signal, codes) -> Iterator[Transition]:
 
 
 def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list[Reached]]:
-    """Set up a case that promises nothing and covers its state machine; say what is to be found."""
+    """Set up a case that states nothing and covers its state machine; say what is to be found."""
     machine = _machine(component, case)
     assert machine is not None
     points: list[Reached] = []
@@ -156,40 +157,24 @@ def _label(point: Reached) -> str:
     return f"{point.kind}:{point.name}".replace(" ", "_")
 
 
-def cover_lines(machine: Machine, seed: int, clocks: int,
+def cover_lines(name: str, seed: int, clocks: int,
                 advance: Callable[[int], object] = lambda clocks: None) -> list[Point]:
     """Run what `tools.cosim` runs; give what was come by.
 
-    The mill is also moved over its whole table, twice.
-
     Parameters
     ----------
-    machine : Machine
-        What to run.
+    name : str
+        Of the machine. What explores it, if its declaration has that, goes on from there.
     seed, clocks : int
         As in :func:`tb.runners.stimuli`.
     advance : callable
         Told how many clocks were run.
     """
-    with CoverageEngine(machine.shared) as engine:
-        for block in stimuli(machine, seed, clocks):
+    dut, goal = duts()[name], machines()[name].coverage
+    with CoverageEngine(dut.shared) as engine:
+        for block in stimuli(dut, seed, clocks):
             engine.apply(block, ())
             advance(len(next(iter(block.values()))))
-        if machine.name == "mill":
-            _travel_far(engine)
+        if goal and goal.explore:
+            goal.explore(engine)
         return engine.points()
-
-
-def _travel_far(engine: CoverageEngine) -> None:
-    """Order the far corner of the table, and back: chance does not get far from where it is."""
-    engine.set(rst=1, mode=1, up=0, down=0, start=0, stop=0, jog=0)
-    engine.run(4)
-    engine.set(rst=0)
-    for corner in (0xFFFF, 0):
-        engine.run(1 << 20, until={"ready": 1})
-        engine.set(position_x=corner, position_y=corner, start=1)
-        engine.run(4)
-        engine.set(start=0)
-        for axis in range(4):  # each counter is seen in its turn, also over its upper half
-            engine.set(counter_select=axis)
-            engine.run(1 << 16)

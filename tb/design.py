@@ -54,6 +54,8 @@ class Design:
         Outputs.
     vhdl : Entity, optional
         The same in VHDL, for the engine that runs that.
+    names : mapping of str to str
+        On a board the bits of its machine: the output, input or register that has each.
     """
 
     name: str
@@ -62,3 +64,4 @@ class Design:
     inputs: Mapping[str, Signal]
     outputs: Mapping[str, Signal]
     vhdl: Entity | None = None
+    names: Mapping[str, str] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
+from fresa.machines import MillStation
 from fresa.machines.mill import (
     CLOCK,
     PIXEL_STEPS,
@@ -19,7 +20,7 @@ from fresa.machines.mill import (
 )
 from fresa.motion import CoordinateGenerator
 
-from .boards import nexys2_mill
+from .boards import board
 from .engines import Engine
 from .plant import Plant
 
@@ -157,8 +158,9 @@ def ready_to_mill(
         If the engine cannot run here.
     """
     source = CoordinateGenerator(np.asarray(picture, bool).tolist(), pixel_steps=PIXEL_STEPS)
-    design = nexys2_mill(source, timing=MillTiming(period=period, scan_bits=scan_bits),
-                         debounce=DEBOUNCE, guard=guard)
+    machine = MillStation(source=source, timing=MillTiming(period=period, scan_bits=scan_bits),
+                          guard=guard)
+    design = board("mill", machine, debounce=DEBOUNCE)
     return engine(design, vcd=vcd, traceable=traceable)
 
 

@@ -14,14 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .cosim import Finding
-from .script import Together
 from .stimulus import Stimulus, cut
 
-__all__ = ["Shrunk", "script", "shrink"]
+__all__ = ["Change", "Shrunk", "script", "shrink"]
 
 Test: TypeAlias = Callable[[Stimulus], Finding | None]
 Hold: TypeAlias = tuple[tuple[int, ...], int]
 """Levels of all pins, and for how many clocks."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """Set the pins that change, for so many clocks."""
+
+    pins: tuple[tuple[str, int], ...]
+    clocks: int = 1
 
 
 @dataclass(frozen=True)
@@ -43,13 +50,13 @@ class Shrunk:
     runs: int
 
 
-def script(stimulus: Stimulus) -> list[Together]:
+def script(stimulus: Stimulus) -> list[Change]:
     """Say a stimulus as actions, each with the pins that change. All pins are 0 before."""
     names, before, actions = list(stimulus), (0,) * len(stimulus), []
     for levels, clocks in _holds(stimulus):
         changed = tuple((name, now) for name, old, now in zip(names, before, levels, strict=True)
                         if now != old)
-        actions.append(Together(changed, clocks))
+        actions.append(Change(changed, clocks))
         before = levels
     return actions
 

@@ -1,18 +1,16 @@
-"""List the commands."""
+"""List the commands, or run one."""
 
 import ast
-import difflib
+import importlib
+import sys
 from pathlib import Path
 
-from .console import Parser, UserError, command, say
+from .console import Parser, command, known, say, spelt
 
 __all__ = ["commands", "main"]
 
 EPILOG = """\
 examples:
-  python -m tools
-      List them.
-
   python -m tools.build --help
       What a command does, and its options.
 """
@@ -37,21 +35,27 @@ def _is_guard(statement: ast.stmt) -> bool:
     return isinstance(statement, ast.If) and ast.unparse(statement.test) == "__name__ == '__main__'"
 
 
+def listing() -> str:
+    """Return the names of all commands, a line each."""
+    found = commands()
+    width = max(map(len, found))
+    lines = [f"  {name:{width}}  {about}" for name, about in found.items()]
+    return "\n".join(["commands:", *lines, "",
+                      "python -m tools.NAME runs one, and explains itself with --help."])
+
+
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools", description="Lists the commands.", epilog=EPILOG)
-    _, rest = parser.parse_known_args(argv)
-    known = commands()
-    if rest:
-        near = difflib.get_close_matches(rest[0], known, 1)
-        raise UserError(f"run python -m tools.{near[0]}" if near
-                        else f"there is no command {rest[0]!r}; python -m tools lists them")
-    width = max(map(len, known))
-    for name, about in known.items():
-        say(f"  {name:{width}}  {about}")
-    say("\npython -m tools.NAME runs one, and explains itself with --help. "
-        "python -m tb lists the benches.")
+    given = sys.argv[1:] if argv is None else argv
+    if given and not given[0].startswith("-"):
+        name = known(given[0], commands(), "command")
+        package = Path(__file__).with_name(name).is_dir()
+        module = f"tools.{name}.__main__" if package else f"tools.{name}"
+        return importlib.import_module(module).main(given[1:])
+    Parser(prog="python -m tools", description=listing(), epilog=EPILOG,
+           usage=spelt("python -m tools.NAME ...")).parse_args(given)
+    say(listing())
     return 0
 
 

@@ -5,7 +5,8 @@ import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from fresa_boards.nexys2 import Capacity, Nexys2Platform
+from fresa_boards.board import Capacity
+from fresa_boards.nexys2 import NEXYS2_500
 
 from .console import (
     FIRST_TIME,
@@ -27,6 +28,7 @@ ABOUT = """\
 Writes a folder with everything that Xilinx ISE 14.7 needs to make a bitstream for a Nexys 2.
 
   MACHINE.v  MACHINE.ucf  .prj  .xst     the design, its pins, what XST does with it
+  pins.md                                which pin of the board is what, for people
   build.sh  build.bat                    run one of them where ISE is: two bitstreams come out, one
                                          to load over USB, one for the platform flash
   report.json                            the figures that are printed
@@ -136,7 +138,7 @@ def main(argv: list[str] | None = None) -> int:
     say(job.says)
     status = 0
     if args.report:
-        capacity = (BOARDS[args.board] or Nexys2Platform).capacity
+        capacity = (BOARDS[args.board] or NEXYS2_500).capacity
         with Progress(PASSES, "passes", f"counting resources{FIRST_TIME}") as progress:
             resources = synthesise(built.rtlil, built.top, progress.advance)
         facts |= {"resources": resources.facts(), "capacity": vars(capacity)}

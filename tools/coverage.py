@@ -5,17 +5,17 @@ import json
 import os
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
-from typing import NamedTuple
 
-from tb import runners
 from tb.contracts.proof import ProofError, missing
 from tb.coverage import Reached, cover_lines, cover_states, with_state_machine
 from tb.engines import EngineError
 from tb.engines.coverage import CoverageEngine, Point
+from tb.machine import Coverage
+from tb.machines import machines
 
 from .console import (
     Parser,
@@ -55,24 +55,13 @@ examples:
   python -m tools.coverage lines --cycles 1000000
       Run longer; it says what was never come by.
 
-  python -m tools.coverage lines --machine positioner
-      Of three motors behind a serial line, on which a byte takes many clocks: so it runs longer.
+  python -m tools.coverage lines --machine single
+      Of a machine on a serial line, on which a byte takes many clocks: so it runs longer.
 
 exit status: 0 if every state and transition is reached and --least percent of the lines and of
 the bits are come by, 1 if not, 2 if the command cannot be carried out.
 """
 
-
-class Usual(NamedTuple):
-    """What a machine is asked unless told otherwise: clocks to run, and percents to come by."""
-
-    cycles: int
-    lines: float
-    bits: float
-
-
-MACHINES = {"mill": Usual(300_000, 98, 98), "single": Usual(3_000_000, 98, 93),
-            "positioner": Usual(3_000_000, 96, 95)}
 
 KINDS = {"lines and branches": ("line", "branch"), "bits": ("toggle",)}
 """Of points, under the names that people read."""
@@ -81,17 +70,20 @@ KINDS = {"lines and branches": ("line", "branch"), "bits": ("toggle",)}
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.coverage", description=ABOUT, epilog=EPILOG)
+    goals = {name: machine.coverage for name, machine in machines().items() if machine.coverage}
+    parser = Parser(prog="python -m tools.coverage", machines=True, description=ABOUT,
+                    epilog=EPILOG)
     parser.add_argument("measures", metavar="MEASURE", nargs="*", help="states or lines; both")
-    parser.add_argument("--machine", metavar="NAME", choices=list(MACHINES), default="mill",
-                        help=f"whose lines: {', '.join(MACHINES)} (default: %(default)s)")
+    parser.add_argument("--machine", metavar="NAME", choices=list(goals),
+                        default=next(iter(goals)),
+                        help=f"whose lines: {', '.join(goals)} (default: %(default)s)")
     parser.add_argument("--cycles", metavar="N", type=whole(1),
-                        help=f"clocks to run (default: {_usual('{0.cycles}')})")
+                        help=f"clocks to run (default: {_goals(goals, '{0.cycles}')})")
     parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--least", metavar="P", type=_percent,
                         help="percent of lines and branches, and of bits, to come by (default: "
-                             f"{_usual('{0.lines} and {0.bits}')})")
+                             f"{_goals(goals, '{0.lines} and {0.bits}')})")
     parser.add_argument("--verbose", action="store_true",
                         help="name also the states and transitions that are reached")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
@@ -107,21 +99,20 @@ def main(argv: list[str] | None = None) -> int:
     if lacking:
         raise UserError("; ".join(lacking))
 
-    usual, facts, good = MACHINES[args.machine], {}, True
+    goal, facts, good = goals[args.machine], {}, True
     if "states" in measures:
         states = _states()
         good &= _tell_states(states, verbose=args.verbose)
         facts["states"] = [asdict(point) for point in states]
     if "lines" in measures:
-        cycles = args.cycles or usual.cycles
+        cycles = args.cycles or goal.cycles
         with Progress(cycles, "clocks", "running") as progress:
             try:
-                points = cover_lines(runners.MACHINES[args.machine], args.seed, cycles,
-                                     progress.advance)
+                points = cover_lines(args.machine, args.seed, cycles, progress.advance)
             except EngineError as error:
                 raise UserError(str(error)) from error
         found = _tell_lines(points)
-        least = (usual.lines, usual.bits) if args.least is None else (args.least, args.least)
+        least = (goal.lines, goal.bits) if args.least is None else (args.least, args.least)
         for what, percent in zip(KINDS, least, strict=True):
             found[what]["least"] = percent
             if found[what]["percent"] < percent:
@@ -183,8 +174,8 @@ def _tell_lines(points: Sequence[Point]) -> dict:
     return {**facts, "never": [asdict(point) for point in points if not point.count]}
 
 
-def _usual(what: str) -> str:
-    return "; ".join(f"{what.format(usual)} of {name}" for name, usual in MACHINES.items())
+def _goals(goals: Mapping[str, Coverage], what: str) -> str:
+    return "; ".join(f"{what.format(goal)} of {name}" for name, goal in goals.items())
 
 
 def _percent(text: str) -> float:

@@ -1,17 +1,18 @@
 """Draw the timing diagrams of the documentation from the benches."""
 
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 
 from tb.bench import CheckFailed
-from tb.benches import BENCHES
+from tb.benches import benches
+from tb.diagram import Diagram
+from tb.machines import machines
 
 from .console import Parser, Progress, UserError, command, say, write_folder_atomically
 from .wave.draw import draw
 from .wave.reader import Wave
 
-__all__ = ["DIAGRAMS", "DOCS", "Diagram", "main", "made"]
+__all__ = ["DOCS", "diagrams", "draw_part", "file_of", "main", "made"]
 
 DOCS = Path(__file__).parent.parent / "docs"
 
@@ -48,54 +49,6 @@ is there after its rising edge.
 
 `python -m tb NAME --vcd FILE` makes the whole waveform, and `python -m tools.wave` looks into it.
 """
-
-
-@dataclass(frozen=True)
-class Diagram:
-    """A part of the waveform of a bench.
-
-    Attributes
-    ----------
-    bench : str
-        Name of the bench, and of the diagram.
-    shows : str
-        What there is to be seen.
-    signals : str
-        Signals and headings, with spaces between.
-    start, end : int
-        The clocks from and to which it goes.
-    radix : tuple of str
-        How values are written, such as ``value=hex``.
-    """
-
-    bench: str
-    shows: str
-    signals: str
-    start: int
-    end: int
-    radix: tuple[str, ...] = ()
-
-    @property
-    def title(self) -> str:
-        """Its name in words."""
-        return self.bench.replace("-", " ").capitalize().replace("Uart", "UART")
-
-    def svg(self) -> str:
-        """Run the bench, and draw it."""
-        with tempfile.TemporaryDirectory() as folder:
-            vcd = Path(folder) / "wave.vcd"
-            BENCHES[self.bench].run(vcd)
-            return self.draw(vcd)
-
-    def draw(self, vcd: Path) -> str:
-        """Draw it from the waveform that its bench has written."""
-        return draw(Wave(vcd), self.signals.split(), f"{self.start}clk", f"{self.end}clk",
-                    cycles=True, title=self.title, radix=self.radix, width=WIDTH)
-
-    @property
-    def file(self) -> str:
-        """Where it is below docs."""
-        return f"{FOLDER}/{self.bench}.svg"
 
 
 DIAGRAMS = (
@@ -367,27 +320,33 @@ DIAGRAMS = (
         "would not be over by then waits. Here one is said, and the next waits for the report.",
         "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
         "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
-    Diagram(
-        "mill",
-        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
-        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
-        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
-        "axis_z positions: x.count y.count z.count", 0, 115),
-    Diagram(
-        "single",
-        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
-        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
-        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
-        "line: rx tx outputs: moving coils position enable", 11940, 12040, radix=("position=dec",)),
-    Diagram(
-        "positioner",
-        "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
-        "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
-        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
-        "y.move.position pins: enable moving rx", 9_480, 9_700),
 )
-"""In the order of the page: from steps to pins, orders to steps, where orders come from, people,
-serial lines; then machines."""
+"""Those of components, in the order of the page: from steps to pins, orders to steps, where orders
+come from, people, serial lines."""
+
+
+def diagrams() -> list[Diagram]:
+    """Return every diagram, in the order of the page: components, then machines."""
+    return [*DIAGRAMS, *(each for machine in machines().values() for each in machine.diagrams)]
+
+
+def file_of(diagram: Diagram) -> str:
+    """Return where a diagram is below docs."""
+    return f"{FOLDER}/{diagram.bench}.svg"
+
+
+def draw_part(diagram: Diagram, vcd: Path) -> str:
+    """Draw a diagram from the waveform that its bench has written."""
+    return draw(Wave(vcd), diagram.signals.split(), f"{diagram.start}clk", f"{diagram.end}clk",
+                cycles=True, title=diagram.title, radix=diagram.radix, width=WIDTH)
+
+
+def svg(diagram: Diagram) -> str:
+    """Run the bench of a diagram, and draw it."""
+    with tempfile.TemporaryDirectory() as folder:
+        vcd = Path(folder) / "wave.vcd"
+        benches()[diagram.bench].run(vcd)
+        return draw_part(diagram, vcd)
 
 
 def made() -> dict[str, bytes]:
@@ -400,11 +359,12 @@ def made() -> dict[str, bytes]:
     """
     files = {}
     page = [HEAD]
-    with Progress(len(DIAGRAMS), "diagrams", "drawing") as progress:
-        for diagram in DIAGRAMS:
-            files[diagram.file] = diagram.svg().encode()
+    every = diagrams()
+    with Progress(len(every), "diagrams", "drawing") as progress:
+        for diagram in every:
+            files[file_of(diagram)] = svg(diagram).encode()
             page.append(f"## {diagram.title}\n\n{diagram.shows}\n\n"
-                        f"![{diagram.title}: timing diagram]({diagram.file})\n")
+                        f"![{diagram.title}: timing diagram]({file_of(diagram)})\n")
             progress.advance()
     return {**files, PAGE: "\n".join(page).encode()}
 
@@ -412,7 +372,8 @@ def made() -> dict[str, bytes]:
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.diagrams", description=ABOUT, epilog=EPILOG)
+    parser = Parser(prog="python -m tools.diagrams", machines=True, description=ABOUT,
+                    epilog=EPILOG)
     parser.add_argument("--check", action="store_true", help="write nothing, say what is stale")
     parser.add_argument("--docs", metavar="FOLDER", type=Path, default=DOCS,
                         help="where the page is (default: docs)")

@@ -101,11 +101,11 @@ _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
 _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
 _PROOFS = ("tb/contracts", "tools/prove.py")
-_RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/runners.py", "tb/script.py",
+_RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/runners.py", "tb/machines",
          "tb/stimulus.py", "tb/vhdl")
 #: What is typed besides, and switches.
-_RUNS_ON_A_LINE = (*_RUNS, "tb/terminal.py", "tb/desk.py", "tb/fuzz")
-_FAULTS = ("tb/faults", "tb/engines", "tb/models", "tb/boards.py", "tb/plant.py", "tb/script.py",
+_RUNS_ON_A_LINE = (*_RUNS, "tb/fuzz")
+_FAULTS = ("tb/faults", "tb/engines", "tb/models", "tb/boards.py", "tb/plant.py", "tb/machines",
            "tb/stimulus.py", "tools/faults")
 _FAULTS_ON_A_LINE = (*_FAULTS, "tb/fuzz")
 _MUTANTS = ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py")

@@ -5,7 +5,16 @@ carries out lists of `Order`. All are opened with the name of a serial port and 
 What goes wrong is raised as a `MachineError`.
 """
 
-from .errors import Astray, LimitReached, LineLost, MachineError, Refused, TimedOut, WasReset
+from .errors import (
+    Astray,
+    LimitReached,
+    LineLost,
+    MachineError,
+    PositionError,
+    Refused,
+    TimedOut,
+    WasReset,
+)
 from .mill import Mill
 from .order_lines import Answer, Kind, Order
 from .orders import JobRefused, NotReady, OrderRefused
@@ -15,5 +24,5 @@ from .positioner import Positioner
 from .single import Single
 
 __all__ = ["Answer", "Astray", "JobRefused", "Kind", "LimitReached", "LineLost", "MachineError",
-           "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port", "Positioner", "Refused",
-           "Single", "TimedOut", "WasReset"]
+           "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port", "PositionError",
+           "Positioner", "Refused", "Single", "TimedOut", "WasReset"]

@@ -1,6 +1,7 @@
 """What can go wrong with a machine at the other end of a line."""
 
-__all__ = ["Astray", "LimitReached", "LineLost", "MachineError", "Refused", "TimedOut", "WasReset"]
+__all__ = ["Astray", "LimitReached", "LineLost", "MachineError", "PositionError", "Refused",
+           "TimedOut", "WasReset"]
 
 
 class MachineError(Exception):
@@ -15,8 +16,12 @@ class TimedOut(MachineError, TimeoutError):
     """The machine did not answer, or did not arrive, in the time that it was given."""
 
 
-class Astray(MachineError):
+class PositionError(MachineError):
     """The machine goes, or stands, elsewhere than where it was sent: an order was damaged, say."""
+
+
+#: Its name before, for programs that catch it.
+Astray = PositionError
 
 
 class WasReset(MachineError):

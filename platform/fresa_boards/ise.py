@@ -168,9 +168,12 @@ class ISEPlatform(XilinxPlatform):
     ----------
     prom : str
         Part name of the platform flash, as `promgen` spells it.
+    rtlil : str
+        Once it is prepared, the design in RTLIL that the Verilog is made of.
     """
 
     prom: str
+    rtlil: str
 
     def __init__(self) -> None:
         super().__init__(toolchain="ISE")
@@ -193,7 +196,10 @@ class ISEPlatform(XilinxPlatform):
         "build.bat": _BUILD_BAT,
     }
 
-    verilog = staticmethod(from_rtlil)
+    def verilog(self, rtlil: str) -> str:
+        """Turn the design into Verilog, and keep it as it was."""
+        self.rtlil = rtlil
+        return from_rtlil(rtlil)
 
     def place_and_route(self, name: str) -> list[str]:
         """Commands from Verilog to a routed design and its timing."""

@@ -11,13 +11,8 @@ JD7 to JD10 are the pins of LD3 to LD0: of each pair only one can be requested.
 
 import os
 import subprocess
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import reduce
-from operator import add
 
 from amaranth.build import Attrs, Clock, Connector, Pins, PinsN, Resource, Subsignal
-from amaranth.lib import io
 from amaranth_boards.resources import (
     ButtonResources,
     Display7SegResource,
@@ -28,32 +23,10 @@ from amaranth_boards.resources import (
     VGAResource,
 )
 
+from .board import Board, Capacity, Pin
 from .ise import ISEPlatform
 
-__all__ = ["Capacity", "Nexys2Platform", "Nexys2_1200Platform", "display_segments",
-           "request_ports"]
-
-
-@dataclass(frozen=True)
-class Capacity:
-    """What an FPGA holds.
-
-    Attributes
-    ----------
-    luts : int
-        4-input look-up tables.
-    flip_flops : int
-        Flip-flops beside them; those in the I/O blocks come on top.
-    block_rams : int
-        Block RAMs of 18 Kibit.
-    multipliers : int
-        Multipliers of 18 x 18 bits.
-    """
-
-    luts: int
-    flip_flops: int
-    block_rams: int
-    multipliers: int
+__all__ = ["NEXYS2_500", "NEXYS2_1200", "Nexys2Platform", "Nexys2_1200Platform"]
 
 
 _LVCMOS33 = Attrs(IOSTANDARD="LVCMOS33")
@@ -130,40 +103,28 @@ class Nexys2_1200Platform(_Nexys2):
     ]
 
 
-_Name = str | tuple[str, int]
+_OUTPUTS, _PULLED_UP = _LVCMOS33, Attrs(IOSTANDARD="LVCMOS33", PULLUP="TRUE")
 
+# In the order in which a machine is wired. The lower row of JD is the LEDs.
+_HEADER = {f"J{'ABCD'[pmod]}{pin}": f"pmod_{pmod}:{pin}"
+           for pmod in range(4) for pin in (1, 2, 3, 4, 7, 8, 9, 10) if pmod < 3 or pin < 5}
 
-def request_ports(platform, names: Mapping[str, _Name | Iterable[_Name]]) -> dict:
-    """Ports for a machine, under the machine's own names.
+_PANEL = {
+    "clk": (Pin("50 MHz", "clk50"),),
+    "switches": tuple(Pin(f"SW{number}", "switch", number) for number in range(8)),
+    "buttons": tuple(Pin(f"BTN{number}", "button", number) for number in range(4)),
+    "leds": tuple(Pin(f"LD{number}", "led", number) for number in range(8)),
+    "segments": tuple(Pin(f"C{part.upper()}", "display_7seg", 0, part)
+                      for part in ("a", "b", "c", "d", "e", "f", "g", "dp")),
+    "digits": (Pin("AN0 AN1 AN2 AN3", "display_7seg_an"),),
+    "rx": (Pin("RXD", "uart", 0, "rx"),),
+    "tx": (Pin("TXD", "uart", 0, "tx"),),
+}
 
-    Parameters
-    ----------
-    platform : Platform
-        The board.
-    names : mapping
-        For each name, a resource (`"clk50"`, or `("switch", 7)`), or a list of resources whose
-        ports are joined into one, least significant first.
-
-    Returns
-    -------
-    dict
-        For each name its port, or the group of ports of a resource that has parts. None has a
-        buffer yet.
-    """
-    def request(name: _Name):
-        return platform.request(*((name,) if isinstance(name, str) else name), dir="-")
-
-    return {
-        key: request(name) if isinstance(name, str | tuple)
-        else reduce(add, [request(part) for part in name])
-        for key, name in names.items()
-    }
-
-
-def display_segments(display) -> io.PortLike:
-    """Join the cathodes of the display into one port: a to g, then the point."""
-    return reduce(add, [getattr(display, name)
-                        for name in ("a", "b", "c", "d", "e", "f", "g", "dp")])
+NEXYS2_500, NEXYS2_1200 = (
+    Board(name, "nexys2", platform, platform.capacity, _HEADER, _PANEL, _OUTPUTS, _PULLED_UP)
+    for name, platform in [("nexys2-500", Nexys2Platform), ("nexys2-1200", Nexys2_1200Platform)])
+"""The two boards as machines see them."""
 
 
 if __name__ == "__main__":

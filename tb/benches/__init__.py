@@ -1,42 +1,51 @@
-"""The benches, a module a room."""
+"""The benches: of components and boards, a module a room; of machines, their scenarios."""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
 
 from ..bench import Bench
+from ..machine import Machine
+from ..machines import machines
 from . import (
     axis,
     board,
     control,
     drive,
     guard,
-    mill,
     motion,
     orders,
     panel,
-    positioner,
     positioner_parts,
     protocol,
     ramp,
     serial_line,
     serial_orders,
-    single,
 )
 
-__all__ = ["BENCHES", "GROUPS"]
+__all__ = ["benches", "groups"]
 
-ROOMS = {
-    "components": (drive, motion, control, guard, orders, serial_orders, panel, axis, ramp,
-                   serial_line, protocol, positioner_parts),
-    "machine": (mill, single, positioner),
-    "board": (board,),
-}
+COMPONENTS = (drive, motion, control, guard, orders, serial_orders, panel, axis, ramp, serial_line,
+              protocol, positioner_parts)
 
-MACHINES = ("mill", "single", "positioner")
 
-GROUPS = {
-    group: [bench for room in rooms for bench in vars(room).values() if isinstance(bench, Bench)
-            and (bench.name in MACHINES) == (group == "machine")]
-    for group, rooms in ROOMS.items()
-}
-"""Benches, in the order in which they are best read."""
+def groups() -> Mapping[str, Sequence[Bench]]:
+    """Return the benches by group, in the order in which they are best read."""
+    return _groups(tuple(machines().values()))
 
-BENCHES = {bench.name: bench for group in GROUPS.values() for bench in group}
-"""Benches by name."""
+
+def benches() -> dict[str, Bench]:
+    """Return the benches by name, in that order."""
+    return {bench.name: bench for group in groups().values() for bench in group}
+
+
+@cache
+def _groups(known: Sequence[Machine]) -> Mapping[str, Sequence[Bench]]:
+    return {
+        "components": [bench for room in COMPONENTS for bench in _of(room)],
+        "machine": [bench for machine in known if machine.scenarios
+                    for bench in machine.scenarios()],
+        "board": list(_of(board))}
+
+
+def _of(room) -> list[Bench]:
+    return [bench for bench in vars(room).values() if isinstance(bench, Bench)]

@@ -6,11 +6,12 @@ from itertools import product
 
 import numpy as np
 
+from fresa.machines import MillStation
 from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
 
 from ..bench import Run, bench
-from ..boards import nexys2_mill
+from ..boards import board
 from ..engines import Engine
 from ..milling import AUTOMATIC, BUTTON, DEBOUNCE, LED, SETTLE
 from ..plant import WORDS, Plant
@@ -105,9 +106,10 @@ def nexys2(
     run: Run, source: CoordinateGenerator | SquareGenerator, plant: Plant, *, counts: bool = False,
 ) -> Iterator[Nexys2]:
     """Give a board under power; its waveform shows the axis counters if wanted."""
-    design = nexys2_mill(source, timing=MillTiming(period=PERIOD, scan_bits=SCAN_BITS),
-                         debounce=DEBOUNCE, z_travel=Z_TRAVEL)
-    inside = [f"mill.controller.automatic.{axis}.count" for axis in "xyz"] if counts else []
+    timing = MillTiming(period=PERIOD, scan_bits=SCAN_BITS)
+    design = board("mill", MillStation(source=source, timing=timing, z_travel=Z_TRAVEL),
+                   debounce=DEBOUNCE)
+    inside = [f"machine.mill.controller.automatic.{axis}.count" for axis in "xyz"] if counts else []
     with run.engine(design, inside=inside) as engine:
         yield Nexys2(run, engine, plant)
 

@@ -4,8 +4,8 @@ import random
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple, replace
 
-from ..models.mill import MillInputs
-from ..script import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
+from ..machines.mill.actions import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
+from ..machines.mill.model import MillInputs
 from .rows import Row, Rows
 
 __all__ = ["actions", "rows_of_actions"]

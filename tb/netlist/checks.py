@@ -7,14 +7,17 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from fresa import fsm
+from amaranth import Mux
+
+from fresa.machines import MillStation
 from fresa.machines.mill import PIXEL_STEPS
 from fresa.motion import SquareGenerator
-from fresa_boards import nexys2_mill
-from fresa_boards.nexys2 import Nexys2Platform
+from fresa_boards import wiring
+from fresa_boards.nexys2 import NEXYS2_500
 
-from ..contracts.contract import Bug
+from ..contracts.contract import State
 from ..engines.netlist import synthesise
+from ..mistake import Mistake
 from . import codes, equal, pins, unknown
 from .flat import cells
 from .flips import flips
@@ -187,11 +190,14 @@ def _equal_tasks(options: Options) -> list[Task]:
 def _codes(subject: Subject, control: str | None = None) -> Task:
     def task(folder: Path) -> Outcome:
         it = _built(subject)
-        found = codes.prove(it.top, it.netlist, it.states, subject.running, subject.shows, folder)
+        names = it.design.names
+        running = tuple((names.get(name, name), level) for name, level in subject.running)
+        shows = names.get(subject.shows, subject.shows)
+        found = codes.prove(it.top, it.netlist, it.states, running, shows, folder)
         wrong = [f"{machine.register}: {what}" for machine in found for what in machine.wrong]
         unused = sum(machine.unused for machine in found)
         says = (f"{len(found)} state machines, {unused} unused codes: each leads to {codes.FAULT} "
-                f"and shows at {subject.shows}")
+                f"and shows at {shows}")
         if wrong:
             says = _few(wrong)
         figures = {"machines": [asdict(machine) for machine in found]}
@@ -201,14 +207,21 @@ def _codes(subject: Subject, control: str | None = None) -> Task:
     return task
 
 
-_STAYS = Bug(fsm, "with m.If(upset):", "with m.If(upset & 0):")
-_HIDDEN = Bug(fsm, "return upset | fsm.ongoing(fault)", "return fsm.ongoing(fault)")
+def _unused(state: Any) -> Any:
+    """Have a code that no state has."""
+    return state > max(State(state).codes.values())
+
+
+_SEQUENCER = "sequencer.motion_state_state"
+_STAYS = Mistake(_SEQUENCER, lambda right, at: Mux(
+    _unused(at(_SEQUENCER)), at(_SEQUENCER), right))
+_HIDDEN = Mistake("sequencer.fault", lambda right, at: right & ~_unused(at(_SEQUENCER)))
 
 
 def _code_tasks(_: Options) -> list[Task]:
     return [*map(_codes, (MILL, BOARD, PICTURE, SINGLE_BOARD, POSITIONER_BOARD)),
-            _codes(MILL.with_bug(_STAYS), "unused codes stay"),
-            _codes(MILL.with_bug(_HIDDEN), "unused codes do not show")]
+            _codes(MILL.with_mistake(_STAYS), "unused codes stay"),
+            _codes(MILL.with_mistake(_HIDDEN), "unused codes do not show")]
 
 
 # Pins
@@ -216,11 +229,9 @@ def _code_tasks(_: Options) -> list[Task]:
 def _as_built() -> tuple[str, str]:
     """Make the netlist of the Verilog that ISE is given, with the board's pins; name its top."""
     with ELABORATING:
-        platform = Nexys2Platform()
-        top = nexys2_mill.Nexys2Mill(nexys2_mill.mill_ports(platform),
-                                     source=SquareGenerator(side=20 * PIXEL_STEPS))
-        verilog = platform.prepare(top, "mill").files["mill.v"]
-    return synthesise(verilog if isinstance(verilog, str) else verilog.decode(), "mill"), "mill"
+        station = MillStation(source=SquareGenerator(side=20 * PIXEL_STEPS))
+        plan = wiring.prepare(NEXYS2_500, "mill", station)
+    return synthesise(plan.files["mill.v"].decode(), "mill"), "mill"
 
 
 def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
@@ -237,10 +248,8 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
     return task
 
 
-_DIRECT = BOARD.with_bug(Bug(nexys2_mill, "button[0], button[1], button[3]",
-                             "button[0], button[1], buttons.i[3]"))
-_INVERTED = BOARD.with_bug(Bug(nexys2_mill, "FFSynchronizer(Cat(switches.i, buttons.i)",
-                               "FFSynchronizer(~Cat(switches.i, buttons.i)"))
+_DIRECT = BOARD.with_mistake(Mistake("mill.stop", lambda right, at: right | at("buttons.i")[3]))
+_INVERTED = BOARD.with_mistake(Mistake("contacts_synchronizer.stage0", lambda right, _: ~right))
 
 
 def _pin_tasks(_: Options) -> list[Task]:
@@ -253,7 +262,7 @@ def _pin_tasks(_: Options) -> list[Task]:
 
     return [_pins("nexys2-500", _as_built, "clk50_0__io"), of(PICTURE), of(SINGLE_BOARD),
             of(POSITIONER_BOARD),
-            of(_DIRECT, "BTN3 stops the machine directly"), of(_INVERTED, "inverters at the pins")]
+            of(_DIRECT, "contacts are used as they come"), of(_INVERTED, "inverters at the pins")]
 
 
 # X
@@ -310,7 +319,7 @@ CHECKS = {
         _code_tasks, _no_yosys),
     "pins": Check(
         "Every input pin of the board reaches logic only through two flip-flops in a row. "
-        "Controls: a button is used as it comes, and inverters are put at the pins.",
+        "Controls: contacts are used as they come, and inverters are put at the pins.",
         _pin_tasks, _no_yosys,
         {MILL.name: "its inputs are no pins, and keep to the clock by contract"}),
     "unknown": Check(

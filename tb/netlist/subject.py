@@ -7,29 +7,28 @@ and the list of its state machines.
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
 
-from fresa.machines import Positioner, Single
+from fresa.machines import MillStation, Positioner, Single
 from fresa.machines.mill import PIXEL_STEPS, MillTiming
-from fresa.machines.positioner import PositionerTiming
+from fresa.machines.station import OrderSource
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from fresa_boards.nexys2_common import debounce_period
 
 from .. import boards
-from ..contracts.contract import Bug, State
+from ..contracts.contract import State
 from ..design import Design
 from ..engines import source
 from ..engines.netlist import netlist
+from ..mistake import Mistake
 
 __all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "POSITIONER",
            "POSITIONER_BOARD", "SINGLE", "SINGLE_BOARD", "Built", "Subject", "elaborate",
            "state_machines"]
 
 ELABORATING = threading.Lock()
-"""Held while gateware is elaborated: a planted bug is there for all threads."""
+"""Held while gateware is elaborated and written: what is written is remembered without a lock."""
 
 
 @dataclass(frozen=True)
@@ -68,13 +67,14 @@ class Subject:
     make : callable
         Makes the design.
     running : tuple of (str, int)
-        Inputs and registers that hold no part of it in reset, with their levels then.
+        Inputs and registers that hold no part of it in reset, with their levels then; on a board
+        by their names in the machine.
     shows : str
-        The output that shows an upset register of states.
+        The output that shows an upset register of states, likewise.
     rams : bool
         Its memories become RAMs, if it has any; else flip-flops.
-    bug : Bug, optional
-        A mistake to plant in it.
+    mistake : Mistake, optional
+        What to plant in it.
     """
 
     name: str
@@ -82,25 +82,26 @@ class Subject:
     running: tuple[tuple[str, int], ...]
     shows: str
     rams: bool = True
-    bug: Bug | None = None
+    mistake: Mistake | None = None
 
-    def with_bug(self, bug: Bug) -> "Subject":
+    def with_mistake(self, mistake: Mistake) -> "Subject":
         """Give the same with a mistake planted in it."""
-        return replace(self, bug=bug)
+        return replace(self, mistake=mistake)
 
     def build(self) -> Built:
         """Elaborate and synthesise it; takes 5 to 15 s, and then is found again."""
-        design = elaborate(self.make, self.bug)
+        design = elaborate(self.make, self.mistake)
         rtl = source.rtlil(design) if self.rams else source.verilog(design)
         return Built(design, source.top_module(design), rtl, netlist(design, rams=self.rams),
                      dict(state_machines(Fragment.get(design.top, None))))
 
 
-def elaborate(make: Callable[[], Design], bug: Bug | None = None) -> Design:
-    """Make a design and its Verilog, with a mistake in it if there is a `bug`."""
-    with ELABORATING, bug.planted() if bug else nullcontext():
+def elaborate(make: Callable[[], Design], mistake: Mistake | None = None) -> Design:
+    """Make a design and its Verilog, with a mistake in it if there is one."""
+    with ELABORATING:
         made = make()
-        design = replace(made, top=Fragment.get(made.top, None))
+        design = mistake.planted(made) if mistake is not None else replace(
+            made, top=Fragment.get(made.top, None))
         source.verilog(design)
     return design
 
@@ -118,14 +119,14 @@ def state_machines(fragment: Fragment, path: str = "") -> Iterator[tuple[str, St
         yield from state_machines(inner, f"{path}{name}.")
 
 
-def _board(source_of_orders: CoordinateGenerator | SquareGenerator) -> Design:
-    return boards.nexys2_mill(source_of_orders, timing=MillTiming.real(),
-                              debounce=debounce_period())
+def _mill(source: OrderSource) -> Design:
+    return boards.board("mill", MillStation(source=source))
 
 
 # Enough pixels for a block RAM. Which ones are set makes no difference to a check.
 _PIXELS = [[(row * row + column) % 3 == 0 for column in range(40)] for row in range(40)]
-_RUNNING = (("debouncer.level[7]", 1), ("debouncer.level[8]", 0))  # SW7 and BTN0
+_RELEASED = ("reset", 0)
+_RUNNING = (("automatic", 1), _RELEASED)
 
 MILL = Subject("mill", lambda: boards.mill(timing=MillTiming.real()),
                (("rst", 0), ("mode", 1)), "error")
@@ -135,16 +136,14 @@ GUARDED = Subject("mill-guarded", lambda: boards.mill(timing=MillTiming.real(), 
                   MILL.running, MILL.shows)
 """The raw machine with its guard."""
 
-BOARD = Subject("nexys2-square", lambda: _board(SquareGenerator(side=20 * PIXEL_STEPS)),
-                _RUNNING, "leds[6]")
+BOARD = Subject("nexys2-square", lambda: _mill(SquareGenerator(side=20 * PIXEL_STEPS)),
+                _RUNNING, "error")
 """The Nexys 2 that walks the thesis's square: all of it but the block RAMs."""
 
 PICTURE = Subject("nexys2-picture",
-                  lambda: _board(CoordinateGenerator(_PIXELS, pixel_steps=PIXEL_STEPS)),
-                  _RUNNING, "leds[6]")
+                  lambda: _mill(CoordinateGenerator(_PIXELS, pixel_steps=PIXEL_STEPS)),
+                  _RUNNING, "error")
 """The Nexys 2 that mills a picture."""
-
-_RELEASED = (("debouncer.o", 0),)  # BTN0
 
 SINGLE = Subject("single", lambda: boards.component("single", Single()), (("rst", 0),), "fault",
                  rams=False)
@@ -152,13 +151,8 @@ POSITIONER = Subject("positioner", lambda: boards.component("positioner", Positi
                      (("rst", 0),), "fault", rams=False)
 """One motor and three behind a serial line, without RAMs."""
 
-SINGLE_BOARD = Subject(
-    "nexys2-single",
-    lambda: boards.nexys2_single(Single(), debounce=debounce_period(),
-                                 scan_bits=MillTiming.real().scan_bits),
-    _RELEASED, "leds[6]")
-POSITIONER_BOARD = Subject(
-    "nexys2-positioner",
-    lambda: boards.nexys2_positioner(timing=PositionerTiming.real(), debounce=debounce_period()),
-    _RELEASED, "leds[6]")
+SINGLE_BOARD = Subject("nexys2-single", lambda: boards.board("single", Single()), (_RELEASED,),
+                       "fault")
+POSITIONER_BOARD = Subject("nexys2-positioner", lambda: boards.board("positioner", Positioner()),
+                           (_RELEASED,), "fault")
 """The Nexys 2 as one and as the other, with its block RAMs."""

@@ -12,13 +12,14 @@ from functools import partial
 import numpy as np
 from amaranth import Value
 
+from fresa.machines import MillStation
 from fresa.machines.mill import MillTiming
 from fresa.motion import SquareGenerator
 
 from .. import boards
 from ..design import Design
 from ..engines import Engine, IcarusEngine, NetlistIcarusEngine, UnknownLevelError
-from ..runners import MACHINES, stimuli
+from ..runners import duts, stimuli
 from ..stimulus import Stimulus, random_blocks
 
 __all__ = ["ENGINES", "GUARDED", "MACHINE", "ON_A_LINE", "PANEL", "Runnable", "Seen", "look",
@@ -114,16 +115,16 @@ def without_values(kind: type[Engine]) -> type[Engine]:
 def _machine(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
     """Orders that wait for the machine, and chance; chance alone if there is no reset."""
     if resets:
-        yield from stimuli(MACHINES["mill"], seed, clocks)
+        yield from stimuli(duts()["mill"], seed, clocks)
     else:
-        for rows in random_blocks(seed, clocks):
+        for rows in random_blocks(duts()["mill"].random, seed, clocks):
             yield {**rows, "rst": np.zeros_like(rows["rst"])}
 
 
 def _on_a_line(name: str, seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
     """What is typed takes long: ten times as many clocks; a reset in one of a thousand, or none."""
     rng = np.random.default_rng(seed)
-    for rows in stimuli(MACHINES[name], seed, 10 * clocks):
+    for rows in stimuli(duts()[name], seed, 10 * clocks):
         rst = rng.integers(0, 1000, len(rows["rst"])) == 0
         yield {**rows, "rst": (rst & resets).astype(np.uint8)}
 
@@ -137,16 +138,17 @@ def _panel(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
     yield {"switches": switches, "buttons": buttons if resets else buttons & 0b1110}
 
 
-MACHINE = Runnable("mill", MACHINES["mill"].design, _machine)
-GUARDED = Runnable("mill-guarded", MACHINES["mill-guarded"].design, _machine)
+MACHINE = Runnable("mill", duts()["mill"].design, _machine)
+GUARDED = Runnable("mill-guarded", duts()["mill-guarded"].design, _machine)
 """The raw machine."""
 
-ON_A_LINE = tuple(Runnable(name, MACHINES[name].design, partial(_on_a_line, name))
+ON_A_LINE = tuple(Runnable(name, duts()[name].design, partial(_on_a_line, name))
                   for name in ("single", "positioner"))
 """The machines on a serial line."""
 
 PANEL = Runnable(
     "nexys2-square",
-    lambda: boards.nexys2_mill(SquareGenerator(side=3), debounce=1, z_travel=2,
-                               timing=MillTiming(period=2, scan_bits=3)), _panel)
+    lambda: boards.board("mill", MillStation(source=SquareGenerator(side=3), z_travel=2,
+                                             timing=MillTiming(period=2, scan_bits=3)), debounce=1),
+    _panel)
 """The Nexys 2 that walks a square."""

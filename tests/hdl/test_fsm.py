@@ -12,10 +12,10 @@ from amaranth import Elaboratable, Fragment, Module, Signal
 from amaranth.sim import Simulator
 
 from fresa.fsm import leave_unused_codes
-from fresa.machines import SerialOrders
+from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from tb.boards import mill, nexys2_mill
+from tb.boards import board, mill
 from tb.design import Design
 
 TIMING = MillTiming(period=3, scan_bits=3)
@@ -25,17 +25,17 @@ SETTLE = 2 * DEBOUNCE + 4
 AUTOMATIC = 1 << 7
 RESET, START = 1, 2
 
+
+def station(source) -> Design:
+    return board("mill", MillStation(source=source, timing=TIMING, z_travel=5), debounce=DEBOUNCE)
+
+
+
 MACHINES = {
     "mill": lambda: mill(timing=TIMING, z_travel=5),
-    "square": lambda: nexys2_mill(
-        SquareGenerator(side=500), timing=TIMING, debounce=DEBOUNCE, z_travel=5
-    ),
-    "picture": lambda: nexys2_mill(
-        CoordinateGenerator(PICTURE, pixel_steps=4), timing=TIMING, debounce=DEBOUNCE, z_travel=5
-    ),
-    "serial": lambda: nexys2_mill(
-        SerialOrders(period=16), timing=TIMING, debounce=DEBOUNCE, z_travel=5
-    ),
+    "square": lambda: station(SquareGenerator(side=500)),
+    "picture": lambda: station(CoordinateGenerator(PICTURE, pixel_steps=4)),
+    "serial": lambda: station(SerialOrders(period=16)),
 }
 STATE_MACHINES = {
     "mill": {"order_state", "motion_state"},

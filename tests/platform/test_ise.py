@@ -14,7 +14,7 @@ from amaranth import Elaboratable, Module, Signal
 from amaranth.lib import io
 from amaranth.lib.cdc import FFSynchronizer
 
-from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform, request_ports
+from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 
 TOOLS = ["xst", "ngdbuild", "map", "par", "trce", "bitgen", "bitgen", "promgen"]
 
@@ -23,14 +23,17 @@ class Demo(Elaboratable):
     """One of each kind of pin: direct, registered, active low, in both directions."""
 
     def __init__(self, platform):
-        self.ports = request_ports(platform, {
-            "go": ("switch", 7),
-            "busy": ("led", 7),
-            "leds": [("led", n) for n in range(2)],
-            "digits": "display_7seg_an",
-            "keyboard": "ps2",
-            "unused": ("button", 3),
-        })
+        def request(*resource) -> io.SingleEndedPort:
+            return platform.request(*resource, dir="-")
+
+        self.ports = {
+            "go": request("switch", 7),
+            "busy": request("led", 7),
+            "leds": request("led", 0) + request("led", 1),
+            "digits": request("display_7seg_an"),
+            "keyboard": request("ps2"),
+            "unused": request("button", 3),
+        }
 
     def elaborate(self, platform) -> Module:
         m = Module()

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from fresa.machines import MillStation
 from fresa.machines.mill import Mill, MillTiming
 from fresa.motion import CoordinateGenerator
-from fresa_boards.nexys2 import Nexys2Platform
-from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
+from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.verilog import emit
-from tb.models.mill import MillInputs, MillModel
+from fresa_boards.wiring import prepare
+from tb.machines.mill.model import MillInputs, MillModel
 
 PERIOD, SCAN_BITS, Z_TRAVEL, CLOCKS = 2, 3, 3, 4000
 BITS = {"position_x": 16, "position_y": 16, "counter_select": 2, "jog": 6,
@@ -123,9 +124,8 @@ class TestVerilator:
         assert lint(tmp_path / "mill.v", "mill") == ""
 
     def test_board(self, tmp_path):
-        platform = Nexys2Platform()
         picture = [[(row * column) % 3 == 0 for column in range(200)] for row in range(150)]
         source = CoordinateGenerator(picture, pixel_steps=128)
-        plan = platform.prepare(Nexys2Mill(mill_ports(platform), source=source), "mill")
-        (tmp_path / "mill.v").write_text(plan.files["mill.v"])
+        plan = prepare(NEXYS2_500, "mill", MillStation(source=source))
+        (tmp_path / "mill.v").write_bytes(plan.files["mill.v"])
         assert lint(tmp_path / "mill.v", "mill") == ""

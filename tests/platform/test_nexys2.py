@@ -9,7 +9,8 @@ from amaranth.build import Attrs, Pins, Resource, ResourceError
 from amaranth.lib import io
 from amaranth_boards.test.blinky import Blinky
 
-from fresa_boards.nexys2 import Capacity, Nexys2_1200Platform, Nexys2Platform, request_ports
+from fresa_boards.board import Capacity
+from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
 
 # Resource, number, part of it: pins, first bit first.
 PINS = {
@@ -135,24 +136,3 @@ def test_fpga(board, device, capacity):
     assert (board.device, board.package, board.speed) == (device, "fg320", "4")
     assert board.capacity == capacity
     assert board().family == "spartan3e"
-
-
-class TestRequestPorts:
-    def test_names(self):
-        found = request_ports(Nexys2Platform(), {
-            "mode": ("switch", 7),
-            "jog": [("switch", n) for n in range(6)],
-            "digits": "display_7seg_an",
-            "lines": "uart",
-        })
-        assert [len(found[name]) for name in ("mode", "jog", "digits")] == [1, 6, 4]
-        assert found["jog"].direction is io.Direction.Input
-        assert found["lines"].tx.io.metadata[0].name == "P9"
-
-    def test_order_of_joined(self):
-        jog = request_ports(Nexys2Platform(), {"jog": [("switch", 5), ("switch", 0)]})["jog"]
-        assert [bit.name for bit in jog.io.metadata] == ["L13", "G18"]
-
-    def test_each_once(self):
-        with pytest.raises(ResourceError, match=r"^Resource switch#7 has already been requested$"):
-            request_ports(Nexys2Platform(), {"mode": ("switch", 7), "again": ("switch", 7)})

@@ -11,12 +11,12 @@ from amaranth import Fragment
 from amaranth.hdl import _nir as nir
 from amaranth.hdl._ir import build_netlist
 
-from fresa.machines.mill import CLOCK, MillTiming
+from fresa.machines import MillStation
+from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_common import DEBOUNCE, debounce_period
-from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
-from tb.boards import nexys2_mill
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200, Nexys2Platform
+from fresa_boards.wiring import prepare, wire
+from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
 from tb.plant import Plant
 
@@ -34,9 +34,8 @@ class Board:
     """A board on the bench, with someone at its switches."""
 
     def __init__(self, source) -> None:
-        self.engine = AmaranthEngine(
-            nexys2_mill(source, timing=MillTiming(PERIOD, 3), debounce=STILL, z_travel=TRAVEL)
-        )
+        machine = MillStation(source=source, timing=MillTiming(PERIOD, 3), z_travel=TRAVEL)
+        self.engine = AmaranthEngine(on_board("mill", machine, debounce=STILL))
         self.plant = Plant(pitch=PITCH, travel=TRAVEL)
         self.wait(0)
 
@@ -300,8 +299,10 @@ class TestPicture:
 
 @pytest.fixture(scope="module")
 def netlist() -> nir.Netlist:
-    platform = Nexys2Platform()
-    top = Nexys2Mill(mill_ports(platform), source=SquareGenerator(side=SIDE))
+    platform, machine = Nexys2Platform(), MillStation(source=SquareGenerator(side=SIDE))
+    allotment = NEXYS2_500.allotment("mill")
+    top = wire(machine, NEXYS2_500.request(platform, machine, allotment), allotment,
+               clock=NEXYS2_500.clock)
     return build_netlist(Fragment.get(top, platform), ports=[])
 
 
@@ -325,9 +326,9 @@ def users(netlist: nir.Netlist, numbers: set[int]) -> set[int]:
 
 
 class TestNetlist:
-    @pytest.mark.parametrize("axis", range(3))
+    @pytest.mark.parametrize("axis", AXES)
     def test_every_coil_comes_straight_from_a_flip_flop_in_its_block(self, netlist, axis):
-        [(_, buffer)] = buffers(netlist, f"coils_{axis}")
+        [(_, buffer)] = buffers(netlist, axis)
         assert buffer.o is not None and len(buffer.o) == 4
         for bit, net in enumerate(buffer.o):
             cell = netlist.cells[net.cell]
@@ -336,7 +337,7 @@ class TestNetlist:
             assert cell.init >> net.bit & 1 == WORDS[0] >> bit & 1
             assert cell.arst == nir.Net.from_const(0)
             # A flip-flop in an I/O block serves its pin alone.
-            assert users(netlist, {net.cell}) == {n for n, _ in buffers(netlist, f"coils_{axis}")}
+            assert users(netlist, {net.cell}) == {n for n, _ in buffers(netlist, axis)}
 
     @pytest.mark.parametrize("name", ["switch_", "button_"])
     def test_every_input_passes_two_flip_flops_and_the_debouncer(self, netlist, name):
@@ -358,57 +359,23 @@ class TestNetlist:
         assert {cell.clk for cell in flip_flops} == {nir.Net.from_cell(pin, 0)}
         assert {cell.clk_edge for cell in flip_flops} == {"pos"}
 
-    @pytest.mark.parametrize("board", [Nexys2Platform, Nexys2_1200Platform])
-    def test_verilog_says_so(self, board):
-        platform = board()
-        top = Nexys2Mill(mill_ports(platform), source=SquareGenerator(side=SIDE))
-        files = platform.prepare(top, "mill").files
-        verilog = files["mill.v"]
-        verilog = verilog if isinstance(verilog, str) else verilog.decode()
+    @pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200])
+    def test_verilog_says_so(self, where):
+        station = MillStation(source=SquareGenerator(side=SIDE))
+        verilog = prepare(where, "mill", station).files["mill.v"].decode()
         marked = re.findall(r'\(\* IOB = "TRUE" \*\)\s+reg \[3:0\] \S+ += 4\'h(\d);', verilog)
         assert marked == ["6"] * 3
         registers = re.findall(r"^  reg (?!.*=).*;$", verilog, re.M)
         assert not registers, "registers without a value at power-up"
 
-    def test_coil_pins(self):
-        platform = Nexys2Platform()
-        ports = mill_ports(platform)
-        pins = {axis: [bit.name for bit in ports[axis].io.metadata] for axis in AXES}
-        assert pins == {
-            "axis_x": ["L15", "K12", "L17", "M15"],
-            "axis_y": ["K13", "L16", "M14", "M16"],
-            "axis_z": ["M13", "R18", "R15", "T17"],
-        }
 
-    def test_display_is_active_low_once(self):
-        """The ports are declared inverted, and so is what goes in: the pads are as the machine."""
-        platform = Nexys2Platform()
-        ports = mill_ports(platform)
-        assert set(ports["segments"].invert) == set(ports["digits"].invert) == {True}
-
-
-class TestDebouncePeriod:
-    def test_default(self):
-        assert debounce_period() == CLOCK * DEBOUNCE == 500_000
-
-    @pytest.mark.parametrize(
-        ("seconds", "clock", "clocks"),
-        [(0.001, 100, 1), (0.015, 100, 2), (1, 100, 100), (0.5, 3, 2)],
-    )
-    def test_one_more_rather_than_one_less(self, seconds, clock, clocks):
-        assert debounce_period(seconds, clock) == clocks
-
-    @pytest.mark.parametrize("seconds", [0, -1, 100])
-    def test_impossible_time(self, seconds):
-        with pytest.raises(ValueError, match=rf"^debounce time must be .*, not {seconds}$"):
-            debounce_period(seconds)
-
+class TestDebounce:
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
     @pytest.mark.parametrize("debounce", [0, -1, 2**26 + 1])
     def test_impossible(self, debounce):
         message = None
         try:  # what was made before the refusal is let go of here, not later
-            nexys2_mill(SquareGenerator(side=1), timing=MillTiming(1, 3), debounce=debounce)
+            on_board("mill", MillStation(source=SquareGenerator(side=1)), debounce=debounce)
         except ValueError as error:
             message = str(error)
         gc.collect()

@@ -10,19 +10,20 @@ from amaranth import Fragment
 from amaranth.hdl import _nir as nir
 from amaranth.hdl._ir import build_netlist
 
+from fresa.machines import Positioner
 from fresa.machines.positioner import PositionerTiming
-from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
-from tb.boards import nexys2_positioner
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200, Nexys2Platform
+from fresa_boards.wiring import prepare, wire
+from tb.boards import board as on_board
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.positioner import PositionerModel
+from tb.machines.positioner.model import PositionerModel
 from tb.runners import ModelRunner
 from tb.uart import encode
 
 BIT = 16
 TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
                       settle=30, report=10_000)
-MOTORS = ["motor_x", "motor_y", "motor_z"]
+MOTORS = ["step", "direction", "enable"]
 OUTPUTS = ["tx", "buzzer", "leds", *MOTORS]
 RELEASED = 7
 
@@ -30,9 +31,10 @@ RELEASED = 7
 class Board:
     """A board on the bench, with someone at its line."""
 
-    def __init__(self, **options) -> None:
+    def __init__(self, *turned: str, **options) -> None:
         kind = AmaranthEngine if CXXRTLEngine.missing() else CXXRTLEngine
-        self.engine = kind(nexys2_positioner(timing=TIMING, debounce=3, **options))
+        self.engine = kind(on_board("positioner", Positioner(timing=TIMING, **options), debounce=3,
+                                    inverted=turned))
         self.engine.set(rx=1, limits=RELEASED)
         self.seen = {name: np.empty(0, int) for name in OUTPUTS}
         self.apply([1] * 80)
@@ -45,7 +47,7 @@ class Board:
         self.apply(encode(text.encode(), BIT) + [1] * wait)
 
     def steps(self) -> list[int]:
-        return [int((np.diff(self.seen[name] & 1) == 1).sum()) for name in MOTORS]
+        return [int((np.diff(self.seen["step"] >> motor & 1) == 1).sum()) for motor in range(3)]
 
 
 class TestBoard:
@@ -54,9 +56,8 @@ class TestBoard:
         assert board.engine.get("leds", *MOTORS) == (0, 0, 0, 0)
         board.say("CONNECT\nMOV MOT2 C\n", 1000)
         assert board.engine.get("leds") == 0b10000010
-        assert board.engine.get(*MOTORS)[::2] == (0b100, 0b100)
+        assert board.engine.get("direction", "enable") == (0b010, 0b111)
         assert board.steps()[0] == board.steps()[2] == 0 < board.steps()[1]
-        assert board.engine.get("motor_y") >> 1 == 0b11
 
     def test_a_limit_is_on_where_its_pin_is_pulled_down(self):
         board = Board()
@@ -66,7 +67,7 @@ class TestBoard:
         assert board.engine.get("leds") == 0b10010001 and board.engine.get("buzzer")
 
     def test_switches_that_open_where_they_are_pressed(self):
-        board = Board(normally_closed=True)
+        board = Board("limits")
         board.engine.set(limits=0b010)
         board.apply([1] * 40)
         assert board.engine.get("leds") == 0b00010000
@@ -75,26 +76,27 @@ class TestBoard:
 
     @pytest.mark.parametrize("inverted", [False, True])
     def test_enable_that_gives_power_where_it_is_low(self, inverted):
-        board, other = Board(inverted=inverted, enable_low=True), Board(inverted=inverted)
+        board, other = Board("enable", inverted=inverted), Board(inverted=inverted)
         for one in (board, other):
             one.say("CONNECT\nMOV MOT1 C\n", 1000)
             one.say("DISCONNECT\n")
-        for name in MOTORS:
-            assert (board.seen[name] == other.seen[name] ^ 0b100).all()
-            assert board.seen[name][0] >> 2 == 1 and 0 in board.seen[name] >> 2
+        assert (board.seen["enable"] == other.seen["enable"] ^ 0b111).all()
+        assert board.seen["enable"][0] == 0b111 and 0 in board.seen["enable"]
+        for name in ("step", "direction"):
+            assert (board.seen[name] == other.seen[name]).all()
 
     def test_the_button_resets_when_it_is_still(self):
         board = Board()
         board.say("CONNECT\nMOV MOT2 C\n")
-        board.engine.set(reset=1)
+        board.engine.set(buttons=1)
         board.apply([1] * 2)
-        board.engine.set(reset=0)
+        board.engine.set(buttons=0)
         board.apply([1] * 10)
         assert board.engine.get("leds") == 0b10000010
-        board.engine.set(reset=1)
+        board.engine.set(buttons=1)
         board.apply([1] * 20)
         assert board.engine.get("leds") == 0
-        board.engine.set(reset=0)
+        board.engine.set(buttons=0)
         board.apply([1] * 20)
         board.say("CONNECT\n")
         assert board.engine.get("leds") == 0b10000000
@@ -111,20 +113,19 @@ class TestBoard:
         names = ("tx", "buzzer", "step", "direction", "enable")
         rows = ModelRunner(model).apply(
             {"rx": levels, "limits": 0 * levels, "rst": 0 * levels}, names)
-        for name in ("tx", "buzzer"):
+        for name in names:
             assert board.seen[name][1:].tolist() == rows[name][:-1].tolist()
-        for index, name in enumerate(MOTORS):
-            assert board.seen[name][1:].tolist() == sum(
-                (rows[pin][:-1] >> index & 1) << place
-                for place, pin in enumerate(("step", "direction", "enable"))).tolist()
-        assert board.seen["motor_x"][0] == (0b011 if inverted else 0)
+        rest = 0b111 if inverted else 0
+        assert [board.seen[name][0] for name in MOTORS] == [rest, rest, 0]
 
 
 @pytest.fixture(scope="module")
 def netlist() -> nir.Netlist:
-    platform = Nexys2Platform()
-    return build_netlist(Fragment.get(Nexys2Positioner(positioner_ports(platform)), platform),
-                         ports=[])
+    platform, machine = Nexys2Platform(), Positioner()
+    allotment = NEXYS2_500.allotment("positioner")
+    top = wire(machine, NEXYS2_500.request(platform, machine, allotment), allotment,
+               clock=NEXYS2_500.clock)
+    return build_netlist(Fragment.get(top, platform), ports=[])
 
 
 def buffers(netlist: nir.Netlist, name: str) -> list[tuple[int, nir.IOBuffer]]:
@@ -140,7 +141,7 @@ def users(netlist: nir.Netlist, numbers: set[int]) -> set[int]:
 
 
 class TestNetlist:
-    @pytest.mark.parametrize("name", ["motor_0", "motor_1", "motor_2", "buzzer_0", "uart_0__tx"])
+    @pytest.mark.parametrize("name", ["step", "direction", "enable", "buzzer", "uart_0__tx"])
     def test_what_goes_out_comes_straight_from_a_flip_flop_in_its_block(self, netlist, name):
         [(number, buffer)] = buffers(netlist, name)
         assert buffer.o is not None
@@ -151,7 +152,7 @@ class TestNetlist:
             # A flip-flop in an I/O block serves its pin alone.
             assert users(netlist, {net.cell}) == {number}
 
-    @pytest.mark.parametrize("name", ["button_0", "limits_0", "uart_0__rx"])
+    @pytest.mark.parametrize("name", ["button_0", "limits", "uart_0__rx"])
     def test_what_comes_in_passes_two_flip_flops(self, netlist, name):
         cells = {n for n, _ in buffers(netlist, name)}
         for _ in range(2):
@@ -171,22 +172,10 @@ class TestNetlist:
             found |= users(netlist, {n}) if isinstance(cell, nir.Operator) else {n}
         return found
 
-    def test_pins(self):
-        ports = positioner_ports(Nexys2Platform())
-        pins = {name: [bit.name for bit in ports[name].io.metadata]
-                for name in (*MOTORS, "buzzer", "limits", "rx", "tx")}
-        assert pins == {
-            "motor_x": ["L15", "K12", "L17"], "motor_y": ["K13", "L16", "M14"],
-            "motor_z": ["M13", "R18", "R15"], "buzzer": ["T17"], "limits": ["G15", "J16", "G13"],
-            "rx": ["U6"], "tx": ["P9"]}
-        assert set(ports["limits"].invert) == {True}
-
-    @pytest.mark.parametrize("board", [Nexys2Platform, Nexys2_1200Platform])
-    def test_verilog_and_constraints(self, board):
-        platform = board()
-        files = platform.prepare(Nexys2Positioner(positioner_ports(platform)), "positioner").files
-        verilog, ucf = (text if isinstance(text, str) else text.decode()
-                        for text in (files["positioner.v"], files["positioner.ucf"]))
+    @pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200])
+    def test_verilog_and_constraints(self, where):
+        files = prepare(where, "positioner", Positioner()).files
+        verilog, ucf = (files[name].decode() for name in ("positioner.v", "positioner.ucf"))
         assert len(re.findall(r'\(\* IOB = "TRUE" \*\)\s+reg', verilog)) == 5
         registers = re.findall(r"^  reg (?:\[\d+:0\] )?(\w+);$", verilog, re.M)
         memories = re.findall(r"^ +(\w+) <= (?:ring|rom|places)\[\w+\];$", verilog, re.M)

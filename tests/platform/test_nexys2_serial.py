@@ -4,14 +4,12 @@
 
 import pytest
 
-from fresa.machines import SerialOrders
+from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
-from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_mill import Nexys2Mill, mill_ports
 from fresa_host.errors import WasReset
 from fresa_host.order_lines import Kind, Order, request
 from fresa_host.orders import NotReady, OrderRefused, Sender
-from tb.boards import nexys2_mill
+from tb.boards import board as on_board
 from tb.engines.cxxrtl import CXXRTLEngine
 from tb.uart import SerialLine
 
@@ -29,9 +27,9 @@ class Board:
     """A board with a host at its RS-232 port, and someone at its switches."""
 
     def __init__(self) -> None:
-        source = SerialOrders(period=BIT)
-        self.engine = CXXRTLEngine(
-            nexys2_mill(source, timing=MillTiming(PERIOD, 3), debounce=STILL, z_travel=TRAVEL))
+        machine = MillStation(source=SerialOrders(period=BIT), timing=MillTiming(PERIOD, 3),
+                              z_travel=TRAVEL)
+        self.engine = CXXRTLEngine(on_board("mill", machine, debounce=STILL))
         self.line = SerialLine(self.engine, BIT)
         self.line.run(4 * BIT)
         self.turn(AUTOMATIC)
@@ -145,20 +143,3 @@ class TestSerialOrders:
         board.line.run(2000)
         assert board.engine.get(*AXES) == before
         assert board.ask(request(Kind.TELL))[1:3] == b"01"
-
-
-class TestPins:
-    @pytest.mark.parametrize("kind", [Nexys2Platform, Nexys2_1200Platform])
-    def test_of_the_port(self, kind):
-        ports = mill_ports(kind(), serial=True)
-        assert [ports[name].io.metadata[0].name for name in ("rx", "tx")] == ["U6", "P9"]
-        assert not {"rx", "tx"} & set(mill_ports(kind()))
-
-    def test_constraints_and_verilog(self):
-        platform = Nexys2Platform()
-        top = Nexys2Mill(mill_ports(platform, serial=True),
-                         source=SerialOrders(period=5208))
-        files = platform.prepare(top, "mill").files
-        constraints = files["mill.ucf"]
-        constraints = constraints if isinstance(constraints, str) else constraints.decode()
-        assert 'LOC="U6"' in constraints and 'LOC="P9"' in constraints

@@ -8,15 +8,15 @@ import pytest
 
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
-from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
-from fresa_boards.nexys2_single import Nexys2Single, single_ports
-from tb.boards import nexys2_single
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
+from fresa_boards.wiring import prepare
+from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
 from tb.uart import decode_output, encode
 
 TIMING = SingleTiming.real(clock=48_000, baud=3000)
 STILL = 3
-OUTPUTS = ["tx", "leds", "segments", "digits", "coils", "bridge"]
+OUTPUTS = ["tx", "leds", "segments", "digits", "coils", "enable"]
 SHAPES = {0x3F: 0, 0x06: 1, 0x5B: 2, 0x4F: 3, 0x66: 4, 0x6D: 5, 0x7D: 6, 0x07: 7, 0x7F: 8, 0x6F: 9,
           0x77: 10, 0x7C: 11, 0x39: 12, 0x5E: 13, 0x79: 14, 0x71: 15}
 
@@ -27,7 +27,7 @@ def machine(**options: bool) -> Single:
 
 @pytest.fixture
 def board():
-    with AmaranthEngine(nexys2_single(machine(), debounce=STILL, scan_bits=3)) as engine:
+    with AmaranthEngine(on_board("single", machine(), debounce=STILL, scan_bits=3)) as engine:
         engine.set(rx=1)
         engine.run(9)  # the line is seen to be there
         yield engine
@@ -60,17 +60,17 @@ class TestBoard:
         assert (seen["leds"][:-1] & 0xF == seen["coils"][1:]).all()
         moving = seen["leds"] >> 5 & 1
         assert moving.any() and not moving[-1]
-        assert set(seen["leds"] >> 6) == {0b10} and seen["bridge"].all()
+        assert set(seen["leds"] >> 6) == {0b10} and seen["enable"].all()
 
         seen = type_in(board, b":e0\r", after=600)
-        assert (seen["bridge"][-1], seen["coils"][-1], seen["leds"][-1]) == (0, 0, 0)
+        assert (seen["enable"][-1], seen["coils"][-1], seen["leds"][-1]) == (0, 0, 0)
 
     def test_the_button_makes_this_place_0(self, board):
         type_in(board, b":v59999\r:x9\r", after=300)
         assert number(board.apply({"rx": [1] * 40}, OUTPUTS)) == 9
-        board.set(button=1)
+        board.set(buttons=1)
         board.run(2 * STILL + 5)
-        board.set(button=0)
+        board.set(buttons=0)
         seen = board.apply({"rx": [1] * 2000}, OUTPUTS)
         assert number(seen) == 0
         assert set(seen["coils"]) == {PHASES[1]}
@@ -79,27 +79,26 @@ class TestBoard:
     def test_a_bounce_of_the_button_does_nothing(self, board):
         type_in(board, b":v59999\r:x9\r", after=300)
         for clocks in range(1, STILL):
-            board.set(button=1)
+            board.set(buttons=1)
             board.run(clocks)
-            board.set(button=0)
+            board.set(buttons=0)
             board.run(4 * STILL)
         assert number(board.apply({"rx": [1] * 40}, OUTPUTS)) == 9
 
     def test_the_motor_has_no_power_before_the_first_clock(self):
-        with AmaranthEngine(nexys2_single(machine(), debounce=STILL, scan_bits=3)) as engine:
-            seen = engine.apply({"rx": [1] * 9}, ["coils", "bridge"])
-        assert seen["bridge"].tolist() == [0, *[1] * 8]
+        with AmaranthEngine(on_board("single", machine(), debounce=STILL, scan_bits=3)) as engine:
+            seen = engine.apply({"rx": [1] * 9}, ["coils", "enable"])
+        assert seen["enable"].tolist() == [0, *[1] * 8]
         assert seen["coils"].tolist() == [0, 0, *[PHASES[0]] * 7]
 
 
 class TestSources:
-    @pytest.mark.parametrize("platform", [Nexys2Platform, Nexys2_1200Platform])
-    def test_pins(self, platform):
-        board = platform()
-        top = Nexys2Single(single_ports(board), machine=machine(), debounce=STILL, scan_bits=3)
-        files = board.prepare(top, "single").files
+    @pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200])
+    def test_pins(self, where):
+        files = {name: text.decode()
+                 for name, text in prepare(where, "single", machine()).files.items()}
         pins = dict(re.findall(r'^NET "(\S+)" LOC="(\S+)"', files["single.ucf"], re.M))
         assert [pins[f"coils_0__io<{bit}>"] for bit in range(4)] == ["L15", "K12", "L17", "M15"]
-        assert [pins[name] for name in ("bridge_0__io", "uart_0__rx__io", "uart_0__tx__io")] == [
+        assert [pins[name] for name in ("enable_0__io", "uart_0__rx__io", "uart_0__tx__io")] == [
             "K13", "U6", "P9"]
         assert files["single.v"].count('(* IOB = "TRUE" *)') >= 2

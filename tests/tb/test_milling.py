@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fresa.machines import MillStation
 from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator
 from tb import milling
-from tb.boards import nexys2_mill
+from tb.boards import board
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.milling import AUTOMATIC, DEBOUNCE, LED, Cut, mill_picture, press
 from tb.plant import Plant
@@ -33,12 +34,10 @@ def blob(rows: int, columns: int, seed: int, share: float) -> np.ndarray:
 def mill(picture, *, shown=None, period=1) -> Cut:
     """Mill a picture with short pixels and a short stroke; `shown` is what the plant is told."""
     plant = Plant(picture if shown is None else shown, pitch=PITCH, travel=TRAVEL)
-    design = nexys2_mill(
-        CoordinateGenerator(picture.tolist(), pixel_steps=PITCH),
-        timing=MillTiming(period, 8),
-        debounce=DEBOUNCE,
-        z_travel=TRAVEL,
-    )
+    machine = MillStation(
+        source=CoordinateGenerator(picture.tolist(), pixel_steps=PITCH),
+        timing=MillTiming(period, 8), z_travel=TRAVEL)
+    design = board("mill", machine, debounce=DEBOUNCE)
     watch = ("axis_x", "axis_y", "axis_z", "leds")
     with AmaranthEngine(design) as engine:
         plant.feed(engine.run(0, watch))

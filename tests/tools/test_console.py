@@ -69,18 +69,18 @@ class TestCommand:
         assert capsys.readouterr() == ("", line)
 
     def test_status_is_passed_on(self, capsys):
-        assert command(lambda: 7)() == 7
+        assert command(lambda argv: 7)() == 7
         assert capsys.readouterr() == ("", "")
 
     def test_our_own_mistake_keeps_its_traceback(self):
         with pytest.raises(ZeroDivisionError):
-            command(lambda: 1 // 0)()
+            command(lambda argv: 1 // 0)()
 
     def test_reader_that_leaves_is_no_error(self):
         code = (
             "from tools.console import command, say\n"
             "@command\n"
-            "def main():\n"
+            "def main(argv):\n"
             "    for _ in range(100_000): say('line')\n"
             "    return 0\n"
             "raise SystemExit(main())\n"
@@ -266,7 +266,8 @@ class TestProgress:
         assert self.rows(io.StringIO(), 1.9 / 30) == []
 
     def test_lines_when_long_and_no_terminal(self):
-        lines = [f"milling: {done} of 30 rows" for done in (2, 12, 22)]
+        lines = ["milling: 2 of 30 rows, 00:28 left", "milling: 12 of 30 rows, 00:18 left",
+                 "milling: 22 of 30 rows"]
         assert self.rows(io.StringIO(), 1) == lines
 
     def test_no_lines_on_a_terminal(self):
@@ -280,7 +281,7 @@ class TestCache:
         seen = []
 
         @command
-        def main() -> int:
+        def main(argv) -> int:
             place = Path(os.environ["XDG_CACHE_HOME"])
             (place / "kept").write_text("something")
             seen.append(place)
@@ -293,7 +294,12 @@ class TestCache:
 
     def test_the_usual_one_where_it_can(self, tmp_path, monkeypatch, capsys):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-        assert command(lambda: int(os.environ["XDG_CACHE_HOME"] != str(tmp_path / "cache")))() == 0
+
+        @command
+        def main(argv) -> int:
+            return int(os.environ["XDG_CACHE_HOME"] != str(tmp_path / "cache"))
+
+        assert main() == 0
         assert capsys.readouterr().err == ""
 
 

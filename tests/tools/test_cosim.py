@@ -14,15 +14,15 @@ from fresa.machines.mill import MillTiming
 from tb import boards
 from tb.cosim import lockstep
 from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, source
-from tb.models.mill import MillModel
-from tb.runners import MACHINES, MODEL, ModelRunner, close_all, make_runners, stimuli
+from tb.machines.mill.model import MillModel
+from tb.runners import MODEL, ModelRunner, close_all, duts, make_runners, stimuli
 from tb.shrink import script, shrink
-from tb.stimulus import BLOCK, chance, cut, last_rows, random_blocks
+from tb.stimulus import BLOCK, cut, last_rows, random_blocks
 from tb.vhdl import REFERENCES
 from tools import campaign, cosim
 from tools.console import UserError
 
-MILL = MACHINES["mill"]
+MILL = duts()["mill"]
 OUTPUTS = list(MILL.shared.outputs)
 
 
@@ -89,7 +89,7 @@ def played(runners, rows: int = 90, block: int = 20, **kwargs):
 
 class TestStimulus:
     def test_is_the_same_for_a_seed_and_no_other(self):
-        first, again, other = chance(3, 5), chance(3, 5), chance(3, 6)
+        first, again, other = (MILL.random(3, block, BLOCK) for block in (5, 5, 6))
         assert all((first[name] == again[name]).all() for name in first)
         assert any((first[name] != other[name]).any() for name in first)
         widths = {name: len(port) for name, port in MILL.shared.inputs.items()}
@@ -99,7 +99,8 @@ class TestStimulus:
             assert int(row.max()) < 1 << widths[name]
 
     def test_has_so_many_rows(self):
-        assert sum(len(block["rst"]) for block in random_blocks(1, BLOCK + 9)) == BLOCK + 9
+        blocks = random_blocks(MILL.random, 1, BLOCK + 9)
+        assert sum(len(block["rst"]) for block in blocks) == BLOCK + 9
         assert sum(len(block["rst"]) for block in stimuli(MILL, 1, 777)) == 777
 
     def test_orders_reach_what_they_should(self):
@@ -212,9 +213,9 @@ class TestCommand:
         assert run("--machine", "coil", "--engines", "amaranth,amaranth", "--cycles", 9) == 2
         assert run("--machine", "coil", "--engines", "model,amaranth") == 2
         assert "no engine is named 'model'; there are cxxrtl, " in capsys.readouterr().err
-        outputs = list(MACHINES["coil"].shared.outputs)
-        first, again = (make_runners(MACHINES["coil"], ["amaranth"])["amaranth"] for _ in range(2))
-        outcome = lockstep({"a": first, "b": again}, stimuli(MACHINES["coil"], 1, 900), outputs)
+        outputs = list(duts()["coil"].shared.outputs)
+        first, again = (make_runners(duts()["coil"], ["amaranth"])["amaranth"] for _ in range(2))
+        outcome = lockstep({"a": first, "b": again}, stimuli(duts()["coil"], 1, 900), outputs)
         assert outcome.finding is None and outcome.tallies["b"].clocks == 900
 
     @pytest.mark.parametrize(("machine", "outputs"), [
@@ -229,7 +230,7 @@ class TestCommand:
 
     def test_positioner_is_seen_at_work(self):
         """What is typed moves every motor, one both ways, meets a switch, and is answered."""
-        machine = MACHINES["positioner"]
+        machine = duts()["positioner"]
         assert machine.model is not None
         runner, up, down, answered, sounds = ModelRunner(machine.model()), 0, 0, False, False
         for block in stimuli(machine, 2, 30_000):
@@ -258,9 +259,9 @@ class TestCommand:
         wrong.write_text(reference.files[-1].read_text().replace(
             reference.mistake.old, reference.mistake.new))
         vhdl = dataclasses.replace(reference.described(reference.cases[0]), files=(wrong,))
-        machine = dataclasses.replace(MACHINES["coil"], design=lambda: dataclasses.replace(
+        machine = dataclasses.replace(duts()["coil"], design=lambda: dataclasses.replace(
             boards.described("coil"), vhdl=vhdl))
-        monkeypatch.setitem(MACHINES, "coil", machine)
+        monkeypatch.setitem(duts(), "coil", machine)
         assert run("--machine", "coil", "--engines", "amaranth,ghdl", "--cycles", 2000, "--vcd",
                    tmp_path / "bug", "--shrink-seconds", 10) == 1
         said = capsys.readouterr().out

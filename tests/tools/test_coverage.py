@@ -4,6 +4,7 @@
 
 import json
 import threading
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,12 +13,14 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.fsm import leave_unused_codes
-from tb import coverage, runners
+from tb import coverage
 from tb.boards import component
 from tb.contracts import COMPONENTS, Component
 from tb.contracts.proof import missing
 from tb.engines.coverage import CoverageEngine
-from tools import coverage as command
+from tb.machine import Coverage
+from tb.machines import machines
+from tb.runners import duts
 from tools.coverage import main
 
 needs_verilator = pytest.mark.skipif(CoverageEngine.missing() is not None,
@@ -133,12 +136,14 @@ class TestLines:
         said = capsys.readouterr().out
         assert "never: " in said and "NOT 100 % of bits" in said
 
-    def test_of_another_machine_what_is_usual(self, tmp_path, monkeypatch):
-        monkeypatch.setitem(runners.MACHINES, "single", runners.MACHINES["divider"])  # is small
+    def test_of_another_machine_what_it_declares(self, tmp_path, monkeypatch):
         facts = tmp_path / "lines.json"
         arguments = ["lines", "--machine", "single", "--cycles", "4", "--json", str(facts)]
         for least, status in ((10, 0), (99.9, 1)):
-            monkeypatch.setitem(command.MACHINES, "single", command.Usual(1, least, least))
+            monkeypatch.setitem(machines(), "single", replace(
+                machines()["single"], coverage=Coverage(1, least, least)))
+            small = {"single": duts()["divider"]}
+            monkeypatch.setattr("tb.coverage.duts", lambda small=small: small)
             assert main(arguments) == status
             lines = json.loads(facts.read_text())["lines"]
             assert (lines["machine"], lines["clocks"]) == ("single", 4)

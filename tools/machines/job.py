@@ -1,22 +1,24 @@
 """What is built, whichever machine it is."""
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from amaranth import Elaboratable
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
-from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
+from fresa.roles import Machine
+from fresa_boards.board import Board, pin_table
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.verilog import from_rtlil
-from tb.design import Design
+from fresa_boards.wiring import prepare
 
 __all__ = ["BOARDS", "Built", "Job", "Kind", "on_board", "raw"]
 
-BOARDS = {"nexys2-500": Nexys2Platform, "nexys2-1200": Nexys2_1200Platform, "pins": None}
-"""Platforms by name; `pins` is the raw machine."""
+BOARDS: dict[str, Board | None] = {
+    **{board.name: board for board in (NEXYS2_500, NEXYS2_1200)}, "pins": None}
+"""Boards by name; `pins` is the raw machine."""
 
 Write = Callable[[Mapping[str, bytes]], None]
 """Writes files beside those that are there, and the report."""
@@ -92,22 +94,20 @@ def raw(name: str, machine: wiring.Component) -> Built:
     return Built({f"{name}.v": from_rtlil(text).encode()}, text, name)
 
 
-def on_board(name: str, platform, top: Elaboratable, design: Design) -> Built:
-    """Build a machine on a board.
+def on_board(board: Board, name: str, machine: Machine, inverted: Collection[str] = ()) -> Built:
+    """Build a machine on a board, and a table of its pins.
 
     Parameters
     ----------
-    name : str
-        Of the files and the top module.
-    platform : ISEPlatform
+    board : Board
         The board.
-    top : Elaboratable
-        The machine wired to the ports of the board.
-    design : Design
-        The same wiring on plain ports, for Yosys: from Verilog it reads a picture in a minute.
+    name : str
+        The machine's, and that of the files and the top module.
+    machine : Machine
+        The machine.
+    inverted : collection of str
+        See :func:`fresa_boards.wiring.wire`.
     """
-    plan = platform.prepare(top, name)
-    files = {file: text.encode() if isinstance(text, str) else text
-             for file, text in plan.files.items()}
-    ports = [design.clk, *design.inputs.values(), *design.outputs.values()]
-    return Built(files, rtlil.convert(design.top, name=name, ports=ports, emit_src=False), name)
+    plan = prepare(board, name, machine, inverted=inverted)
+    table = pin_table(board, machine, board.allotment(name))
+    return Built({**plan.files, "pins.md": table.encode()}, plan.rtlil, name)

@@ -8,14 +8,13 @@ from pathlib import Path
 
 from PIL import Image
 
-from fresa.machines import SerialOrders
+from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillTiming
+from fresa.machines.station import OrderSource
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa.protocol import BAUD, bit_period
-from fresa_boards.nexys2 import Capacity, Nexys2Platform
-from fresa_boards.nexys2_common import debounce_period
-from fresa_boards.nexys2_mill import Nexys2Mill, OrderSource, mill_ports
-from tb.boards import nexys2_mill
+from fresa_boards.board import Capacity
+from fresa_boards.nexys2 import NEXYS2_500
 from tb.engines import ENGINES
 
 from ..console import UserError, say
@@ -48,22 +47,17 @@ def build_mill(board: str, *, timing: MillTiming, picture: Prepared | None = Non
     serial : bool
         Orders come over the RS-232 port of the board instead.
     """
-    platform_class = BOARDS[board]
-    if platform_class is None:
+    where = BOARDS[board]
+    if where is None:
         return raw("mill", Mill(timing=timing, guard=guard))
-
-    def source() -> OrderSource:
-        if serial:
-            return SerialOrders(period=bit_period(CLOCK, BAUD))
-        if picture is None:
-            return SquareGenerator(side=SQUARE_SIDE)
-        return CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
-
-    platform = platform_class()
-    top = Nexys2Mill(mill_ports(platform, serial=serial), source=source(), timing=timing,
-                     guard=guard)
-    built = on_board("mill", platform, top, nexys2_mill(
-        source(), timing=timing, debounce=debounce_period(), guard=guard))
+    source: OrderSource
+    if serial:
+        source = SerialOrders(period=bit_period(where.clock, BAUD))
+    elif picture is None:
+        source = SquareGenerator(side=SQUARE_SIDE)
+    else:
+        source = CoordinateGenerator(picture.pixels.tolist(), pixel_steps=PIXEL_STEPS)
+    built = on_board(where, "mill", MillStation(source=source, timing=timing, guard=guard))
     if picture is None:
         return built
     return replace(built, files={**built.files,
@@ -109,7 +103,7 @@ def job(args: argparse.Namespace) -> Job:
     with_picture = args.board != "pins" and args.orders in (None, "image")
     args.image = args.image or EXAMPLE
     picture = picture_from_arguments(args) if with_picture else None
-    capacity = (BOARDS[args.board] or Nexys2Platform).capacity
+    capacity = (BOARDS[args.board] or NEXYS2_500).capacity
     if picture is not None:
         check_memory(picture, capacity, args.board)
     timing = MillTiming.real(step_rate=args.step_rate)

@@ -9,9 +9,6 @@ from fresa.machines.mill import CLOCK
 from fresa.machines.positioner import ENDS, LIMIT_ENDS, TOP_SPEED, PositionerTiming
 from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
-from fresa_boards.nexys2_common import debounce_period
-from fresa_boards.nexys2_positioner import Nexys2Positioner, positioner_ports
-from tb.boards import nexys2_positioner
 
 from ..console import UserError, whole
 from .job import BOARDS, Built, Job, Kind, on_board, raw
@@ -36,8 +33,11 @@ def build_positioner(board: str, *, timing: PositionerTiming, enable_low: bool =
         One of `BOARDS`.
     timing : PositionerPace
         Times.
-    enable_low, normally_closed
-        See :class:`Nexys2Positioner`.
+    enable_low : bool
+        ENABLE gives power where it is low.
+    normally_closed : bool
+        The limit switches are closed, and their pins low, until they are pressed; a wire that is
+        broken counts as pressed.
     options
         See :class:`Positioner`.
 
@@ -46,18 +46,14 @@ def build_positioner(board: str, *, timing: PositionerTiming, enable_low: bool =
     ValueError
         If something does not go together, or is of a board where there is none.
     """
-    platform_class = BOARDS[board]
-    if platform_class is None:
+    where = BOARDS[board]
+    if where is None:
         if enable_low or normally_closed:
             raise ValueError("without a board the machine has no pins: invert enable and limits "
                              "where you wire it, not by --enable-low or --normally-closed")
         return raw("positioner", Positioner(timing=timing, **options))
-    platform = platform_class()
-    debounce = debounce_period()
-    options |= {"timing": timing, "debounce": debounce, "enable_low": enable_low,
-                "normally_closed": normally_closed}
-    return on_board("positioner", platform, Nexys2Positioner(positioner_ports(platform), **options),
-                    nexys2_positioner(**options))
+    inverted = ["enable"] * enable_low + ["limits"] * normally_closed
+    return on_board(where, "positioner", Positioner(timing=timing, **options), inverted)
 
 
 def job(args: argparse.Namespace) -> Job:

@@ -11,18 +11,11 @@ from fresa.machines.single import TOP_SPEED, TURN, SingleTiming
 from fresa.motion import MAX_ACCELERATION
 from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
-from fresa_boards.nexys2_common import debounce_period
-from fresa_boards.nexys2_single import Nexys2Single, single_ports
-from tb.boards import nexys2_single
 
 from ..console import UserError, whole
 from .job import BOARDS, Built, Job, Kind, on_board, raw
 
 __all__ = ["SINGLE", "add_machine_options", "build_single", "machine_options"]
-
-SCAN_BITS = 17
-"""A digit of the display has its turn for so many binary digits of clocks: 95 Hz for all four."""
-
 
 def build_single(board: str, *, timing: SingleTiming, unipolar: bool = False,
                  full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED) -> Built:
@@ -37,19 +30,10 @@ def build_single(board: str, *, timing: SingleTiming, unipolar: bool = False,
     unipolar, full_step, ramp, top_speed
         See :class:`Single`.
     """
-    def machine() -> Single:
-        return Single(timing=timing, unipolar=unipolar, full_step=full_step, ramp=ramp,
-                      top_speed=top_speed)
-
-    platform_class = BOARDS[board]
-    if platform_class is None:
-        return raw("single", machine())
-    platform = platform_class()
-    debounce = debounce_period()
-    top = Nexys2Single(single_ports(platform), machine=machine(), debounce=debounce,
-                       scan_bits=SCAN_BITS)
-    return on_board("single", platform, top, nexys2_single(
-        machine(), debounce=debounce, scan_bits=SCAN_BITS))
+    machine = Single(timing=timing, unipolar=unipolar, full_step=full_step, ramp=ramp,
+                     top_speed=top_speed)
+    where = BOARDS[board]
+    return raw("single", machine) if where is None else on_board(where, "single", machine)
 
 
 def job(args: argparse.Namespace) -> Job:

@@ -5,16 +5,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from fresa_host import MachineError, Place, Port
+from fresa_host import MachineError, Port
 
 from ..console import UserError
 from ..web import Pages, View
+from .broadcast import Broadcast
 from .busy import Busy
-from .kept import TRAVEL, load, save
-from .line import Heard
 from .machine import Machine
 from .moves import Moves
-from .news import News
 from .orders import (
     read_axis,
     read_name,
@@ -25,7 +23,9 @@ from .orders import (
     read_ways,
 )
 from .ports import Ports
+from .settings import TRAVEL, load, save
 from .simulated import Simulated
+from .stage import Message, Place
 
 __all__ = ["Panel"]
 
@@ -44,7 +44,7 @@ class PanelView:
 
 
 class Panel:
-    """The positioner, what is kept of it, and the pages that move it.
+    """The stage, what is kept of it, and the pages that move it.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Panel:
     ----------
     pages : Pages
         Who watches.
-    kept : Kept
+    settings : Kept
         What is kept.
 
     Raises
@@ -71,14 +71,14 @@ class Panel:
     def __init__(self, path: Path, port: str | None = None, *,
                  simulated: Simulated | None = None) -> None:
         self.pages = Pages(self)
-        self.kept = load(path)
-        self._path, self._written = path, self.kept
+        self.settings = load(path)
+        self._path, self._written = path, self.settings
         self._simulated = simulated
         self._ports = Ports(simulated.port if simulated else port, only=simulated is not None)
         self._machine = Machine(simulated.open if simulated else Port, self._heard, self._lost)
         self._moves = Moves(self._machine)
         self._busy = Busy(self._done)
-        self._news = News(self.pages, simulated.switches if simulated else None)
+        self._broadcast = Broadcast(self.pages, simulated.switches if simulated else None)
         self._tasks = [asyncio.create_task(work) for work in (
             self._look(), self._keep(),
             self._ports.watch(lambda: not self._machine.connected))]
@@ -121,10 +121,10 @@ class Panel:
                 self._origin()
             case "speed":
                 # The machine is told by and by.
-                self.kept = self.kept.with_speed(read_axis(message), read_speed(message))
+                self.settings = self.settings.with_speed(read_axis(message), read_speed(message))
             case "point":
                 number, point = read_number(message), read_point(message)
-                self.kept = self.kept.with_point(number, point)
+                self.settings = self.settings.with_point(number, point)
                 self._machine.store(number, point)
             case "here":
                 self._store_here(read_number(message))
@@ -138,17 +138,17 @@ class Panel:
 
     def _done(self, error: MachineError | None) -> None:
         if error is not None:
-            self._news.say(str(error), bad=True)
+            self._broadcast.say(str(error), bad=True)
         self._tell()
 
     async def _connect(self, port: str) -> None:
         self._forget()
-        kept = self.kept
-        forgot = await self._machine.connect(port, kept)
-        self._moves.knows_speeds(kept.speeds)
-        self.kept = replace(self.kept, port=port)
+        settings = self.settings
+        forgot = await self._machine.connect(port, settings)
+        self._moves.knows_speeds(settings.speeds)
+        self.settings = replace(self.settings, port=port)
         self._take_place()
-        self._news.say("The machine was reset and had forgotten where it is: it was told."
+        self._broadcast.say("The machine was reset and had forgotten where it is: it was told."
                        if forgot else "Connected. Hold a button or a key to move.")
 
     async def _disconnect(self) -> None:
@@ -159,30 +159,30 @@ class Panel:
     def _jog(self, view: View, ways: tuple[int, ...]) -> None:
         if any(ways):
             self._needed()
-            self._moves.tell_speeds(self.kept.speeds)
-            self._news.say("")
+            self._moves.tell_speeds(self.settings.speeds)
+            self._broadcast.say("")
         self._moves.hold(view, ways)
 
     def _origin(self) -> None:
         self._needed()
         self._machine.origin()
         self._moves.end_going()
-        self._news.say("This place is the origin now.")
+        self._broadcast.say("This place is the origin now.")
 
     def _store_here(self, number: int) -> None:
         self._needed()
-        here = Place.of(self.kept.steps)
+        here = Place.of(self.settings.steps)
         if any(abs(um) > TRAVEL for um in here):
             raise UserError(f"this place is farther than {TRAVEL} um from the origin")
-        self.kept = self.kept.with_point(number, (
+        self.settings = self.settings.with_point(number, (
             round(here.x, 2), round(here.y, 2), round(here.z, 2)))
-        self._machine.store(number, self.kept.points[number - 1])
+        self._machine.store(number, self.settings.points[number - 1])
 
     def _go(self, number: int) -> None:
         self._needed()
-        self._moves.tell_speeds(self.kept.speeds)
-        self._moves.go(number, self.kept.points[number - 1])
-        self._news.say(f"Going to point {number}.")
+        self._moves.tell_speeds(self.settings.speeds)
+        self._moves.go(number, self.settings.points[number - 1])
+        self._broadcast.say(f"Going to point {number}.")
 
     def _press(self, name: str, on: bool) -> None:
         if self._simulated is None:
@@ -195,23 +195,23 @@ class Panel:
 
     # What the machine says
 
-    def _heard(self, said: Heard) -> None:
-        self._news.hear(said, self._moves.hear(said))
+    def _heard(self, message: Message) -> None:
+        self._broadcast.hear(message, self._moves.hear(message))
         self._take_place()
         self._tell()
 
     def _lost(self, message: str) -> None:
         self._forget()
-        self._news.say(f"{message}. What moved may still move.", bad=True)
+        self._broadcast.say(f"{message}. What moved may still move.", bad=True)
         self._tell()
 
     def _forget(self) -> None:
         self._moves.forget()
-        self._news.forget()
+        self._broadcast.forget()
 
     def _take_place(self) -> None:
         if self._machine.steps is not None:
-            self.kept = replace(self.kept, steps=self._machine.steps)
+            self.settings = replace(self.settings, steps=self._machine.steps)
 
     # What goes on by itself
 
@@ -219,8 +219,8 @@ class Panel:
         while True:
             await asyncio.sleep(LOOK)
             self._moves.follow()
-            self._moves.tell_speeds(self.kept.speeds)
-            self._news.silent = self._machine.silent
+            self._moves.tell_speeds(self.settings.speeds)
+            self._broadcast.silent = self._machine.silent
             self._tell()
 
     async def _keep(self) -> None:
@@ -229,14 +229,14 @@ class Panel:
             await self._write()
 
     async def _write(self) -> None:
-        kept = self.kept
-        if kept == self._written:
+        settings = self.settings
+        if settings == self._written:
             return
         try:
-            await asyncio.to_thread(save, self._path, kept)
-            self._written = kept
+            await asyncio.to_thread(save, self._path, settings)
+            self._written = settings
         except UserError as error:
-            self._news.say(f"Nothing is kept: {error}.", bad=True)
+            self._broadcast.say(f"Nothing is kept: {error}.", bad=True)
 
     def _tell(self) -> None:
-        self._news.tell(self._machine, self._moves, self._ports, self._busy, self.kept)
+        self._broadcast.tell(self._machine, self._moves, self._ports, self._busy, self.settings)

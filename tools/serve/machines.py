@@ -8,15 +8,15 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from fresa.machines import SerialOrders
+from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
 from fresa.machines.positioner import LIMIT_ENDS, TOP_SPEED, Positioner, PositionerTiming
 from fresa.machines.single import TURN, Single, SingleTiming
+from fresa.panel import debounce_period
 from fresa.protocol import BAUD, bit_period
-from fresa_boards.nexys2_common import debounce_period
-from tb.boards import component, nexys2_mill
+from tb.boards import board, component
 from tb.design import Design
-from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback
+from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback, why_slow
 from tb.milling import AUTOMATIC
 
 from ..console import FIRST_TIME, Progress, UserError, warn
@@ -77,9 +77,9 @@ def _positioner(clock: int, baud: int, *, top_speed: int = TOP_SPEED, **options:
 
 
 def _mill(clock: int, baud: int) -> Design:
-    source = SerialOrders(period=bit_period(clock, baud))
-    return nexys2_mill(source, timing=MillTiming.real(clock=clock),
-                       debounce=debounce_period(clock=clock))
+    machine = MillStation(source=SerialOrders(period=bit_period(clock, baud)),
+                          timing=MillTiming.real(clock=clock))
+    return board("mill", machine, debounce=debounce_period(clock))
 
 
 MACHINES = {
@@ -115,11 +115,10 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
             raise UserError(str(error)) from error
         except ValueError as error:
             raise UserError(f"a machine with these options cannot be simulated: {error}") from error
-    if note:
+    if note := note or why_slow(name):
         warn(note)
     if isinstance(made[0], AmaranthEngine):
-        warn("a second of the machine will take half a minute or so; with a C++ compiler "
-             "(g++ or clang++) it takes a second")
+        warn("a second of the machine will take half a minute or so")
     return made
 
 

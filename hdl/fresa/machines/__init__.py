@@ -4,5 +4,6 @@ from .mill import Mill
 from .positioner import Positioner
 from .serial_orders import SerialOrders
 from .single import Single
+from .station import MillStation
 
-__all__ = ["Mill", "Positioner", "SerialOrders", "Single"]
+__all__ = ["Mill", "MillStation", "Positioner", "SerialOrders", "Single"]

@@ -8,10 +8,10 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
 from ..drive import MAX_PERIOD
 from ..motion import GuardedController, NumericalController
-from ..panel import Monitor
+from ..panel import Monitor, scan_bits
+from ..panel.display import REFRESH
 
 __all__ = ["CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
            "MillTiming", "step_period"]
@@ -85,7 +85,7 @@ class MillTiming:
 
     @classmethod
     def real(cls, *, step_rate: Fraction | float | str = TOP_SPEED, clock: int = CLOCK,
-             refresh: int = 60) -> "MillTiming":
+             refresh: int = REFRESH) -> "MillTiming":
         """Return the timing for so many steps/s, and a display refreshed at so many Hz or more.
 
         Raises
@@ -93,9 +93,7 @@ class MillTiming:
         ValueError
             If the clock is too slow or too fast for them.
         """
-        in_range("refresh", refresh, 1, clock // 32)
-        return cls(period=step_period(step_rate, clock),
-                   scan_bits=(clock // (4 * refresh)).bit_length() - 1)
+        return cls(period=step_period(step_rate, clock), scan_bits=scan_bits(clock, refresh))
 
 
 class Mill(wiring.Component):

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from amaranth import Module
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -20,6 +19,17 @@ from ..protocol import (
     bit_period,
 )
 from ..protocol.positioner import MOTORS, Answer
+from ..roles import (
+    BUZZER,
+    DIRECTION,
+    ENABLE,
+    LIMIT,
+    RX,
+    STATUS,
+    STEP,
+    TX,
+    Machine,
+)
 from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
@@ -101,7 +111,7 @@ class PositionerTiming:
                    report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
 
 
-class Positioner(wiring.Component):
+class Positioner(Machine):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
@@ -197,6 +207,12 @@ class Positioner(wiring.Component):
             raise ValueError(f"limit ends must be different ends of {', '.join(ENDS)}, not "
                              f"{limit_ends!r}")
         self._inverted, self._limit_ends = inverted, tuple(limit_ends)
+        rest = (1 << MOTORS) - 1 if inverted else 0
+        self.roles = {
+            "rx": RX, "tx": TX, "limits": LIMIT, "step": STEP.resting(rest),
+            "direction": DIRECTION.resting(rest), "enable": ENABLE, "buzzer": BUZZER,
+            "connected": STATUS, "moving": STATUS, "fault": STATUS,
+        }
         self._backlash = [in_range("backlash", steps, 0, MAX_BACKLASH) for steps in backlash]
         self._axes = [Axis(
             driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup,

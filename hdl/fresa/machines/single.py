@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from amaranth import Module
-from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -20,6 +19,7 @@ from ..protocol import (
 )
 from ..protocol.baud import MAX_CLOCK
 from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
+from ..roles import COILS, ENABLE, NUMBER, RX, STATUS, TX, Machine
 from .mill import CLOCK
 
 __all__ = ["FRAME", "PHASES", "TOP_SPEED", "TURN", "Single", "SingleTiming"]
@@ -78,7 +78,7 @@ class SingleTiming:
                    clock=clock)
 
 
-class Single(wiring.Component):
+class Single(Machine):
     """Position controller for one stepper, without a board.
 
     Its frames are those of :class:`FrameInterpreter`. Nothing on the line delays a step: the rate
@@ -135,6 +135,11 @@ class Single(wiring.Component):
     position: Out(range(POSITIONS))
     moving: Out(1)
     fault: Out(1)
+
+    roles = {
+        "rx": RX, "tx": TX, "coils": COILS, "enable": ENABLE, "position": NUMBER,
+        "moving": STATUS, "fault": STATUS,
+    }
 
     def __init__(self, *, timing: SingleTiming | None = None, unipolar: bool = False,
                  full_step: bool = False, ramp: int = 0, top_speed: int = TOP_SPEED,

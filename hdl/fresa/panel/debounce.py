@@ -1,5 +1,8 @@
 """Clean levels from contacts that bounce."""
 
+from fractions import Fraction
+from math import ceil
+
 from amaranth import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
@@ -7,7 +10,24 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..drive import MAX_PERIOD, FrequencyDivider
 
-__all__ = ["Debouncer"]
+__all__ = ["DEBOUNCE", "Debouncer", "debounce_period"]
+
+DEBOUNCE = Fraction(1, 100)
+"""Time for which a contact must be still, in seconds."""
+
+
+def debounce_period(clock: int, seconds: Fraction | float = DEBOUNCE) -> int:
+    """Clocks in `seconds` at a clock in Hz, one more rather than one less.
+
+    Raises
+    ------
+    ValueError
+        If it takes no clock, or more than a debouncer counts.
+    """
+    if not 0 < seconds * clock <= MAX_PERIOD:
+        raise ValueError(f"debounce time must be over 0 and at most {MAX_PERIOD / clock:g} s, "
+                         f"not {seconds!r}")
+    return ceil(Fraction(seconds) * clock)
 
 
 class Debouncer(wiring.Component):

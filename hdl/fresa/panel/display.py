@@ -6,12 +6,27 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["HEX_SEGMENTS", "SevenSegment", "valid_scan_bits"]
+__all__ = ["HEX_SEGMENTS", "REFRESH", "SevenSegment", "scan_bits", "valid_scan_bits"]
 
 HEX_SEGMENTS = (
     0x3F, 0x06, 0x5B, 0x4F, 0x66, 0x6D, 0x7D, 0x07, 0x7F, 0x6F, 0x77, 0x7C, 0x39, 0x5E, 0x79, 0x71,
 )
 """Segments lit for 0 to F: a in bit 0 to g in bit 6."""
+
+REFRESH = 60
+"""Least rate at which all digits are shown, in Hz."""
+
+
+def scan_bits(clock: int, refresh: int = REFRESH) -> int:
+    """Return the ``scan_bits`` for a display refreshed at so many Hz or more, at a clock in Hz.
+
+    Raises
+    ------
+    ValueError
+        If the clock is too slow for that.
+    """
+    in_range("refresh", refresh, 1, clock // 32)
+    return (clock // (4 * refresh)).bit_length() - 1
 
 
 def valid_scan_bits(value: object) -> int:

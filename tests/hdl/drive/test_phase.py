@@ -19,7 +19,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
 from tb.models.drive import PhaseModel
-from tb.stimulus import moods
+from tb.stimulus import bursts
 
 INPUTS = {"step": [1], "direction": [1], "enable": [1], "rst": [1]}
 OUTPUTS = ["ready", "moved", "coils"]
@@ -33,7 +33,7 @@ class TestPhaseDriver:
     @pytest.mark.parametrize("sequence", [FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner(HALF_STEP)])
     @pytest.mark.parametrize("period", [1, 2, 3, 5, 8])
     def test_is_its_model_in_every_clock(self, sequence, period):
-        stimulus = moods(INPUTS, period, len(sequence), 3000)
+        stimulus = bursts(INPUTS, period, len(sequence), 3000)
         with driver(sequence=sequence, period=period) as engine:
             seen = engine.apply(stimulus, OUTPUTS)
         expected = played(PhaseModel(sequence=sequence, period=period).clock, stimulus)
@@ -54,7 +54,7 @@ class TestPhaseDriver:
 
     def test_moves_as_the_driver_of_the_mill(self):
         """With power all the time, and a table that both know."""
-        stimulus = moods({"step": [1], "direction": [1], "rst": [1]}, 5, 0, 3000)
+        stimulus = bursts({"step": [1], "direction": [1], "rst": [1]}, 5, 0, 3000)
         with AmaranthEngine(component("coil", CoilDriver(period=3))) as mill, \
                 driver(sequence=FULL_STEP, period=3) as engine:
             engine.set(enable=1)

@@ -13,7 +13,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
 from tb.models.drive import RateModel
-from tb.stimulus import moods
+from tb.stimulus import bursts
 
 
 def generator(modulus: int, max_rate: int) -> AmaranthEngine:
@@ -33,7 +33,7 @@ class TestRateGenerator:
         (1, 1), (3, 3), (9, 4), (40, 7), (1000, 10), (50_000_000, 1_000_000), (2**40, 2**40),
     ])
     def test_is_its_model_in_every_clock(self, modulus, max_rate):
-        stimulus = moods({"rate": [max_rate.bit_length()], "moved": [1], "rst": [1]}, modulus, 0,
+        stimulus = bursts({"rate": [max_rate.bit_length()], "moved": [1], "rst": [1]}, modulus, 0,
                          3000)
         with generator(modulus, max_rate) as engine:
             seen = engine.apply(stimulus, ["due"])

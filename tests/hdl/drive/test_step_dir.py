@@ -14,7 +14,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
 from tb.models.drive import StepDirModel
-from tb.stimulus import moods
+from tb.stimulus import bursts
 
 PINS = ["step_pin", "direction_pin", "enable_pin"]
 OUTPUTS = ["ready", "moved", *PINS]
@@ -53,7 +53,7 @@ class TestStepDirDriver:
     @pytest.mark.parametrize("given", TIMES)
     @pytest.mark.parametrize("seed", range(3))
     def test_is_its_model_in_every_clock(self, given, seed):
-        stimulus = moods(INPUTS, seed, sum(given), 3000)
+        stimulus = bursts(INPUTS, seed, sum(given), 3000)
         with driver(**times(*given)) as engine:
             seen = engine.apply(stimulus, OUTPUTS)
         expected = played(StepDirModel(**times(*given)).clock, stimulus)

@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from fresa.machines import Mill
 from fresa.machines.mill import MillTiming, step_period
 from tb.boards import mill
-from tb.compare import AXES, Lockstep, Trace
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.mill import MillModel
-from tb.script import Hold, Jog, Mode, Order, Reset, Select, Stop, Together
+from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Select, Stop, Together
+from tb.machines.mill.lockstep import AXES, Lockstep, Trace
+from tb.machines.mill.model import MillModel
 
 NO_COMPILER = CXXRTLEngine.missing()
 RAISE, LOWER = Order(up=1), Order(down=1)

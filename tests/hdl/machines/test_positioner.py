@@ -13,7 +13,7 @@ from fresa.machines import Positioner
 from fresa.machines.positioner import ANSWERS, LIMIT_ENDS, PositionerTiming
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.positioner import PositionerModel
+from tb.machines.positioner.model import PositionerModel
 from tb.models.protocol import bits
 from tb.runners import ModelRunner
 from tb.uart import decode_output, encode

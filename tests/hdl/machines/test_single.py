@@ -18,9 +18,9 @@ from fresa.machines.single import PHASES, SingleTiming
 from fresa.motion import ramp_rates
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
-from tb.models.single import BIPOLAR, UNIPOLAR, SingleModel
+from tb.machines.single.model import BIPOLAR, UNIPOLAR, SingleModel
+from tb.machines.single.stimulus import directed, random_rows
 from tb.runners import ModelRunner
-from tb.terminal import chance, directed
 from tb.uart import decode_output, encode
 
 NO_COMPILER = CXXRTLEngine.missing()
@@ -93,17 +93,17 @@ class TestEveryClock:
     @pytest.mark.compiler
     @pytest.mark.parametrize("seed", range(2))
     def test_lines_of_any_kind(self, seed):
-        check(chance(TIMING.bit, seed, 0), engine=fast())
+        check(random_rows(TIMING.bit, seed, 0), engine=fast())
 
     @pytest.mark.compiler
     def test_another_clock(self):
         """One with which a speed is no whole number of steps in a whole number of clocks."""
         timing = SingleTiming.real(clock=50_001, baud=1923)
         assert (timing.bit, timing.modulus, timing.rate) == (26, 250_005, 4)
-        check(chance(timing.bit, 7, 0), engine=fast(), timing=timing)
+        check(random_rows(timing.bit, 7, 0), engine=fast(), timing=timing)
 
     def test_on_amaranths_own_simulator(self):
-        check(chance(TIMING.bit, 3, 0, 9000))
+        check(random_rows(TIMING.bit, 3, 0, 9000))
 
     def test_any_line(self):
         @RANDOM
@@ -303,7 +303,7 @@ class TestRamp:
         assert abs(took[number] - first) < 6 and abs(took[number + 1] - first * 0.4142) < 6
 
     @pytest.mark.compiler
-    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), chance(TIMING.bit, 5, 0)])
+    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), random_rows(TIMING.bit, 5, 0)])
     def test_is_its_model_in_every_clock(self, line):
         with single(fast(), ramp=self.RAMP) as machine:
             seen = machine.apply(line, OUTPUTS)

@@ -14,7 +14,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
 from tb.models.motion import AxisModel
-from tb.stimulus import moods
+from tb.stimulus import bursts
 
 MODULUS, FASTEST, PLAY, WIDTH = 240, 20, 5, 8
 SPACING = MODULUS // FASTEST
@@ -64,7 +64,7 @@ def load_of(motor, backlash: int) -> list[int]:
 class TestAxis:
     @pytest.mark.parametrize("seed", range(4))
     def test_is_its_model_in_every_clock(self, seed):
-        chance = moods({"load": [1], "place": [WIDTH], "rst": [1], "backlash": [3]}, seed, 0, 8000)
+        chance = bursts({"load": [1], "place": [WIDTH], "rst": [1], "backlash": [3]}, seed, 0, 8000)
         rare = np.arange(8000) % 97 == 0
         given = {**stimulus(seed, 8000, 0), "backlash": chance["backlash"],
                  "place": chance["place"],

@@ -12,7 +12,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
 from tb.models.motion import BacklashModel
-from tb.stimulus import moods
+from tb.stimulus import bursts
 
 
 def counted(max_backlash: int, **rows) -> list[int]:
@@ -25,7 +25,7 @@ class TestBacklash:
     @pytest.mark.parametrize("seed", range(3))
     def test_is_its_model_in_every_clock(self, max_backlash, seed):
         """Also where the backlash changes while it is taken up."""
-        stimulus = moods({"backlash": [max_backlash.bit_length()], "moved": [1], "direction": [1],
+        stimulus = bursts({"backlash": [max_backlash.bit_length()], "moved": [1], "direction": [1],
                           "rst": [1]}, seed, max_backlash, 3000)
         assert counted(max_backlash, **stimulus) == played(BacklashModel().clock,
                                                            stimulus)["counted"]

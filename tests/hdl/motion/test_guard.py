@@ -17,7 +17,7 @@ from fresa.machines.mill import MillTiming
 from fresa.motion import GuardedController
 from fresa_boards.verilog import from_rtlil
 from tb.cosim import lockstep
-from tb.runners import MACHINES, MODEL, close_all, make_runners, stimuli
+from tb.runners import MODEL, close_all, duts, make_runners, stimuli
 from tb.yosys import YOSYS
 
 TIMING = MillTiming(period=4, scan_bits=3)
@@ -185,7 +185,7 @@ class TestOption:
         assert plain == guarded
 
     def test_as_the_model(self):
-        machine = MACHINES["mill-guarded"]
+        machine = duts()["mill-guarded"]
         runners = make_runners(machine, [MODEL, "amaranth"])
         outcome = lockstep(runners, stimuli(machine, 5, 800), list(machine.shared.outputs))
         close_all(runners)

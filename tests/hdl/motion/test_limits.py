@@ -13,7 +13,7 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
 from tb.models.motion import LimitsModel
-from tb.stimulus import moods
+from tb.stimulus import bursts
 
 OUTPUTS = ["allowed", "at_low", "at_high"]
 
@@ -26,7 +26,7 @@ class TestLimits:
     @pytest.mark.parametrize("axes", [1, 3])
     @pytest.mark.parametrize("period", [1, 2, 5, 16])
     def test_is_its_model_in_every_clock(self, axes, period):
-        stimulus = moods({name: [1] * axes for name in ("step", "direction", "low", "high")}
+        stimulus = bursts({name: [1] * axes for name in ("step", "direction", "low", "high")}
                          | {"rst": [1]}, axes, period, 3000)
         with limits(axes, period) as engine:
             seen = engine.apply(stimulus, OUTPUTS)

@@ -12,7 +12,7 @@ from fresa.motion.positioning import WAITING
 from fresa.protocol.positioner import Answer, Command
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.positioner import DOWN, UP, PositioningModel
+from tb.machines.positioner.model import DOWN, UP, PositioningModel
 
 TOP = 1500
 REASONS = ["DAMAGED", "LONG", "COMMAND", "ARGUMENT", "RANGE"]

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import pytest
 
-from fresa.panel import Debouncer
+from fresa.panel import Debouncer, debounce_period
+from fresa.panel.debounce import DEBOUNCE
 from tb.boards import component
 from tb.engines import AmaranthEngine
 
@@ -81,3 +82,21 @@ class TestParameters:
     def test_power_up(self):
         with AmaranthEngine(component("debouncer", Debouncer(width=5, period=3))) as engine:
             assert engine.get("o") == 0
+
+
+class TestDebouncePeriod:
+    @pytest.mark.parametrize("clock", [50_000_000, 12_000_000])
+    def test_default(self, clock):
+        assert debounce_period(clock) == clock * DEBOUNCE == clock // 100
+
+    @pytest.mark.parametrize(
+        ("seconds", "clock", "clocks"),
+        [(0.001, 100, 1), (0.015, 100, 2), (1, 100, 100), (0.5, 3, 2)],
+    )
+    def test_one_more_rather_than_one_less(self, seconds, clock, clocks):
+        assert debounce_period(clock, seconds) == clocks
+
+    @pytest.mark.parametrize("seconds", [0, -1, 100])
+    def test_impossible_time(self, seconds):
+        with pytest.raises(ValueError, match=rf"^debounce time must be .*, not {seconds}$"):
+            debounce_period(50_000_000, seconds)

@@ -14,7 +14,7 @@ from fresa.protocol import FrameInterpreter
 from fresa.protocol.frames import GREETING, HELP
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.terminal import frames
+from tb.machines.single.stimulus import frames
 
 GOOD, LONG, DAMAGED = 0x100, 0x101, 0x102
 START = {"target": 0, "speed": 100, "enable": 1}

@@ -13,7 +13,7 @@ from fresa.protocol import PositionerCommands
 from fresa.protocol.positioner import Answer, Command
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.positioner import CommandsModel
+from tb.machines.positioner.model import CommandsModel
 from tb.models.protocol import DAMAGED, GOOD, LONG
 
 TOP = 1500

@@ -14,7 +14,7 @@ from fresa.machines.positioner import ANSWERS
 from fresa.protocol import Reporter, UARTTransmitter
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.positioner import ReporterModel
+from tb.machines.positioner.model import ReporterModel
 
 BIT, PERIOD = 16, 9_768  # the least
 BYTE = 10 * BIT

@@ -12,7 +12,7 @@ from tools.panel import line, panel, ports
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
     fake = FakePositioner()
-    monkeypatch.setattr(line, "Speaker", Direct)
+    monkeypatch.setattr(line, "Writer", Direct)
     monkeypatch.setattr(panel, "Port", lambda name: fake)
     monkeypatch.setattr(ports, "find_ports", list)
     monkeypatch.setattr(panel, "LOOK", 0.01)

@@ -12,7 +12,7 @@ from fresa_host import Place
 from tests.tools import browsing
 from tests.tools.browsing import resize
 from tests.tools.process import ROOT, command
-from tools.panel.kept import load
+from tools.panel.settings import load
 
 pytestmark = pytest.mark.browser
 ADDRESS = r"http://127\.0\.0\.1:\d+/\S+"

@@ -16,7 +16,7 @@ from tb.engines import ENGINES
 from tests.tools.process import PATIENCE
 from tools.console import UserError
 from tools.panel import Panel
-from tools.panel.kept import load
+from tools.panel.settings import load
 from tools.panel.simulated import Simulated
 from tools.serve import MACHINES, Service, Switches, build
 from tools.serve.machines import BAUD
@@ -45,7 +45,7 @@ async def connected(path: Path, port: str, simulated: Simulated | None = None):
     try:
         panel.do(page, "connect", {"port": port})
         await until(lambda: not panel._busy.doing)
-        assert panel._machine.connected, panel._news.note
+        assert panel._machine.connected, panel._broadcast.note
         yield lambda name, **fields: panel.do(page, name, fields), panel
     finally:
         await panel.close()
@@ -101,7 +101,7 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypat
                 send_break()
                 await until(lambda: not moves())
                 do("jog", ways=[0, 0, 0])
-                await until(lambda: "DAMAGED" in panel._news.note)
+                await until(lambda: "DAMAGED" in panel._broadcast.note)
                 do("jog", ways=[1, 0, 0])
                 await until(moves)
                 assert not breaks
@@ -109,10 +109,10 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypat
                 await until(lambda: not moves())
                 assert len(breaks) == 1
                 await asyncio.sleep(0.3)  # what the panel has damaged by its own is nobody's matter
-                assert "refused" not in panel._news.note
+                assert "refused" not in panel._broadcast.note
                 do("jog", ways=[1, 0, 0])
                 do("limit", end="X+", pressed=True)
-                await until(lambda: "limit switch stopped X" in panel._news.note)
+                await until(lambda: "limit switch stopped X" in panel._broadcast.note)
                 assert not moves()
                 do("jog", ways=[-1, 0, 0])  # the way back is free
                 await until(moves)
@@ -137,19 +137,19 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
                 for axis in range(3):
                     do("speed", axis=axis, speed=26)
                 do("go", number=7)
-                await until(lambda: panel._news.note == "At point 7.")
+                await until(lambda: panel._broadcast.note == "At point 7.")
             assert load(path).steps == (170, -114, 57)
             async with connected(path, port) as (_, panel):
                 assert panel._machine.steps == (170, -114, 57)
             await asyncio.to_thread(use, port)
             async with connected(path, port) as (do, panel):
-                assert panel._news.note.startswith("Connected")
+                assert panel._broadcast.note.startswith("Connected")
                 await asyncio.sleep(0.3)
                 assert panel._machine.steps == (0, 0, 0)  # and to ask has moved nothing
                 do("go", number=7)
-                await until(lambda: panel._news.note == "At point 7.")
+                await until(lambda: panel._broadcast.note == "At point 7.")
         async with switched_on() as port, connected(path, port) as (do, panel):
-            assert "reset" in panel._news.note
+            assert "reset" in panel._broadcast.note
             assert panel._machine.steps == (170, -114, 57)
             do("jog", ways=[1, 0, 0])
             await until(lambda: (panel._machine.steps or (0,))[0] > 200)

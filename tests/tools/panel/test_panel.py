@@ -5,15 +5,16 @@ import time
 
 import pytest
 
+from fresa_host import positioner_state
 from fresa_host.positioner_lines import Steps
 from tests.tools.panel.session import PORT, STOP, session
 from tools.console import UserError
-from tools.panel import connecting, line, machine, panel
-from tools.panel.kept import Kept, load, save
+from tools.panel import machine, panel
+from tools.panel.settings import Settings, load, save
 
 
 def test_connecting_tells_the_machine_what_was_kept(fake, path):
-    save(path, Kept("", Steps(0, 0, 0), (1, 2, 26)).with_point(2, (1, 1, 1)).with_point(
+    save(path, Settings("", Steps(0, 0, 0), (1, 2, 26)).with_point(2, (1, 1, 1)).with_point(
         3, (1, None, 1)))
 
     async def what(site):
@@ -32,7 +33,7 @@ def test_connecting_tells_the_machine_what_was_kept(fake, path):
 
 
 def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
-    save(path, Kept("", Steps(500, -500, 7)))
+    save(path, Settings("", Steps(500, -500, 7)))
 
     def obey(line: bytes) -> bytes:
         late = b"# POS 0 0 0 :\n" * 2 if line.startswith(b"POS") else b""  # was on its way already
@@ -56,7 +57,7 @@ def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
 
 
 def test_a_machine_that_was_on_knows_better(fake, path):
-    save(path, Kept("", Steps(500, -500, 7)))
+    save(path, Settings("", Steps(500, -500, 7)))
     fake.steps = fake.target = [1, 2, 3]
 
     async def what(site):
@@ -94,9 +95,9 @@ def test_points_are_stored_and_gone_to(fake, path):
         await site.until(lambda: fake.written[-1] == b"VEL MOT2 1135\n")
 
     session(path, what)
-    kept = load(path)
-    assert kept.points[0] == (100, 50, 0) and kept.points[5] == (1, 0, -1)
-    assert kept.speeds == (4, 20, 4) and kept.steps == (57, 0, -57)
+    settings = load(path)
+    assert settings.points[0] == (100, 50, 0) and settings.points[5] == (1, 0, -1)
+    assert settings.speeds == (4, 20, 4) and settings.steps == (57, 0, -57)
 
 
 def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
@@ -126,7 +127,7 @@ def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
 
 def test_asking_whether_it_was_reset_moves_a_step_at_most(fake, path):
     """Another program has put the point elsewhere; what moves is stopped in the same breath."""
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
     fake.points["7"] = [10**6, 0, 0]
 
     async def what(site):
@@ -141,7 +142,7 @@ def test_asking_whether_it_was_reset_moves_a_step_at_most(fake, path):
 
 @pytest.mark.parametrize("wrong", [b"", b"! COMMAND\n", b"! RANGE\n", b"! DAMAGED\n"])
 def test_a_question_that_was_disturbed_is_asked_again(fake, path, wrong):
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
     damaged = [b"GOTO 7\n"] if wrong else [b"VEL MOT1 0\n", b"GOTO 7\n"]
 
     def obey(line: bytes) -> bytes:
@@ -159,7 +160,7 @@ def test_a_question_that_was_disturbed_is_asked_again(fake, path, wrong):
 
 
 def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
     fake.deaf = [b"POS 5 5 5\n"]
 
     async def what(site):
@@ -170,14 +171,14 @@ def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
 
 
 def test_a_place_that_was_told_does_not_freeze(fake, path):
-    save(path, Kept("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5)))
 
     async def what(site):
         await site.connect()
         site.do("jog", ways=[1, 0, 0])
         begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
-        assert time.monotonic() < begun + connecting.PATIENCE / 2
+        assert time.monotonic() < begun + machine.REPORT_TIMEOUT_S / 2
 
     session(path, what)
 
@@ -233,7 +234,7 @@ def test_what_the_machine_complains_of_is_told(fake, path):
 
 
 def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "SILENCE", 0.1)
+    monkeypatch.setattr(positioner_state, "STALE_AFTER", 0.1)
 
     async def what(site):
         await site.connect()
@@ -251,7 +252,7 @@ def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
 
 
 def test_a_port_without_a_machine(fake, path, monkeypatch):
-    monkeypatch.setattr(line, "PATIENCE", 0.05)
+    monkeypatch.setattr(machine, "REPORT_TIMEOUT_S", 0.05)
     fake.refuse = {b"CONNECT": b""}
 
     async def what(site):
@@ -259,7 +260,7 @@ def test_a_port_without_a_machine(fake, path, monkeypatch):
         with pytest.raises(UserError, match="connecting: wait a moment"):
             site.do("connect", port=PORT)
         await site.until(lambda: site.told("state")["note"])
-        assert site.told("state")["note"] == f"no positioner reports at {PORT}: is it on?"
+        assert site.told("state")["note"] == f"no machine reports at {PORT}: is it on?"
         assert site.told("state")["bad"] and not site.told("state")["connected"] and fake.closed
 
     session(path, what)

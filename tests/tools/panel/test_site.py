@@ -19,9 +19,10 @@ def test_a_page_with_the_address_is_told_everything_and_can_ask(tmp_path):
                     assert answer.status == 200
             async with browser.ws_connect(address + "ws") as socket:
                 told = [await socket.receive_json(timeout=10) for _ in range(4)]
-                assert {message["say"] for message in told} == {"hello", "state", "place", "kept"}
+                assert {message["say"] for message in told} == {"hello", "state", "place",
+                                                                "settings"}
                 await socket.send_json({"do": "speed", "axis": 1, "speed": 9})
-                while (told := await socket.receive_json(timeout=10))["say"] != "kept":
+                while (told := await socket.receive_json(timeout=10))["say"] != "settings":
                     pass
                 assert told["speeds"] == [4, 9, 4]
                 await socket.send_json({"do": "connect", "port": "spy:///dev/ttyS0"})

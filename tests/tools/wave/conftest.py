@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tb.benches import BENCHES
+from tb.benches import benches
 from tools.wave.__main__ import main
 
 
@@ -53,7 +53,7 @@ def clocked(vcd) -> Path:
 def mill(tmp_path_factory) -> Path:
     """Give the waveform of the bench of the mill."""
     path = tmp_path_factory.mktemp("mill") / "mill.vcd"
-    BENCHES["mill"].run(path)
+    benches()["mill"].run(path)
     return path
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tb.benches import groups
 from tools import diagrams
 from tools.wave import view
 from tools.wave.draw import MOST_ROWS, draw, scene
@@ -217,12 +218,13 @@ class TestView:
 class TestDocumentation:
     def test_page_has_them_all(self, capsys, monkeypatch):
         """That each is as the gateware is, the test of its bench sees."""
-        monkeypatch.setattr(diagrams.Diagram, "svg",
-                            lambda diagram: (diagrams.DOCS / diagram.file).read_text())
+        monkeypatch.setattr(diagrams, "svg", lambda diagram: (
+            diagrams.DOCS / diagrams.file_of(diagram)).read_text())
         assert diagrams.main(["--check"]) == 0, capsys.readouterr().out
 
     def test_what_is_stale_is_told(self, tmp_path, capsys, monkeypatch):
-        monkeypatch.setattr(diagrams, "DIAGRAMS", diagrams.DIAGRAMS[:2])
+        some = diagrams.diagrams()[:2]
+        monkeypatch.setattr(diagrams, "diagrams", lambda: some)
         docs = tmp_path
         assert diagrams.main(["--docs", str(docs)]) == 0
         assert diagrams.main(["--docs", str(docs), "--check"]) == 0
@@ -238,18 +240,16 @@ class TestDocumentation:
         assert first.exists() and not second.exists()  # it only looks
 
     def test_there_is_one_for_every_component(self):
-        from tb.benches import GROUPS
-
-        wanted = {bench.name for group in ("components", "machine") for bench in GROUPS[group]}
-        assert {diagram.bench for diagram in diagrams.DIAGRAMS} == wanted
+        wanted = {bench.name for group in ("components", "machine") for bench in groups()[group]}
+        assert {diagram.bench for diagram in diagrams.diagrams()} == wanted
 
     def test_a_failed_bench_is_told(self, monkeypatch, capsys, tmp_path):
         from tb.bench import CheckFailed
 
-        def fail(self):
+        def fail(diagram):
             raise CheckFailed(3, "tick: 1 expected, 0 seen")
 
-        monkeypatch.setattr(diagrams.Diagram, "svg", fail)
+        monkeypatch.setattr(diagrams, "svg", fail)
         assert diagrams.main(["--docs", str(tmp_path)]) == 1
         assert "clock 3" in capsys.readouterr().out and not list(tmp_path.iterdir())
         assert diagrams.main(["--docs", str(tmp_path / "none")]) == 2

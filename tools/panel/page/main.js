@@ -118,7 +118,7 @@ class Panel {
 
   #said(message) {
     if (message.error) this.#notice(message.error);
-    const hear = { hello: this.#hello, state: this.#state, place: this.#place, kept: this.#kept };
+    const hear = { hello: this.#hello, state: this.#state, place: this.#place, settings: this.#settings };
     hear[message.say]?.call(this, message);
     this.#show();
   }
@@ -163,7 +163,7 @@ class Panel {
     });
   }
 
-  #kept({ speeds, points }) {
+  #settings({ speeds, points }) {
     this.speeds.forEach(({ slider, shown }, index) => {
       if (slider.matches(":active")) return;
       slider.value = speeds[index];

@@ -1,0 +1,79 @@
+"""What the ports of a machine are for: the data by which a board wires it.
+
+A role says nothing of a pin's number or of its polarity on a board; it says what a port needs to
+be a pin, whatever the board.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from amaranth.lib import wiring
+
+__all__ = ["BUTTON", "BUZZER", "COILS", "DIGITS", "DIRECTION", "ENABLE", "LIMIT", "NUMBER", "RX",
+           "SEGMENTS", "STATUS", "STEP", "SWITCH", "TX", "Machine", "Role"]
+
+
+@dataclass(frozen=True)
+class Role:
+    """What a port is for.
+
+    Attributes
+    ----------
+    name : str
+        What people call it.
+    rest : int
+        Level of the port at power-up and at rest.
+    registered : bool
+        An output that comes from a flip-flop in the I/O block, with the level of rest at power-up.
+    bounces : bool
+        An input that needs a debouncer.
+    to_ground : bool
+        A contact to ground: its pin is pulled up, and low where the contact is closed.
+    active_low : bool
+        The port itself is on where it is 0.
+    optional : bool
+        A board may leave it without a pin.
+    """
+
+    name: str
+    rest: int = 0
+    registered: bool = False
+    bounces: bool = False
+    to_ground: bool = False
+    active_low: bool = False
+    optional: bool = False
+
+    def resting(self, level: int) -> "Role":
+        """Return this role with another level at rest."""
+        return replace(self, rest=level)
+
+
+STEP = Role("STEP", registered=True)
+DIRECTION = Role("DIR", registered=True)
+ENABLE = Role("ENABLE", registered=True)
+COILS = Role("coils", registered=True)
+BUZZER = Role("buzzer", registered=True, optional=True)
+LIMIT = Role("limit switch", to_ground=True)
+RX = Role("UART, to the FPGA", rest=1)
+TX = Role("UART, from the FPGA", rest=1, registered=True)
+SWITCH = Role("switch", bounces=True)
+BUTTON = Role("button", bounces=True)
+STATUS = Role("LED", optional=True)
+"""Levels that people may see; a machine has them for LEDs and for tests."""
+NUMBER = Role("number on the display", optional=True)
+"""A number that a board shows on its display, if it has one."""
+SEGMENTS = Role("display, segments a to g and point", rest=0xFF, active_low=True, optional=True)
+DIGITS = Role("display, digits", rest=0xF, active_low=True, optional=True)
+"""The display of a machine that scans it itself."""
+
+
+class Machine(wiring.Component):
+    """A component whose ports become the pins of a board.
+
+    Attributes
+    ----------
+    roles : mapping of str to Role
+        The role of each port.
+    """
+
+    roles: Mapping[str, Role]

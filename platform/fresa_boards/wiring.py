@@ -1,0 +1,249 @@
+"""The one function that wires a machine to the pins of a board, or of a simulation."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from amaranth import Cat, ClockDomain, ClockSignal, Module, ResetSignal, Signal, Value, ValueLike
+from amaranth.lib import io
+from amaranth.lib.cdc import FFSynchronizer
+from amaranth.lib.wiring import In
+
+from fresa import panel
+from fresa.panel import Debouncer, SevenSegment, debounce_period
+from fresa.roles import Machine
+
+from .board import RESET, Allotment, Bits, Board, role_of
+
+__all__ = ["Plan", "check_names", "prepare", "simulation_ports", "wire"]
+
+_INPUTS = {"clk", "rx", "switches", "buttons"}
+_ACTIVE_LOW = {"segments", "digits"}
+
+
+def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotment, *,
+         clock: int, debounce: int | None = None, scan_bits: int | None = None,
+         inverted: Collection[str] = ()) -> Module:
+    """Wire a machine to pins.
+
+    Every input goes through two flip-flops, before which there is no inverter, and which begin with
+    its level at rest; contacts that bounce go on through one debouncer. Outputs whose role says so
+    come from flip-flops that no reset touches, with nothing behind them, so that they can be in the
+    I/O blocks; they have the level at rest before the first clock, and follow the machine a clock
+    later. An input without a pin stays at rest. A reset that is allotted is the reset of ``sync``.
+
+    Parameters
+    ----------
+    machine : Machine
+        What to wire. It becomes the submodule ``machine``.
+    ports : mapping of str to PortLike
+        ``clk`` and a port for each place, see :meth:`Board.request` and :func:`simulation_ports`.
+    allotment : Allotment
+        What the places are for.
+    clock : int
+        The clock of the ports, in Hz: by it the times of people are counted.
+    debounce : int, optional
+        Clocks for which a contact must be still, unless `debounce_period` of the clock.
+    scan_bits : int, optional
+        See :class:`SevenSegment`; for a machine that has a number to show. Unless given, it is
+        `fresa.panel.scan_bits` of the clock.
+    inverted : collection of str
+        Ports whose pins are on at the level at which they are off otherwise.
+
+    Raises
+    ------
+    ValueError
+        If a port that needs a pin has none, or a number is out of range.
+    """
+    m = Module()
+    places = allotment.places(machine)
+    m.submodules.machine = machine
+    levels = {port: getattr(machine, port) for port in machine.roles}
+    if allotment.number is not None:
+        m.submodules.display = display = SevenSegment(
+            scan_bits=panel.scan_bits(clock) if scan_bits is None else scan_bits)
+        m.d.comb += [display.value.eq(levels[allotment.number]), display.enable.eq(1)]
+        levels |= {"segments": display.segments, "digits": display.digits}
+    levels[RESET] = reset = Signal()
+
+    def lead_in(bits: Bits, clean: Value) -> None:
+        m.d.comb += [levels[bit.port][bit.index].eq(level)
+                     for bit, level in zip(bits, clean, strict=True) if bit is not None]
+
+    contacts: list[_Place] = []
+    driven = set()
+    for name, bits in places.items():
+        place = _Place(m, machine, name, ports[name], bits, inverted)
+        if place.is_input:
+            driven |= {bit.port for bit in bits if bit}
+            if place.bounces:
+                contacts.append(place)
+            else:
+                lead_in(bits, _synchronize(m, name, place.pins, place.rest, place.mask))
+        else:
+            place.drive([0 if bit is None else levels[bit.port][bit.index] for bit in bits])
+    if contacts:
+        bits = sum((place.bits for place in contacts), ())
+        m.submodules.debouncer = debouncer = Debouncer(
+            width=len(bits), period=debounce_period(clock) if debounce is None else debounce)
+        levels_in = _synchronize(m, "contacts", Cat(*(place.pins for place in contacts)),
+                                sum((place.rest for place in contacts), ()),
+                                sum((place.mask for place in contacts), ()))
+        m.d.comb += debouncer.i.eq(levels_in)
+        lead_in(bits, debouncer.o)
+    m.d.comb += [levels[port].eq(role.rest) for port, role in machine.roles.items()
+                 if role.rest and machine.signature.members[port].flow is In and port not in driven]
+
+    m.domains.sync = ClockDomain()
+    m.submodules.clk = clk = io.Buffer("i", ports["clk"])
+    m.d.comb += [ClockSignal().eq(clk.i), ResetSignal().eq(reset)]
+    return m
+
+
+class _Place:
+    """A port, its buffer, and how its levels are those of the machine.
+
+    Attributes
+    ----------
+    rest : tuple of int
+        Levels of the machine at rest.
+    mask : tuple of int
+        Bits whose pin has the other level.
+    """
+
+    def __init__(self, m: Module, machine: Machine, name: str, port: io.PortLike, bits: Bits,
+                 inverted: Collection[str]) -> None:
+        self._m, self.name, self.bits = m, name, bits
+        # LEDs show levels, whatever these are for.
+        ours = (None,) * len(bits) if name == "leds" else bits
+        roles = [None if bit is None else role_of(machine, bit.port) for bit in ours]
+        self.rest = tuple(0 if bit is None or role is None else role.rest >> bit.index & 1
+                          for bit, role in zip(bits, roles, strict=True))
+        self.mask = tuple(
+            int(turned if bit is None or role is None else
+                turned ^ role.active_low ^ (bit.port in inverted))
+            for bit, role, turned in zip(bits, roles, port.invert, strict=True))
+        self.bounces = any(role.bounces for role in roles if role)
+        self._registered = any(role.registered for role in roles if role)
+        self.is_input = port.direction is io.Direction.Input
+        m.submodules[name] = self._buffer = io.Buffer("i" if self.is_input else "o", _plain(port))
+
+    @property
+    def pins(self) -> Value:
+        """Levels of the pins of an input."""
+        return self._buffer.i
+
+    def drive(self, levels: Sequence[ValueLike]) -> None:
+        """Give the machine's levels to an output."""
+        m, init = self._m, _word(self.rest) ^ _word(self.mask)
+        value = Cat(*(~Value.cast(level) if turned else Value.cast(level)
+                      for level, turned in zip(levels, self.mask, strict=True)))
+        if self._registered:
+            pins = Signal(len(levels), name=f"{self.name}_pins", init=init, reset_less=True,
+                          attrs={"IOB": "TRUE"})
+            m.d.sync += pins.eq(value)
+            value = pins
+        m.d.comb += self._buffer.o.eq(value)
+
+
+def _synchronize(m: Module, name: str, pins: Value, rest: Sequence[int],
+                 mask: Sequence[int]) -> Value:
+    """Lead pins inside through two flip-flops; give the machine's levels."""
+    level = Signal(len(rest), name=f"{name}_level")
+    m.submodules[f"{name}_synchronizer"] = FFSynchronizer(pins, level,
+                                                          init=_word(rest) ^ _word(mask))
+    return level ^ _word(mask) if any(mask) else level
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a tool makes a bitstream of.
+
+    Attributes
+    ----------
+    files : mapping of str to bytes
+        By name.
+    rtlil : str
+        The design in them, in RTLIL.
+    """
+
+    files: Mapping[str, bytes]
+    rtlil: str
+
+
+def prepare(board: Board, name: str, machine: Machine, *, inverted: Collection[str] = ()) -> Plan:
+    """Wire a machine to a board, and plan its bitstream.
+
+    Parameters
+    ----------
+    board : Board
+        The board.
+    name : str
+        The machine's, by which its pins are found and its files are named.
+    machine : Machine
+        The machine.
+    inverted : collection of str
+        See :func:`wire`.
+
+    Raises
+    ------
+    ValueError
+        If the board has no pins for the machine.
+    """
+    allotment, platform = board.allotment(name), board.platform()
+    top = wire(machine, board.request(platform, machine, allotment), allotment,
+               clock=board.clock, inverted=inverted)
+    files = platform.prepare(top, name).files
+    return Plan({file: text.encode() if isinstance(text, str) else text
+                 for file, text in files.items()}, platform.rtlil)
+
+
+def simulation_ports(machine: Machine, allotment: Allotment) -> dict[str, io.SimulationPort]:
+    """Make ports of a simulation that are like those of a board.
+
+    A display is active low, and so is a contact to ground.
+    """
+    def port(name: str, bits: Bits) -> io.SimulationPort:
+        if name in allotment.header:
+            incoming = machine.signature.members[name].flow is In
+            return io.SimulationPort("i" if incoming else "o", len(bits), name=name,
+                                     invert=machine.roles[name].to_ground)
+        return io.SimulationPort("i" if name in _INPUTS else "o", len(bits), name=name,
+                                 invert=name in _ACTIVE_LOW)
+
+    return {name: port(name, bits)
+            for name, bits in {"clk": (None,), **allotment.places(machine)}.items()}
+
+
+def check_names(machine: Machine, allotment: Allotment) -> dict[str, str]:
+    """Map the bits of a machine to what tells of them on a board, by name: for checks.
+
+    An output is the pin of a simulation, an input the register behind its debouncer or its pin.
+    """
+    contacts = [bit for name, bits in allotment.places(machine).items() for bit in bits
+                if name in ("switches", "buttons")]
+    names = {}
+    for name, bits in allotment.places(machine).items():
+        for index, bit in enumerate(bits):
+            if bit is not None and bit not in contacts:
+                names[str(bit)] = name if len(bits) == 1 else f"{name}[{index}]"
+    for index, bit in enumerate(contacts):
+        if bit is not None:
+            names[str(bit)] = "debouncer.o" if len(contacts) == 1 else f"debouncer.level[{index}]"
+    return names
+
+
+def _word(bits: Iterable[int]) -> int:
+    return sum(bool(bit) << index for index, bit in enumerate(bits))
+
+
+def _plain(port: io.PortLike) -> io.PortLike:
+    """The port without its inverters: they would stand between pin and flip-flop."""
+    if not any(port.invert):
+        return port
+    if all(port.invert):
+        return ~port
+    parts = [~port[index] if turned else port[index] for index, turned in enumerate(port.invert)]
+    whole = parts[0]
+    for part in parts[1:]:
+        whole += part
+    return whole

@@ -1,0 +1,82 @@
+"""`mill`: the three-axis milling machine."""
+
+from typing import Any
+
+from fresa.machines.mill import Mill, MillTiming
+
+from ...diagram import Diagram
+from ...engines import Engine
+from ...machine import Coverage, Machine
+
+__all__ = ["MACHINE"]
+
+
+def _model(*, timing: MillTiming, z_travel: int, guard: bool = False):
+    from .model import MillModel
+
+    return MillModel(period=timing.period, scan_bits=timing.scan_bits, z_travel=z_travel,
+                     jog_period=timing.jog_period)
+
+
+def _directed(seed: int, clocks: int, **options: Any):
+    from .stimulus import directed
+
+    return directed(_model(**options), seed, clocks)
+
+
+def _random(seed: int, block: int, rows: int, **options: Any):
+    from .stimulus import random_rows
+
+    return random_rows(seed, block, rows)
+
+
+def _vhdl(*, timing: MillTiming, z_travel: int, guard: bool = False):
+    """Give the description without a guard: in VHDL nothing can be upset."""
+    from ...vhdl import REFERENCES
+
+    return REFERENCES["mill"].described({
+        "period": timing.period, "scan_bits": timing.scan_bits, "jog_period": timing.jog_period,
+        "z_travel": z_travel})
+
+
+def _travel_far(engine: Engine) -> None:
+    """Order the far corner of the table, and back: random orders do not get that far."""
+    engine.set(rst=1, mode=1, up=0, down=0, start=0, stop=0, jog=0)
+    engine.run(4)
+    engine.set(rst=0)
+    for corner in (0xFFFF, 0):
+        engine.run(1 << 20, until={"ready": 1})
+        engine.set(position_x=corner, position_y=corner, start=1)
+        engine.run(4)
+        engine.set(start=0)
+        for axis in range(4):  # each counter is seen in its turn, also over its upper half
+            engine.set(counter_select=axis)
+            engine.run(1 << 16)
+
+
+def _scenarios():
+    from .scenarios import mill
+
+    return [mill]
+
+
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
+MACHINE = Machine(
+    name="mill", order=0, about="three axes, mills a picture", make=Mill,
+    short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
+    variants={"mill-guarded": {"guard": True}},
+    model=_model, directed=_directed, random=_random, vhdl=_vhdl,
+    fuzz=_fuzz,
+    scenarios=_scenarios,
+    diagrams=(Diagram(
+        "mill",
+        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
+        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
+        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
+        "axis_z positions: x.count y.count z.count", 0, 115),),
+    coverage=Coverage(300_000, 98, 98, _travel_far))

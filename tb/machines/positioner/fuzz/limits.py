@@ -1,0 +1,63 @@
+"""What `positioner` says of switches that end movements, and how its buzzer sounds."""
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tb.fuzz.trajectory import Failure
+
+__all__ = ["check_buzzer", "check_limit_reports"]
+
+
+BEFORE = 4
+"""Answers that may be said first: one is being said, one is the next, and two other axes."""
+
+
+def check_limit_reports(number: int, blocked: Sequence[int], perhaps: Sequence[int],
+         answers: Sequence[tuple[int, bytes]], due: Callable[[int], int], clocks: int
+         ) -> list[Failure]:
+    """Hold what is said of a motor against where switches have, or may have, ended its movements.
+
+    Each must be told once, before the answers that wait. Two are told at once where the motor was
+    blocked again before it was said. For `answers` and `due` see `Reasons`.
+    """
+    failures, text = [], b"! LIMIT MOT%d\n" % number
+    ends: dict[int, int] = {}  # by when each has been told
+    for at in sorted([*blocked, *perhaps]):
+        clock, before = at, bisect_right(answers, (at, b"\xFF"))
+        for begin, what in answers[before:before + BEFORE + 1]:
+            if begin > due(clock):
+                break
+            clock = begin
+            if what == text:
+                ends[at] = begin
+                break
+        if at not in ends and at in blocked and due(clock) < clocks:
+            failures.append(Failure(at, "answer", f"a switch ends a movement of motor {number}, "
+                                    "which is not told"))
+            break
+    left = sorted(ends)
+    for clock in (begin for begin, what in answers if what == text):
+        reason = next((at for at in left if at < clock), None)
+        if reason is None:
+            failures.append(Failure(clock, "answer", "it says that a switch blocks motor "
+                                    f"{number}, and none does, or again"))
+            break
+        left.remove(reason)
+    return failures
+
+
+def check_buzzer(buzzer: NDArray, blocked: Sequence[int], perhaps: Sequence[int], period: int
+          ) -> list[Failure]:
+    """Hold the buzzer against it: it sounds to the second tick from there, one in `period` clocks.
+
+    It may for those of which it is not known, and must for the others.
+    """
+    must, may = np.zeros((2, len(buzzer)), bool)
+    for chosen, at in [(must, at) for at in blocked] + [(may, at) for at in (*blocked, *perhaps)]:
+        chosen[at:((at + period) // period + 1) * period] = True
+    wrong = np.flatnonzero((must & (buzzer == 0)) | (~may & (buzzer != 0)))
+    return [Failure(int(at), "pins", f"the buzzer is {'on' if buzzer[at] else 'off'}")
+            for at in wrong[:1]]

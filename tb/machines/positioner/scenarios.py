@@ -1,0 +1,80 @@
+"""Scenarios of `positioner`: a session on its line."""
+
+from fresa.machines import Positioner
+from fresa.machines.positioner import ANSWERS, PositionerTiming
+from fresa.protocol.positioner import Answer
+
+from ...bench import Run, bench
+from ...scoreboard import monitor, scoreboard, ticks
+from ...uart import encode
+from .model import PositionerModel
+
+
+@bench
+def positioner(run: Run) -> str:
+    """A session on the line: points, jogging, a limit, errors, the origin."""
+    bit = 16
+    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2,
+                              hold=2,
+                          settle=5, report=10_000)
+    dut = Positioner(timing=timing, backlash=(3, 0, 0))
+    model = PositionerModel(timing=timing, bit=bit, backlash=(3, 0, 0))
+    received = bytearray()
+    motors = [0, 0, 0]
+
+    async def count(ctx):
+        """Count what leaves the pins."""
+        before = 0
+        while True:
+            step, direction = ctx.get(dut.step), ctx.get(dut.direction)
+            for n in range(3):
+                motors[n] += (step & ~before) >> n & 1 and (1 if direction >> n & 1 else -1)
+            before = step
+            await ctx.tick()
+
+    async def send(ctx, *lines):
+        for level in encode("".join(f"{line}\n" for line in lines).encode(), bit):
+            ctx.set(dut.rx, level)
+            await ctx.tick()
+        await ticks(ctx, 60)
+
+    async def reports(ctx, x, y, z):
+        """Wait for a report that began after this."""
+        seen = received.count(b"#")
+        while received.count(b"#") == seen or not received.endswith(b"\n"):
+            await ctx.tick()
+        run.expect("report", bytes(received).splitlines()[-1].decode(), f"# POS {x} {y} {z} :")
+
+    async def test(ctx):
+        ctx.set(dut.rx, 1)
+        await ticks(ctx, 50)
+        await send(ctx, "MOV MOT1 C", "CONNECT", "VEL MOT1 1500", "GOTO 4", "P 4 20 -6 0", "GOTO 4")
+        run.see(ctx, dut, connected=1, enable=0b111)
+        await ticks(ctx, 600)
+        run.see(ctx, dut, moving=0)
+        run.expect("pulses", motors, [23, -6, 0])  # 3 take up the backlash of X
+        await reports(ctx, 20, -6, 0)
+        await send(ctx, "MOV MOT3 C", "STOP MOT3", "VEL MOT3 0")
+        jogged = motors[2]
+        run.expect("jogged", jogged > 3, True)
+        await reports(ctx, 20, -6, jogged)
+        ctx.set(dut.limits, 0b010)
+        await send(ctx, "MOV MOT2 C")
+        run.expect("pulses", motors, [23, -6, jogged])
+        run.see(ctx, dut, moving=0, buzzer=1)
+        await send(ctx, "ORIGIN", "HELLO")
+        await reports(ctx, 0, 0, 0)
+        far = "1431655765 -1717986919 -252645136"
+        await send(ctx, f"P 7 {far}", f"POS {far}", "GOTO 7")
+        run.see(ctx, dut, moving=0)  # it is there
+        await send(ctx, "DISCONNECT")
+        run.see(ctx, dut, connected=0, enable=0, fault=0)
+        run.expect("pulses", motors, [23, -6, jogged])
+        answers = [line + b"\n" for line in bytes(received).splitlines() if line.startswith(b"!")]
+        run.expect("answers", answers, [ANSWERS[answer.value] for answer in (
+            Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.COMMAND)])
+
+    run.simulate(dut, test, scoreboard(run, dut, model),
+                 monitor(run, dut.tx, bit, received), count, deadline=90_000)
+    return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
+            "pulses agreed all the while, and every clock was as the model has it")

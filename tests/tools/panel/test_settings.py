@@ -1,0 +1,101 @@
+"""What the panel keeps: whole, or not at all, and never something that was not written."""
+
+import json
+import os
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fresa_host.positioner_lines import Steps
+from tools.console import UserError
+from tools.panel.settings import Settings, _read, folder, load, save
+
+UM = st.none() | st.floats(-14_000, 14_000)
+SETTINGS = st.builds(
+    Settings, st.text(max_size=20), st.builds(Steps, *[st.integers(-2**31, 2**31 - 1)] * 3),
+    st.tuples(*[st.integers(1, 26)] * 3), st.tuples(*[st.tuples(UM, UM, UM)] * 7))
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=8) | st.dictionaries(st.text(max_size=5), inner))
+
+
+def test_what_was_written_is_read(tmp_path):
+    settings = Settings("/dev/ttyUSB0", Steps(1, -2, 3), (1, 26, 4))
+    settings = settings.with_point(7, (1.5, None, -14_000))
+    path = tmp_path / "new" / "folder" / "panel.json"
+    save(path, settings)
+    assert load(path) == settings
+    assert os.listdir(path.parent) == ["panel.json"]
+
+
+@given(SETTINGS)
+def test_all_of_it_comes_back(settings):
+    from dataclasses import asdict
+
+    assert _read(json.loads(json.dumps(asdict(settings)))) == settings
+
+
+def test_a_new_beginning(tmp_path):
+    assert load(tmp_path / "none.json") == Settings()
+
+
+@pytest.mark.parametrize("change", [
+    {"steps": [1, 2]}, {"steps": [1, 2, 3.5]}, {"steps": [1, 2, 2**31]}, {"steps": [True, 1, 1]},
+    {"speeds": [0, 1, 1]}, {"speeds": [27, 1, 1]}, {"speeds": None}, {"port": 5},
+    {"points": [[None] * 3] * 6}, {"points": [[None] * 2] * 7}, {"points": [[1, 2, 14_001]] * 7},
+    {"points": [[1, 2, "3"]] * 7}, {"points": [[1, 2, float("nan")]] * 7}])
+def test_what_nobody_wrote_is_put_aside(tmp_path, change, capsys):
+    path = tmp_path / "panel.json"
+    save(path, Settings())
+    path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
+    assert load(path) == Settings()
+    assert not path.exists() and (tmp_path / "panel.json.damaged").exists()
+    assert "the panel begins anew" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("data", [b"", b"{}", b"[" * 100_000, b"\xff\xfe", b"null", b'"x"',
+                                  b"{" + b" " * 70_000 + b"}"])
+def test_what_is_no_file_of_ours_is_put_aside(tmp_path, data):
+    path = tmp_path / "panel.json"
+    path.write_bytes(data)
+    assert load(path) == Settings()
+    assert (tmp_path / "panel.json.damaged").read_bytes() == data
+
+
+@given(JSON)
+def test_any_json_can_be_read(data):
+    try:
+        assert isinstance(_read(data), Settings)
+    except (ValueError, TypeError, KeyError):
+        pass
+
+
+def test_a_failure_leaves_what_was_there(tmp_path, monkeypatch):
+    path = tmp_path / "panel.json"
+    save(path, Settings("old"))
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(UserError, match="No space left"):
+        save(path, Settings("new"))
+    monkeypatch.undo()
+    assert load(path) == Settings("old") and os.listdir(tmp_path) == ["panel.json"]
+
+
+def test_a_folder_that_cannot_be_made(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UserError, match="cannot make folder"):
+        save(tmp_path / "file" / "panel.json", Settings())
+    with pytest.raises(UserError, match="cannot read"):
+        load(tmp_path)
+
+
+def test_it_is_kept_in_the_users_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    assert folder() == tmp_path / "fresa"
+    monkeypatch.delenv("XDG_CONFIG_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert folder() == tmp_path / ".config" / "fresa"

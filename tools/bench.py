@@ -1,0 +1,16 @@
+"""Run a bench, or list them."""
+
+from tb.__main__ import main as benches
+
+from .console import spelt
+
+__all__ = ["main"]
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command; give its exit status."""
+    return benches(argv, prog=spelt("python -m tools.bench"))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,157 @@
+"""What the panel keeps from one time to the next, in a file of the user's."""
+
+import json
+import os
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+
+from ..console import UserError, warn, write_atomically
+from .stage import AXES, POINTS, Steps
+
+__all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Settings", "Point", "folder", "load", "save", "um",
+           "whole"]
+
+#: A point in um; None where nothing was entered.
+Point = tuple[float | None, float | None, float | None]
+
+#: Speeds that the panel offers, in um/s.
+SLOWEST, FASTEST = 1, 26
+START_SPEED = 4
+
+#: Travel of an axis, in um: no point can be farther from the origin.
+TRAVEL = 14_000
+
+#: Largest file that is read.
+LARGEST = 1 << 16
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is kept.
+
+    Attributes
+    ----------
+    port : str
+        Name of the port that was connected last.
+    steps : Steps
+        Where the machine was last.
+    speeds : tuple of int
+        Speed of each axis, in um/s.
+    points : tuple of Point
+        The seven points.
+    """
+
+    port: str = ""
+    steps: Steps = Steps(0, 0, 0)
+    speeds: tuple[int, ...] = (START_SPEED,) * len(AXES)
+    points: tuple[Point, ...] = field(default=((None, None, None),) * len(POINTS))
+
+    def with_speed(self, axis: int, speed: int) -> "Settings":
+        """Return the same with another speed of an axis."""
+        return replace(self, speeds=(*self.speeds[:axis], speed, *self.speeds[axis + 1:]))
+
+    def with_point(self, number: int, point: Point) -> "Settings":
+        """Return the same with another point, of 1 to 7."""
+        return replace(self, points=(*self.points[:number - 1], point, *self.points[number:]))
+
+
+def folder() -> Path:
+    """Folder of what is kept."""
+    home = os.environ.get("XDG_CONFIG_HOME")
+    return (Path(home) if home else Path.home() / ".config") / "fresa"
+
+
+def load(path: Path) -> Settings:
+    """Read what was kept; a new beginning if there is nothing.
+
+    A file that is none of ours is put aside, and warned of.
+
+    Raises
+    ------
+    UserError
+        If it cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)
+    except FileNotFoundError:
+        return Settings()
+    except OSError as error:
+        raise UserError(f"cannot read {path}: {error.strerror}") from error
+    try:
+        if len(data) > LARGEST:
+            raise ValueError
+        return _read(json.loads(data))
+    except (ValueError, TypeError, KeyError, RecursionError):
+        aside = path.with_name(path.name + ".damaged")
+        try:
+            path.replace(aside)
+        except OSError as error:
+            raise UserError(f"{path} is damaged, and cannot be put aside: delete it") from error
+        warn(f"{path} is damaged; it is now {aside.name}, and the panel begins anew")
+        return Settings()
+
+
+def save(path: Path, settings: Settings) -> None:
+    """Write what is kept, whole or not at all.
+
+    Raises
+    ------
+    UserError
+        If it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UserError(f"cannot make folder {path.parent}: {error.strerror}") from error
+    write_atomically(path, (json.dumps(asdict(settings), indent=1) + "\n").encode())
+
+
+def _read(data: dict) -> Settings:
+    """Check all of it: the machine will be told to believe it.
+
+    Raises
+    ------
+    ValueError, TypeError, KeyError
+        If something is not as it was written.
+    """
+    port, points = data["port"], data["points"]
+    if type(port) is not str or len(points) != len(POINTS):
+        raise ValueError
+    axes = range(len(AXES))
+    for row in (data["steps"], data["speeds"], *points):
+        if len(row) != len(axes):
+            raise ValueError
+    return Settings(
+        port, Steps(*(whole(data["steps"][axis], -2**31, 2**31 - 1) for axis in axes)),
+        tuple(whole(data["speeds"][axis], SLOWEST, FASTEST) for axis in axes),
+        tuple((um(x), um(y), um(z)) for x, y, z in points))
+
+
+def whole(value: object, least: int, most: int) -> int:
+    """Check a whole number.
+
+    Raises
+    ------
+    ValueError
+        If it is none, or less or more than it may be.
+    """
+    if type(value) is not int or not least <= value <= most:
+        raise ValueError(f"must be a whole number from {least} to {most}")
+    return value
+
+
+def um(value: object) -> float | None:
+    """Check a coordinate of a point, in um; None for an empty field.
+
+    Raises
+    ------
+    ValueError
+        If it is neither, or farther than an axis travels.
+    """
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (
+            -TRAVEL <= value <= TRAVEL):
+        raise ValueError(f"must be from {-TRAVEL} to {TRAVEL} um: an axis travels no farther")
+    return float(value)
