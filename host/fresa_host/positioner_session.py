@@ -19,7 +19,7 @@ REFUSAL_TIMEOUT_S = 0.3
 #: Times that something is sent that the line may have damaged.
 TRIES = 3
 
-#: Reports in which the machine must answer a question, or be where it was told it is.
+#: Reports in which the machine must answer a question, or report the place that it was sent.
 MOST_REPORTS = 10
 
 #: A line that is always refused, for a reason that no other has here: so what was before is known.
@@ -256,7 +256,7 @@ class PositionerSession(PositionerState):
     # How a reset is seen
 
     def restore(self, left: Steps) -> Waiting[bool]:
-        """Connect, stop what moves, and tell the machine its place if a reset has lost that.
+        """Connect, stop what moves, and send the machine its place if a reset has lost that.
 
         It has if it stands at `ZERO`, was left elsewhere, and has no `RESET_MARKER`: a reset clears
         points, and an origin that was set does not. To ask for that point moves nothing, for that
@@ -271,7 +271,7 @@ class PositionerSession(PositionerState):
         Returns
         -------
         bool
-            Whether it was told its place.
+            Whether its place was sent to it.
 
         Raises
         ------
@@ -308,7 +308,7 @@ class PositionerSession(PositionerState):
         raise self._disturbed()
 
     def _call_place(self, steps: Steps) -> Waiting[None]:
-        """Tell it where it is, until it says so itself."""
+        """Send it its place, until it reports that."""
         for _ in range(TRIES):
             self._send(lines.place(steps))
             for _ in range(MOST_REPORTS):

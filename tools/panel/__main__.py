@@ -1,4 +1,4 @@
-"""Show the panel of the positioner on a page, for the machine or for its simulation."""
+"""Show the panel of the stage on a page, for the machine or for its simulation."""
 
 import argparse
 import asyncio
@@ -22,7 +22,7 @@ from .stage import SERVED, TOP_SPEED
 __all__ = ["main"]
 
 ABOUT = """\
-Serves a page to this computer only: the panel of the positioner. It shows where the three axes are,
+Serves a page to this computer only: the panel of a stage. It shows where the three axes are,
 moves them while a button or a key is held, and goes to points.
 
 It prints an address; open it in a browser, choose the serial port, and press Connect. Ctrl-C stops
@@ -77,7 +77,7 @@ def main(argv: list[str] | None = None) -> int:
         raise UserError("with --simulate there is no PORT: leave out one of them")
     if importlib.util.find_spec("serial") is None:
         raise UserError("pyserial is missing: pip install -e '.[host]'")
-    # Nobody can hold a button on the slow engine.
+    # A button cannot be held on the slow engine.
     served = served.chosen(args)
     machine = build(served, CXXRTLEngine.name) if args.simulate else None
     asyncio.run(_serve(machine, served, args))
