@@ -206,7 +206,7 @@ class Panel {
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
     const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
-      + " itself. If python -m tools.panel was started anew, open the address that it printed."
+      + " itself. If the program was started anew, open the address that it printed."
       : "";
     const text = lost || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);
