@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from .errors import LineLost
+from .session import BAUD
 
 __all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports"]
 
@@ -16,9 +17,6 @@ T = TypeVar("T")
 
 #: What pyserial raises where a port is gone, or (the last two) closed meanwhile.
 _GONE = (OSError, TypeError, AttributeError)
-
-#: Bits a second of every machine's line.
-BAUD = 9600
 
 #: Seconds that a read waits for the first byte.
 READ_TIMEOUT_S = 0.05

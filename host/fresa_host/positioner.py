@@ -231,7 +231,7 @@ class Positioner:
             left = end - time.monotonic()
             if left <= 0:
                 raise TimedOut(f"after {timeout:g} s it is at {progress.place}, not at "
-                               f"{progress.there}")
+                               f"{progress.destination}")
             self._driver.wait(partial(self._session.changed_since, progress),
                               min(left, self._timeout))
 

@@ -6,10 +6,9 @@ from typing import NamedTuple
 from . import positioner_lines as lines
 from .errors import LineLost, PositionError, Refused, TimedOut
 from .place import Place
-from .port import BAUD
 from .positioner_lines import AXES, Refusal, Steps
 from .positioner_state import RESET_MARKER, SETTLED, ZERO, Message, PositionerState, Target
-from .session import Operation, Waiting
+from .session import BAUD, Operation, Waiting
 
 __all__ = ["PositionerSession"]
 
@@ -33,7 +32,7 @@ class Progress(NamedTuple):
     ----------
     arrived : bool
         It is there, or has no target.
-    place, there : Place
+    place, destination : Place
         Where it is, and where it goes to.
     target : Target or None
         The same in steps.
@@ -43,7 +42,7 @@ class Progress(NamedTuple):
 
     arrived: bool
     place: Place
-    there: Place
+    destination: Place
     target: Target | None
     reports: int
 

@@ -17,7 +17,7 @@ from .panel import Panel
 from .routes import panel_site
 from .settings import folder
 from .simulated import Simulated
-from .stage import SERVED, TOP_SPEED
+from .stage import MACHINE, SERVED, TOP_SPEED
 
 __all__ = ["main"]
 
@@ -30,7 +30,7 @@ the machine and ends the panel. What the page shows is kept: where the machine i
 points. A machine that was off in between is told where it is when it is connected again.
 """
 
-EPILOG = """\
+EPILOG = f"""\
 examples:
   python -m tools.panel
       The page offers all serial ports of this computer.
@@ -44,10 +44,10 @@ examples:
       What is kept of that is kept apart.
 
   python -m tools.panel --simulate --backlash 4 4 0
-      The same, with play that the machine makes up for.
+      The same, with backlash that the machine makes up for.
 
   python -m tools.panel socket://127.0.0.1:4000
-      A machine that python -m tools.serve positioner --tcp 4000 runs.
+      A machine that python -m tools.serve {MACHINE} --tcp 4000 runs.
 
 files:
   ~/.config/fresa/panel.json, or fresa/panel.json in XDG_CONFIG_HOME; with --simulate
