@@ -86,7 +86,7 @@ def read_orders(path: Path) -> list[Order]:
         If the file cannot be read, or a line is no order.
     """
     with path.open("rb") as file:
-        data = file.read(LARGEST + 1)  # of what is no file nobody knows how much will come
+        data = file.read(LARGEST + 1)  # a device may have no end
     if len(data) > LARGEST:
         raise UserError(f"{path} is too long for a list of orders")
     try:

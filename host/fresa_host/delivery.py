@@ -108,7 +108,7 @@ def deliver(sender: Sender, opener: LineOpener, *,
         try:
             if line is None:
                 line = opener.open()
-                for _ in range(STALE_READS):  # answers to somebody else
+                for _ in range(STALE_READS):  # answers to another program
                     if line.waiting:
                         line.read()
                 sender.connected(clock())

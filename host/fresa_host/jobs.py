@@ -20,15 +20,15 @@ def check_cuts(orders: Sequence[Order]) -> None:
     ------
     ValueError
         If the tool is lowered and told to go where none of the 8 directions leads; or lowered where
-        the job before left it, which nobody knows here.
+        the job before left it, which is unknown here.
     """
     lowered, at = False, None
     for number, order in enumerate(orders, start=1):
         if order.kind != Kind.GO:
             lowered = order.kind == Kind.DOWN
             if lowered and at is None:
-                raise ValueError(f"order {number}, {order}: nobody said where; first go to where "
-                                 "the cut begins")
+                raise ValueError(f"order {number}, {order}: the place is unknown; first go to "
+                                 "where the cut begins")
             continue
         if lowered and at is not None:
             way = {abs(order.x - at[0]), abs(order.y - at[1])}

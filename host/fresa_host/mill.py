@@ -15,7 +15,7 @@ __all__ = ["Mill"]
 
 
 class _Done(Exception):
-    """All orders are done, and nobody hears that the session is closed: it stays open."""
+    """All orders are done, but no answer says that the session is closed: it stays open."""
 
 
 LEAST_TIMEOUT = 2.0
@@ -35,7 +35,7 @@ class Mill:
     Parameters
     ----------
     port : str
-        The serial port, such as ``/dev/ttyUSB0``; see `Port`. Nobody else can open it meanwhile.
+        The serial port, such as ``/dev/ttyUSB0``; see `Port`. It is locked meanwhile.
     timeout : float
         Seconds for which the mill may be silent, or its port gone; at least 2, for it is asked
         every half second at times.
@@ -119,14 +119,14 @@ class Mill:
         again : bool
             Begin anew also where the mill is in the middle of this job.
         progress : callable
-            Is told how many orders are done, and of how many, whenever that has changed. What it
+            Called with the orders done, and all, whenever that has changed. What it
             raises ends the call; so does Ctrl-C. Up to three orders are carried out after that.
 
         Raises
         ------
         ValueError
             If there is no order, or are too many, or a cut is in none of the 8 directions, or
-            begins nobody knows where. Nothing was sent.
+            begins at an unknown place. Nothing was sent.
         NotReady
             The mill is in manual mode, stopped, or shows an error.
         JobRefused
@@ -172,7 +172,7 @@ class Mill:
 
 
 def _wait_for_silence(port: Port, end: float) -> None:
-    """Let go by what somebody else asked for, or asked for before."""
+    """Discard answers to earlier questions, or to those of another program."""
     quiet = time.monotonic() + SILENCE
     while (now := time.monotonic()) < min(quiet, end):
         if port.read():

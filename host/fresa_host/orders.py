@@ -70,10 +70,10 @@ class Sender:
     """Sends the orders of a job, each until it is taken, and sees them done.
 
     A session's number is made from the orders, so that a mill which has this job open is
-    recognised: it goes on behind the last order that it took, whoever sent that. When all orders
+    recognised: it goes on behind the last order that it took, from any sender. When all orders
     are done the session is closed. So a mill that has finished the job meanwhile is not made to do
     it twice; the next sender of the same job is. Its last eight bits are chance, so that a sender
-    does not take a run that somebody else began meanwhile for its own.
+    does not take a run that another program began meanwhile for its own.
 
     Whatever was milled before may have left the tool down. So what a job begins with raises it.
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from .errors import LineLost
+from .session import BAUD
 
 __all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports"]
 
@@ -17,13 +18,10 @@ T = TypeVar("T")
 #: What pyserial raises where a port is gone, or (the last two) closed meanwhile.
 _GONE = (OSError, TypeError, AttributeError)
 
-#: Bits a second of every machine's line.
-BAUD = 9600
-
 #: Seconds that a read waits for the first byte.
 READ_TIMEOUT_S = 0.05
 
-#: How names of pseudo-terminals begin. Each is somebody else's when it is gone.
+#: How names of pseudo-terminals begin. A name may be another's when it is gone.
 PSEUDO_TERMINALS = "/dev/pts/"
 
 #: Seconds that a break lasts at least, longer than the bytes take that are in the port itself; and
@@ -59,7 +57,7 @@ class Port:
     def __init__(self, name: str, baud: int = BAUD) -> None:
         self.name, self.baud = name, baud
         try:
-            import serial  # only who talks to a machine needs it
+            import serial  # only needed for a machine
         except ImportError as error:
             raise LineLost("pyserial is missing: pip install -e '.[host]'") from error
         self._lock = threading.Lock()
@@ -149,7 +147,7 @@ _WHY: dict[object, str] = {
     errno.EAGAIN: _IN_USE,  # locked
     errno.EBUSY: _IN_USE,
     errno.ENOTTY: "it is no serial port",
-    errno.ECONNREFUSED: "nobody listens there",
+    errno.ECONNREFUSED: "no program listens there",
 }
 
 

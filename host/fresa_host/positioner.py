@@ -44,7 +44,7 @@ class Positioner:
         Highest speed of a motor in steps/s, as the machine was built.
     reported : callable, optional
         Called with each place that is reported, in steps, in the thread that listens to the line:
-        of the methods it may only call those that are *at once*. What it raises is told by
+        of the methods it may only call those that are *at once*. What it raises goes to
         `threading.excepthook`, and changes nothing.
 
     Raises
@@ -231,11 +231,11 @@ class Positioner:
             left = end - time.monotonic()
             if left <= 0:
                 raise TimedOut(f"after {timeout:g} s it is at {progress.place}, not at "
-                               f"{progress.there}")
+                               f"{progress.destination}")
             self._driver.wait(partial(self._session.changed_since, progress),
                               min(left, self._timeout))
 
     def check(self) -> None:
-        """Raise what the machine has complained of since the last call."""
+        """Raise what the machine has refused, and limits, since the last call."""
         with self._call:
             self._driver.do(self._session.check)

@@ -1,4 +1,4 @@
-"""What `positioner` is told and what it says, without a line between: no input, no output."""
+"""Orders to `positioner`, and its messages, as text: no input, no output."""
 
 import re
 from collections.abc import Iterable
@@ -99,7 +99,7 @@ def go_to(point: int) -> bytes:
 
 
 def place(steps: Steps) -> bytes:
-    """Tell the machine where it is."""
+    """Set the machine's place."""
     return f"POS {_numbers(steps)}\n".encode()
 
 

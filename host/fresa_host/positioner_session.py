@@ -6,10 +6,9 @@ from typing import NamedTuple
 from . import positioner_lines as lines
 from .errors import LineLost, PositionError, Refused, TimedOut
 from .place import Place
-from .port import BAUD
 from .positioner_lines import AXES, Refusal, Steps
 from .positioner_state import RESET_MARKER, SETTLED, ZERO, Message, PositionerState, Target
-from .session import Operation, Waiting
+from .session import BAUD, Operation, Waiting
 
 __all__ = ["PositionerSession"]
 
@@ -19,7 +18,7 @@ REFUSAL_TIMEOUT_S = 0.3
 #: Times that something is sent that the line may have damaged.
 TRIES = 3
 
-#: Reports in which the machine must answer a question, or be where it was told it is.
+#: Reports in which the machine must answer a question, or report the place that it was sent.
 MOST_REPORTS = 10
 
 #: A line that is always refused, for a reason that no other has here: so what was before is known.
@@ -33,7 +32,7 @@ class Progress(NamedTuple):
     ----------
     arrived : bool
         It is there, or has no target.
-    place, there : Place
+    place, destination : Place
         Where it is, and where it goes to.
     target : Target or None
         The same in steps.
@@ -43,7 +42,7 @@ class Progress(NamedTuple):
 
     arrived: bool
     place: Place
-    there: Place
+    destination: Place
     target: Target | None
     reports: int
 
@@ -256,7 +255,7 @@ class PositionerSession(PositionerState):
     # How a reset is seen
 
     def restore(self, left: Steps) -> Waiting[bool]:
-        """Connect, stop what moves, and tell the machine its place if a reset has lost that.
+        """Connect, stop what moves, and send the machine its place if a reset has lost that.
 
         It has if it stands at `ZERO`, was left elsewhere, and has no `RESET_MARKER`: a reset clears
         points, and an origin that was set does not. To ask for that point moves nothing, for that
@@ -271,7 +270,7 @@ class PositionerSession(PositionerState):
         Returns
         -------
         bool
-            Whether it was told its place.
+            Whether its place was sent to it.
 
         Raises
         ------
@@ -308,7 +307,7 @@ class PositionerSession(PositionerState):
         raise self._disturbed()
 
     def _call_place(self, steps: Steps) -> Waiting[None]:
-        """Tell it where it is, until it says so itself."""
+        """Send it its place, until it reports that."""
         for _ in range(TRIES):
             self._send(lines.place(steps))
             for _ in range(MOST_REPORTS):

@@ -11,9 +11,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from .errors import LineLost
 
-__all__ = ["Operation", "Output", "Session", "Waiting"]
+__all__ = ["BAUD", "Operation", "Output", "Session", "Waiting"]
 
 T = TypeVar("T")
+
+#: Bits a second of every machine's line.
+BAUD = 9600
 
 #: An operation as it is written: gives deadlines in seconds, is sent messages, returns a result.
 Waiting = Generator[float, Any, T]

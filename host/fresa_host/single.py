@@ -24,7 +24,7 @@ STALE_READS = 16
 class Single:
     """A motor, its position in steps and its speed in rpm of full steps.
 
-    A machine built for half steps, as it is unless told otherwise, makes twice as many steps a turn
+    A machine built for half steps, which is the default, makes twice as many steps a turn
     at the same rate: its shaft turns at half of the speed.
 
     Every call waits for the machine's answer. All may be called from several threads.

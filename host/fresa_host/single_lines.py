@@ -1,4 +1,4 @@
-"""What `single` is told and what it says, without a line between: no input, no output."""
+"""Frames to `single`, and its answers, as text: no input, no output."""
 
 import re
 

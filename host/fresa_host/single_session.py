@@ -2,8 +2,7 @@
 
 from .errors import Refused, TimedOut, WasReset
 from .lines import LineSplitter
-from .port import BAUD
-from .session import Session, Waiting
+from .session import BAUD, Session, Waiting
 from .single_lines import GREETING, Reply, frame
 
 __all__ = ["SILENCE_S", "SingleSession"]

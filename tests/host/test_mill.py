@@ -100,7 +100,7 @@ class TestCarryOut:
     @pytest.mark.parametrize(("orders", "says"), [
         ([], "at least one order"),
         ([Order(Kind.GO), DOWN, Order(Kind.GO, 3, 4)], "order 3, go 3 4: .* no straight line"),
-        ([DOWN, Order(Kind.GO, 0, 4)], "order 1, down: nobody said where")])
+        ([DOWN, Order(Kind.GO, 0, 4)], "order 1, down: the place is unknown")])
     def test_what_cannot_be_is_not_begun(self, wire, orders, says):
         with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(ValueError, match=says):
             mill.carry_out(orders)

@@ -35,7 +35,7 @@ def test_two_never_have_it_open(name, other):
 @pytest.mark.parametrize(("name", "says"), [
     ("/dev/ttyUSB99", "there is no such port; is it plugged in?"),
     ("/dev/pts/99999", "there is no such port; python -m tools.serve prints another each time"),
-    (__file__, "it is no serial port"), ("socket://127.0.0.1:1", "nobody listens there"),
+    (__file__, "it is no serial port"), ("socket://127.0.0.1:1", "no program listens there"),
     ("bogus://x", "protocol 'bogus' not known"),
 ])
 def test_what_cannot_be_opened(name, says):

@@ -110,8 +110,8 @@ class TestCuts:
         check_cuts(orders)
 
     @pytest.mark.parametrize(("orders", "says"), [
-        ([DOWN, go(0, 4)], "order 1, down: nobody said where"),
-        ([UP, DOWN, UP], "order 2, down: nobody said where; first go"),
+        ([DOWN, go(0, 4)], "order 1, down: the place is unknown"),
+        ([UP, DOWN, UP], "order 2, down: the place is unknown; first go"),
         ([go(0, 0), DOWN, go(3, 4)], "order 3, go 3 4: from 0 0 no"),
         ([go(1, 1), DOWN, go(2, 1), go(3, 4)], "order 4, go 3 4: from 2 1 no")])
     def test_no_other(self, orders, says):

@@ -185,7 +185,7 @@ class TestSend:
 
     def test_a_cut_that_would_be_refused_is_refused_before(self, mill, job, capsys):
         for text, says in [("go 1 1\ndown\ngo 3 4\n", "order 3, go 3 4"),
-                           ("down\ngo 0 4\n", "order 1, down: nobody said where")]:
+                           ("down\ngo 0 4\n", "order 1, down: the place is unknown")]:
             job.write_text(text)
             assert run(job, "--port", "mill") == 2
             assert says in capsys.readouterr().err

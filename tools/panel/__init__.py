@@ -1,4 +1,4 @@
-"""The positioner's panel: a page that moves it, knows where it is, and keeps its points."""
+"""The stage's panel: a page that moves it, knows where it is, and keeps its points."""
 
 from .panel import Panel
 

@@ -1,4 +1,4 @@
-"""Show the panel of the positioner on a page, for the machine or for its simulation."""
+"""Show the panel of the stage on a page, for the machine or for its simulation."""
 
 import argparse
 import asyncio
@@ -17,12 +17,12 @@ from .panel import Panel
 from .routes import panel_site
 from .settings import folder
 from .simulated import Simulated
-from .stage import SERVED, TOP_SPEED
+from .stage import MACHINE, SERVED, TOP_SPEED
 
 __all__ = ["main"]
 
 ABOUT = """\
-Serves a page to this computer only: the panel of the positioner. It shows where the three axes are,
+Serves a page to this computer only: the panel of a stage. It shows where the three axes are,
 moves them while a button or a key is held, and goes to points.
 
 It prints an address; open it in a browser, choose the serial port, and press Connect. Ctrl-C stops
@@ -30,7 +30,7 @@ the machine and ends the panel. What the page shows is kept: where the machine i
 points. A machine that was off in between is told where it is when it is connected again.
 """
 
-EPILOG = """\
+EPILOG = f"""\
 examples:
   python -m tools.panel
       The page offers all serial ports of this computer.
@@ -44,10 +44,10 @@ examples:
       What is kept of that is kept apart.
 
   python -m tools.panel --simulate --backlash 4 4 0
-      The same, with play that the machine makes up for.
+      The same, with backlash that the machine makes up for.
 
   python -m tools.panel socket://127.0.0.1:4000
-      A machine that python -m tools.serve positioner --tcp 4000 runs.
+      A machine that python -m tools.serve {MACHINE} --tcp 4000 runs.
 
 files:
   ~/.config/fresa/panel.json, or fresa/panel.json in XDG_CONFIG_HOME; with --simulate
@@ -77,7 +77,7 @@ def main(argv: list[str] | None = None) -> int:
         raise UserError("with --simulate there is no PORT: leave out one of them")
     if importlib.util.find_spec("serial") is None:
         raise UserError("pyserial is missing: pip install -e '.[host]'")
-    # Nobody can hold a button on the slow engine.
+    # A button cannot be held on the slow engine.
     served = served.chosen(args)
     machine = build(served, CXXRTLEngine.name) if args.simulate else None
     asyncio.run(_serve(machine, served, args))

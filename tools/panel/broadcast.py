@@ -1,4 +1,4 @@
-"""What pages are told."""
+"""What is sent to all pages."""
 
 from ..serve import Switches
 from ..web import Pages
@@ -18,7 +18,7 @@ class Broadcast:
     Parameters
     ----------
     pages : Pages
-        Who is told.
+        The pages.
     switches : Switches, optional
         Limit switches that pages can press.
 
@@ -40,7 +40,7 @@ class Broadcast:
             "steps_per_um": STEPS_PER_UM, "switches": switches.ends if switches else []})
 
     def say(self, note: str, *, bad: bool = False) -> None:
-        """Note what has happened; it is told with the next `tell`."""
+        """Note what has happened; the next `tell` sends it."""
         self.note, self._bad = note, bad
 
     def forget(self) -> None:

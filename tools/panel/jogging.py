@@ -19,25 +19,25 @@ class Jogging:
     def __init__(self) -> None:
         self._held: dict[Hashable, tuple[tuple[int, ...], float]] = {}
 
-    def hold(self, who: Hashable, directions: tuple[int, ...], now: float) -> None:
+    def hold(self, page: Hashable, directions: tuple[int, ...], now: float) -> None:
         """Note in which direction a page holds each axis (1, -1, or 0), at a time in seconds."""
         if any(directions):
-            self._held[who] = directions, now
+            self._held[page] = directions, now
         else:
-            self._held.pop(who, None)
+            self._held.pop(page, None)
 
-    def refresh(self, who: Hashable, now: float) -> None:
+    def refresh(self, page: Hashable, now: float) -> None:
         """Note that a page still holds what was held, if it still counts as held."""
-        if who in self._held:
-            self._held[who] = self._held[who][0], now
+        if page in self._held:
+            self._held[page] = self._held[page][0], now
 
-    def leave(self, who: Hashable) -> None:
+    def leave(self, page: Hashable) -> None:
         """Note that a page is gone."""
-        self._held.pop(who, None)
+        self._held.pop(page, None)
 
     def directions(self, now: float) -> tuple[int, ...]:
         """Give in which direction each axis shall move."""
-        self._held = {who: (directions, since) for who, (directions, since) in self._held.items()
+        self._held = {page: (directions, since) for page, (directions, since) in self._held.items()
                       if now < since + HOLD_TIMEOUT_S}
         wanted = [directions for directions, _ in self._held.values()]
         together = [set(axis) - {0} for axis in zip(NOWHERE, *wanted, strict=True)]

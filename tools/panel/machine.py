@@ -84,7 +84,7 @@ class Machine:
         Returns
         -------
         bool
-            Whether it was told its place.
+            Whether its place was sent to it.
 
         Raises
         ------

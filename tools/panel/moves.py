@@ -39,7 +39,7 @@ class Moves:
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
-        self._speeds: tuple[int, ...] = ()  # that the machine was told
+        self._speeds: tuple[int, ...] = ()  # that were sent
         self.forget()
 
     def forget(self) -> None:
@@ -54,22 +54,22 @@ class Moves:
 
     # Holding
 
-    def hold(self, who: Hashable, directions: tuple[int, ...]) -> None:
-        """Let somebody hold each axis up (1), down (-1), or not (0)."""
-        self._jogging.hold(who, directions, self._loop.time())
+    def hold(self, page: Hashable, directions: tuple[int, ...]) -> None:
+        """Let a page hold each axis up (1), down (-1), or not (0)."""
+        self._jogging.hold(page, directions, self._loop.time())
         self.follow()
 
-    def refresh(self, who: Hashable) -> None:
-        """Note that somebody still holds what was held."""
-        self._jogging.refresh(who, self._loop.time())
+    def refresh(self, page: Hashable) -> None:
+        """Note that a page still holds what it held."""
+        self._jogging.refresh(page, self._loop.time())
 
-    def leave(self, who: Hashable) -> None:
-        """Let go of what somebody holds."""
-        self._jogging.leave(who)
+    def leave(self, page: Hashable) -> None:
+        """Let go of what a page holds."""
+        self._jogging.leave(page)
         self.follow()
 
     def follow(self) -> None:
-        """Let each axis move as it is held; tell the machine only what is new."""
+        """Let each axis move as it is held; send only what is new."""
         directions = self._jogging.directions(self._loop.time())
         for axis, before, direction in zip(AXES, self.directions, directions, strict=True):
             if direction != before:
@@ -78,7 +78,7 @@ class Moves:
         self.directions = directions
 
     def stop(self) -> None:
-        """End all movement, whoever holds what, and whatever stands in the line."""
+        """End all movement, whatever pages hold and whatever stands in the line."""
         self._machine.stop()
         self.end_going()
         self._release()
@@ -104,15 +104,15 @@ class Moves:
         self.goal, self._there = number, steps
 
     def knows_speeds(self, speeds: Sequence[int]) -> None:
-        """Note which speeds the machine was told, when it was connected."""
+        """Note which speeds were sent when it was connected."""
         self._speeds = tuple(speeds)
 
-    def tell_speeds(self, speeds: Sequence[int]) -> None:
-        """Tell the machine what is new, seldom: the line is slow, and a slider says much."""
+    def send_speeds(self, speeds: Sequence[int]) -> None:
+        """Send the speeds that are new, seldom: the line is slow, and a slider says much."""
         if not self._machine.connected:
             return
-        for axis, told, speed in zip(AXES, self._speeds, speeds, strict=True):
-            if speed != told:
+        for axis, sent, speed in zip(AXES, self._speeds, speeds, strict=True):
+            if speed != sent:
                 self._machine.set_speed(axis, speed)
         self._speeds = tuple(speeds)
 

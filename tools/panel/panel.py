@@ -29,7 +29,7 @@ from .stage import Message, Place
 
 __all__ = ["Panel"]
 
-#: Seconds from one look at who holds what, and whether the machine still reports, to the next.
+#: Seconds from one look at what pages hold, and whether the machine still reports, to the next.
 POLL_S = 0.1
 
 #: Seconds from one writing of the file to the next, at least.
@@ -58,7 +58,7 @@ class Panel:
     Attributes
     ----------
     pages : Pages
-        Who watches.
+        The pages that are open.
     settings : Kept
         What is kept.
 
@@ -120,7 +120,7 @@ class Panel:
             case "origin":
                 self._origin()
             case "speed":
-                # The machine is told by and by.
+                # It is sent by and by.
                 self.settings = self.settings.with_speed(read_axis(message), read_speed(message))
             case "point":
                 number, point = read_number(message), read_point(message)
@@ -159,7 +159,7 @@ class Panel:
     def _jog(self, view: View, directions: tuple[int, ...]) -> None:
         if any(directions):
             self._needed()
-            self._moves.tell_speeds(self.settings.speeds)
+            self._moves.send_speeds(self.settings.speeds)
             self._broadcast.say("")
         self._moves.hold(view, directions)
 
@@ -180,7 +180,7 @@ class Panel:
 
     def _go(self, number: int) -> None:
         self._needed()
-        self._moves.tell_speeds(self.settings.speeds)
+        self._moves.send_speeds(self.settings.speeds)
         self._moves.go(number, self.settings.points[number - 1])
         self._broadcast.say(f"Going to point {number}.")
 
@@ -219,7 +219,7 @@ class Panel:
         while True:
             await asyncio.sleep(POLL_S)
             self._moves.follow()
-            self._moves.tell_speeds(self.settings.speeds)
+            self._moves.send_speeds(self.settings.speeds)
             self._broadcast.silent = self._machine.silent
             self._tell()
 

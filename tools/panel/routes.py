@@ -1,4 +1,4 @@
-"""What is served beside the page: the WebSocket through which it is told all."""
+"""What is served beside the page: the WebSocket for its messages."""
 
 from pathlib import Path
 

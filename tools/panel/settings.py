@@ -108,7 +108,7 @@ def save(path: Path, settings: Settings) -> None:
 
 
 def _read(data: dict) -> Settings:
-    """Check all of it: the machine will be told to believe it.
+    """Check all of it: it will be sent to the machine.
 
     Raises
     ------

@@ -16,8 +16,9 @@ from fresa_host.positioner_state import Message
 
 from ..serve import MACHINES
 
-__all__ = ["AXES", "MEANINGS", "POINTS", "SERVED", "STEPS_PER_UM", "TOP_SPEED", "Limit", "Message",
-           "Place", "Refusal", "StageSession", "Steps"]
+__all__ = ["AXES", "MACHINE", "MEANINGS", "POINTS", "SERVED", "STEPS_PER_UM", "TOP_SPEED", "Limit",
+           "Message", "Place", "Refusal", "StageSession", "Steps"]
 
-#: The same in simulation.
-SERVED = MACHINES["positioner"]
+#: Its name in `tools.serve`, and what that runs.
+MACHINE = "positioner"
+SERVED = MACHINES[MACHINE]

@@ -114,7 +114,7 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypat
                 do("limit", end="X+", pressed=True)
                 await until(lambda: "limit switch stopped X" in panel._broadcast.note)
                 assert not moves()
-                do("jog", ways=[-1, 0, 0])  # the way back is free
+                do("jog", directions=[-1, 0, 0])  # the way back is free
                 await until(moves)
                 do("stop")
                 do("limit", end="X+", pressed=False)
