@@ -18,7 +18,7 @@ from tb.contracts import COMPONENTS
 from tb.design import Design
 from tb.engines import source
 from tb.faults.machines import MACHINES as STRUCK
-from tb.fuzz import TARGETS
+from tb.fuzz import targets
 from tb.fuzz.inputs import random_inputs
 from tb.netlist import subject
 from tb.rtlil import canonical, fingerprint
@@ -85,7 +85,7 @@ def _run(name: str) -> Iterator[str]:
 
 
 def _fuzz(name: str) -> Iterator[str]:
-    target = TARGETS[name]
+    target = targets()[name]
     for one in (target, *target.others):
         yield _design(one.design())
     for item in islice(random_inputs(target.protocol, 1, ROWS, target.period), INPUTS):
@@ -124,7 +124,7 @@ def _subjects() -> dict[str, subject.Subject]:
 _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable[str]]]] = {
     "contract": (lambda: COMPONENTS, _contract),
     "run": (duts, _run),
-    "fuzz": (lambda: TARGETS, _fuzz),
+    "fuzz": (targets, _fuzz),
     "faults": (lambda: [*STRUCK, "mill-guarded"], _faults),
     "netlist": (_subjects, _netlist),
 }
