@@ -149,7 +149,7 @@ class TestSingle:
         pins = dict(re.findall(r'^NET "(\S+)" LOC="(\S+)"', (out / "single.ucf").read_text(),
                                re.M))
         assert [pins[f"coils_0__io<{bit}>"] for bit in range(4)] == ["L15", "K12", "L17", "M15"]
-        assert (pins["bridge_0__io"], pins["uart_0__rx__io"], pins["uart_0__tx__io"]) == (
+        assert (pins["enable_0__io"], pins["uart_0__rx__io"], pins["uart_0__tx__io"]) == (
             "K13", "U6", "P9")
 
     def test_a_ramp_is_built_and_told(self, tmp_path, capsys):

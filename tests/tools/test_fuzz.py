@@ -39,8 +39,8 @@ def test_all_in_order(compiled, tmp_path, capsys):
 @pytest.mark.compiler
 def test_something_found(compiled, tmp_path, capsys, monkeypatch):
     save, target = tmp_path / "found", targets()["single"]
-    monkeypatch.setattr(fuzz, "targets", lambda: {"single": replace(
-        target, design=lambda: OBEYS_REFUSED.planted(target.design()))})
+    wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()))
+    monkeypatch.setattr(fuzz, "targets", lambda: {"single": wrong})
     assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
                  "--json", str(tmp_path / "f")]) == 1
     output = capsys.readouterr().out
