@@ -32,8 +32,8 @@ class Mistake:
     """A mistake to plant in a design.
 
     A path is the names of the submodules that lead to a signal, and its own, such as
-    ``driver.coils``. The first of them may be left out as long as one signal is meant. Ports of the
-    design have a name alone.
+    ``driver.coils``. The first of them may be left out: then the signal is meant that is nearest to
+    the top, and there must be but one. Ports of the design have a name alone.
 
     Attributes
     ----------
@@ -178,8 +178,9 @@ def _find(fragment: Fragment, path: str) -> Signal:
     for name, signal in _named(fragment):
         names.setdefault(name, signal)
     found = [name for name in names if name == path or name.endswith(f".{path}")]
-    if path in found or len(found) == 1:
-        return names[path if path in found else found[0]]
+    found = [name for name in found if name.count(".") == min(n.count(".") for n in found)]
+    if len(found) == 1:
+        return names[found[0]]
     if found:
         raise LookupError(f"{path!r} may be {', '.join(found)}")
     near = get_close_matches(path, names, 5, 0)

@@ -13,13 +13,13 @@ from concurrent.futures import ProcessPoolExecutor
 from itertools import islice
 
 import numpy as np
-from tb.faults.machines import MACHINES as STRUCK
 
 from tb.contracts import COMPONENTS
 from tb.design import Design
 from tb.engines import source
-from tb.fuzz import TARGETS
+from tb.fuzz import targets
 from tb.fuzz.inputs import random_inputs
+from tb.machines import machines
 from tb.netlist import subject
 from tb.rtlil import canonical, fingerprint
 from tb.runners import ModelRunner, duts, stimuli
@@ -85,7 +85,7 @@ def _run(name: str) -> Iterator[str]:
 
 
 def _fuzz(name: str) -> Iterator[str]:
-    target = TARGETS[name]
+    target = targets()[name]
     for one in (target, *target.others):
         yield _design(one.design())
     for item in islice(random_inputs(target.protocol, 1, ROWS, target.period), INPUTS):
@@ -93,11 +93,11 @@ def _fuzz(name: str) -> Iterator[str]:
 
 
 def _faults(name: str) -> Iterator[str]:
-    kind, _, guard = name.partition("-")
-    struck = STRUCK[kind](**({"guard": bool(guard)} if kind == "mill" else {}))
-    yield _design(struck.design)
-    for rows in (struck.work(1), struck.work_to_reset(1, 0), struck.work_to_reset(1, 1)):
-        yield _rows({"levels": rows.levels, "clocks": rows.clocks, "waits": rows.waits})
+    builds = machines()[name].faults
+    for build in builds() if builds else ():
+        yield _design(build.design)
+        for rows in (build.work(1), build.work_to_reset(1, 0), build.work_to_reset(1, 1)):
+            yield _rows({"levels": rows.levels, "clocks": rows.clocks, "waits": rows.waits})
 
 
 def _netlist(name: str) -> Iterator[str]:
@@ -124,7 +124,8 @@ def _subjects() -> dict[str, subject.Subject]:
 _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable[str]]]] = {
     "contract": (lambda: COMPONENTS, _contract),
     "run": (duts, _run),
-    "fuzz": (lambda: TARGETS, _fuzz),
-    "faults": (lambda: [*STRUCK, "mill-guarded"], _faults),
+    "fuzz": (targets, _fuzz),
+    "faults": (
+        lambda: [name for name, machine in machines().items() if machine.faults], _faults),
     "netlist": (_subjects, _netlist),
 }

@@ -44,7 +44,7 @@ written in VHDL from the thesis. Each is compared in three ways:
   proved    GHDL's Verilog and the gateware as one circuit with the same inputs: every output is
             the same in every clock from power-up, for every input and for ever, with reset in any
             clock; with small parameters, and with those of the board
-  control   a mistake is planted in the VHDL, and the solver has to find the difference
+  control   a mistake is planted in the gateware, and the solver has to find the difference
 
 The exit status is 1 if two differ, something is not proved, or a mistake is not found.
 """
@@ -157,7 +157,7 @@ def run(names: Iterable[str], *, cycles: int, seed: int, jobs: int | None = None
 
     def plant(one: Comparison) -> tuple[str, Any]:
         miter = MITERS[one.name]
-        miter.module(miter.cases[0], mistaken=True)
+        miter.module(miter.cases[0])
         with tempfile.TemporaryDirectory() as folder:
             return "controls", [check(one.name, miter, Path(folder), lock)]
 

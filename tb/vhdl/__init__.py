@@ -10,13 +10,14 @@ of these choices would be in both. The rest is the thesis's: its tables, its sta
 arithmetic.
 
 The files are for reading beside the thesis. `REFERENCES` says which component each entity
-describes, with which parameters the two are compared, and what a mistake in the VHDL looks like.
+describes, with which parameters the two are compared, and what mistake must be found.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from amaranth import Cat, Mux
 from amaranth.lib import data, wiring
 
 from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
@@ -34,8 +35,9 @@ from fresa.motion import (
 from fresa.panel import Monitor, SevenSegment
 
 from ..design import Entity
+from ..mistake import Mistake
 
-__all__ = ["FOLDER", "REFERENCES", "Held", "Mistake", "Reference"]
+__all__ = ["FOLDER", "REFERENCES", "Held", "Reference"]
 
 FOLDER = Path(__file__).parent
 
@@ -45,23 +47,6 @@ Held = tuple[Mapping[str, int], int]
 """Inputs to set, and for how many clocks they and all others stay."""
 
 _PACE = MillTiming.real()
-
-
-@dataclass(frozen=True)
-class Mistake:
-    """A mistake to plant in an entity: `old`, which its file has once, reads `new`.
-
-    Attributes
-    ----------
-    old, new : str
-        The mistake.
-    shows : str
-        An output that must differ for it.
-    """
-
-    old: str
-    new: str
-    shows: str
 
 
 @dataclass(frozen=True)
@@ -78,7 +63,9 @@ class Reference:
         Parameters with which the two are compared, all times so short that much happens in few
         clocks; the first is for simulation and for mistakes.
     mistake : Mistake
-        What a comparison must find.
+        In the gateware: what a comparison must find.
+    shows : str
+        An output that must differ for it.
     real : mapping, optional
         Parameters of the board, if there are any.
     uses : tuple of str
@@ -97,6 +84,7 @@ class Reference:
     component: Callable[..., wiring.Component]
     cases: tuple[Parameters, ...]
     mistake: Mistake
+    shows: str
     real: Parameters | None = None
     uses: tuple[str, ...] = ()
     renamed: Mapping[str, str] = field(default_factory=dict)
@@ -149,29 +137,34 @@ REFERENCES: dict[str, Reference] = {
         "frequency_divider", FrequencyDivider,
         cases=({"period": 3}, {"period": 3, "reset_less": True}, {"period": 2}, {"period": 1}),
         real={"period": _PACE.period},
-        mistake=Mistake("passed = period - 1", "passed = period", "tick"),
+        mistake=Mistake("count", lambda right, at: Mux(at("tick"), right - 1, right)),
+        shows="tick",
         directed=(({"enable": 1}, 10), ({"enable": 0}, 3), ({"enable": 1}, 2), ({"clear": 1}, 1),
                   ({"clear": 0}, 8), ({"rst": 1}, 1), ({"rst": 0}, 8))),
     "coil": Reference(
         "coil_driver", CoilDriver,
         cases=({"period": 3}, {"period": 2}, {"period": 1}), real={"period": _PACE.period},
-        mistake=Mistake("row_to <= row_3; else", "row_to <= row_4; else", "coils"),
+        mistake=Mistake("black", lambda right, at: right ^ (at("moved") & at("orange"))),
+        shows="coils",
         directed=(({"step": 1, "direction": 1}, 16), ({"direction": 0}, 16), ({"step": 0}, 5),
                   ({"step": 1, "rst": 1}, 4), ({"rst": 0}, 4))),
     "counter": Reference(
         "step_counter", StepCounter, cases=({},),
-        mistake=Mistake("total <= total - 1", "total <= total - 2", "count"),
+        mistake=Mistake("count", lambda right, at: right - (right != at("count"))),
+        shows="count",
         directed=(({"step": 1, "direction": 0}, 3), ({"direction": 1}, 6), ({"clear": 1}, 2),
                   ({"clear": 0, "direction": 0}, 3), ({"direction": 1}, 40_000), ({"step": 0}, 2))),
     "axes": Reference(
         "axis_drivers", AxisDrivers, uses=("coil",),
         cases=({"period": 3},), real={"period": _PACE.period},
-        mistake=Mistake("direction => direction(1)", "direction => direction(0)", "axis_y"),
+        mistake=Mistake("y.direction", lambda _, at: at("x.direction")),
+        shows="axis_y",
         directed=tuple(({"step": n & 7, "direction": n >> 3}, 4) for n in range(64))),
     "order_control": Reference(
         "order_control", OrderControl, uses=("divider",),
         cases=({"period": 2}, {"period": 1}), real={"period": _PACE.period},
-        mistake=Mistake("unsigned(count) >= steps", "unsigned(count) > steps", "moves_ready"),
+        mistake=Mistake("reached", lambda _, at: at("count") > at("steps")),
+        shows="moves_ready",
         idle=("fault",), packed=_MOVES,
         directed=(({"moves_valid": 1, "moves_payload": _move(5, 3, 2)}, 3), ({"count": 1}, 2),
                   ({"count": 2}, 3), ({"moves_payload": _move(0, 7, 2)}, 4),
@@ -180,7 +173,8 @@ REFERENCES: dict[str, Reference] = {
         "automatic_control", AutomaticControl, uses=("order_control", "counter"),
         renamed={"select": "selector"}, packed=_MOVES,
         cases=({"period": 2},), real={"period": _PACE.period},
-        mistake=Mistake("direction => sense(2)", "direction => sense(1)", "at_z"), idle=("fault",),
+        mistake=Mistake("z.direction", lambda _, at: at("y.direction")),
+        shows="at_z", idle=("fault",),
         directed=tuple(held for n in range(4) for held in (
             ({"moves_valid": 1, "moves_payload": _move(7, 2 * n, 2), "select": n}, 2),
             ({"moves_valid": 0, "moved": 7}, 1), ({"moved": 0}, 1), ({"moved": 7}, 1),
@@ -188,7 +182,8 @@ REFERENCES: dict[str, Reference] = {
     "sequencer": Reference(
         "motion_sequencer", MotionSequencer,
         cases=({"z_travel": 2},), real={"z_travel": Z_TRAVEL}, packed=_ORDER,
-        mistake=Mistake("there > here", "there >= here + 2", "moves_payload"), idle=("fault",),
+        mistake=Mistake("ascending_x", lambda right, _: ~right),
+        shows="moves_payload", idle=("fault",),
         directed=(*_ordered(3, 3), *_ordered(5, 2), *_ordered(0, 4), *_ordered(), *_ordered(down=1),
                   *_ordered(up=1), *_ordered(up=1, down=1), ({"at_z": 0xFFFE}, 1),
                   *_ordered(5, 2), *_ordered(2, 2), *_ordered(0, 7), *_ordered(up=1),
@@ -196,19 +191,22 @@ REFERENCES: dict[str, Reference] = {
     "manual": Reference(
         "manual_control", ManualControl, uses=("divider",),
         cases=({"period": 2}, {"period": 1}),
-        mistake=Mistake("on_now(2) & on_now(0)", "on_now(2) & on_now(1)", "direction"),
+        mistake=Mistake("direction", lambda right, _: right & 0b011),
+        shows="direction",
         directed=(({"jog": 1, "enable": 1}, 4), ({"jog": 0}, 2),
                   *(({"jog": n}, 3) for n in range(64)), ({"enable": 0}, 2), ({"enable": 1}, 4))),
     "display": Reference(
         "seven_segment", SevenSegment, cases=({"scan_bits": 3},),
         real={"scan_bits": _PACE.scan_bits},
-        mistake=Mistake('"1011011" when number = x"2"', '"1011010" when number = x"2"', "segments"),
+        mistake=Mistake("shape", lambda right, at: Mux(at("nibble") == 2, right ^ 1, right)),
+        shows="segments",
         directed=(*(({"value": 0x0123 + 0x4444 * n, "enable": 1}, 40) for n in range(4)),
                   ({"enable": 0}, 40))),
     "monitor": Reference(
         "monitor", Monitor, uses=("display",), cases=({"scan_bits": 3},),
         real={"scan_bits": _PACE.scan_bits},
-        mistake=Mistake("axis_y when jogging(1)", "axis_z when jogging(1)", "leds"),
+        mistake=Mistake("leds", lambda right, at: Mux(at("jogging")[1], at("axis_z"), right)),
+        shows="leds",
         directed=tuple(({"axis_x": 6, "axis_y": 3, "axis_z": 9, "jogging": n & 7, "mode": n >> 3,
                          "count": 0x1234}, 33) for n in range(16))),
     "controller": Reference(
@@ -218,7 +216,8 @@ REFERENCES: dict[str, Reference] = {
         cases=({"period": 2, "z_travel": 2, "jog_period": 1},
                {"period": 1, "z_travel": 1, "jog_period": 3}),
         real={"period": _PACE.period, "z_travel": Z_TRAVEL, "jog_period": _PACE.jog_period},
-        mistake=Mistake("<= stop or stopped or", "<= stopped or", "axis_x"),
+        mistake=Mistake("hold", lambda _, at: at("stopped")),
+        shows="axis_x",
         directed=(*(({"jog": n}, 6) for n in range(64)), ({"jog": 0, "mode": 1}, 2),
                   *(held for order in (_order(3, 3), _order(0, 5), _order(down=1), _order(1, 5),
                                        _order(3, 4), _order(up=1), _order(up=1, down=1), _order())
@@ -232,6 +231,7 @@ REFERENCES: dict[str, Reference] = {
         cases=({"period": 2, "scan_bits": 3, "jog_period": 1, "z_travel": 2},),
         real={"period": _PACE.period, "scan_bits": _PACE.scan_bits,
               "jog_period": _PACE.jog_period, "z_travel": Z_TRAVEL},
-        mistake=Mistake("down & up & position_y", "up & down & position_y", "axis_z")),
+        mistake=Mistake("controller.order", lambda right, _: Cat(right[:32], right[33], right[32])),
+        shows="axis_z"),
 }
 """Entities by the name that `tb.contracts` gives the component."""

@@ -26,8 +26,9 @@ from ..contracts.proof import reach
 from ..engines import EngineError
 from ..engines.cache import call, folder, kept
 from ..engines.ghdl import STANDARD, GHDLEngine
+from ..mistake import Mistake
 from ..yosys import YOSYS
-from . import REFERENCES, Mistake, Reference
+from . import REFERENCES, Reference
 
 __all__ = ["MITERS", "Control", "Miter", "check", "synthesized"]
 
@@ -44,8 +45,7 @@ _NAME = re.compile(r"(  always @\*\n    \w+ = \w+_q; // \(isignal\)\n)  initial\
 _START = re.compile(r"^  initial\n    (\w+)", re.M)
 
 
-def synthesized(reference: Reference, parameters: Mapping[str, object],
-                mistake: Mistake | None = None) -> str:
+def synthesized(reference: Reference, parameters: Mapping[str, object]) -> str:
     """Return an entity as a module of RTLIL, ``reference``, whose signals are all outputs.
 
     Parameters
@@ -54,23 +54,15 @@ def synthesized(reference: Reference, parameters: Mapping[str, object],
         The entity.
     parameters : mapping of str to int or bool
         Its generics.
-    mistake : Mistake, optional
-        To plant first.
 
     Raises
     ------
     EngineError
-        If GHDL or Yosys do not take it, or the VHDL does not have the mistake's place once.
+        If GHDL or Yosys do not take it.
     """
     if reason := GHDLEngine.missing():
         raise EngineError(reason)
     files = {path.name: path.read_text(encoding="utf-8") for path in reference.files}
-    if mistake is not None:
-        name = f"{reference.entity}.vhd"
-        if (count := files[name].count(mistake.old)) != 1:
-            raise EngineError(f"{name} has {count} places that read {mistake.old!r}: a planted "
-                              "mistake needs one")
-        files[name] = files[name].replace(mistake.old, mistake.new)
     entity = reference.entity
     script = _SCRIPT.format(entity)
     generics = [f"-g{name}={str(value).lower()}" for name, value in parameters.items()]
@@ -101,6 +93,10 @@ class _Pair(Contract):
 
     def rtlil(self) -> str:
         return f"{super().rtlil()}\n{self._module}"
+
+    def plant(self, mistake: Mistake) -> None:
+        """Put a mistake into the gateware."""
+        mistake.plant(self._fragment)
 
     def there(self, inputs: Mapping[str, Bits]) -> dict[str, Any]:
         """Join the VHDL's module; return its outputs, registers among them."""
@@ -135,21 +131,23 @@ class Miter(Component):
                  *([Case(reference.real, real=True)] if reference.real else []))
         return cls(reference.component, _alike(reference, registers), cases, reference=reference)
 
-    def module(self, case: Case, *, mistaken: bool = False) -> str:
+    def module(self, case: Case) -> str:
         """Return the VHDL's module. Made before, it is there when `contract` holds others up."""
-        return synthesized(self.reference, case.parameters,
-                           self.reference.mistake if mistaken else None)
+        return synthesized(self.reference, case.parameters)
 
     def contract(self, case: Case, *, only: Collection[str] | None = None,
                  broken: bool = False) -> Contract:
-        """Set up a case; if it is `broken`, with the mistake in the VHDL."""
-        return _Pair(self.module(case, mistaken=broken), self.make(**case.parameters),
-                     self.describe, only=only, broken=broken)
+        """Set up a case; if it is `broken`, with the mistake in the gateware."""
+        contract = _Pair(self.module(case), self.make(**case.parameters),
+                         self.describe, only=only, broken=broken)
+        if broken:
+            contract.plant(self.reference.mistake)
+        return contract
 
 
 @dataclass(frozen=True)
 class Control:
-    """What became of the mistake in the VHDL.
+    """What became of the mistake.
 
     Attributes
     ----------
@@ -157,8 +155,8 @@ class Control:
         Where it was planted, and with which parameters.
     name : str
         The property that it must break.
-    old, new : str
-        The mistake.
+    signal : str
+        The path of the signal that the mistake changes.
     clock : int or None
         Clock in which the property broke; None if it did not, which is an error.
     seconds : float
@@ -168,8 +166,7 @@ class Control:
     component: str
     case: str
     name: str
-    old: str
-    new: str
+    signal: str
     clock: int | None
     seconds: float
 
@@ -190,11 +187,11 @@ def check(name: str, miter: Miter, folder: Path, lock: AbstractContextManager) -
     """
     began = time.monotonic()
     case, mistake = miter.cases[0], miter.reference.mistake
-    broken = f"same-{mistake.shows}"
+    broken = f"same-{miter.reference.shows}"
     with lock:
         contract = miter.contract(case, only=[broken], broken=True)
     clock = reach(contract, folder, miter.depth).get(broken)
-    return Control(name, str(case), broken, mistake.old, mistake.new, clock,
+    return Control(name, str(case), broken, mistake.path, clock,
                    time.monotonic() - began)
 
 

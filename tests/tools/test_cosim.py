@@ -252,21 +252,16 @@ class TestCommand:
 
     @pytest.mark.ghdl
     @needs("ghdl")
-    def test_mistake_in_the_vhdl(self, tmp_path, monkeypatch, capsys):
+    def test_mistake_that_the_vhdl_has_not(self, tmp_path, monkeypatch, capsys):
         """It is found, shrunk and drawn like any other."""
-        reference = REFERENCES["coil"]
-        wrong = tmp_path / "coil_driver.vhd"
-        wrong.write_text(reference.files[-1].read_text().replace(
-            reference.mistake.old, reference.mistake.new))
-        vhdl = dataclasses.replace(reference.described(reference.cases[0]), files=(wrong,))
-        machine = dataclasses.replace(duts()["coil"], design=lambda: dataclasses.replace(
-            boards.described("coil"), vhdl=vhdl))
+        mistake, design = REFERENCES["coil"].mistake, duts()["coil"].design
+        machine = dataclasses.replace(duts()["coil"], design=lambda: mistake.planted(design()))
         monkeypatch.setitem(duts(), "coil", machine)
         assert run("--machine", "coil", "--engines", "amaranth,ghdl", "--cycles", 2000, "--vcd",
                    tmp_path / "bug", "--shrink-seconds", 10) == 1
         said = capsys.readouterr().out
         assert "ghdl differs from amaranth at clock " in said
-        assert "shortest   ghdl differs from amaranth at clock 4: coils is 0xc, not 0x9" in said
+        assert re.search(r"shortest   ghdl differs from amaranth at clock \d: coils is ", said)
         for name in ("amaranth", "ghdl"):
             assert "coils" in (tmp_path / f"bug-{name}.vcd").read_text()
 

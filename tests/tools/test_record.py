@@ -324,7 +324,7 @@ class TestPage:
     def test_json_has_a_line_for_what_holds_nothing_that_holds_more(self):
         facts = {"a": {"b": 1, "c": [1, 2]}, "d": [], "e": [{"f": 1}, {"g": 2}]}
         assert json.loads(dump(facts)) == facts
-        assert len(dump(facts).splitlines()) == 10
+        assert len(dump(facts).splitlines()) == 11
 
     def test_long_lists_are_left_out(self):
         assert summary("mutants", {"all": {}, "mutants": {"coil": ["many"]}}) == {"all": {}}

@@ -7,14 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from amaranth import Fragment, Mux
 
 from tb import vhdl as table
 from tb.compare import Difference
 from tb.contracts.proof import Proof, missing
 from tb.cosim import Finding, Outcome, Tally
 from tb.engines.ghdl import GHDLEngine
+from tb.mistake import Mistake
 from tb.runners import duts
-from tb.vhdl import REFERENCES, Mistake
+from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS, Control
 from tools import vhdl
 
@@ -30,21 +32,24 @@ def run(*arguments: object) -> int:
 
 
 @pytest.fixture
-def mistaken(tmp_path, monkeypatch):
-    """Put mistakes into a copy of the VHDL, which takes the place of it."""
-    folder = tmp_path / "vhdl"
-    shutil.copytree(table.FOLDER, folder, ignore=shutil.ignore_patterns("__pycache__"))
-    monkeypatch.setattr(table, "FOLDER", folder)
-
+def mistaken(monkeypatch):
+    """Put a mistake into the gateware of a component."""
     def forget() -> None:
-        """Let designs be made anew: they know where their VHDL is."""
-        for machine in duts().values():
-            vars(machine).pop("shared", None)
+        for dut in duts().values():
+            vars(dut).pop("shared", None)
 
-    def plant(entity: str, old: str, new: str) -> None:
-        path = folder / f"{entity}.vhd"
-        assert path.read_text().count(old) == 1
-        path.write_text(path.read_text().replace(old, new))
+    def plant(name: str, mistake: Mistake) -> None:
+        component = REFERENCES[name].component
+
+        def wrong(**parameters):
+            dut = component(**parameters)
+            fragment = Fragment.get(dut.elaborate(None), None)
+            mistake.plant(fragment)
+            dut.elaborate = lambda platform: fragment
+            return dut
+
+        monkeypatch.setitem(REFERENCES, name, replace(REFERENCES[name], component=wrong))
+        monkeypatch.setitem(MITERS, name, replace(MITERS[name], make=wrong))
 
     forget()
     yield plant
@@ -81,7 +86,8 @@ class TestAlike:
 @needs_both
 class TestDifferent:
     def test_everywhere(self, mistaken, tmp_path, capsys):
-        mistaken("step_counter", "total <= total + 1", "total <= total + 3")
+        mistaken("counter", Mistake("count", lambda right, at: Mux(
+            right == (at("count") + 1)[:16], right + 2, right)))
         assert run("counter", "--cycles", 2000, "--traces", tmp_path / "traces") == 1
         said = capsys.readouterr().out
         assert "counter       1000 clocks DIFFER" in said  # a block, of which the rest is left
@@ -92,8 +98,8 @@ class TestDifferent:
 
     def test_only_where_no_stimulus_went(self, mistaken, tmp_path, capsys):
         """What chance never reaches is found by proof alone."""
-        mistaken("step_counter", "rst = '1' or clear = '1'",
-                 "rst = '1' or clear = '1' or (total = x\"B5A7\" and step = '0')")
+        mistaken("counter", Mistake("count", lambda right, at: Mux(
+            (right == 0xB5A7) & (at("count") == 0xB5A7), 0, right)))
         assert run("counter", "--cycles", 5000, "--traces", tmp_path) == 1
         said = capsys.readouterr().out
         assert "counter       5000 clocks alike" in said
@@ -101,7 +107,7 @@ class TestDifferent:
 
     def test_mistake_that_is_none(self, monkeypatch, capsys):
         reference = replace(REFERENCES["divider"], cases=({"period": 2},), real=None,
-                            mistake=Mistake("last and enable", "enable and last", "tick"))
+                            mistake=Mistake("count", lambda right, _: right))
         miter = replace(MITERS["divider"], reference=reference, cases=MITERS["divider"].cases[2:3])
         monkeypatch.setitem(MITERS, "divider", miter)
         assert run("divider", "--cycles", 2000) == 1
@@ -109,8 +115,10 @@ class TestDifferent:
         assert "mistake NOT FOUND" in said
         assert "2000 clocks alike" in said and "2 of 2 properties proved" in said
 
-    def test_vhdl_that_is_none(self, mistaken, capsys):
-        mistaken("monitor", "end architecture;", "end;;")
+    def test_vhdl_that_is_none(self, tmp_path, monkeypatch, capsys):
+        shutil.copytree(table.FOLDER, tmp_path / "vhdl")
+        (tmp_path / "vhdl" / "monitor.vhd").write_text("entity monitor is end;;")
+        monkeypatch.setattr(table, "FOLDER", tmp_path / "vhdl")
         assert run("monitor", "--cycles", 100) == 2
         error = capsys.readouterr().err
         assert "error: ghdl failed: " in error and "Traceback" not in error
@@ -120,7 +128,7 @@ class TestComparison:
     """Each of the three ways alone is enough to say that they are not the same."""
 
     proof = Proof("coil", "same-coils", "", "period=3", "proved", k=1)
-    control = Control("coil", "period=3", "same-coils", "a", "b", 4, 0.1)
+    control = Control("coil", "period=3", "same-coils", "black", 4, 0.1)
     seconds = {"in_step": 1.0, "proofs": 2.0, "controls": 0.5}
 
     def made(self, **parts) -> vhdl.Comparison:
