@@ -6,7 +6,7 @@ that concern one build of the machine take the keyword arguments of `make` for i
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from amaranth.lib import wiring
 from numpy.typing import NDArray
@@ -15,6 +15,10 @@ from .bench import Bench
 from .design import Design, Entity
 from .diagram import Diagram
 from .engines import Engine
+
+if TYPE_CHECKING:
+    from .faults.target import FaultTarget
+    from .fuzz import FuzzTarget
 
 __all__ = ["Coverage", "Machine", "Model", "Options"]
 
@@ -90,6 +94,10 @@ class Machine:
         What the page of timing diagrams shows of them.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
+    fuzz : callable, optional
+        Gives the `tb.fuzz.FuzzTarget` of its serial line.
+    faults : callable, optional
+        Gives its builds for fault injection, each a `tb.faults.target.FaultTarget`.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -107,6 +115,8 @@ class Machine:
     scenarios: Callable[[], Sequence[Bench]] | None = None
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
+    fuzz: "Callable[[], FuzzTarget] | None" = None
+    faults: "Callable[[], Sequence[FaultTarget]] | None" = None
     order: int = 100
 
     @property

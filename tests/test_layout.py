@@ -8,15 +8,42 @@ from pathlib import Path
 
 import pytest
 
+from tools.__main__ import commands
+
 ROOT = Path(__file__).parent.parent
 ROOMS = {  # what each may import beside the standard library and itself
     "hdl/fresa": {"amaranth"},
     "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
     "host/fresa_host": {"serial"},
-    "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
-    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa",
-              "fresa_boards", "fresa_host", "tb"},
+    "tb": {"amaranth", "numpy", "platformdirs", "vcd", "fresa", "fresa_boards"},
+    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "platformdirs", "pywellen", "tqdm", "vcd",
+              "fresa", "fresa_boards", "fresa_host", "tb"},
     "launcher": {"tools"},
+}
+
+LAYERS = {  # rooms of a package, from the bottom: each may import those of its line and before
+    "tb": {
+        "what runs": "design mistake models rtlil yosys",
+        "what runs it": "engines",
+        "what is at its pins": "pins plant uart waves",
+        "what is proved, and compared with VHDL": "contracts vhdl",
+        "boards, benches and stimulus, in general": "bench boards compare diagram milling stimulus",
+        "machines, each declared once": "machine machines fuzz scoreboard",
+        "what runs them all alike": "benches runners",
+        "checks of them all": "cosim coverage faults mutation netlist shrink",
+        "the command": "__main__",
+    },
+    "tools": {
+        "what commands share": "console",
+        "parts of commands": "campaign cut_picture job keyboard pace picture raster record_page "
+                             "synthesis web",
+        "checks": "bench cosim coverage faults fuzz mutate netlist prove record vhdl",
+        "pictures and waveforms": "image wave",
+        "what uses these": "diagrams send simulate",
+        "what is built of them": "board build machines serve",
+        "the panel, which serves its machine": "panel",
+        "the list": "__main__",
+    },
 }
 
 
@@ -37,6 +64,43 @@ def test_arrows_point_downwards(room):
     for path in (ROOT / room).rglob("*.py"):
         foreign = imports(path) - set(sys.stdlib_module_names) - {own}
         assert foreign <= ROOMS[room], path
+
+
+def rooms(package: str) -> dict[str, set[str]]:
+    """Return the modules and packages of a package, each with those of them that it imports."""
+    top = ROOT / package
+    found = {}
+    for path in top.rglob("*.py"):
+        parts = path.relative_to(top).with_suffix("").parts
+        used = found.setdefault(parts[0], set()) if parts != ("__init__",) else set()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                module = node.module.split(".") if node.module else []
+                outer = [package, *parts][:-node.level] if node.level else []
+                names = [*outer, *module]
+                if names[:1] == [package]:
+                    used.update(names[1:2] or (alias.name for alias in node.names))
+    return {name: (used & found.keys()) - {name} for name, used in found.items()}
+
+
+@pytest.mark.parametrize("package", LAYERS)
+def test_rooms_know_those_before_them(package):
+    found = rooms(package)
+    layers = [layer.split() for layer in LAYERS[package].values()]
+    assert sorted(found) == sorted(name for layer in layers for name in layer)
+    for number, layer in enumerate(layers):
+        known = {name for before in layers[:number + 1] for name in before}
+        for name in layer:
+            assert found[name] <= known, f"{package}/{name}"
+
+
+@pytest.mark.parametrize("package", LAYERS)
+def test_every_room_says_what_it_is(package):
+    for name in rooms(package):
+        path = ROOT / package / name
+        path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+        about = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+        assert about.endswith("."), path
 
 
 def test_platform_is_still_the_standard_library():
@@ -67,11 +131,24 @@ class TestReadme:
         assert commands[0].endswith("-m tools.build")
         assert commands[1].endswith("-m pytest -q")
 
-    def test_links_lead_somewhere(self):
-        for target in re.findall(r"\]\((?!https?:)([^)#]+)", self.text):
-            assert (ROOT / target).exists(), target
+    def test_the_first_screen_says_what_was_never_tried(self):
+        assert "not yet run on hardware" in "".join(self.text.splitlines(keepends=True)[:15])
 
-    def test_commands_exist(self):
-        for module in re.findall(r"python -m (tools(?:\.\w+)?|tb)\b", self.text):
-            path = ROOT / module.replace(".", "/")
-            assert path.with_suffix(".py").exists() or (path / "__main__.py").exists(), module
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *(ROOT / "docs").glob("*.md")],
+                         ids=lambda page: page.name)
+class TestPages:
+    def test_links_lead_somewhere(self, page):
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target).exists(), target
+
+    def test_commands_exist(self, page):
+        text = page.read_text(encoding="utf-8")
+        named = set(re.findall(r"python -m tools\.(\w+)", text))
+        named |= set(re.findall(r"(?:^|`)fresa (\w+)", text, re.M))
+        assert named - {"NAME"} <= commands().keys()
+
+
+def test_the_page_of_commands_has_them_all():
+    text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `fresa (\w+)", text, re.M)) == commands().keys()

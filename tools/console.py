@@ -17,6 +17,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
+import platformdirs
 from tqdm import tqdm
 
 __all__ = [
@@ -54,7 +55,7 @@ def spelt(text: str) -> str:
 
 
 class UserError(Exception):
-    """Something that the person at the keyboard can put right; its text says how in one line."""
+    """An error that the user can put right; its text, one line, is how."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -87,14 +88,14 @@ class Parser(argparse.ArgumentParser):
 
 
 def colour(text: str, code: int, stream: TextIO) -> str:
-    """Give `text` the colour `code` (31 is red) if `stream` is a terminal that wants colours."""
+    """Colour `text` by `code` (31 is red) if `stream` is a terminal that wants colours."""
     plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
     return text if plain or not stream.isatty() else f"\x1b[{code}m{text}\x1b[0m"
 
 
 def say(text: str) -> None:
     """Print to stdout. What its encoding lacks, such as odd bytes of a file name, is escaped."""
-    if sys.stdout is None:  # closed by whoever called
+    if sys.stdout is None:  # closed by the caller
         return
     encoding = sys.stdout.encoding or "utf-8"
     print(spelt(text).encode(encoding, "backslashreplace").decode(encoding))
@@ -128,7 +129,7 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
         except UserError as error:
             message, status = str(error), 2
         except BrokenPipeError:
-            # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
+            # The reader of our output has left. Python flushes stdout at exit: give it a sink.
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
             return 1
         except OSError as error:
@@ -162,7 +163,7 @@ def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
 @contextmanager
 def _cache() -> Iterator[None]:
     """Where no cache can be kept, keep one for this run: Yosys and compilers need a place."""
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir())
     try:
         home.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=home):
@@ -184,7 +185,7 @@ def _cache() -> Iterator[None]:
 
 
 def describe(error: OSError) -> str:
-    """Say what the system said, without number or traceback."""
+    """Return the message of the system, without number or traceback."""
     reason = error.strerror or str(error) or type(error).__name__
     return reason if error.filename is None else f"{error.filename}: {reason}"
 
@@ -259,7 +260,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
 
 @contextmanager
 def staged(path: Path) -> Iterator[Path]:
-    """Give a place beside `path` to write a large file to; it gets its name when all went well.
+    """Yield a place beside `path` to write a large file to; it gets its name when all went well.
 
     Raises
     ------
@@ -362,7 +363,7 @@ def whole(least: int, most: int | None = None) -> Callable[[str], int]:
 
 
 def known(name: str, names: Iterable[str], what: str) -> str:
-    """Give back a name if it is one of `names`.
+    """Return a name if it is one of `names`.
 
     Raises
     ------
@@ -378,7 +379,7 @@ def known(name: str, names: Iterable[str], what: str) -> str:
 
 
 def is_special(path: Path) -> bool:
-    """Say whether something is there that is neither a file nor a folder, such as a pipe."""
+    """Return whether something is there that is neither a file nor a folder, such as a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 
@@ -389,8 +390,8 @@ class Progress:
     """A bar on stderr for work that takes long, as a context manager.
 
     On a terminal the bar shows after half a second and is wiped out at the end. Elsewhere, in a log
-    for instance, there is no bar but a line after 2 s and another every 10 s. Work of which nothing
-    is counted as done for 2 s is named all the same.
+    for instance, there is no bar but a line after 2 s and another every 10 s, with the time left
+    from 10 s on. Work of which nothing is counted as done for 2 s is named all the same.
 
     Parameters
     ----------
@@ -419,7 +420,8 @@ class Progress:
         self._total, self._unit, self._label = total, unit, label
         self._clock = clock
         self._done = 0
-        self._next = clock() + 2
+        self._began = clock()
+        self._next = self._began + 2
         self._patience = threading.Timer(2, self._begun)
         self._patience.daemon = True
         self._bar = tqdm(
@@ -453,9 +455,13 @@ class Progress:
         self._patience.cancel()
         self._done += amount
         self._bar.update(amount)
-        if self._bar.disable and self._clock() >= self._next:
-            self._next = self._clock() + 10
+        now = self._clock()
+        if self._bar.disable and now >= self._next:
+            self._next = now + 10
             share = f"{self._done} of {self._total} {self._unit}"
+            left = (now - self._began) * (self._total / self._done - 1) if self._done else 0
+            if left >= 10:
+                share += f", {tqdm.format_interval(left)} left"
             print(f"{self._label}: {share}", file=self._stream, flush=True)
 
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from fresa.machines.mill import RESOLUTION, TOP_SPEED, step_period
-from tb.engines import ENGINES, EngineError, build_with_fallback
+from tb.engines import ENGINES, EngineError, build_with_fallback, why_slow
 from tb.milling import Cut, ready_to_mill, run_job
 
 from .console import (
@@ -34,8 +34,8 @@ ABOUT = """\
 Runs the gateware of the whole board on a picture, from the switches and buttons of the Nexys 2 to
 the coils of the motors, and draws what the tool cut beside what was asked.
 
-The simulation sets SW7 and presses BTN1, as a person would. Motors and tool are played by a plant
-that sees nothing but coil words; what it has cut must be the picture, pixel for pixel, or the exit
+The simulation sets SW7 and presses BTN1. Motors and tool are modelled by a plant that sees coil
+words alone; what it has cut must be the picture, pixel for pixel, or the exit
 status is 1. Only the time from step to step is shortened; the time that the job takes on the real
 machine is worked out from it.
 """
@@ -93,14 +93,14 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
                     prepared.pixels, kind, period=period, vcd=place, guard=guard))
             except EngineError as error:
                 raise UserError(str(error)) from error
-        if note is not None:
+        if note := note or why_slow(engine):
             warn(note)
         with run, Progress(prepared.count, "pixels", "milling") as progress:
             return run_job(run, prepared.pixels, period=period, progress=progress.advance)
 
 
 def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
-    """Say what came of a cut, in a few lines."""
+    """Describe a cut, in a few lines."""
     facts, plant = cut.facts(), cut.plant
     steps = plant.steps
     lines = [
@@ -125,7 +125,7 @@ def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.simulate", description=ABOUT, epilog=EPILOG)
     parser.add_argument("--image", metavar="FILE", type=Path, default=EXAMPLE,
                         help="picture to mill (default: examples/strawberry.png)")

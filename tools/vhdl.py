@@ -13,7 +13,7 @@ from typing import Any
 
 from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 from tb.cosim import Outcome, lockstep
-from tb.engines import EngineError, choose
+from tb.engines import EngineError, choose, why_slow
 from tb.engines.ghdl import GHDLEngine
 from tb.runners import close_all, duts, make_runners, stimuli
 from tb.vhdl import REFERENCES
@@ -27,6 +27,7 @@ from .console import (
     command,
     known,
     say,
+    warn,
     whole,
     write_atomically,
 )
@@ -248,7 +249,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
-                        help="leave waveforms of what is not proved there (default: build/vhdl)")
+                        help="leave waveforms of what is not proved there (default: build/vhdl of "
+                             "the checkout)")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
@@ -263,6 +265,8 @@ def main(argv: list[str] | None = None) -> int:
     for reason in (GHDLEngine.missing(), missing()):
         if reason:
             raise UserError(reason)
+    if note := why_slow():
+        warn(note)
 
     began = time.monotonic()
     try:

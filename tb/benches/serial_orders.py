@@ -81,7 +81,7 @@ def serial_orders(run: Run) -> str:
         text = bytearray(f":{checked(digits)}\r".encode())
         if damage is not None:
             text[damage] ^= 1
-        for level in encode(text, 16):
+        for level in encode(bytes(text), 16):
             ctx.set(dut.rx, level)
             await ctx.tick()
         await ctx.tick().repeat(6000)

@@ -1,12 +1,13 @@
-"""Anything at all on a serial line: what is sent, what may come of it, and whether it did.
+"""Fuzzing of serial lines: random bytes, what may come of them, and whether it did.
 
 What is right is said at the level of lines, from the descriptions of the machines: which line is
 legal, what each is answered, and where the motors may go. Nothing here runs a model clock by clock.
 """
 
 from .session import Outcome, fuzz, run_session, shortest
-from .targets import TARGETS, FuzzTarget
+from .target import FuzzTarget, targets
 from .times import Times, measure, spread
 
-__all__ = ["TARGETS", "FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session",
-           "shortest", "spread"]
+__all__ = ["FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session",
+           "shortest", "spread",
+           "targets"]

@@ -16,7 +16,7 @@ from fresa.motion import CoordinateGenerator
 from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.verilog import emit
 from fresa_boards.wiring import prepare
-from tb.models.mill import MillInputs, MillModel
+from tb.machines.mill.model import MillInputs, MillModel
 
 PERIOD, SCAN_BITS, Z_TRAVEL, CLOCKS = 2, 3, 3, 4000
 BITS = {"position_x": 16, "position_y": 16, "counter_select": 2, "jog": 6,

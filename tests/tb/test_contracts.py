@@ -58,7 +58,7 @@ WHOLE_MACHINE = {
         "hex_reader": ["good-is-right", "says-what-was-said"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
-    "an axis counts what leaves its pins, past its backlash, and no further than its switches": {
+    "a whole axis counts what leaves its pins, less its backlash, up to its switches": {
         "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks",
                  "within-the-backlash", "pulse", "setup", "hold", "spacing"]},
     "a line to the positioner is one order or one refusal; what is refused changes nothing": {

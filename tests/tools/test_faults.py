@@ -7,12 +7,13 @@ import re
 from dataclasses import replace
 
 import pytest
+from amaranth import Cat, Mux
 
-from fresa.motion import guard
-from tb.contracts.contract import Bug
-from tb.engines import source
 from tb.engines.build import missing
-from tb.faults import machines
+from tb.faults.target import FaultTarget
+from tb.machines import machines
+from tb.machines.mill import faults as mill
+from tb.mistake import Mistake
 from tools import build
 from tools.faults import __main__ as faults
 from tools.faults import inject
@@ -33,6 +34,11 @@ def run_json(path, *arguments: object) -> tuple[int, list[dict]]:
         for name in ("seconds", "flips_per_second"):
             machine.pop(name, None)
     return status, machines
+
+
+def declare(monkeypatch, *builds: FaultTarget) -> None:
+    """Have other builds of the mill."""
+    monkeypatch.setitem(machines(), "mill", replace(machines()["mill"], faults=lambda: builds))
 
 
 @compiled
@@ -64,20 +70,23 @@ class TestFlips:
 
     def test_guard_with_a_gap_is_found(self, tmp_path, monkeypatch, capsys):
         """A guard that compares no positions lets some through; the status says so."""
-        def with_gap(*, guard: bool):
-            with GAP.planted():
-                machine = machines.mill(guard=guard)
-                source.rtlil(machine.design)
-            return machine
-
-        monkeypatch.setitem(machines.MACHINES, "mill", with_gap)
+        guarded = mill.target(guard=True)
+        declare(monkeypatch, replace(guarded, design=GAP.planted(guarded.design)))
         status, (machine,) = run_json(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
         assert status == 1
         assert machine["silent"] > 10
         assert all(".main.automatic." in upset["register"] for upset in machine["silent_ones"])
 
 
-GAP = Bug(guard, "differ += [apart != before, here != there]", "differ += [apart != before]")
+def _gap(right, at):
+    """Let positions differ, as long as no motor steps."""
+    count = Cat(at(f"main.automatic.at_{axis}") != at(f"shadow.automatic.at_{axis}")
+                for axis in "xyz").any()
+    steps = Cat(at(f"apart_{axis}") != at(f"apart_{axis}_before") for axis in "xyz").any()
+    return Mux(count & ~steps, at("controller.fault"), right)
+
+
+GAP = Mistake("controller.fault", _gap)
 
 
 @compiled
@@ -92,10 +101,7 @@ class TestResets:
         assert capsys.readouterr().out.count("every coil word legal, none moved") == 2
 
     def test_mistake_ends_in_status_1(self, monkeypatch, capsys):
-        def forgets(*, guard: bool):
-            return replace(machines.mill(guard=guard), kept=("black", "orange", "rest"))
-
-        monkeypatch.setitem(machines.MACHINES, "mill", forgets)
+        declare(monkeypatch, replace(mill.target(guard=False), kept=("black", "orange", "rest")))
         assert run("resets", "--resets", 1500, "--no-guard") == 1
         assert "started is not as from power-up after a reset" in capsys.readouterr().out
 

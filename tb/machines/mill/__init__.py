@@ -60,11 +60,24 @@ def _scenarios():
     return [mill]
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
+def _faults():
+    from .faults import targets
+
+    return targets()
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes, mills a picture", make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
+    fuzz=_fuzz, faults=_faults,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "mill",

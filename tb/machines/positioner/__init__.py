@@ -40,6 +40,18 @@ def _scenarios():
     return [positioner]
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
+def _faults():
+    from .faults import targets
+
+    return targets()
+
+
 MACHINE = Machine(
     name="positioner", order=2, about="three axes of a micropositioner, on a serial line",
     make=Positioner,
@@ -49,6 +61,7 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    fuzz=_fuzz, faults=_faults,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "positioner",

@@ -5,9 +5,9 @@ import random
 import numpy as np
 from numpy.typing import NDArray
 
-from ...fuzz.positioner_lines import PROTOCOL
 from ...stimulus import BLOCK
 from ...uart import encode
+from .fuzz.lines import PROTOCOL
 
 __all__ = ["directed", "random_rows"]
 

@@ -42,6 +42,18 @@ def _scenarios():
     return [single]
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
+def _faults():
+    from .faults import targets
+
+    return targets()
+
+
 MACHINE = Machine(
     name="single", order=1, about="one motor on a serial line", make=Single,
     short={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"!\r\n",
@@ -52,6 +64,7 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    fuzz=_fuzz, faults=_faults,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "single",
