@@ -10,7 +10,6 @@ import pytest
 from amaranth import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
-from tb.mutation.lanes import Lanes
 
 from fresa.motion import StartHandshake
 from tb.bench import CheckFailed, bench
