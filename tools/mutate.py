@@ -50,7 +50,7 @@ that is proved, or a gap.
 
   benches     every bench of python -m tb runs beside all mutants of its component, and its own
               checks decide. The mill also runs beside its model, every output of every clock.
-  contract    broken: chance, or a formula, finds inputs that lead to a promise that is not kept.
+  contract    broken: chance, or a formula, finds inputs that lead to a property that does not hold.
               unproved: the mutant has none of that, but the induction of tools.prove fails.
   equivalent  induction over pairs of registers proves that no pin ever shows the mutant, for any
               inputs, and no upset of a state machine lets it show in 6 clocks. Not counted.
@@ -100,6 +100,8 @@ class Findings:
         The same, for Yosys.
     verdicts : dict of int to Verdict
         By the place in the list.
+    gone : list of str
+        Mutants that `tb.mutation.survivors` has a sentence about, and that there are not.
     """
 
     key: str
@@ -108,6 +110,7 @@ class Findings:
     mutants: list[str] = field(default_factory=list)
     commands: list[str] = field(default_factory=list)
     verdicts: dict[int, Verdict] = field(default_factory=dict)
+    gone: list[str] = field(default_factory=list)
 
     @property
     def complete(self) -> bool:
@@ -127,6 +130,12 @@ class Findings:
             counts["killed"] += verdict.killed
             counts["survive"] += not verdict.killed and not verdict.equivalent
         return counts
+
+    def outdated(self, name: str) -> list[str]:
+        """List mutants that are explained as survivors of a component, and are none."""
+        return [*self.gone, *(mutant for number, mutant in enumerate(self.mutants)
+                              if (name, mutant) in EXPLAINED
+                              and number in self.verdicts and number not in self.survivors)]
 
     @property
     def survivors(self) -> list[int]:
@@ -218,7 +227,8 @@ def _keep_or_begin(state: State, name: str, measured: Measure, count: int) -> in
     if found is None or found.key != measured.key or (
             known and abs(known - count) * 20 > count):
         state.findings[name] = Findings(measured.key, measured.mutants)
-        return count
+        known = 0
+    state.findings[name].gone = list(measured.gone)
     return known or count
 
 
@@ -342,6 +352,10 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
     for survivor in survivors:
         say(f"survives   {survivor['component']}: {survivor['mutant']}")
         say(f"           {survivor['explained'] or 'not explained yet'}")
+    outdated = {name: gone for name in names if (gone := state.findings[name].outdated(name))}
+    for name, gone in outdated.items():
+        for mutant in gone:
+            say(f"explained, but killed or gone   {name}: {mutant}")
     score = _figures(every)["score"]
     good = score >= args.least
     say(f"{'good' if good else 'BAD':10} {score:.2f} % of {every['mutants'] - every['equivalent']}"
@@ -351,6 +365,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
             "seed": args.seed, "seconds": round(seconds, 1), "least": args.least,
             "versions": versions(),
             "good": good, "all": _figures(every), "components": rows, "survivors": survivors,
+            "outdated": outdated,
             "mutants": {name: [{"mutant": mutant, **asdict(found.verdicts[number])}
                                for number, mutant in enumerate(found.mutants)]
                         for name in names if (found := state.findings[name])},

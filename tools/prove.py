@@ -13,6 +13,8 @@ from pathlib import Path
 
 from tb.contracts import COMPONENTS, Component
 from tb.contracts.proof import Proof, ProofError, missing, prove, versions
+from tb.mutation.kills import Kill, kills
+from tb.mutation.netlist import MutationError
 
 from .console import (
     Parser,
@@ -26,7 +28,7 @@ from .console import (
     write_atomically,
 )
 
-__all__ = ["main", "run_proofs"]
+__all__ = ["main", "run_mutants", "run_proofs"]
 
 TRACES = Path(__file__).parent.parent / "build" / "prove"
 
@@ -39,7 +41,9 @@ which shows that the premise can come about: a property whose premise never does
 Every component is proved with small parameters, which have the covers, and most with those of the
 board, too; docs/evidence.md names the others.
 
-The exit status is 1 if a property is not proved.
+The exit status is 1 if a property is not proved. With --mutants the netlist of each component is
+changed in small ways, each property has to be broken by one of these mutants, and the status is 1
+if one is not that is no lemma (which only an induction needs).
 """
 
 EPILOG = """\
@@ -52,6 +56,9 @@ examples:
 
   python -m tools.prove --list controller
       List the properties of the controller, without proving them.
+
+  python -m tools.prove --mutants coil
+      Find for each property of the coil driver a mutant that breaks it, and name it.
 
   python -m tools.prove --json proofs.json
       Keep what was proved, with which parameters, k, depth of the base case, covers and seconds,
@@ -97,6 +104,15 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
     return proofs
 
 
+def run_mutants(names: Iterable[str], jobs: int | None = None,
+                done: Callable[[list[Kill]], None] = lambda found: None) -> list[Kill]:
+    """Find mutants that break the properties of some components; see :func:`run_proofs`."""
+    def find(name: str, component: Component, _, folder: Path, lock) -> list[Kill]:
+        return kills(name, component, lock)
+
+    return _in_order([(find, name, COMPONENTS[name], None) for name in names], jobs, done)
+
+
 def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None]) -> list:
     """Do all of it on the cores; give the results in the order of the work."""
     lock = threading.Lock()
@@ -106,7 +122,7 @@ def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None])
         with tempfile.TemporaryDirectory() as folder:
             try:
                 return function(name, component, what, Path(folder), lock)
-            except ProofError as error:
+            except (ProofError, MutationError) as error:
                 raise UserError(f"the prover gave up on {name}: {error}") from error
 
     with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as pool:
@@ -122,8 +138,15 @@ def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None])
 
 @contextmanager
 def _progress(total: int, label: str) -> Iterator[Callable[[list], None]]:
-    with Progress(total, "cases", label) as progress:
+    with Progress(total, "cases" if label == "proving" else "components", label) as progress:
         yield lambda results: progress.advance()
+
+
+def kill_line(kill: Kill) -> str:
+    """Say which mutant breaks a property, in a line."""
+    found = (f"broken in clock {kill.clock} by {kill.mutant}" if kill.mutant
+             else "lemma" if kill.lemma else "NOT BROKEN")
+    return f"{kill.component:13} {kill.name:30} {kill.case:26} {found}"
 
 
 def line(proof: Proof) -> str:
@@ -141,6 +164,8 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     parser = Parser(prog="python -m tools.prove", description=ABOUT, epilog=EPILOG)
     parser.add_argument("components", metavar="COMPONENT", nargs="*", help="what to prove; all")
+    parser.add_argument("--mutants", "--controls", action="store_true",
+                        help="find a mutant that breaks each property, instead of proving")
     parser.add_argument("--list", action="store_true", help="list the properties, and stop")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the results there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
@@ -162,6 +187,14 @@ def main(argv: list[str] | None = None) -> int:
     check_output(args.json)
 
     began = time.monotonic()
+    if args.mutants:
+        with _progress(len(names), "breaking") as done:
+            found = run_mutants(names, args.jobs, done)
+        return _report(found, "mutants", map(kill_line, found), args.json,
+                       [bool(each.mutant) or each.lemma for each in found],
+                       "properties are broken by a mutant, or are lemmas",
+                       time.monotonic() - began)
+
     total = sum(len(COMPONENTS[name].cases) for name in names)
     with _progress(total, "proving") as done:
         proofs = run_proofs(names, args.traces, args.jobs, done)

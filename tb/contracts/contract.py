@@ -13,8 +13,6 @@ keeps all of them, and what makes it succeed is an invariant more, not a clock m
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from inspect import getsource
-from types import CodeType, ModuleType
 from typing import Any, TypeAlias
 
 from amaranth import ClockDomain, Const, Fragment, Module, Signal, Value
@@ -23,67 +21,10 @@ from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-__all__ = ["Bits", "Bug", "Case", "Component", "Contract", "Property", "State", "Unknown"]
+__all__ = ["Bits", "Case", "Component", "Contract", "Property", "State", "Unknown"]
 
 Bits: TypeAlias = Any
 """What Amaranth takes for a value; its arithmetic is more than annotations can follow."""
-
-@dataclass(frozen=True)
-class Bug:
-    """A mistake to plant: in the source of a module of the gateware, `old` reads `new`.
-
-    `old` must be there once. Only the code of functions can be changed.
-    """
-
-    module: ModuleType
-    old: str
-    new: str
-
-    @contextmanager
-    def planted(self) -> Iterator[None]:
-        """Elaborate with the mistake in place."""
-        source = getsource(self.module)
-        if source.count(self.old) != 1:
-            count = source.count(self.old)
-            raise ValueError(f"{self.module.__name__} has {count} places that read "
-                             f"{self.old!r}: a planted bug needs one")
-        path = str(self.module.__file__)
-        right = _functions(compile(source, path, "exec"))
-        wrong = _functions(compile(source.replace(self.old, self.new), path, "exec"))
-        changed = [name for name in right if _differ(right[name], wrong[name])]
-        if not changed:
-            raise ValueError(f"{self.new!r} is no mistake in {self.module.__name__}")
-        originals = {}
-        for name in changed:
-            function = self.module
-            for part in name.split("."):
-                function = getattr(function, part)
-            originals[function] = function.__code__
-        try:
-            for function, name in zip(originals, changed, strict=True):
-                function.__code__ = wrong[name]
-            yield
-        finally:
-            for function, code in originals.items():
-                function.__code__ = code
-
-
-def _functions(code: CodeType, prefix: str = "") -> dict[str, CodeType]:
-    """Return the code of every function of a module, and of its classes, by name."""
-    found = {}
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType) and constant.co_name.isidentifier():
-            name = f"{prefix}{constant.co_name}"
-            if constant.co_flags & 1:  # a function has fast locals, a class body has not
-                found[name] = constant
-            else:
-                found.update(_functions(constant, f"{name}."))
-    return found
-
-
-def _differ(a: CodeType, b: CodeType) -> bool:
-    return (a.co_code, a.co_names, a.co_consts, a.co_varnames) != (
-        b.co_code, b.co_names, b.co_consts, b.co_varnames)
 
 
 @dataclass(frozen=True)
@@ -193,10 +134,15 @@ class Contract:
         What resets the component.
     properties : dict of str to Property
         What is stated.
+    parts : bool
+        State as well what a part states by itself, where its own proof is enough: then a mutant
+        inside the part is seen as it is in the part by itself.
     kept : dict of str to Signal
         Registers of the contract itself, by name; of a part that keeps its own contract after
         the path, as in ``sequencer:under_way``.
     """
+
+    parts = False
 
     def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
                  only: Collection[str] | None = None, broken: bool = False) -> None:
@@ -219,11 +165,6 @@ class Contract:
                   if member.flow == In]
         return rtlil.convert(self.m, name="top",
                              ports=[self._clock.clk, self.rst, *inputs, *self._free])
-
-    @property
-    def is_upset(self) -> bool:
-        """Whether every register of the component begins with any value."""
-        return self._upset
 
     # What a property is made of
 

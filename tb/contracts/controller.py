@@ -46,15 +46,15 @@ def describe(c: Contract, dut: NumericalController) -> None:
 
 
 def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
-    """State of manual control and of the sequencer what their own contracts do.
+    """State of manual control and of the sequencer what their own contracts do, if `parts`.
 
     `path` leads to the controller. In manual mode the sequencer is held in reset.
     """
     prefix = f"{path}." if path else ""
+    if not c.parts:
+        return
     c.keeps(f"{prefix}manual", MANUAL)
     c.keeps(f"{prefix}sequencer", SEQUENCER, reset=c.rst | ~mode)
-    if c.is_upset:
-        return
     order = c.state(f"{prefix}automatic.orders.order_state")
     moves = c.part(f"{prefix}sequencer").moves
     c.invariant("under-way-by-order", "What moves was ordered.",

@@ -318,7 +318,8 @@ class _Context:
                    for path, _, value in dut.signature.flatten(dut)} | {"rst": rst}
         self._signals = list(members.values())  # kept, so that no other gets its identity
         for name, bits in netlist.inputs.items():
-            self._places[id(members[name])] = (True, len(self.inputs))
+            if name in members:  # the others are the contract's own, and stay 0
+                self._places[id(members[name])] = (True, len(self.inputs))
             self.inputs += [0] * len(bits)
         for name, bits in netlist.outputs.items():
             self._places[id(members[name])] = (False, len(watch))
@@ -327,7 +328,7 @@ class _Context:
         self._lead, self._runs = lead, self._simulation.every & ~1
         self.every, self.astray = self._simulation.every, 0
         # What an input is after power-up is what its signal says.
-        for name in netlist.inputs:
+        for name in netlist.inputs.keys() & members.keys():
             self.set(members[name], members[name].init)  # type: ignore[attr-defined]
         self._looked: tuple[list[int], list[int]] | None = None
 

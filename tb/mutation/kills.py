@@ -22,7 +22,7 @@ from ..contracts.proof import SMTBMC, environment, named, prepare
 from ..rtlil import canonical
 from .benches import bench_of, component_of, kind_of, run_bench
 from .judge import by_chance
-from .netlist import Mutable, Mutant, listed
+from .netlist import Mutable, Mutant, choose, listed
 
 __all__ = ["Kill", "kills"]
 
@@ -103,6 +103,8 @@ def _simulated(component: Component, case: Case | None, left: Collection[str],
     with lock:
         dut = component_of(bench) if bench else component.make(**(case or Case()).parameters)
         mutable = Mutable(component, dut)
+    if not mutable.mutants:
+        return {}
     netlist = mutable.netlist(mutable.choose(SIMULATED, SEED))
     netlist.assertions = [each for each in netlist.assertions if each.name in left]
     rows = run_bench(bench, netlist, []).stimulus if bench else []
@@ -124,7 +126,12 @@ def _solved(component: Component, case: Case | None, left: Collection[str],
         text = canonical(named(contract.rtlil()))
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        chosen = listed(text, folder, FORMULA, SEED)
+        every = listed(text, folder)
+        if not every:
+            return {}
+        # Most that is stated of a component is about its own cells, not about those of its parts.
+        own = [mutant for mutant in every if not mutant.path]
+        chosen = [*choose(own, FORMULA // 2, SEED), *choose(every, FORMULA // 2, SEED)]
         width = len(chosen).bit_length()
         applied = [f"{mutant.command} -ctrl mutant {width} {number}"
                    for number, mutant in enumerate(chosen, start=1)]

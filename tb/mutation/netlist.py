@@ -31,7 +31,8 @@ from ..contracts.proof import named
 from ..rtlil import canonical
 from ..yosys import YOSYS
 
-__all__ = ["Assertion", "Flop", "Gate", "Mutable", "Mutant", "MutationError", "Netlist", "listed"]
+__all__ = ["Assertion", "Flop", "Gate", "Mutable", "Mutant", "MutationError", "Netlist", "choose",
+           "listed"]
 
 _LIST = """\
 read_rtlil design.il
@@ -187,6 +188,8 @@ class Netlist:
 class _Whole(Contract):
     """Both kinds of properties, those about upset registers too."""
 
+    parts = True
+
     def __init__(self, dut: wiring.Component, describe) -> None:
         self.about_upsets: set[str] = set()
         self._machines: dict[str, State] = {}
@@ -265,7 +268,7 @@ class Mutable:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             self.mutants, self._inside = _list(self.text, folder)
-            self._base = (folder / "base.il").read_text()
+            self._base = (folder / "base.il").read_text() if self.mutants else self.text
 
     def part(self, path: str) -> Any:
         """Find a component inside; see :meth:`Contract.part`."""
@@ -273,7 +276,7 @@ class Mutable:
 
     def choose(self, count: int, seed: int) -> list[Mutant]:
         """Choose so many mutants by chance; all, if there are no more."""
-        return _choose(self.mutants, count, seed)
+        return choose(self.mutants, count, seed)
 
     def netlist(self, mutants: Sequence[Mutant]) -> Netlist:
         """Make the netlist with some mutants."""
@@ -287,8 +290,8 @@ class Mutable:
         return _read(module, self._inside, list(mutants), self._contract)
 
 
-def listed(text: str, folder: Path, count: int, seed: int) -> list[Mutant]:
-    """Choose mutants of a design, and leave it as ``base.il``, of which their commands are.
+def listed(text: str, folder: Path) -> list[Mutant]:
+    """List the mutants of a design, and leave it as ``base.il``, of which their commands are.
 
     Parameters
     ----------
@@ -296,21 +299,22 @@ def listed(text: str, folder: Path, count: int, seed: int) -> list[Mutant]:
         The design, in canonical form.
     folder : Path
         Empty folder.
-    count, seed : int
-        How many, and of the choice.
     """
-    return _choose(_list(text, folder)[0], count, seed)
+    return _list(text, folder)[0]
 
 
 def _list(text: str, folder: Path) -> tuple[list[Mutant], Mapping]:
     (folder / "design.il").write_text(text, encoding="utf-8")
+    if not re.search(r"^module \\top\.dut$", text, re.M):  # it has no cell with these parameters
+        return [], {}
     _run(folder, _LIST)
     modules = json.loads((folder / "base.json").read_text())["modules"]
     inside = next(module for name, module in modules.items() if name != "top")
     return _read_mutants((folder / "mutants.txt").read_text(), inside), inside
 
 
-def _choose(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
+def choose(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
+    """Choose so many mutants by chance; all, if there are no more."""
     # Yosys' own choice of some of them runs for ever where most of them are asked for.
     if count >= len(mutants):
         return mutants

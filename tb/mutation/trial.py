@@ -12,6 +12,7 @@ from ..rtlil import fingerprint
 from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model
 from .judge import Judge, Verdict, by_chance
 from .netlist import Mutable, Mutant, MutationError, Netlist
+from .survivors import EXPLAINED
 
 __all__ = ["Measure", "Trial", "begin", "judge", "measure", "with_a_bench"]
 
@@ -21,10 +22,21 @@ CHANCE, MODEL = 3000, 6000
 
 @dataclass(frozen=True)
 class Measure:
-    """How many mutants there are of a component, and a hash of all that their fate depends on."""
+    """What there is of a component.
+
+    Attributes
+    ----------
+    mutants : int
+        How many there are.
+    key : str
+        A hash of all that their fate depends on.
+    gone : tuple of str
+        Mutants that `survivors` has a sentence about, and that there are not.
+    """
 
     mutants: int
     key: str
+    gone: tuple[str, ...] = ()
 
 
 @dataclass
@@ -90,7 +102,9 @@ def measure(name: str) -> Measure:
         texts.append(run_bench(bench, netlist, []).key)
     if (model := _model(name, mutable)) is not None:
         texts.append(model_key(model, netlist, 0, MODEL))
-    return Measure(len(mutable.mutants), fingerprint(*texts))
+    names = set(map(str, mutable.mutants))
+    gone = (mutant for component, mutant in EXPLAINED if component == name and mutant not in names)
+    return Measure(len(mutable.mutants), fingerprint(*texts), tuple(gone))
 
 
 def _model(name: str, mutable: Mutable) -> MillModel | None:

