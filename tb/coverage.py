@@ -114,7 +114,7 @@ def _transitions(statements, register: Signal, codes) -> Iterator[Transition]:
 
 
 def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list[Reached]]:
-    """Set up a case that promises nothing and covers its state machine; say what is to be found."""
+    """Set up a case that states nothing and covers its state machine; say what is to be found."""
     machine = _machine(component, case)
     assert machine is not None
     points: list[Reached] = []

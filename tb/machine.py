@@ -1,3 +1,5 @@
+# amaranth: UnusedElaboratable=no
+
 """The declaration of a machine: all that commands and checks ask about it, in one value.
 
 Parts that are heavy to import, such as a model, are functions that import when they are called. All
@@ -6,7 +8,7 @@ that concern one build of the machine take the keyword arguments of `make` for i
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from amaranth.lib import wiring
 from numpy.typing import NDArray
@@ -15,6 +17,9 @@ from .bench import Bench
 from .design import Design, Entity
 from .diagram import Diagram
 from .engines import Engine
+
+if TYPE_CHECKING:
+    from .fuzz import FuzzTarget
 
 __all__ = ["Coverage", "Machine", "Model", "Option", "Options", "Serve"]
 
@@ -119,8 +124,8 @@ def _no_options(clock: int) -> Options:
     return {}
 
 
-def _no_figures(clock: int, made: Options) -> tuple[dict[str, Any], str]:
-    return {}, f"clock {clock / 1e6:g} MHz"
+def _values_alone(clock: int, made: Options, **values: Any) -> tuple[dict[str, Any], str]:
+    return values, f"clock {clock / 1e6:g} MHz"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -160,7 +165,7 @@ class Machine:
         Gives, of the values of `options`, the ports whose pins have the other level.
     figures : callable
         Gives, of a clock, what `real` gave and the values of `options`, what the report of a build
-        has of it, ready for JSON, and the same in a line.
+        has of it, ready for JSON, and the same in a line. Without it these are the values.
     serve : Serve, optional
         How it is served, if it has a serial line.
     scenarios : callable, optional
@@ -169,6 +174,8 @@ class Machine:
         What the page of timing diagrams shows of them.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
+    fuzz : callable, optional
+        Gives the `tb.fuzz.FuzzTarget` of its serial line.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -186,11 +193,12 @@ class Machine:
     options: Sequence[Option] = ()
     real: Callable[..., Options] = _no_options
     inverted: Callable[..., Sequence[str]] | None = None
-    figures: Callable[..., tuple[dict[str, Any], str]] = _no_figures
+    figures: Callable[..., tuple[dict[str, Any], str]] = _values_alone
     serve: Serve | None = None
     scenarios: Callable[[], Sequence[Bench]] | None = None
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
+    fuzz: "Callable[[], FuzzTarget] | None" = None
     order: int = 100
 
     @property

@@ -1,15 +1,22 @@
-"""Scoreboard: every output of every clock of a machine is compared with that of its model."""
+"""Runners beside the test of a machine.
+
+The scoreboard compares every output in every clock with that of its model; the monitor decodes its
+serial output.
+"""
 
 from collections.abc import Callable, Coroutine
 from dataclasses import fields
+from itertools import count
 from typing import Any
 
+from amaranth import Value
 from amaranth.lib import wiring
 
 from .bench import Run
 from .machine import Model
+from .uart import Decoder
 
-__all__ = ["scoreboard", "ticks"]
+__all__ = ["monitor", "scoreboard", "ticks"]
 
 
 def scoreboard(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Coroutine]:
@@ -21,7 +28,7 @@ def scoreboard(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any],
     Raises
     ------
     CheckFailed
-        While it plays, if an output is not that of the model.
+        While it runs, if an output is not that of the model.
     """
     async def compare(ctx) -> None:
         pins = model.Inputs()
@@ -35,6 +42,38 @@ def scoreboard(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any],
             await ctx.tick()
 
     return compare
+
+
+def monitor(run: Run, line: Value, period: int, received: bytearray
+            ) -> Callable[[Any], Coroutine]:
+    """Return a runner that appends the bytes on a serial output to `received`.
+
+    Each is there a clock after the middle of its stop bit.
+
+    Parameters
+    ----------
+    run : Run
+        The run of the bench.
+    line : Value
+        The output.
+    period : int
+        Clocks of a bit.
+    received : bytearray
+        Where the bytes go.
+
+    Raises
+    ------
+    CheckFailed
+        While it runs, at a framing error.
+    """
+    async def decoded(ctx) -> None:
+        decoder = Decoder(period)
+        for clock in count():
+            received.extend(decoder.feed(clock, ctx.get(line)))
+            run.expect("framing errors", decoder.errors, 0)
+            await ctx.tick()
+
+    return decoded
 
 
 async def ticks(ctx, count: int) -> None:

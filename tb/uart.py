@@ -1,45 +1,171 @@
-"""A serial line at the pins of a design: bytes in and out, while the engine runs by the thousand.
+"""Serial lines, 8N1: bytes to levels, and levels or change times to bytes.
 
-The line changes only where bits do. So the engine is asked to run from one change to the next, and
-what comes back is read from the times at which the output changed.
+A line changes only where bits do. So an engine is asked to run from one change to the next, and
+what it sends is decoded from the times at which its output changed.
 """
 
+from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import groupby
+from typing import NamedTuple
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .engines import Engine
 from .models.protocol import bits
 
-__all__ = ["Listener", "SerialLine", "shown", "typed"]
+__all__ = ["FRAME", "BitTimingError", "DecodedByte", "Decoder", "Levels", "SerialLine", "Text",
+           "decode", "decode_output", "encode", "high", "levels"]
 
-#: Bits of a byte on the line, 8N1: start, eight, stop.
+Levels = NDArray[np.uint8]
+
+#: Bits of a byte on the line: start, eight, stop.
 FRAME = 10
 
+_WORDS = np.array([bits(byte) for byte in range(256)], np.uint8)
+#: Majority of three samples of each bit: levels as a number of ten bytes, and the bits of that.
+_FRAMES = {int.from_bytes(bytes(word >> n & 1 for n in range(FRAME)), "little"): word
+           for word in range(1 << FRAME)}
 
-def typed(text: bytes, bit: int) -> list[int]:
-    """Return the levels of a line on which `text` is sent, `bit` clocks a bit."""
-    return [level for byte in text for each in bits(byte) for level in [each] * bit]
+
+class BitTimingError(Exception):
+    """A level of an output does not last for whole bits of a byte.
+
+    Attributes
+    ----------
+    clock : int
+        Start of that byte.
+    """
+
+    def __init__(self, clock: int) -> None:
+        super().__init__("what is sent is no byte: a bit is not as long as it should be")
+        self.clock = clock
 
 
-def shown(line: Sequence[int] | NDArray, bit: int) -> bytes:
-    """Read what is sent on an undisturbed line; a byte that is cut off at its end is left out."""
-    found, clock = bytearray(), 0
-    while clock + 9 * bit + bit // 2 < len(line):
-        if line[clock]:
-            clock += 1
+class DecodedByte(NamedTuple):
+    """A byte received.
+
+    Attributes
+    ----------
+    clock : int
+        With which it is complete.
+    byte : int
+        Its value.
+    error : bool
+        Framing error: its stop bit is low.
+    broken : int
+        The clock with which the line, low from this byte on, is a break; -1 if it is none.
+    """
+
+    clock: int
+    byte: int
+    error: bool
+    broken: int = -1
+
+
+class Text:
+    """Bytes from an output.
+
+    Attributes
+    ----------
+    text : bytes
+        All of them.
+    starts : list of int
+        The clock in which each begins.
+    """
+
+    def __init__(self, text: bytes, starts: list[int]) -> None:
+        self.text, self.starts = text, starts
+
+    def before(self, clock: int) -> int:
+        """Count the bytes that begin before a clock."""
+        return bisect_left(self.starts, clock)
+
+
+def levels(data: bytes, period: int) -> Levels:
+    """Encode bytes, one after the other without a gap, `period` clocks a bit."""
+    return _WORDS[np.frombuffer(data, np.uint8)].reshape(-1).repeat(period)
+
+
+def encode(data: bytes, period: int) -> list[int]:
+    """Encode bytes as :func:`levels`, as a list."""
+    return levels(data, period).tolist()
+
+
+def high(clocks: int) -> Levels:
+    """Return an idle line."""
+    return np.ones(clocks, np.uint8)
+
+
+def decode(line: Levels, period: int) -> Iterator[DecodedByte]:
+    """Decode any levels as a receiver with noise rejection does.
+
+    It samples each bit three times about its middle, counted from the edge of the start bit, a
+    sixteenth of a bit apart, and takes the majority. A start bit that is high is dropped. After a
+    framing error, and at first, the line must have been high for longer than a disturbance.
+    Until then it is a break at once if that byte is 0, and else when it has been low for the time
+    of a byte more.
+    """
+    row, spread = line.tobytes(), period // 16
+    middle, idle = period // 2, b"\1" * (2 * spread + 1)
+
+    def settled(clock: int) -> int:
+        found = row.find(idle, clock)
+        return found + len(idle) if found >= 0 else len(row)
+
+    def broken(begin: int, end: int) -> int:
+        low = row.count(b"\0", begin, end) >= FRAME * period
+        return begin + int(np.flatnonzero(line[begin:end] == 0)[FRAME * period - 1]) if low else -1
+
+    clock = settled(0)
+    while (start := row.find(b"\0", clock)) >= 0:
+        decided = start + middle + spread
+        end = decided + 9 * period
+        if end >= len(row):
+            return
+        a, b, c = (int.from_bytes(row[start + middle + offset:end + 1:period], "little")
+                   for offset in (-spread, 0, spread))
+        word = _FRAMES[a & b | a & c | b & c]
+        if word & 1:
+            clock = decided + 1
             continue
-        middles = [line[clock + place * bit + bit // 2] for place in range(10)]
-        assert (middles[0], middles[9]) == (0, 1), f"no byte at clock {clock}"
-        found.append(sum(int(level) << place for place, level in enumerate(middles[1:9])))
-        clock += 9 * bit + bit // 2
-    return bytes(found)
+        byte, clock = word >> 1 & 0xFF, end + 1
+        if word >> 9:
+            yield DecodedByte(end, byte, False)
+            continue
+        clock = settled(end + 1)
+        yield DecodedByte(end, byte, True, broken(end + 1, clock) if byte else end)
 
 
-class Listener:
-    """Reads bytes, 8N1, from the times at which a line changes. It is high at first.
+def decode_output(line: ArrayLike, period: int) -> Text:
+    """Decode an output, each bit of which must last exactly `period` clocks.
+
+    A byte that is cut off at the end is left out.
+
+    Raises
+    ------
+    BitTimingError
+        If there is anything else on the line.
+    """
+    row = np.asarray(line, np.uint8).tobytes()
+    text, starts, clock = bytearray(), [], 0
+    while (start := row.find(b"\0", clock)) >= 0 and start + FRAME * period <= len(row):
+        clock = start + FRAME * period
+        word = _FRAMES[int.from_bytes(row[start + period // 2:clock:period], "little")]
+        byte = bytes([word >> 1 & 0xFF])
+        if row[start:clock] != levels(byte, period).tobytes():
+            raise BitTimingError(start)
+        text += byte
+        starts.append(start)
+    return Text(bytes(text), starts)
+
+
+class Decoder:
+    """Decodes bytes from the times at which a line changes, by a sample in the middle of each bit.
+
+    The line is high at first.
 
     Parameters
     ----------
@@ -49,36 +175,36 @@ class Listener:
     Attributes
     ----------
     errors : int
-        Bytes that had no stop bit. They are left out.
+        Framing errors so far. Bytes that have one are left out.
     """
 
     def __init__(self, period: int) -> None:
         self._period = period
         self._level = 1
-        self._began: int | None = None
+        self._start: int | None = None
         self._bits: list[int] = []
         self.errors = 0
 
-    def hear(self, clock: int, level: int) -> bytes:
-        """Note what the line is from a clock on; give the byte that is complete by then, if any.
+    def feed(self, clock: int, level: int) -> bytes:
+        """Take the level of the line from a clock on; return bytes completed before it.
 
         The same level as before only says that time has passed.
         """
-        heard = b"".join(self._until(clock))
-        if self._began is None and self._level and not level:
-            self._began = clock
+        received = b"".join(self._until(clock))
+        if self._start is None and self._level and not level:
+            self._start = clock
         self._level = level
-        return heard
+        return received
 
     def _until(self, clock: int) -> Iterator[bytes]:
-        """Look into the middle of each bit before a clock."""
-        while self._began is not None:
-            if self._began + len(self._bits) * self._period + self._period // 2 >= clock:
+        """Sample each bit that has its middle before a clock."""
+        while self._start is not None:
+            if self._start + len(self._bits) * self._period + self._period // 2 >= clock:
                 return
             self._bits.append(self._level)
             if len(self._bits) == FRAME:
                 start, *word, stop = self._bits
-                self._began, self._bits = None, []
+                self._start, self._bits = None, []
                 if stop and not start:
                     yield bytes([sum(bit << n for n, bit in enumerate(word))])
                 else:
@@ -103,7 +229,7 @@ class SerialLine:
         self._waiting: deque[int] = deque()
         # Of the byte under way, and for how long. First it rests, so that the first byte is seen.
         self._levels = deque([(1, FRAME * period)])
-        self._listener = Listener(period)
+        self._decoder = Decoder(period)
         engine.set(**{rx: 1})
 
     @property
@@ -113,8 +239,8 @@ class SerialLine:
 
     @property
     def errors(self) -> int:
-        """Bytes from the design that had no stop bit."""
-        return self._listener.errors
+        """Framing errors in what the design has sent."""
+        return self._decoder.errors
 
     def send(self, data: bytes) -> None:
         """Send bytes, when those before are sent."""
@@ -128,11 +254,11 @@ class SerialLine:
         self._levels = deque([(0, 2 * FRAME * self._period), (1, FRAME * self._period)])
 
     def run(self, clocks: int) -> bytes:
-        """Run so many clocks; give the bytes that the design has sent meanwhile.
+        """Run so many clocks; return the bytes that the design has sent meanwhile.
 
-        A byte is there with the middle of its stop bit.
+        A byte is complete with the middle of its stop bit.
         """
-        engine, heard = self._engine, []
+        engine, received = self._engine, []
         end = engine.clock + clocks
         while engine.clock < end:
             level, left = self._next_level(end - engine.clock)
@@ -140,14 +266,14 @@ class SerialLine:
             span = min(left, end - engine.clock)
             changes = engine.run(span, [self._tx])
             for clock, seen in zip(changes.clock, changes[self._tx], strict=True):
-                heard.append(self._listener.hear(int(clock), int(seen)))
+                received.append(self._decoder.feed(int(clock), int(seen)))
             if self._levels:
                 self._levels[0] = level, left - span
-        heard.append(self._listener.hear(end, engine.get(self._tx)))
-        return b"".join(heard)
+        received.append(self._decoder.feed(end, engine.get(self._tx)))
+        return b"".join(received)
 
     def _next_level(self, idle: int) -> tuple[int, int]:
-        """Give the level of the line now, and for how many clocks; `idle` if nothing waits."""
+        """Return the level of the line now, and for how many clocks; `idle` if nothing waits."""
         while self._levels and not self._levels[0][1]:
             self._levels.popleft()
         if not self._levels and self._waiting:

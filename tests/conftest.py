@@ -4,10 +4,15 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+import platformdirs
 import pytest
+
+from tb.engines import CXXRTLEngine
 
 ASKED_FOR = ("proof", "long")
 """Marks of tests that take a minute or more, and run only if ``-m`` names them."""
+
+NO_COMPILER = CXXRTLEngine.missing()
 
 
 def pytest_runtest_setup(item):
@@ -17,17 +22,33 @@ def pytest_runtest_setup(item):
             pytest.skip(f"takes a minute: pytest -m {mark}")
 
 
+def pytest_report_header():
+    """Tell before the tests that they will take longer."""
+    if NO_COMPILER is not None:
+        return f"the fast engine is missing: {NO_COMPILER}; what can, runs on the slow one"
+    return None
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Tell what a missing compiler leaves out, and what brings it back."""
+    left_out = sum("C++ compiler" in str(report.longrepr)
+                   for report in terminalreporter.stats.get("skipped", []))
+    if NO_COMPILER is not None and left_out:
+        terminalreporter.write_line(
+            f"no C++ compiler: {left_out} tests left out; pip install -e '.[fast]'")
+
 
 @pytest.fixture(scope="module")
 def libraries(tmp_path_factory):
-    """Keep what is built out of the user's cache, but leave both Yosys theirs: they take long."""
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    """Keep what is built out of the user's cache, but share what the tools make of themselves."""
+    user = Path(os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir())
     own = tmp_path_factory.getbasetemp()
     own = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"  # for all workers
-    (user / "wasmtime").mkdir(parents=True, exist_ok=True)
     own.mkdir(exist_ok=True)
-    with suppress(FileExistsError):
-        (own / "wasmtime").symlink_to(user / "wasmtime")
+    for name in ("wasmtime", "zig"):  # what Yosys and the compiler from pip keep for themselves
+        (user / name).mkdir(parents=True, exist_ok=True)
+        with suppress(FileExistsError):
+            (own / name).symlink_to(user / name)
     with pytest.MonkeyPatch.context() as patch:
         if "YOWASP_CACHE_DIR" not in os.environ:
             patch.setenv("YOWASP_CACHE_DIR", str(user / "YoWASP"))

@@ -8,14 +8,16 @@ from pathlib import Path
 
 import pytest
 
+from tools.__main__ import commands
+
 ROOT = Path(__file__).parent.parent
 ROOMS = {  # what each may import beside the standard library and itself
     "hdl/fresa": {"amaranth"},
     "platform/fresa_boards": {"amaranth", "amaranth_boards", "fresa"},
     "host/fresa_host": {"serial"},
-    "tb": {"amaranth", "numpy", "vcd", "fresa", "fresa_boards"},
-    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "pywellen", "tqdm", "vcd", "fresa",
-              "fresa_boards", "fresa_host", "tb"},
+    "tb": {"amaranth", "numpy", "platformdirs", "vcd", "fresa", "fresa_boards"},
+    "tools": {"aiohttp", "amaranth", "numpy", "PIL", "platformdirs", "pywellen", "tqdm", "vcd",
+              "fresa", "fresa_boards", "fresa_host", "tb"},
     "launcher": {"tools"},
 }
 
@@ -67,11 +69,24 @@ class TestReadme:
         assert commands[0].endswith("-m tools.build")
         assert commands[1].endswith("-m pytest -q")
 
-    def test_links_lead_somewhere(self):
-        for target in re.findall(r"\]\((?!https?:)([^)#]+)", self.text):
-            assert (ROOT / target).exists(), target
+    def test_the_first_screen_says_what_was_never_tried(self):
+        assert "not yet run on hardware" in "".join(self.text.splitlines(keepends=True)[:15])
 
-    def test_commands_exist(self):
-        for module in re.findall(r"python -m (tools(?:\.\w+)?|tb)\b", self.text):
-            path = ROOT / module.replace(".", "/")
-            assert path.with_suffix(".py").exists() or (path / "__main__.py").exists(), module
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *(ROOT / "docs").glob("*.md")],
+                         ids=lambda page: page.name)
+class TestPages:
+    def test_links_lead_somewhere(self, page):
+        for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target).exists(), target
+
+    def test_commands_exist(self, page):
+        text = page.read_text(encoding="utf-8")
+        named = set(re.findall(r"python -m tools\.(\w+)", text))
+        named |= set(re.findall(r"(?:^|`)fresa (\w+)", text, re.M))
+        assert named - {"NAME"} <= commands().keys()
+
+
+def test_the_page_of_commands_has_them_all():
+    text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `fresa (\w+)", text, re.M)) == commands().keys()

@@ -17,6 +17,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
+import platformdirs
 from tqdm import tqdm
 
 __all__ = [
@@ -162,7 +163,7 @@ def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
 @contextmanager
 def _cache() -> Iterator[None]:
     """Where no cache can be kept, keep one for this run: Yosys and compilers need a place."""
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir())
     try:
         home.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=home):
@@ -389,8 +390,8 @@ class Progress:
     """A bar on stderr for work that takes long, as a context manager.
 
     On a terminal the bar shows after half a second and is wiped out at the end. Elsewhere, in a log
-    for instance, there is no bar but a line after 2 s and another every 10 s. Work of which nothing
-    is counted as done for 2 s is named all the same.
+    for instance, there is no bar but a line after 2 s and another every 10 s, with the time left
+    from 10 s on. Work of which nothing is counted as done for 2 s is named all the same.
 
     Parameters
     ----------
@@ -419,7 +420,8 @@ class Progress:
         self._total, self._unit, self._label = total, unit, label
         self._clock = clock
         self._done = 0
-        self._next = clock() + 2
+        self._began = clock()
+        self._next = self._began + 2
         self._patience = threading.Timer(2, self._begun)
         self._patience.daemon = True
         self._bar = tqdm(
@@ -453,9 +455,13 @@ class Progress:
         self._patience.cancel()
         self._done += amount
         self._bar.update(amount)
-        if self._bar.disable and self._clock() >= self._next:
-            self._next = self._clock() + 10
+        now = self._clock()
+        if self._bar.disable and now >= self._next:
+            self._next = now + 10
             share = f"{self._done} of {self._total} {self._unit}"
+            left = (now - self._began) * (self._total / self._done - 1) if self._done else 0
+            if left >= 10:
+                share += f", {tqdm.format_interval(left)} left"
             print(f"{self._label}: {share}", file=self._stream, flush=True)
 
 

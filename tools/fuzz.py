@@ -1,13 +1,13 @@
-"""Send anything at all over a serial line, and look at the answers and the motors."""
+"""Fuzz a serial line, and check the answers and the motors."""
 
 import argparse
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from textwrap import fill
 
 from tb.engines import CXXRTLEngine
 from tb.fuzz import (
-    TARGETS,
     FuzzTarget,
     Outcome,
     Times,
@@ -16,7 +16,9 @@ from tb.fuzz import (
     run_session,
     shortest,
     spread,
+    targets,
 )
+from tb.machines import machines
 
 from .console import (
     Parser,
@@ -34,24 +36,20 @@ from .console import (
 __all__ = ["main"]
 
 ABOUT = """\
-Sends to a machine what no one should: lines good, changed and too long, random bytes, bytes without
-a stop bit, breaks, also such as begin inside a byte, glitches, noise, and floods of lines. What
-comes of it is held against what the description of the machine says of lines, with no model of the
-gateware in between:
+Fuzzes the serial line of a machine: good lines, mutated lines and lines that are too long, random
+bytes, bytes without a stop bit, breaks (some begin inside a byte), glitches, noise, and floods of
+lines. The results are checked against what the description of the machine says of lines, with no
+model of the gateware in between:
 
   each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
-  each step lies on a way that a legal line asked for, and comes when the rate says, to the clock
-  all steps that were asked for are made; the position told is that of the steps at the pins, less
-  those that take up play
-  a switch, pressed at any time, lets no step out towards it, ends the movement that it blocks, and
-  is told of, and heard, once
+  each step lies on a path that a legal line asked for, and comes when the rate says, to the clock
+  all steps that were asked for are made; a reported position is that of the steps at the pins, less
+  those that take up backlash
+  a switch, pressed at any time, lets no step out towards it, and ends the movement that it blocks,
+  which is reported, and sounds, once
   whatever was sent, at the end of each session the machine answers and moves as ever
 
-Every other session of single is with a ramp, and every other of positioner with play in two axes,
-and their limit switches at other ends. The rate of each step is then that of its place on the ramp.
-
-positioner is flooded with lines of all kinds, and obeys each; how many answers wait, and which of
-them give way to one OVERFLOW, is looked at, too. In a flood of the others bytes may be lost.
+{machines}
 
 Then step times are measured at the pins, for many rates, each on every motor, all motors at once,
 while the line is flooded: how much later one step is than another, each compared with its exact
@@ -59,18 +57,18 @@ time. Where each comes in the first clock that is not too early this is under a 
 is left beyond that rounding.
 """
 
-EPILOG = f"""\
-machines: {", ".join(TARGETS)}
+EPILOG = """\
+machines: {names}
 
 examples:
   python -m tools.fuzz
       100 000 bytes into each line, and 60 rates: some minutes.
 
-  python -m tools.fuzz single --bytes 1000000 --seed 7
+  python -m tools.fuzz {example} --bytes 1000000 --seed 7
       A million into one, others than those of the first run.
 
-  python -m tools.fuzz positioner --bytes 0 --rates 1500
-      Only step times, of every rate there is.
+  python -m tools.fuzz {example} --bytes 0 --rates 1500
+      Only step times, of 1500 rates.
 
 Each session has some 20 000 bytes and begins at power-up. If one finds something, as much of it is
 left out as can be; what is left is printed, and written as bytes (PREFIX-MACHINE.bin) and as a
@@ -85,8 +83,15 @@ _BANDS = (1, 10, 100, 1000, 10_000, 100_000)
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.fuzz", description=ABOUT, epilog=EPILOG)
-    parser.add_argument("machines", metavar="MACHINE", nargs="*", help="which (default: all)")
+    known_targets = targets()
+    about = "\n".join(
+        fill(target.about, 100, initial_indent=f"  {name:12}", subsequent_indent=" " * 14)
+        for name, target in known_targets.items() if target.about)
+    example = next((name for name, target in known_targets.items() if target.rates), "MACHINE")
+    parser = Parser(prog="python -m tools.fuzz", description=ABOUT.format(machines=about),
+                    epilog=EPILOG.format(names=", ".join(known_targets), example=example),
+                    machines=True)
+    parser.add_argument("names", metavar="MACHINE", nargs="*", help="which (default: all)")
     parser.add_argument("--bytes", metavar="N", type=whole(0, 10**9), default=100_000,
                         help="bytes to send to each (default: %(default)s)")
     parser.add_argument("--rates", metavar="N", type=whole(0, 10**6), default=60,
@@ -101,15 +106,15 @@ def main(argv: list[str] | None = None) -> int:
                         help="time to make it shorter (default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     args = parser.parse_args(argv)
-    targets = [TARGETS[known(name, TARGETS, "machine")]
-               for name in dict.fromkeys(args.machines or TARGETS)]
+    chosen = [_target(name, known_targets)
+              for name in dict.fromkeys(args.names or known_targets)]
     check_output(args.json)
     if not Path(args.save).parent.is_dir():
         raise UserError(f"cannot write {args.save}-MACHINE.vcd: its folder does not exist")
     if reason := CXXRTLEngine.missing():
         raise UserError(reason)
     facts = {"seed": args.seed, "machines": []}
-    for target in targets:
+    for target in chosen:
         own = {"name": target.name, **_fuzz(target, args)}
         if args.rates and target.rates and own["good"]:
             own["times"] = _times(target, args)
@@ -119,6 +124,12 @@ def main(argv: list[str] | None = None) -> int:
         write_files_atomically({args.json: (json.dumps(facts, indent=2) + "\n").encode()})
         say(f"wrote      {args.json}")
     return 0 if all(own["good"] for own in facts["machines"]) else 1
+
+
+def _target(name: str, known_targets: Mapping[str, FuzzTarget]) -> FuzzTarget:
+    if name in machines() and name not in known_targets:
+        raise UserError(f"{name} has no serial line that is fuzzed")
+    return known_targets[known(name, known_targets, "machine")]
 
 
 def _fuzz(target: FuzzTarget, args: argparse.Namespace) -> dict:

@@ -1,4 +1,4 @@
-"""Prove what every component promises, for every input and for ever."""
+"""Prove the properties of every component, for every input and for ever."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from tb.contracts import COMPONENTS, Component
-from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove, versions
+from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 
 from .console import (
     Parser,
@@ -26,20 +26,19 @@ from .console import (
     write_atomically,
 )
 
-__all__ = ["main", "run_controls", "run_proofs"]
+__all__ = ["main", "run_proofs"]
 
 TRACES = Path(__file__).parent.parent / "build" / "prove"
 
 ABOUT = """\
-Proves the contracts in tb/contracts: what each component promises, for every sequence of inputs,
-for unbounded time, with reset in any clock. A proof has a base case, from power-up, and an
-induction over k clocks from any state that keeps all promises. Beside each proof stands a cover,
-which shows that the premise can come about: a promise whose premise never does is vacuous.
+Proves the contracts in tb/contracts: the properties of each component, for every sequence of
+inputs, for unbounded time, with reset in any clock. A proof has a base case, from power-up, and an
+induction over k clocks from any state that keeps all properties. Beside each proof stands a cover,
+which shows that the premise can come about: a property whose premise never does is vacuous.
 
 Every component is proved with small parameters, which have the covers, and with those of the board.
 
-The exit status is 1 if a promise is not proved. With --controls every promise is broken on purpose,
-and the status is 1 if one of these mistakes in the gateware is not found.
+The exit status is 1 if a property is not proved.
 """
 
 EPILOG = """\
@@ -51,11 +50,7 @@ examples:
       Prove two components.
 
   python -m tools.prove --list controller
-      Say what the controller promises, without proving it.
-
-  python -m tools.prove --controls coil
-      Plant every mistake there is for the coil driver; each must be found. All mistakes of all
-      components take some minutes.
+      List the properties of the controller, without proving them.
 
   python -m tools.prove --json proofs.json
       Keep what was proved, with which parameters, k, depth of the base case, covers and seconds,
@@ -65,7 +60,7 @@ verdicts:
   proved        base case and induction hold
   FAILED        broken in the clock named, from power-up; the waveform is kept
   not proved    induction finds a way to break it; the waveform starts from a state that may never
-                come about: what is missing is a promise about that
+                come about: what is missing is a property about that
   vacuous       no input leads to its premise in the clocks looked at
 
 It needs z3 and Yosys: pip install -e '.[prove]'
@@ -101,18 +96,6 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
     return proofs
 
 
-def run_controls(names: Iterable[str], jobs: int | None = None,
-                 done: Callable[[list[Control]], None] = lambda controls: None) -> list[Control]:
-    """Plant every bug of some components; see :func:`run_proofs`."""
-    def plant(name: str, component: Component, control, folder: Path, lock) -> list[Control]:
-        bug, promises, cases = control
-        return check(name, component, bug, promises, cases, folder, lock)
-
-    work = [(plant, name, COMPONENTS[name], control)
-            for name in names for control in COMPONENTS[name].controls()]
-    return _in_order(work, jobs, done)
-
-
 def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None]) -> list:
     """Do all of it on the cores; give the results in the order of the work."""
     lock = threading.Lock()
@@ -138,12 +121,12 @@ def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None])
 
 @contextmanager
 def _progress(total: int, label: str) -> Iterator[Callable[[list], None]]:
-    with Progress(total, "cases" if label == "proving" else "mistakes", label) as progress:
+    with Progress(total, "cases", label) as progress:
         yield lambda results: progress.advance()
 
 
 def line(proof: Proof) -> str:
-    """Say what became of a promise, in a line."""
+    """Say what became of a property, in a line."""
     k = "-" if proof.k is None else proof.k
     text = (f"{proof.component:13} {proof.name:30} {proof.case:26} k={k} "
             f"base {proof.base:5.1f} s  induction {proof.induction:5.1f} s  {proof.verdict}")
@@ -152,21 +135,12 @@ def line(proof: Proof) -> str:
     return f"{text}, see {proof.trace}" if proof.trace else text
 
 
-def control_line(control: Control) -> str:
-    """Say what became of a planted bug, in a line."""
-    found = "NOT FOUND" if control.clock is None else f"found in clock {control.clock}"
-    old, new = (" ".join(text.split()) for text in (control.old, control.new))
-    return f"{control.component:13} {control.name:30} {control.case:26} {found}: {old} -> {new}"
-
-
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     parser = Parser(prog="python -m tools.prove", description=ABOUT, epilog=EPILOG)
     parser.add_argument("components", metavar="COMPONENT", nargs="*", help="what to prove; all")
-    parser.add_argument("--controls", action="store_true",
-                        help="plant mistakes, each of which must be found, instead of proving")
-    parser.add_argument("--list", action="store_true", help="say what is promised, and stop")
+    parser.add_argument("--list", action="store_true", help="list the properties, and stop")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the results there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
                         help="leave waveforms of failures there (default: build/prove)")
@@ -178,29 +152,22 @@ def main(argv: list[str] | None = None) -> int:
              for name in dict.fromkeys(args.components)] or list(COMPONENTS)
     if args.list:
         for name in names:
-            for promise in COMPONENTS[name].promises().values():
-                say(f"{name:13} {promise.name:30} {promise.says}")
+            for each in COMPONENTS[name].properties().values():
+                say(f"{name:13} {each.name:30} {each.description}")
         return 0
     if lacking := missing():
         raise UserError(lacking)
     check_output(args.json)
 
     began = time.monotonic()
-    if args.controls:
-        total = sum(len(COMPONENTS[name].controls()) for name in names)
-        with _progress(total, "planting") as done:
-            controls = run_controls(names, args.jobs, done)
-        return _report(controls, "controls", map(control_line, controls), args.json,
-                       [c.clock is not None for c in controls], "planted bugs found",
-                       time.monotonic() - began)
-
     total = sum(len(COMPONENTS[name].cases) for name in names)
     with _progress(total, "proving") as done:
         proofs = run_proofs(names, args.traces, args.jobs, done)
-    promises = {(proof.component, proof.name) for proof in proofs}
+    properties = {(proof.component, proof.name) for proof in proofs}
     return _report(proofs, "proofs", map(line, proofs), args.json,
                    [p.verdict == "proved" for p in proofs],
-                   f"proofs of {len(promises)} promises hold for ever", time.monotonic() - began)
+                   f"proofs of {len(properties)} properties hold for ever",
+                   time.monotonic() - began)
 
 
 def _report(results: list, kind: str, lines: Iterable[str], path: Path | None, good: list[bool],
@@ -213,7 +180,7 @@ def _report(results: list, kind: str, lines: Iterable[str], path: Path | None, g
             "versions": versions(),
             "seconds": round(seconds, 1),
             "components": len({result.component for result in results}),
-            "promises": len({(result.component, result.name) for result in results}),
+            "properties": len({(result.component, result.name) for result in results}),
             "total": len(good),
             "good": sum(good),
             kind: [asdict(result) for result in results],

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from fresa.machines.mill import RESOLUTION, TOP_SPEED, step_period
-from tb.engines import ENGINES, EngineError, build_with_fallback
+from tb.engines import ENGINES, EngineError, build_with_fallback, why_slow
 from tb.milling import Cut, ready_to_mill, run_job
 
 from .console import (
@@ -93,7 +93,7 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
                     prepared.pixels, kind, period=period, vcd=place, guard=guard))
             except EngineError as error:
                 raise UserError(str(error)) from error
-        if note is not None:
+        if note := note or why_slow(engine):
             warn(note)
         with run, Progress(prepared.count, "pixels", "milling") as progress:
             return run_job(run, prepared.pixels, period=period, progress=progress.advance)

@@ -11,13 +11,13 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tb.contracts.proof import Control, Proof, ProofError, check, missing, prove, versions
+from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 from tb.cosim import Outcome, lockstep
-from tb.engines import EngineError, choose
+from tb.engines import EngineError, choose, why_slow
 from tb.engines.ghdl import GHDLEngine
 from tb.runners import close_all, duts, make_runners, stimuli
 from tb.vhdl import REFERENCES
-from tb.vhdl.miter import MITERS
+from tb.vhdl.miter import MITERS, Control, check
 
 from .console import (
     Parser,
@@ -27,6 +27,7 @@ from .console import (
     command,
     known,
     say,
+    warn,
     whole,
     write_atomically,
 )
@@ -156,11 +157,9 @@ def run(names: Iterable[str], *, cycles: int, seed: int, jobs: int | None = None
 
     def plant(one: Comparison) -> tuple[str, Any]:
         miter = MITERS[one.name]
-        miter.module(miter.cases[0], miter.bug)
+        miter.module(miter.cases[0], mistaken=True)
         with tempfile.TemporaryDirectory() as folder:
-            return "controls", check(one.name, miter, miter.bug,
-                                     [f"same-{miter.reference.mistake.shows}"], miter.cases[:1],
-                                     Path(folder), lock)
+            return "controls", [check(one.name, miter, Path(folder), lock)]
 
     def timed(one: Comparison, do: Callable, *arguments: object) -> None:
         began = time.monotonic()
@@ -265,6 +264,8 @@ def main(argv: list[str] | None = None) -> int:
     for reason in (GHDLEngine.missing(), missing()):
         if reason:
             raise UserError(reason)
+    if note := why_slow():
+        warn(note)
 
     began = time.monotonic()
     try:

@@ -1,21 +1,26 @@
 """`positioner`: three axes of a micropositioner behind a serial line, from Python."""
 
 import math
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Self
+from functools import partial
+from typing import Self, TypeVar
 
 from . import positioner_lines as lines
-from .errors import LineLost, PositionError, Refused, TimedOut
-from .heard import SETTLED, reached
+from .driver import Driver
+from .errors import LineLost, TimedOut
 from .place import Place
 from .port import Port
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
-from .positioner_talk import TRIES, PositionerTalk
-from .positioner_way import Ways
+from .positioner_session import PositionerSession
+from .positioner_state import Message
+from .session import Operation
 
 __all__ = ["Positioner"]
+
+T = TypeVar("T")
 
 #: Point that `move_to` uses for itself.
 SCRATCH = 7
@@ -69,15 +74,26 @@ class Positioner:
     def __init__(self, port: str | Port, *, timeout: float = 2.0, top_speed: int = FASTEST,
                  reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout, self._top_speed = timeout, top_speed
-        self._points: dict[int, Steps] = {}
-        self._talk = PositionerTalk(port, timeout, reported)
-        self._call, self._heard, self._link = self._talk.call, self._talk.heard, self._talk.link
+        self._reported = reported or (lambda steps: None)
+        self._call = threading.RLock()  # held by one call: what is refused meanwhile is of that
+        port = Port(port) if isinstance(port, str) else port
+        self._session = PositionerSession(name=port.name, baud=port.baud, can_break=port.can_break,
+                                          timeout=timeout)
+        self._driver = Driver(port, self._session, self._heard)
+
+    def _heard(self, message: Message) -> None:
+        if isinstance(message, Steps):
+            self._reported(message)
+
+    def _run(self, begin: Callable[[PositionerSession, float], Operation[T]]) -> T:
+        with self._call:
+            return self._driver.run(begin)
 
     # The port
 
     def close(self) -> None:
         """Let go of the port. What moves goes on: `stop` first."""
-        self._link.close()
+        self._driver.close()
 
     def __enter__(self) -> Self:
         return self
@@ -86,8 +102,8 @@ class Positioner:
         try:
             if kind is not None:
                 with suppress(LineLost):
-                    self._link.halt()
-                    time.sleep(20 * len(lines.stop()) / self._link.baud)  # until it is on the line
+                    self._driver.do(PositionerSession.halt)
+                    time.sleep(max(0.0, self._session.sent_at - time.monotonic()))
         finally:
             self.close()
 
@@ -96,54 +112,22 @@ class Positioner:
     def connect(self) -> Place:
         """Give the motors power, and wait for the first report; give the place."""
         with self._call:
-            self._heard.aim(None)
-            seen = self._heard.reports
-            self._heard.refusals.clear()
-            self._talk.connected = True
-            try:
-                self._report_after(seen)
-            except Refused:  # what somebody had typed before was taken for a part of the line
-                self._report_after(seen)
+            self._run(PositionerSession.connect)
             return self.position
-
-    def _report_after(self, seen: int) -> None:
-        self._talk.send(b"CONNECT\n")
-        if not self._heard.wait_for_reports(seen + 1, self._timeout):
-            self._talk.connected = False
-            raise TimedOut(f"no machine reports at {self._link.name}: is it on?")
 
     def disconnect(self) -> None:
         """Take the power from the motors. The machine ends all movement, and reports no more."""
-        with self._call, self._talk.standing_if_refused():
-            connected, self._talk.connected = self._talk.connected, False
-            self._heard.aim(None)
-            try:
-                for _ in range(TRIES):
-                    seen = self._heard.reports
-                    self._talk.do(b"DISCONNECT\n")
-                    if self._heard.reports < seen + SETTLED:  # one may have been on its way
-                        return
-            except Refused:
-                self._talk.connected = connected
-                raise
-            self._talk.connected = connected
-            raise TimedOut(f"the machine at {self._link.name} reports as if it were still "
-                           "connected: nobody knows whether it has power")
+        self._run(PositionerSession.disconnect)
 
     @property
     def connected(self) -> bool:
         """Whether `connect` was called, and `disconnect` was not."""
-        return self._talk.connected
+        return self._session.connected
 
     @property
     def steps(self) -> Steps:
         """The place that was reported last, in steps; while connected it is a moment old."""
-        steps, age = self._heard.last()
-        if steps is None or not self._talk.connected:
-            raise TimedOut("the machine reports only while it is connected")
-        if age > self._timeout:
-            raise TimedOut(f"the machine has not reported for {age:.1f} s: is it on?")
-        return steps
+        return self._driver.do(PositionerSession.place)
 
     @property
     def position(self) -> Place:
@@ -153,7 +137,7 @@ class Positioner:
     @property
     def limits(self) -> frozenset[str]:
         """Axes whose movement a limit switch has ended since `jog` or `move_to` moved them."""
-        return self._heard.limits
+        return self._session.limits
 
     def velocity(self, axis: str, um_per_second: float) -> float:
         """Set the speed of an axis, also while it moves; give the speed that it has then.
@@ -166,27 +150,23 @@ class Positioner:
         if not math.isfinite(um_per_second):
             raise ValueError(f"speed must be a number of um/s, not {um_per_second}")
         rate = round(um_per_second * STEPS_PER_UM)
-        self._talk.do(lines.speed(axis, rate, self._top_speed))
+        order = lines.speed(axis, rate, self._top_speed)
+        self._run(lambda session, now: session.command(order, now))
         return rate / STEPS_PER_UM
 
     def jog(self, axis: str, way: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
-        self._talk.jog(axis, lines.jog(axis, way))
+        self._driver.do(lambda session, now: session.jog(axis, way, now))
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""
-        self._talk.stop(AXES if axis is None else (axis,))
+        axes = AXES if axis is None else (axis,)
+        self._driver.do(lambda session, now: session.stop(axes, now))
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
-        self._store(point, Place(x, y, z).steps)
-
-    def _store(self, point: int, steps: Steps) -> None:
-        order = lines.store(point, steps)
-        with self._call:
-            self._points.pop(point, None)  # while nobody knows which it is
-            self._talk.do(order)
-            self._points[point] = steps
+        steps = Place(x, y, z).steps
+        self._run(lambda session, now: session.store(point, steps, now))
 
     def go_to(self, point: int) -> None:
         """Go to a point; do not `wait` until it is reached.
@@ -196,11 +176,7 @@ class Positioner:
         ValueError
             If it was not stored by this object, which would not know where it is.
         """
-        with self._call:
-            if point not in self._points:
-                raise ValueError(f"point {point!r} has not been stored: store it first")
-            self._talk.begin()
-            self._talk.go(lines.go_to(point), self._points[point])
+        self._run(lambda session, now: session.go_to(point, now))
 
     def move_to(self, x: float, y: float, z: float) -> None:
         """Go to a place in um, all axes at once; do not `wait` until they are there."""
@@ -213,12 +189,7 @@ class Positioner:
         self._go_anywhere(Steps(*(a + b for a, b in zip(here, way, strict=True))))
 
     def _go_anywhere(self, there: Steps) -> None:
-        with self._call:
-            self._talk.begin()
-            self._heard.forgive(*AXES)
-            with self._talk.standing_if_refused(True):
-                self._store(SCRATCH, there)  # or it would go to the old point if that is refused
-            self._talk.go(lines.go_to(SCRATCH), there)
+        self._run(lambda session, now: session.move_to(SCRATCH, there, now))
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
@@ -229,9 +200,7 @@ class Positioner:
         self._rename(lines.place(Place(x, y, z).steps))
 
     def _rename(self, order: bytes) -> None:
-        with self._call, self._talk.standing_if_refused():
-            self._heard.aim(None)
-            self._talk.do(order)
+        self._run(lambda session, now: session.rename(order, now))
 
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
@@ -255,35 +224,18 @@ class Positioner:
             which one that takes up much play slowly does, too. Then all axes are stopped.
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
-        ways = Ways(())
         while True:
-            with self._call:  # what is refused then is another call's
-                with self._talk.standing_if_refused():
-                    self._heard.complain()
-                target, seen, steps = self._heard.target, self._heard.reports, self.steps
-                if target is None or reached(steps, target):
-                    self._heard.aim(None)
-                    return Place.of(steps)
-                there = Place.of(Steps(*(at if to is None else to
-                                         for at, to in zip(steps, target, strict=True))))
-                ways = ways if ways.target == target else Ways(target)
-                ways.hear(steps)
-                if ways.lead_away:
-                    self._talk.stand()
-                    raise PositionError(f"it did not go to {there}, and was stopped at "
-                                        f"{self.position}: "
-                                 "the line may be disturbed")
-                if ways.stand:
-                    self._talk.stand()
-                    raise PositionError(f"it stands at {Place.of(steps)}, not at {there}: the "
-                                        f"line may be "
-                                 "disturbed")
+            progress = self._run(PositionerSession.progress)
+            if progress.arrived:
+                return progress.place
             left = end - time.monotonic()
             if left <= 0:
-                raise TimedOut(f"after {timeout:g} s it is at {Place.of(steps)}, not at {there}")
-            self._heard.wait(target, seen, min(left, self._timeout))
+                raise TimedOut(f"after {timeout:g} s it is at {progress.place}, not at "
+                               f"{progress.there}")
+            self._driver.wait(partial(self._session.changed_since, progress),
+                              min(left, self._timeout))
 
     def check(self) -> None:
         """Raise what the machine has complained of since the last call."""
         with self._call:
-            self._heard.complain()
+            self._driver.do(lambda session, now: session.raise_pending())

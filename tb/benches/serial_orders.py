@@ -5,7 +5,8 @@ from fresa.motion import OrderLedger, Outcome, RequestKind
 
 from ..bench import Run, bench
 from ..models.orders import checked
-from ..models.protocol import bits
+from ..scoreboard import monitor
+from ..uart import encode
 
 
 @bench
@@ -74,33 +75,18 @@ def order_ledger(run: Run) -> str:
 def serial_orders(run: Run) -> str:
     """Lines over a serial line to orders, and an answer to each."""
     dut = SerialOrders(period=16)
-    answers = []
-
-    async def listen(ctx):
-        line = bytearray()
-        while True:
-            while ctx.get(dut.tx):
-                await ctx.tick()
-            await ctx.tick().repeat(24)
-            byte = 0
-            for number in range(8):
-                byte |= ctx.get(dut.tx) << number
-                await ctx.tick().repeat(16)
-            line.append(byte)
-            if byte == ord("\n"):
-                answers.append(line.decode()[:23])
-                line.clear()
+    received = bytearray()
 
     async def ask(ctx, digits, answer, *, damage=None):
         text = bytearray(f":{checked(digits)}\r".encode())
         if damage is not None:
             text[damage] ^= 1
-        for byte in text:
-            for level in bits(byte):
-                ctx.set(dut.rx, level)
-                await ctx.tick().repeat(16)
+        for level in encode(bytes(text), 16):
+            ctx.set(dut.rx, level)
+            await ctx.tick()
         await ctx.tick().repeat(6000)
-        run.expect("answer", answers[-1:], [f"={answer}"])
+        last = [line[:23] for line in bytes(received).splitlines()[-1:]]
+        run.expect("answer", last, [f"={answer}".encode()])
 
     async def test(ctx):
         ctx.set(dut.rx, 1)
@@ -118,7 +104,7 @@ def serial_orders(run: Run) -> str:
         run.see(ctx, dut.orders, valid=0)
         await ask(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
         run.expect("tool", ctx.get(dut.orders.p.up), 1)
-        run.expect("answers", len(answers), 4)
+        run.expect("answers", received.count(b"\n"), 4)
 
-    run.simulate(dut, test, listen, deadline=80_000)
+    run.simulate(dut, test, monitor(run, dut.tx, 16, received), deadline=80_000)
     return "a session opened, order 1 taken, order 2 taken once its line came undamaged"

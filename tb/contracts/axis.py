@@ -3,10 +3,9 @@
 from amaranth import Mux, signed
 
 from fresa.drive import StepDirDriver
-from fresa.drive import rate as rate_module
-from fresa.motion import Axis, axis
+from fresa.motion import Axis
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 from .rate import watch_spaced
 from .step_dir import watch_driver
 
@@ -19,40 +18,30 @@ def describe(c: Contract, dut: Axis) -> None:
     moved, up = dut.moved, dut.target > dut.position
     towards = Mux(up, dut.high, dut.low)
     rises = dut.step_pin & ~c.past(dut.step_pin)
-    c.always("counts-what-leaves", "STEP rises in the clock after a step is made, and at no other "
-             "time.", rises == c.past(moved), seen=rises,
-             bug=Bug(axis, "self.moved.eq(driver.moved)", "self.moved.eq(driver.step)"))
-    c.holds("asked-by-a-target", "A step is made only on the way to a target: with `run`, in no "
-            "load, and not there.", when=moved, then=dut.run & ~dut.load & ~dut.there,
-            bug=(Bug(axis, "move.run.eq(self.run)", "move.run.eq(1)"),
-                 Bug(axis, "move.load.eq(self.load)", "move.load.eq(0)")))
-    c.holds("there", "It is there where the position is the target.",
-            when=dut.position == dut.target, then=dut.there & ~moved,
-            bug=Bug(axis, "move.position == self.target", "move.position == self.place"))
-    c.holds("the-way-it-goes", "STEP rises with DIR as the target was, seen from the position.",
-            when=rises, then=dut.direction_pin == c.past(up),
-            bug=Bug(axis, "driver.direction.eq(move.direction)", "driver.direction.eq(self.high)"))
-    c.holds("powered", "STEP rises only with ENABLE, where it was asked for.", when=rises,
-            then=dut.enable_pin & c.past(dut.enable),
-            bug=Bug(axis, "driver.enable.eq(self.enable)", "driver.enable.eq(1)"))
-    c.holds("a-switch-blocks", "No step is made towards a switch that is pressed.",
-            when=towards & dut.run, then=~moved,
-            bug=(Bug(axis, "limits.low.eq(self.low)", "limits.low.eq(0)"),
-                 Bug(axis, "limits.direction.eq(move.direction)", "limits.direction.eq(1)"),
-                 Bug(axis, "driver.step.eq(limits.allowed)", "driver.step.eq(limits.step)")))
-    c.holds("says-what-blocks", "Where a switch blocks no step is made; where one is made none "
-            "does.", when=dut.blocked | moved, then=~(dut.blocked & moved) & (rate.due | ~moved),
-            bug=Bug(axis, "limits.step & ~limits.allowed", "limits.step"))
-    c.holds("blocked-in-time", "A step that a pressed switch blocks is told of when it is due.",
-            when=dut.run & ~dut.load & ~dut.there & rate.due & towards, then=dut.blocked,
-            bug=Bug(axis, "limits.step.eq(move.step & rate.due)",
-                    "limits.step.eq(move.step & rate.due & self.enable)"))
+    c.invariant("counts-what-leaves", "STEP rises in the clock after a step is made, and at no "
+                "other time.", rises == c.past(moved), cover=rises)
+    c.implication("asked-by-a-target", "A step is made only on the way to a target: with `run`, "
+                  "in no load, and not there.", when=moved, then=dut.run & ~dut.load & ~dut.there)
+    c.implication("there", "It is there where the position is the target.",
+                  when=dut.position == dut.target, then=dut.there & ~moved)
+    c.implication("the-way-it-goes", "STEP rises with DIR as the target was, seen from the "
+                  "position.", when=rises, then=dut.direction_pin == c.past(up))
+    c.implication("powered", "STEP rises only with ENABLE, where it was asked for.", when=rises,
+                  then=dut.enable_pin & c.past(dut.enable))
+    c.implication("a-switch-blocks", "No step is made towards a switch that is pressed.",
+                  when=towards & dut.run, then=~moved)
+    c.implication("says-what-blocks", "Where a switch blocks no step is made; where one is made "
+                  "none does.", when=dut.blocked | moved,
+                  then=~(dut.blocked & moved) & (rate.due | ~moved))
+    c.implication("blocked-in-time", "A step that a pressed switch blocks is told of when it is "
+                  "due.", when=dut.run & ~dut.load & ~dut.there & rate.due & towards,
+                  then=dut.blocked)
     _position(c, dut, moved, up)
     watch_driver(c, driver, path="driver.")
     accumulator = c.signal("rate.accumulator")
-    c.always("no-more-is-owed", "The sum of the rate is in its range.",
-             (accumulator >= -dut.modulus) & (accumulator < dut.max_rate), seen=accumulator >= 0,
-             bug=Bug(rate_module, "accumulator >= 0", "accumulator > 0"))
+    c.invariant("no-more-is-owed", "The sum of the rate is in its range.",
+                (accumulator >= -dut.modulus) & (accumulator < dut.max_rate),
+                cover=accumulator >= 0)
     watch_spaced(c, rate, accumulator + dut.modulus)
 
 
@@ -61,13 +50,11 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
     was, up_then = c.past(dut.position), c.past(up)
     change = dut.position - was
     kept = c.past(c.rst | dut.load)
-    c.holds("moves-with-a-step", "The position changes only by a step that was made, by one, its "
-            "way; by a load; and by a reset.", when=(change != 0) & ~kept,
-            then=c.past(moved) & (change == Mux(up_then, 1, -1)),
-            bug=Bug(axis, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.step)"))
-    c.holds("load", "After a load this place is called as it was told.",
-            when=c.past(dut.load & ~c.rst), then=dut.position == c.past(dut.place),
-            bug=Bug(axis, "move.place.eq(self.place)", "move.place.eq(self.target)"))
+    c.implication("moves-with-a-step", "The position changes only by a step that was made, by "
+                  "one, its way; by a load; and by a reset.", when=(change != 0) & ~kept,
+                  then=c.past(moved) & (change == Mux(up_then, 1, -1)))
+    c.implication("load", "After a load this place is called as it was told.",
+                  when=c.past(dut.load & ~c.rst), then=dut.position == c.past(dut.place))
 
     # A motor and its load, with the backlash between them: by the pulses, and by the position.
     first = c.keep(dut.backlash.shape(), name="first_backlash")
@@ -81,18 +68,13 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
     now = gap + turned - counted
     c.m.d.sync += gap.eq(now)
     way, left = c.signal("backlash.way"), c.signal("backlash.left")
-    c.holds("within-the-backlash", "The pulses and the position are never further apart than the "
-                                   "backlash, "
-            "for ever: without backlash they are the same.", when=is_steady,
-            then=(now >= 0) & (now <= dut.backlash) & ~lost,
-            bug=(Bug(axis, "backlash.moved.eq(driver.moved)", "backlash.moved.eq(driver.ready)"),
-                 Bug(axis, "backlash.direction.eq(move.direction)", "backlash.direction.eq(1)")))
-    c.holds("backlash-is-left", "What is left of the backlash is what is missing to its end.",
-            when=is_steady, then=(left <= dut.backlash) & (now == Mux(way, dut.backlash - left,
-                                                                      left)),
-            bug=(Bug(axis, "move.moved.eq(backlash.counted)", "move.moved.eq(driver.moved)"),
-                 Bug(axis, "backlash.backlash.eq(self.backlash)",
-                     "backlash.backlash.eq(self.backlash >> 1)")))
+    c.implication("within-the-backlash", "The pulses and the position are never further apart "
+                  "than the backlash, for ever: without backlash they are the same.",
+                  when=is_steady, then=(now >= 0) & (now <= dut.backlash) & ~lost)
+    c.implication("backlash-is-left", "What is left of the backlash is what is missing to its end.",
+                  when=is_steady, then=(left <= dut.backlash) & (now == Mux(way,
+                                                                            dut.backlash - left,
+                                                                            left)))
 
 
 def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:

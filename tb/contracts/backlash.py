@@ -2,9 +2,9 @@
 
 from amaranth import Mux, signed
 
-from fresa.motion import Backlash, backlash
+from fresa.motion import Backlash
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["BACKLASH"]
 
@@ -21,29 +21,22 @@ def describe(c: Contract, dut: Backlash) -> None:
     gap = c.keep(signed(len(dut.backlash) + 2), name="gap")
     c.m.d.sync += gap.eq(gap + (up & ~dut.counted) - (down & ~dut.counted))
     way, left = c.signal("way"), c.signal("left")
-    c.holds("within-the-backlash", "Motor and load are never further apart than the backlash.",
-            when=is_steady, then=(gap >= 0) & (gap <= dut.backlash),
-            bug=(Bug(backlash, "self.backlash - left", "self.backlash"),
-                 Bug(backlash, "way = Signal(reset_less=True)", "way = Signal()")))
-    c.holds("load-is-pushed", "A step counts only where the motor pushes: at the end of the "
-                              "backlash.",
-            when=is_steady & dut.counted, then=gap == Mux(dut.direction, dut.backlash, 0),
-            bug=(Bug(backlash, "ahead == 0)),\n        ]", "ahead <= 1)),\n        ]"),
-                 Bug(backlash, "left = Signal.like(self.backlash, reset_less=True)",
-                     "left = Signal.like(self.backlash)")))
-    c.holds("backlash-is-taken-up",
-            "A step does not count only where there is backlash to take up.",
-            when=is_steady & dut.moved & ~dut.counted,
-            then=gap != Mux(dut.direction, dut.backlash, 0),
-            bug=Bug(backlash, "ahead - 1", "ahead"))
-    c.holds("gap-is-left", "What is left to take up is what is missing to the end of the backlash.",
-            when=is_steady, then=(left <= dut.backlash) & (gap == Mux(way, dut.backlash - left,
-                                                                      left)),
-            bug=Bug(backlash, "way.eq(self.direction)", "way.eq(self.direction & way)"))
+    c.implication("within-the-backlash",
+                  "Motor and load are never further apart than the backlash.",
+                  when=is_steady, then=(gap >= 0) & (gap <= dut.backlash))
+    c.implication("load-is-pushed", "A step counts only where the motor pushes: at the end of the "
+                  "backlash.", when=is_steady & dut.counted,
+                  then=gap == Mux(dut.direction, dut.backlash, 0))
+    c.implication("backlash-is-taken-up",
+                  "A step does not count only where there is backlash to take up.",
+                  when=is_steady & dut.moved & ~dut.counted,
+                  then=gap != Mux(dut.direction, dut.backlash, 0))
+    c.implication("gap-is-left", "What is left to take up is what is missing to the end of the "
+                  "backlash.", when=is_steady,
+                  then=(left <= dut.backlash) & (gap == Mux(way, dut.backlash - left, left)))
 
-    c.holds("counts-what-is-made", "What is not made is not counted.",
-            when=~dut.moved, then=~dut.counted,
-            bug=Bug(backlash, "self.moved & (ahead == 0)", "ahead == 0"))
+    c.implication("counts-what-is-made", "What is not made is not counted.",
+                  when=~dut.moved, then=~dut.counted)
     last, pushed = c.keep(1, name="last"), c.keep(1, init=1, name="pushed")
     most, taken = c.keep(dut.backlash.shape(), name="most"), c.keep(len(dut.backlash) + 1,
                                                                     name="taken")
@@ -52,21 +45,14 @@ def describe(c: Contract, dut: Backlash) -> None:
         c.m.d.sync += [last.eq(dut.direction), pushed.eq(dut.counted),
                        most.eq(Mux(turns, dut.backlash, most)),
                        taken.eq(Mux(turns, 0, taken) + ~dut.counted)]
-    c.holds("goes-on-pushing", "After a step that counts, the next that way does, whatever becomes "
-            "of the backlash.", when=dut.moved & pushed & ~turns, then=dut.counted,
-            bug=Bug(backlash, "self.direction == way, left, back",
-                    "self.direction == way, left ^ (self.backlash == 0), back"))
-    c.holds("no-more-than-the-backlash", "After a reversal no more steps are left out than there "
-                                         "was "
-            "backlash.", when=dut.moved & ~dut.counted, then=Mux(turns, 0, taken) < Mux(
-                turns, dut.backlash, most),
-            bug=Bug(backlash, "Mux(left > self.backlash, 0, self.backlash - left)",
-                    "self.backlash - left"))
-    c.always("remembers", "What is left to take up is no more than the backlash at the reversal, "
-                          "less "
-             "what is taken up.", (way == last) & (left + taken <= most)
-             & (~pushed | (left == 0)), seen=left != 0,
-             bug=Bug(backlash, "with m.If(self.moved):", "with m.If(1):"))
+    c.implication("goes-on-pushing", "After a step that counts, the next that way does, whatever "
+                  "becomes of the backlash.", when=dut.moved & pushed & ~turns, then=dut.counted)
+    c.implication("no-more-than-the-backlash", "After a reversal no more steps are left out than "
+                  "there was backlash.", when=dut.moved & ~dut.counted,
+                  then=Mux(turns, 0, taken) < Mux( turns, dut.backlash, most))
+    c.invariant("remembers", "What is left to take up is no more than the backlash at the "
+                "reversal, less what is taken up.",
+                (way == last) & (left + taken <= most) & (~pushed | (left == 0)), cover=left != 0)
 
 
 BACKLASH = Component(

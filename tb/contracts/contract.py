@@ -1,12 +1,12 @@
 # amaranth: UnusedElaboratable=no
 
-"""What a component promises, as gateware that can be proved.
+"""What must hold of a component, as gateware that can be proved.
 
 A contract puts a component on a bench that leaves every input free in every clock, also reset, and
-watches it. Each promise has a name, a sentence, a premise (when it says anything) and a
+watches it. Each property has a name, a sentence, a premise (when it says anything) and a
 consequence. It becomes an assertion, and a cover that shows that its premise can come about.
 
-A promise about registers inside is as good as one about pins: induction starts from any state that
+A property of registers inside is as good as one about pins: induction starts from any state that
 keeps all of them, and what makes it succeed is an invariant more, not a clock more.
 """
 
@@ -23,9 +23,7 @@ from amaranth.hdl import Assert, Assume, Cover
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from fresa import fsm
-
-__all__ = ["Bits", "Bug", "Case", "Component", "Contract", "Promise", "State", "Unknown"]
+__all__ = ["Bits", "Bug", "Case", "Component", "Contract", "Property", "State", "Unknown"]
 
 Bits: TypeAlias = Any
 """What Amaranth takes for a value; its arithmetic is more than annotations can follow."""
@@ -89,12 +87,23 @@ def _differ(a: CodeType, b: CodeType) -> bool:
 
 
 @dataclass(frozen=True)
-class Promise:
-    """What is promised, in words, and the mistakes that must break it."""
+class Property:
+    """What must hold.
+
+    Attributes
+    ----------
+    name, description : str
+        A few words, and one sentence.
+    upset : bool
+        It is about codes that no state machine gets into by itself.
+    lemma : bool
+        An induction needs it; no mutant of the gateware has to break it.
+    """
 
     name: str
-    says: str
-    bugs: tuple[Bug, ...]
+    description: str
+    upset: bool = False
+    lemma: bool = False
 
 
 @dataclass(frozen=True)
@@ -110,7 +119,7 @@ class Case:
         the covers.
     upset : bool
         Every register of the component begins with any value, as if it had just been upset in
-        whatever it did; only the promises about that are looked at.
+        whatever it did; only the properties about that are looked at.
     """
 
     parameters: Mapping[str, object] = field(default_factory=dict)
@@ -161,26 +170,39 @@ class Unknown(wiring.Component):
 
 
 class Contract:
-    """A component, its free inputs, and what is promised of it.
+    """A component, its free inputs, and what must hold of it.
 
     Parameters
     ----------
     dut : wiring.Component
         The component, not elaborated yet.
     describe : callable
-        Makes the promises: is given this and `dut`.
+        States the properties: is given this and `dut`.
     upset : bool
         See :class:`Case`.
     only : collection of str, optional
-        Promises to assert; all, unless told otherwise.
+        Properties to assert; all by default.
     broken : bool
-        Nothing is asserted: each promise is a cover of the clock in which it breaks.
+        Nothing is asserted: each property is a cover of the clock in which it breaks.
+
+    Attributes
+    ----------
+    m : Module
+        The bench, with the component in it.
+    rst : Value
+        What resets the component.
+    properties : dict of str to Property
+        What is stated.
+    kept : dict of str to Signal
+        Registers of the contract itself, by name; of a part that keeps its own contract after
+        the path, as in ``sequencer:under_way``.
     """
 
     def __init__(self, dut: wiring.Component, describe: Callable, *, upset: bool = False,
                  only: Collection[str] | None = None, broken: bool = False) -> None:
         self.m: Any = Module()
-        self.promises: dict[str, Promise] = {}
+        self.properties: dict[str, Property] = {}
+        self.kept: dict[str, Any] = {}
         self._clock, self._free = ClockDomain("sync"), []
         self._prefix = self._root = ""
         self.rst: Any = self._clock.rst
@@ -192,51 +214,54 @@ class Contract:
         describe(self, dut)
 
     def rtlil(self) -> str:
-        """Write it for Yosys. An assertion has the name of its promise, its cover a ``?`` more."""
+        """Write it for Yosys. An assertion has the name of its property, its cover a ``?`` more."""
         inputs = [Value.cast(value) for _, member, value in self._dut.signature.flatten(self._dut)
                   if member.flow == In]
         return rtlil.convert(self.m, name="top",
                              ports=[self._clock.clk, self.rst, *inputs, *self._free])
 
-    # What a promise is made of
+    @property
+    def is_upset(self) -> bool:
+        """Whether every register of the component begins with any value."""
+        return self._upset
 
-    def holds(self, name: str, says: str, *, when: Bits, then: Bits,
-              bug: Bug | tuple[Bug, ...], upset: bool = False) -> None:
-        """Promise that in every clock with `when` there is `then`.
+    # What a property is made of
+
+    def implication(self, name: str, description: str, *, when: Bits, then: Bits,
+                    upset: bool = False, lemma: bool = False) -> None:
+        """State that in every clock with `when` there is `then`.
 
         Parameters
         ----------
         name : str
             A few words, with hyphens.
-        says : str
+        description : str
             One sentence.
         when, then : Value
-            Premise and consequence.
-        bug : Bug or tuple of Bug
-            Mistakes, each of which breaks it.
-        upset : bool
-            It is about codes that no state machine gets into by itself.
+            Premise, which is also covered, and consequence.
+        upset, lemma : bool
+            As in :class:`Property`.
         """
         when = Value.cast(when).any()
-        self._promise(f"{self._prefix}{name}", says, bug, ~when | Value.cast(then).any(), when,
-                      upset)
+        self._property(name, description, ~when | Value.cast(then).any(), when, upset, lemma)
 
-    def always(self, name: str, says: str, condition: Bits, *, seen: Bits,
-               bug: Bug | tuple[Bug, ...], upset: bool = False) -> None:
-        """Promise `condition` in every clock; `seen` is when that is worth something.
+    def invariant(self, name: str, description: str, condition: Bits, *, cover: Bits,
+                  upset: bool = False, lemma: bool = False) -> None:
+        """State `condition` of every clock; `cover` is when that is worth something.
 
-        The rest is as in :meth:`holds`.
+        The rest is as in :meth:`implication`.
         """
-        self._promise(f"{self._prefix}{name}", says, bug, Value.cast(condition).any(),
-                      Value.cast(seen).any(), upset)
+        self._property(name, description, Value.cast(condition).any(), Value.cast(cover).any(),
+                       upset, lemma)
 
-    def _promise(self, name: str, says: str, bug: Bug | tuple[Bug, ...], kept: Bits,
-                 cover: Bits, upset: bool) -> None:
+    def _property(self, name: str, description: str, kept: Bits, cover: Bits, upset: bool,
+                  lemma: bool) -> None:
+        name = f"{self._prefix}{name}"
         if upset != self._upset:
             return
-        if name in self.promises:
-            raise ValueError(f"{name!r} is promised twice")
-        self.promises[name] = Promise(name, says, bug if isinstance(bug, tuple) else (bug,))
+        if name in self.properties:
+            raise ValueError(f"there are two properties {name!r}")
+        self.properties[name] = Property(name, description, upset, lemma)
         if self._only is not None and name not in self._only:
             return
         if self._broken:
@@ -246,24 +271,36 @@ class Contract:
 
     @contextmanager
     def each(self, name: str) -> Iterator[None]:
-        """Put this name before those of all promises: of one part of several that are alike."""
+        """Put this name before those of all properties: of one part of several that are alike."""
         before = self._prefix
         self._prefix = f"{before}{name}-"
         yield
         self._prefix = before
 
-    def keeps(self, path: str, component: "Component") -> None:
-        """Promise of a part inside what it promises by itself.
+    def keeps(self, path: str, component: "Component", *, reset: Bits = None) -> None:
+        """State of a part inside what its own contract states.
 
-        What it assumes of its inputs is promised, too: here it has to be so. A case with `upset`
-        leaves this to the part.
+        What it assumes of its inputs is a lemma here: it has to hold in this component. A case with
+        `upset` leaves all of it to the part. What the part makes of inputs that this component
+        never gives it is not seen, nor is anything that its contract restricts covers to: the
+        proofs of the part by itself are about that.
+
+        Parameters
+        ----------
+        path : str
+            Leads to the part.
+        component : Component
+            Its contract.
+        reset : Value, optional
+            What resets it, if that is more than the reset of this component.
         """
         if self._upset:
             return
-        before = self._prefix, self._root, self._assumed
+        before = self._prefix, self._root, self._assumed, self.rst
         self._prefix, self._root, self._assumed = f"{path}:", f"{path}.", 0
+        self.rst = self.rst if reset is None else reset
         component.describe(self, self.part(""))
-        self._prefix, self._root, self._assumed = before
+        self._prefix, self._root, self._assumed, self.rst = before
 
     def unknown(self, path: str) -> None:
         """Let an `Unknown` part inside say anything in any clock."""
@@ -277,15 +314,15 @@ class Contract:
         """Leave out what the component is never given."""
         if self._root:
             self._assumed += 1
-            self.always(f"assumed-{self._assumed}", "It is used as it is meant to be.", condition,
-                        seen=condition, bug=())
+            self.invariant(f"assumed-{self._assumed}", "It is used as it is meant to be.",
+                           condition, cover=condition, lemma=True)
         else:
             self.m.d.comb += Assume(condition)
 
-    def usual(self, condition: Bits) -> None:
+    def restrict_covers(self, condition: Bits) -> None:
         """Let covers, and nothing else, look only where this holds: they are found sooner."""
         if not self._root:
-            self.m.d.comb += Assume(condition, "usual")
+            self.m.d.comb += Assume(condition, "restrict-covers")
 
     def past(self, value: Bits, *, init: int = 0) -> Any:
         """Return `value` one clock ago; `init` in the first clock. Reset does not touch it."""
@@ -295,8 +332,10 @@ class Contract:
         return before
 
     def keep(self, shape, *, init: int = 0, name: str | None = None) -> Any:
-        """Return a register of the contract's own, that reset does not touch."""
-        return Signal(shape, init=init, reset_less=True, name=name or "watched")
+        """Return a register of the contract's own, that reset does not touch; see `kept`."""
+        register = Signal(shape, init=init, reset_less=True, name=name or "watched")
+        self.kept[f"{self._prefix}{name}"] = register
+        return register
 
     def part(self, path: str) -> Any:
         """Find a component inside, such as ``orders.divider``; an empty path is the outermost."""
@@ -353,9 +392,9 @@ class Contract:
         """Find a state machine that begins with any code in a case with `upset`, as all does."""
         return self.state(path)
 
-    def leaves_unused_codes(self, path: str, *, fault: Bits, shows: Bits, reached: Bug,
+    def leaves_unused_codes(self, path: str, *, fault: Bits, shows: Bits,
                             reset: Bits = None) -> None:
-        """Promise what every state machine does about an upset register.
+        """State what every state machine does about an upset register.
 
         Parameters
         ----------
@@ -365,8 +404,6 @@ class Contract:
             Shows an upset, and nothing else.
         shows : Value
             What else there is to see of an upset: that nothing is done.
-        reached : Bug
-            One that gets to ``FAULT`` without an upset.
         reset : Value, optional
             What resets it, if that is more than the reset of the component.
         """
@@ -374,38 +411,26 @@ class Contract:
         name = path.rpartition(".")[2].replace("_", "-")
         known, was_reset = self.past(1), self.past(self.rst if reset is None else reset)
         if max(state.codes.values()) + 1 < 1 << len(state.register):
-            self.holds(f"{name}-leaves-unused-codes",
-                       "From a code that no state has, FAULT comes with the next clock.",
-                       when=known & self.past(state.is_unused()) & ~was_reset,
-                       then=state("FAULT"), bug=_HOLDS_A_CODE, upset=True)
-            self.holds(f"{name}-shows-unused-codes",
-                       "A code that no state has shows at once, and nothing is done in it.",
-                       when=state.is_unused(), then=fault & shows, bug=_SHOWN_LATE, upset=True)
-        self.holds(f"{name}-reset-leaves-any-code", "Reset ends any code, FAULT among them.",
-                   when=known & was_reset, then=state.register == state.register.init,
-                   bug=_IGNORES_RESET, upset=True)
-        self.holds(f"{name}-fault-stays", "FAULT stays until reset.",
-                   when=known & self.past(state("FAULT")) & ~was_reset, then=state("FAULT"),
-                   bug=_FAULT_PASSES, upset=True)
-        self.holds(f"{name}-fault-shows", "FAULT is shown, and nothing is done in it.",
-                   when=state("FAULT"), then=fault & shows, bug=_FAULT_HIDDEN, upset=True)
-        self.always(f"{name}-codes-in-use", "No input leads to FAULT or to an unused code.",
-                    ~state("FAULT") & ~state.is_unused(),
-                    seen=state.register != state.register.init, bug=reached)
-        self.always(f"{name}-no-false-alarm", "No fault shows unless the register was upset.",
-                    ~fault, seen=state.register != state.register.init, bug=_FALSE_ALARM)
-
-
-_HOLDS_A_CODE = Bug(fsm, "fsm.state > last", "fsm.state > last + 1")
-_IGNORES_RESET = Bug(fsm, 'fsm_extract="no")', 'fsm_extract="no"); fsm.state._reset_less = True')
-
-
-_SHOWN = "return upset | fsm.ongoing(fault)"
-_SHOWN_LATE = Bug(fsm, _SHOWN, "return fsm.ongoing(fault)")
-_FALSE_ALARM = Bug(fsm, _SHOWN, "return fsm.state >= last - 1")
-_FAULT_HIDDEN = Bug(fsm, _SHOWN, "return upset")
-_FAULT_PASSES = Bug(fsm, _SHOWN, "with m.If(fsm.ongoing(fault)):\n"
-                    f"        m.d.sync += fsm.state.eq(0)\n    {_SHOWN}")
+            self.implication(f"{name}-leaves-unused-codes",
+                             "From a code that no state has, FAULT comes with the next clock.",
+                             when=known & self.past(state.is_unused()) & ~was_reset,
+                             then=state("FAULT"), upset=True)
+            self.implication(f"{name}-shows-unused-codes",
+                             "A code that no state has shows at once, and nothing is done in it.",
+                             when=state.is_unused(), then=fault & shows, upset=True)
+        self.implication(f"{name}-reset-leaves-any-code", "Reset ends any code, FAULT among them.",
+                         when=known & was_reset, then=state.register == state.register.init,
+                         upset=True)
+        self.implication(f"{name}-fault-stays", "FAULT stays until reset.",
+                         when=known & self.past(state("FAULT")) & ~was_reset, then=state("FAULT"),
+                         upset=True)
+        self.implication(f"{name}-fault-shows", "FAULT is shown, and nothing is done in it.",
+                         when=state("FAULT"), then=fault & shows, upset=True)
+        self.invariant(f"{name}-codes-in-use", "No input leads to FAULT or to an unused code.",
+                       ~state("FAULT") & ~state.is_unused(),
+                       cover=state.register != state.register.init)
+        self.invariant(f"{name}-no-false-alarm", "No fault shows unless the register was upset.",
+                       ~fault, cover=state.register != state.register.init)
 
 
 def _any(values) -> Bits:
@@ -417,18 +442,18 @@ def _any(values) -> Bits:
 
 @dataclass(frozen=True)
 class Component:
-    """A component, its promises, and the cases in which they are proved.
+    """A component, its properties, and the cases in which they are proved.
 
     Attributes
     ----------
     make : callable
         Makes the component of the parameters of a case.
     describe : callable
-        Makes its promises; see :class:`Contract`.
+        States its properties; see :class:`Contract`.
     cases : tuple of Case
-        The first in which a promise occurs has its planted bugs.
+        Mutants that break its properties are looked for in one after the other.
     depth : int
-        Clocks in which every premise can come about and every planted bug can show.
+        Clocks in which every premise can come about and a mutant can break every property.
     """
 
     make: Callable[..., wiring.Component]
@@ -437,31 +462,12 @@ class Component:
     depth: int = 12
 
     def contract(self, case: Case, *, only: Collection[str] | None = None,
-                 bug: Bug | None = None) -> Contract:
-        """Set up a case, with a mistake in the gateware if there is a `bug`."""
-        def build() -> Contract:
-            return Contract(self.make(**case.parameters), self.describe, upset=case.upset,
-                            only=only, broken=bug is not None)
+                 broken: bool = False) -> Contract:
+        """Set up a case; see :class:`Contract`."""
+        return Contract(self.make(**case.parameters), self.describe, upset=case.upset, only=only,
+                        broken=broken)
 
-        if bug is None:
-            return build()
-        with bug.planted():
-            return build()
-
-    def controls(self) -> list[tuple[Bug, list[str], list[Case]]]:
-        """List the planted bugs: which, the promises that it must break, and where to look."""
-        found: dict[Bug, tuple[Bug, list[str], list[Case]]] = {}
-        for case in self.cases:
-            if case.real:
-                continue
-            for promise in self.contract(case).promises.values():
-                for bug in promise.bugs:
-                    _, names, cases = found.setdefault(bug, (bug, [], []))
-                    names.extend({promise.name} - set(names))
-                    cases.extend([case] if case not in cases else [])
-        return list(found.values())
-
-    def promises(self) -> dict[str, Promise]:
-        """List what is promised in any case, by name."""
-        return {name: promise for case in self.cases
-                for name, promise in self.contract(case).promises.items()}
+    def properties(self) -> dict[str, Property]:
+        """List what is stated in any case, by name."""
+        return {name: found for case in self.cases
+                for name, found in self.contract(case).properties.items()}

@@ -4,18 +4,17 @@ from dataclasses import dataclass
 
 from amaranth import Cat, Mux, Value
 
-from fresa.drive import FULL_STEP, axes, coil
-from fresa.motion import NumericalController, controller, manual
+from fresa.drive import FULL_STEP
+from fresa.motion import NumericalController
 
 from .automatic import watch_counts
 from .coil import is_neighbour, phase_of, watch_spacing
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
+from .manual import MANUAL
 from .order_control import watch_order
+from .sequencer import SEQUENCER
 
-__all__ = ["CONTROLLER", "Pins", "watch_machine"]
-
-MULTIPLEXER = "Mux(self.mode, automatic.step, manual.step) & (~hold).replicate(3)"
-REQUESTS = f"drivers.step.eq(\n                {MULTIPLEXER})"
+__all__ = ["CONTROLLER", "Pins", "watch_machine", "watch_parts"]
 
 
 @dataclass(frozen=True)
@@ -38,15 +37,35 @@ def describe(c: Contract, dut: NumericalController) -> None:
                 count=dut.count, select=dut.select, coils=(dut.axis_x, dut.axis_y, dut.axis_z))
     watch_machine(c, pins, period=dut.period, path="")
     hold = dut.stop | c.signal("stopped")
-    c.holds("jogging-is-manual", "An axis is shown as jogged only in manual mode, unless stopped.",
-            when=dut.jogging.any(), then=~dut.mode & ~hold & dut.jog.any(),
-            bug=Bug(controller, "manual.active & (~hold).replicate(3)", "manual.active"))
+    c.implication("jogging-is-manual", "An axis is shown as jogged only in manual mode, unless "
+                                       "stopped.",
+                  when=dut.jogging.any(), then=~dut.mode & ~hold & dut.jog.any())
     watch_order(c, "automatic.orders", reset=c.rst | ~dut.mode)
     watch_counts(c, "automatic", reset=c.rst | ~dut.mode)
+    watch_parts(c, "", mode=dut.mode)
+
+
+def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
+    """State of manual control and of the sequencer what their own contracts do.
+
+    `path` leads to the controller. In manual mode the sequencer is held in reset.
+    """
+    prefix = f"{path}." if path else ""
+    c.keeps(f"{prefix}manual", MANUAL)
+    c.keeps(f"{prefix}sequencer", SEQUENCER, reset=c.rst | ~mode)
+    if c.is_upset:
+        return
+    order = c.state(f"{prefix}automatic.orders.order_state")
+    moves = c.part(f"{prefix}sequencer").moves
+    c.invariant("under-way-by-order", "What moves was ordered.",
+                c.kept[f"{prefix}sequencer:under_way"] | order("REST", "FAULT"),
+                cover=order("MOVING"))
+    c.invariant("taken-at-once", "A move is offered when it can be taken.",
+                ~moves.valid | moves.ready | order("FAULT"), cover=moves.valid)
 
 
 def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
-    """Promise what people rely on, of the pins alone where that is possible.
+    """State what people rely on, of the pins alone where that is possible.
 
     `path` leads to the controller.
     """
@@ -68,135 +87,99 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
         change = phase - before
         rested = watch_spacing(c, word != words[index], period, f"rested_{name}")
         at = getattr(automatic, f"at_{name}")
-        c.always(f"{name}-word-legal", f"The coils of {name} are a row of the table, for ever.",
-                 legal,
-                 seen=phase == 2, bug=Bug(coil, "Cat(~orange, ~black, orange, black)",
-                                          "Cat(orange, ~black, orange, black)"))
-        c.holds(f"{name}-only-on-a-step",
-                f"The coils of {name} change only on a step, to a neighbour.",
-                when=word != words[index],
-                then=c.past(moved[index]) & is_neighbour(words[index], word)
-                & (change[:2] == Mux(up, 1, -1)[:2]),
-                bug=Bug(coil, "orange.eq(black ^ ~self.direction)", "orange.eq(~orange)"))
-        c.holds(f"{name}-every-step", f"A step of {name} changes its coils with the next clock.",
-                when=c.past(moved[index]), then=word != words[index],
-                bug=Bug(coil, "black.eq(orange ^ self.direction)", "black.eq(~orange)"))
+        c.invariant(f"{name}-word-legal", f"The coils of {name} are a row of the table, for ever.",
+                    legal,
+                    cover=phase == 2)
+        c.implication(f"{name}-only-on-a-step",
+                      f"The coils of {name} change only on a step, to a neighbour.",
+                      when=word != words[index],
+                      then=c.past(moved[index]) & is_neighbour(words[index], word)
+                      & (change[:2] == Mux(up, 1, -1)[:2]))
+        c.implication(f"{name}-every-step", f"A step of {name} changes its coils with the next "
+                                            f"clock.",
+                      when=c.past(moved[index]), then=word != words[index])
         if period > 1:
-            c.holds(f"{name}-spacing",
-                    f"The coils of {name} never change twice within `period` clocks.",
-                    when=word != words[index], then=rested >= period - 1,
-                    bug=Bug(axes, "period=self.period", "period=self.period - 1"))
+            c.implication(f"{name}-spacing",
+                          f"The coils of {name} never change twice within `period` clocks.",
+                          when=word != words[index], then=rested >= period - 1)
             rest, due = inside(f"drivers.{name}.rest"), c.past(moved[index])
-            c.always(f"{name}-rest-is-the-time",
-                     f"{name} is ready for a step when its time is over.",
-                     (rest <= 0) & Mux(due, rest == 1 - period,
-                                       (rest == 0) | (rest + period - 2 == rested))
-                     & ((rest < 0) | (rested >= period - 2)), seen=rest < 0,
-                     bug=Bug(coil, "rest.eq(rest + 1)", "rest.eq(rest + 2)"))
-            c.always(f"{name}-rests-within-timing", f"{name} is ready before the next step is due.",
-                     rest >= inside("automatic.orders.divider.count"), seen=rest < 0,
-                     bug=Bug(controller, "ResetInserter(~self.mode)(automatic)", "automatic"))
+            c.invariant(f"{name}-rest-is-the-time",
+                        f"{name} is ready for a step when its time is over.",
+                        (rest <= 0) & Mux(due, rest == 1 - period,
+                                          (rest == 0) | (rest + period - 2 == rested))
+                        & ((rest < 0) | (rested >= period - 2)), cover=rest < 0)
+            c.invariant(f"{name}-rests-within-timing", f"{name} is ready before the next step is "
+                                                       f"due.",
+                        rest >= inside("automatic.orders.divider.count"), cover=rest < 0)
         # What an observer of the coils alone counts
         travel = c.keep(16, name=f"observed_{name}")
         now = Mux(to_origin, 0, (travel + change[:2].as_signed())[:16])
         c.m.d.sync += travel.eq(now)
-        c.always(f"{name}-no-lost-step",
-                 f"The position of {name} is what its coils have done, for ever.",
-                 at == now, seen=at != 0,
-                 bug=Bug(controller, "automatic.moved.eq(drivers.moved)",
-                         "automatic.moved.eq(automatic.step)"))
+        c.invariant(f"{name}-no-lost-step",
+                    f"The position of {name} is what its coils have done, for ever.",
+                    at == now, cover=at != 0)
         origin = c.keep(2, name=f"origin_{name}")
         here = Mux(to_origin, phase, origin)
         c.m.d.sync += origin.eq(here)
-        c.always(f"{name}-phase-is-position",
-                 f"Coils and position of {name} agree since the origin.",
-                 (phase - here)[:2] == at[:2], seen=at != 0,
-                 bug=Bug(controller, "automatic.moved.eq(drivers.moved)",
-                         "automatic.moved.eq(automatic.step)"))
-        c.holds(f"shows-{name}", f"The count shown is what the coils of {name} have done.",
-                when=(pins.select == index + 1) & (now != 0), then=pins.count == now,
-                bug=Bug(controller, "automatic.select.eq(self.select)",
-                        "automatic.select.eq(self.select ^ self.mode)"))
+        c.invariant(f"{name}-phase-is-position",
+                    f"Coils and position of {name} agree since the origin.",
+                    (phase - here)[:2] == at[:2], cover=at != 0)
+        c.implication(f"shows-{name}", f"The count shown is what the coils of {name} have done.",
+                      when=(pins.select == index + 1) & (now != 0), then=pins.count == now)
 
     main = inside("automatic.main.count")
-    c.holds("shows-main", "The main count is shown by choice 0.",
-            when=(pins.select == 0) & (main != 0), then=pins.count == main,
-            bug=Bug(controller, "automatic.select.eq(self.select)",
-                    "automatic.select.eq(self.select ^ self.mode)"))
+    c.implication("shows-main", "The main count is shown by choice 0.",
+                  when=(pins.select == 0) & (main != 0), then=pins.count == main)
 
-    c.holds("reset-moves-nothing", "A reset changes no coil.", when=was_reset,
-            then=_all(now == before for now, before in zip(pins.coils, words, strict=True)),
-            bug=Bug(coil, "self.step & rested & ~ResetSignal()", "self.step & rested"))
-    c.holds("mode-change-moves-nothing", "In the clock of a change of mode no step is made.",
-            when=c.past(1) & (pins.mode != was_mode), then=moved == 0,
-            bug=(Bug(manual, "m.d.sync += seen_off.eq(0)", "pass"),
-                 Bug(controller, "ResetInserter(~self.mode)(automatic)", "automatic")))
-    c.holds("one-hand", "Jog and automatic never ask for a step in the same clock.",
-            when=by_order.any(), then=by_hand == 0,
-            bug=Bug(manual, "m.d.sync += seen_off.eq(0)", "pass"))
-    c.holds("automatic-drives", "In automatic mode only orders make steps.",
-            when=pins.mode & moved.any(), then=(moved & ~by_order) == 0,
-            bug=Bug(controller, MULTIPLEXER, "(automatic.step | manual.step | self.jog[:3])"
-                    " & (~hold).replicate(3)"))
-    c.holds("hand-drives", "In manual mode only switches make steps.",
-            when=~pins.mode & moved.any(), then=((moved & ~by_hand) == 0) & pins.jog.any(),
-            bug=Bug(controller, MULTIPLEXER, "(automatic.step | manual.step | self.select[0]"
-                    ".replicate(3)) & (~hold).replicate(3)"))
-    c.holds("forgets-switches", "No switch counts that was on when manual mode was entered.",
-            when=was_mode, then=inside("manual.seen_off") == 0,
-            bug=Bug(manual, "m.d.sync += seen_off.eq(0)", "pass"))
-    c.holds("manual-holds-automatic", "In manual mode nothing of the automatic part is under way.",
-            when=to_origin, then=order("REST") & motion("REST"),
-            bug=Bug(controller, "ResetInserter(~self.mode)(sequencer)", "sequencer"))
-    c.holds("never-refused", "In automatic mode no step is refused, but by reset.",
-            when=pins.mode & asked.any() & ~c.rst, then=(refused == 0) & (moved == asked),
-            bug=Bug(controller, "AutomaticControl(period=self.period)",
-                    "AutomaticControl(period=max(1, self.period - 1))") if period > 1 else
-            Bug(controller, "AxisDrivers(period=self.period)", "AxisDrivers(period=2)"))
-    c.holds("not-made-not-counted", "A step of an order that is not made is counted by no counter.",
-            when=c.past(by_order.any() & (moved == 0)),
-            then=_counts(c, path) == Mux(to_origin, 0, c.past(_counts(c, path))),
-            bug=Bug(controller, "automatic.moved.eq(drivers.moved)",
-                    "automatic.moved.eq(automatic.step)"))
+    c.implication("reset-moves-nothing", "A reset changes no coil.", when=was_reset,
+                  then=_all(now == before for now, before in zip(pins.coils, words, strict=True)))
+    c.implication("mode-change-moves-nothing", "In the clock of a change of mode no step is made.",
+                  when=c.past(1) & (pins.mode != was_mode), then=moved == 0)
+    c.implication("one-hand", "Jog and automatic never ask for a step in the same clock.",
+                  when=by_order.any(), then=by_hand == 0)
+    c.implication("automatic-drives", "In automatic mode only orders make steps.",
+                  when=pins.mode & moved.any(), then=(moved & ~by_order) == 0)
+    c.implication("hand-drives", "In manual mode only switches make steps.",
+                  when=~pins.mode & moved.any(), then=((moved & ~by_hand) == 0) & pins.jog.any())
+    c.implication("forgets-switches", "No switch counts that was on when manual mode was entered.",
+                  when=was_mode, then=inside("manual.seen_off") == 0)
+    c.implication("manual-holds-automatic", "In manual mode nothing of the automatic part is "
+                                            "under way.",
+                  when=to_origin, then=order("REST") & motion("REST"))
+    c.implication("never-refused", "In automatic mode no step is refused, but by reset.",
+                  when=pins.mode & asked.any() & ~c.rst, then=(refused == 0) & (moved == asked))
+    c.implication("not-made-not-counted", "A step of an order that is not made is counted by no "
+                                          "counter.",
+                  when=c.past(by_order.any() & (moved == 0)),
+                  then=_counts(c, path) == Mux(to_origin, 0, c.past(_counts(c, path))))
 
     # Stop
     stopped = c.keep(1, name="stop_seen")
     c.m.d.sync += stopped.eq((stopped | pins.stop) & ~c.rst)
-    c.always("stop-is-kept", "A stop is kept until reset.", inside("stopped") == stopped,
-             seen=stopped, bug=Bug(controller, "m.d.sync += stopped.eq(1)",
-                                   "m.d.sync += stopped.eq(self.mode)"))
-    c.holds("stop-at-once", "From the clock of a stop on no step is made.",
-            when=stopped | pins.stop, then=moved == 0,
-            bug=(Bug(controller, "hold.eq(self.stop | stopped | fault)",
-                     "hold.eq(stopped | fault)"),
-                 Bug(controller, REQUESTS, REQUESTS.replace(" & (~hold)", " & (~self.stop)"))))
-    c.holds("stopped-coils-stay", "Nothing moves while stopped: the coils keep their words.",
-            when=c.past(stopped | pins.stop),
-            then=_all(now == before for now, before in zip(pins.coils, words, strict=True)),
-            bug=Bug(controller, "hold.eq(self.stop | stopped | fault)",
-                    "hold.eq(self.stop | fault)"))
-    c.holds("stopped-never-ready", "A machine that is stopped is not ready.",
-            when=stopped | pins.stop, then=~pins.ready,
-            bug=Bug(controller, "sequencer.hold.eq(hold | ~self.mode)",
-                    "sequencer.hold.eq(~self.mode)"))
-    c.holds("ready-at-rest", "Ready means automatic mode, at rest, no step asked for, not stopped.",
-            when=pins.ready, then=pins.mode & motion("REST") & order("REST") & (asked == 0)
-            & ~stopped & ~pins.stop,
-            bug=(Bug(controller, "sequencer.hold.eq(hold | ~self.mode)", "sequencer.hold.eq(hold)"),
-                 Bug(controller, "self.ready.eq(sequencer.ready)",
-                     "self.ready.eq(sequencer.ready | automatic.moves.ready)")))
+    c.invariant("stop-is-kept", "A stop is kept until reset.", inside("stopped") == stopped,
+                cover=stopped)
+    c.implication("stop-at-once", "From the clock of a stop on no step is made.",
+                  when=stopped | pins.stop, then=moved == 0)
+    c.implication("stopped-coils-stay", "Nothing moves while stopped: the coils keep their words.",
+                  when=c.past(stopped | pins.stop),
+                  then=_all(now == before for now, before in zip(pins.coils, words, strict=True)))
+    c.implication("stopped-never-ready", "A machine that is stopped is not ready.",
+                  when=stopped | pins.stop, then=~pins.ready)
+    c.implication("ready-at-rest", "Ready means automatic mode, at rest, no step asked for, not "
+                                   "stopped.",
+                  when=pins.ready, then=pins.mode & motion("REST") & order("REST") & (asked == 0)
+                  & ~stopped & ~pins.stop)
 
 
     # A state register that is upset
     for what, upset in [("moves", order("FAULT")), ("orders", motion.is_unused()
                                                     | motion("FAULT"))]:
-        c.holds(f"upset-{what}-stop", f"Where the register of the {what} is upset no step is made.",
-                when=upset, then=moved == 0, upset=True,
-                bug=Bug(controller, "hold.eq(self.stop | stopped | fault)",
-                        "hold.eq(self.stop | stopped)"))
-        c.holds(f"upset-{what}-show", f"Where the register of the {what} is upset an error shows.",
-                when=upset, then=pins.error & ~pins.ready, upset=True,
-                bug=Bug(controller, "self.error.eq(sequencer.error | fault)", "self.error.eq(0)"))
+        c.implication(f"upset-{what}-stop", f"Where the register of the {what} is upset no step "
+                                            f"is made.",
+                      when=upset, then=moved == 0, upset=True)
+        c.implication(f"upset-{what}-show", f"Where the register of the {what} is upset an error "
+                                            f"shows.",
+                      when=upset, then=pins.error & ~pins.ready, upset=True)
 
 
 def _counts(c: Contract, path: str) -> Bits:

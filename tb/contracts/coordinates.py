@@ -2,9 +2,9 @@
 
 from amaranth import Mux
 
-from fresa.motion import CoordinateGenerator, coordinates, spiral
+from fresa.motion import CoordinateGenerator
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 from .picture import AnyPicture, watch_search
 
 __all__ = ["COORDINATES"]
@@ -22,21 +22,16 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
 
     early, waited = c.keep(1, name="early", init=1), c.keep(1, name="waited")
     c.m.d.sync += [early.eq(0), waited.eq(waited | (orders.valid & ~orders.ready))]
-    c.usual(early | (~c.rst & dut.start & (orders.ready | ~waited)))
-    c.holds("stream-keeps", "An order that is offered stays, as it is, until it is taken.",
-            when=c.past(orders.valid & ~orders.ready & ~c.rst),
-            then=orders.valid & (payload == c.past(payload)),
-            bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "TRAVEL"\n'
-                    '                with m.Else():\n                    m.next = "READ"'))
-    c.holds("up-or-down", "No order is up and down.",
-            when=orders.valid & tool, then=~orders.p.up | ~orders.p.down,
-            bug=Bug(coordinates, "self.orders.p.up.eq(1)",
-                    "self.orders.p.up.eq(1), self.orders.p.down.eq(lowered)"))
-    c.holds("whole-pixels", "A place ordered is that of a pixel of the picture.",
-            when=orders.valid & ~tool,
-            then=walk.inside & (orders.p.x == row * dut.pixel_steps)
-            & (orders.p.y == column * dut.pixel_steps),
-            bug=Bug(coordinates, "self.orders.p.x.eq(walk.row", "self.orders.p.x.eq(walk.column"))
+    c.restrict_covers(early | (~c.rst & dut.start & (orders.ready | ~waited)))
+    c.implication("stream-keeps", "An order that is offered stays, as it is, until it is taken.",
+                  when=c.past(orders.valid & ~orders.ready & ~c.rst),
+                  then=orders.valid & (payload == c.past(payload)))
+    c.implication("up-or-down", "No order is up and down.",
+                  when=orders.valid & tool, then=~orders.p.up | ~orders.p.down)
+    c.implication("whole-pixels", "A place ordered is that of a pixel of the picture.",
+                  when=orders.valid & ~tool,
+                  then=walk.inside & (orders.p.x == row * dut.pixel_steps)
+                  & (orders.p.y == column * dut.pixel_steps))
 
     # Where the tool is, by the orders that were taken
     down = c.keep(1, name="tool_down")
@@ -47,71 +42,50 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
         c.m.d.sync += down.eq(orders.p.down)
     with c.m.Elif(taken):
         c.m.d.sync += [at_row.eq(row), at_column.eq(column)]
-    c.always("knows-the-tool", "It knows whether the tool is down.", lowered == down, seen=down,
-             bug=Bug(coordinates, "m.d.sync += lowered.eq(1)", "pass"))
-    c.holds("mills-a-pixel", "With the tool down it goes to one of the 8 neighbours.",
-            when=orders.valid & ~tool & down,
-            then=_near(row - at_row) & _near(column - at_column),
-            bug=Bug(spiral, "row.eq(row + down),", "row.eq(row + 2 * down),"))
-    c.always("stays-down", "The tool is not raised to go to one of the 8 neighbours.",
-             ~(orders.valid & orders.p.up & down & (milled < 0))
-             | ~_near(row - at_row) | ~_near(column - at_column), seen=orders.valid & ~tool & down,
-             bug=Bug(coordinates, "found & walk.near & lowered", "found & ~walk.near & lowered"))
-    c.holds("lowers-at-its-place", "The tool is lowered where the last order went.",
-            when=orders.valid & orders.p.down,
-            then=~down & (row == at_row) & (column == at_column) & walk.inside,
-            bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "LOWER"'))
-    c.holds("travels-in-the-air", "To a pixel that is no neighbour it goes with the tool up.",
-            when=state("TRAVEL"), then=~down,
-            bug=Bug(coordinates, 'with m.If(milled >= 0):\n                    m.next = "RAISE"',
-                    'with m.If(milled >= 0):\n                    m.next = "TRAVEL"'))
-    c.holds("ends-raised-at-home", "A job ends with the tool raised, at the origin.",
-            when=c.past(dut.busy & ~c.rst) & ~dut.busy,
-            then=~down & (at_row == 0) & (at_column == 0),
-            bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
-    c.holds("ends-when-all-are-milled", "A job ends only when as many are milled as are set.",
-            when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=c.past(milled) == 0,
-            bug=Bug(coordinates, 'with m.If(milled >= 0):\n                        m.next = "IDLE"',
-                    'with m.If(walk.near):\n                        m.next = "IDLE"'))
-    c.holds("busy", "Orders come only while it is busy.", when=orders.valid, then=dut.busy,
-            bug=Bug(coordinates, '~fsm.ongoing("IDLE")',
-                    '~fsm.ongoing("IDLE") & ~fsm.ongoing("LOWER")'))
-    c.holds("starts", "A start begins a job.", when=c.past(dut.start & ~dut.busy & ~c.rst),
-            then=dut.busy & (milled == -dut.pixels_set),
-            bug=Bug(coordinates, "with m.If(self.start):", "with m.If(self.start & lowered):"))
-    c.holds("no-start-no-job", "Without a start nothing is ordered.",
-            when=c.past(~dut.start & ~dut.busy), then=~dut.busy & ~orders.valid,
-            bug=Bug(coordinates, "with m.If(self.start):", "with m.If(1):"))
-    c.holds("reset-is-idle", "Reset ends a job.", when=c.past(c.rst), then=~dut.busy
-            & ~orders.valid,
-            bug=Bug(coordinates, 'name="coordinates_state"',
-                    'name="coordinates_state", init="COPY"'))
+    c.invariant("knows-the-tool", "It knows whether the tool is down.", lowered == down, cover=down)
+    c.implication("mills-a-pixel", "With the tool down it goes to one of the 8 neighbours.",
+                  when=orders.valid & ~tool & down,
+                  then=_near(row - at_row) & _near(column - at_column))
+    c.invariant("stays-down", "The tool is not raised to go to one of the 8 neighbours.",
+                ~(orders.valid & orders.p.up & down & (milled < 0))
+                | ~_near(row - at_row) | ~_near(column - at_column),
+                cover=orders.valid & ~tool & down)
+    c.implication("lowers-at-its-place", "The tool is lowered where the last order went.",
+                  when=orders.valid & orders.p.down,
+                  then=~down & (row == at_row) & (column == at_column) & walk.inside)
+    c.implication("travels-in-the-air", "To a pixel that is no neighbour it goes with the tool up.",
+                  when=state("TRAVEL"), then=~down)
+    c.implication("ends-raised-at-home", "A job ends with the tool raised, at the origin.",
+                  when=c.past(dut.busy & ~c.rst) & ~dut.busy,
+                  then=~down & (at_row == 0) & (at_column == 0))
+    c.implication("ends-when-all-are-milled", "A job ends only when as many are milled as are set.",
+                  when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=c.past(milled) == 0)
+    c.implication("busy", "Orders come only while it is busy.", when=orders.valid, then=dut.busy)
+    c.implication("starts", "A start begins a job.", when=c.past(dut.start & ~dut.busy & ~c.rst),
+                  then=dut.busy & (milled == -dut.pixels_set))
+    c.implication("no-start-no-job", "Without a start nothing is ordered.",
+                  when=c.past(~dut.start & ~dut.busy), then=~dut.busy & ~orders.valid)
+    c.implication("reset-is-idle", "Reset ends a job.", when=c.past(c.rst), then=~dut.busy
+                  & ~orders.valid)
 
     # What makes it so
-    c.holds("in-the-picture", "What is found is in the picture.",
-            when=state("WALK", "LOWER", "MARK") | (state("RAISE", "TRAVEL") & (milled < 0)),
-            then=walk.inside & (milled < 0),
-            bug=Bug(coordinates, "walk.inside & (copy.data & here).any()",
-                    "(copy.data & here).any()"))
-    c.always("counts-up-to-0", "The count of what is left to mill goes up to 0.",
-             (milled <= 0) & (milled >= -dut.pixels_set), seen=milled == -1,
-             bug=Bug(coordinates, "milled.eq(milled + 1)", "milled.eq(milled - 1)"))
-    c.holds("home-at-the-end", "When all are milled the way leads home.",
-            when=state("TRAVEL") & (milled == 0), then=(row == 0) & (column == 0),
-            bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
-    c.holds("idle-at-home", "Idle, the walk is at home.", when=~dut.busy,
-            then=(row == 0) & (column == 0) & (at_row == 0) & (at_column == 0) & ~down,
-            bug=Bug(coordinates, "walk.home.eq(milled >= 0)", "walk.home.eq(0)"))
-    c.holds("raised-first", "In the states that need it the tool is up, or down.",
-            when=state("TRAVEL", "LOWER", "WALK", "COPY", "MARK"),
-            then=down == state("WALK", "MARK"),
-            bug=Bug(coordinates, "found & walk.near & lowered", "found & walk.near"))
-    c.holds("stays-there", "Before the tool is lowered and marked, the walk is where the tool is.",
-            when=state("LOWER", "MARK"), then=(row == at_row) & (column == at_column),
-            bug=Bug(coordinates, 'm.next = "TRAVEL"', 'm.next = "LOWER"'))
-    c.holds("one-thing-at-a-time", "The walk is never told two things in a clock.",
-            when=walk.advance, then=~walk.centre & ~walk.home,
-            bug=Bug(coordinates, "walk.advance.eq(1)", "[walk.advance.eq(1), walk.centre.eq(1)]"))
+    c.implication("in-the-picture", "What is found is in the picture.",
+                  when=state("WALK", "LOWER", "MARK") | (state("RAISE", "TRAVEL") & (milled < 0)),
+                  then=walk.inside & (milled < 0))
+    c.invariant("counts-up-to-0", "The count of what is left to mill goes up to 0.",
+                (milled <= 0) & (milled >= -dut.pixels_set), cover=milled == -1)
+    c.implication("home-at-the-end", "When all are milled the way leads home.",
+                  when=state("TRAVEL") & (milled == 0), then=(row == 0) & (column == 0))
+    c.implication("idle-at-home", "Idle, the walk is at home.", when=~dut.busy,
+                  then=(row == 0) & (column == 0) & (at_row == 0) & (at_column == 0) & ~down)
+    c.implication("raised-first", "In the states that need it the tool is up, or down.",
+                  when=state("TRAVEL", "LOWER", "WALK", "COPY", "MARK"),
+                  then=down == state("WALK", "MARK"))
+    c.implication("stays-there", "Before the tool is lowered and marked, the walk is where the "
+                  "tool is.", when=state("LOWER", "MARK"),
+                  then=(row == at_row) & (column == at_column))
+    c.implication("one-thing-at-a-time", "The walk is never told two things in a clock.",
+                  when=walk.advance, then=~walk.centre & ~walk.home)
     centre_row, centre_column = (c.keep(row.shape(), name=f"centre_{name}")
                                  for name in ("row", "column"))
     with c.m.If(c.rst):
@@ -119,17 +93,14 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     with c.m.Elif(walk.centre):
         c.m.d.sync += [centre_row.eq(row), centre_column.eq(column)]
     searching = state("COPY", "READ", "SEARCH", "WALK")
-    c.holds("centre-is-the-tool", "The spiral goes round the place of the tool.",
-            when=searching, then=(centre_row == at_row) & (centre_column == at_column),
-            bug=Bug(coordinates, "sink.en.eq(1), walk.centre.eq(1)", "sink.en.eq(1)"))
-    c.always("centre-inside", "That place is in the picture.",
-             (at_row >= 0) & (at_row < dut.rows) & (at_column >= 0) & (at_column < dut.columns),
-             seen=at_row > 0, bug=Bug(coordinates, "walk.inside & (copy.data & here).any()",
-                                         "(copy.data & here).any()"))
+    c.implication("centre-is-the-tool", "The spiral goes round the place of the tool.",
+                  when=searching, then=(centre_row == at_row) & (centre_column == at_column))
+    c.invariant("centre-inside", "That place is in the picture.",
+                (at_row >= 0) & (at_row < dut.rows) & (at_column >= 0) & (at_column < dut.columns),
+                cover=at_row > 0)
     watch_search(c, dut, down=down, at=(at_row, at_column), centre=(centre_row, centre_column))
     c.leaves_unused_codes(
-        "coordinates_state", fault=dut.fault, shows=~orders.valid & ~dut.busy,
-        reached=Bug(coordinates, 'm.next = "COPY"', 'm.next = "FAULT"'))
+        "coordinates_state", fault=dut.fault, shows=~orders.valid & ~dut.busy)
 
 
 def _near(distance):

@@ -1,8 +1,8 @@
 """Contract of the step counter."""
 
-from fresa.motion import StepCounter, counter
+from fresa.motion import StepCounter
 
-from .contract import Bug, Component, Contract
+from .contract import Component, Contract
 
 __all__ = ["COUNTER"]
 
@@ -12,18 +12,14 @@ def describe(c: Contract, dut: StepCounter) -> None:
     before = c.past(dut.count)
     stepped = c.past(dut.step & ~dut.clear & ~c.rst)
     up = c.past(dut.direction)
-    c.holds("up", "A step with direction 1 counts one up, FFFF to 0000.",
-            when=stepped & up, then=dut.count == (before + 1)[:16],
-            bug=Bug(counter, "Mux(self.direction, 1, -1)", "Mux(self.direction, 3, -1)"))
-    c.holds("down", "A step with direction 0 counts one down, 0000 to FFFF.",
-            when=stepped & ~up, then=dut.count == (before - 1)[:16],
-            bug=Bug(counter, "Mux(self.direction, 1, -1)", "1"))
-    c.holds("clear", "After a clear or a reset the count is 0, whatever was stepped.",
-            when=c.past(dut.clear | c.rst), then=dut.count == 0,
-            bug=Bug(counter, "with m.If(self.clear):", "with m.If(self.clear & ~self.step):"))
-    c.holds("stays", "Without a step the count stays.",
-            when=c.past(~dut.step & ~dut.clear & ~c.rst), then=dut.count == before,
-            bug=Bug(counter, "with m.Elif(self.step):", "with m.Else():"))
+    c.implication("up", "A step with direction 1 counts one up, FFFF to 0000.",
+                  when=stepped & up, then=dut.count == (before + 1)[:16])
+    c.implication("down", "A step with direction 0 counts one down, 0000 to FFFF.",
+                  when=stepped & ~up, then=dut.count == (before - 1)[:16])
+    c.implication("clear", "After a clear or a reset the count is 0, whatever was stepped.",
+                  when=c.past(dut.clear | c.rst), then=dut.count == 0)
+    c.implication("stays", "Without a step the count stays.",
+                  when=c.past(~dut.step & ~dut.clear & ~c.rst), then=dut.count == before)
 
     total = c.keep(18, name="forward_less_back")
     with c.m.If(c.rst | dut.clear):
@@ -32,9 +28,8 @@ def describe(c: Contract, dut: StepCounter) -> None:
         c.m.d.sync += total.eq(total + 1)
     with c.m.Elif(dut.step):
         c.m.d.sync += total.eq(total - 1)
-    c.always("forward-less-back", "The count is the steps forward less those back, for ever.",
-             dut.count == total[:16], seen=total.all(),
-             bug=Bug(counter, "with m.If(self.clear):", "with m.If(self.clear & self.direction):"))
+    c.invariant("forward-less-back", "The count is the steps forward less those back, for ever.",
+                dut.count == total[:16], cover=total.all())
 
 
 COUNTER = Component(make=lambda: StepCounter(), describe=describe)

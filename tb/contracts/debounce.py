@@ -2,10 +2,9 @@
 
 from amaranth import Const, Mux
 
-from fresa.drive import divider
-from fresa.panel import Debouncer, debounce
+from fresa.panel import Debouncer
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["DEBOUNCE"]
 
@@ -17,54 +16,38 @@ def describe(c: Contract, dut: Debouncer) -> None:
     changed = dut.o[0] != c.past(dut.o[0])
     so_far = Mux(changed, 0, run)
     c.m.d.sync += run.eq(Mux(differs, so_far + 1, 0))
-    c.holds("starts-low", "All levels are low at power-up.", when=~c.past(1), then=dut.o == 0,
-            bug=Bug(debounce, "level = Signal(self.width, reset_less=True)",
-                    "level = Signal(self.width, reset_less=True, init=1)"))
+    c.implication("starts-low", "All levels are low at power-up.", when=~c.past(1), then=dut.o == 0)
     age = c.keep(range(dut.period + 1), name="age")
     with c.m.If(age < dut.period):
         c.m.d.sync += age.eq(age + 1)
-    c.holds("first-period-is-none", "The period of power-up is not counted: nothing changes in it.",
-            when=(age < dut.period) | c.past(age < dut.period), then=dut.o == 0,
-            bug=Bug(debounce, "differs = Signal(self.width, reset_less=True)",
-                    "differs = Signal(self.width, reset_less=True, init=1)"))
-    c.always("long-always-passes", "No input differs from its level for more than two periods.",
-             so_far + differs <= 2 * dut.period, seen=so_far + differs == 2 * dut.period,
-             bug=Bug(debounce, "differs.eq(~0)", "differs.eq(0)"))
-    c.holds("change-is-the-input", "A level changes to that of its input.",
-            when=changed, then=dut.o[0] == c.past(dut.i[0]),
-            bug=Bug(debounce, "level ^ (still & differs)", "level ^ differs"))
-    c.holds("reset-keeps", "Reset changes no level.",
-            when=c.past(c.rst & (dut.i == dut.o)), then=dut.o == c.past(dut.o),
-            bug=Bug(debounce, "level = Signal(self.width, reset_less=True)",
-                    "level = Signal(self.width)"))
-    c.holds("each-its-own", "A level whose input does not differ stays, whatever the others do.",
-            when=c.past(~(dut.i[1] ^ dut.o[1]) & differs), then=dut.o[1] == c.past(dut.o[1]),
-            bug=Bug(debounce, "level ^ (still & differs)",
-                    "level ^ (still & differs).any().replicate(self.width)"))
+    c.implication("first-period-is-none", "The period of power-up is not counted: nothing changes "
+                  "in it.", when=(age < dut.period) | c.past(age < dut.period), then=dut.o == 0)
+    c.invariant("long-always-passes", "No input differs from its level for more than two periods.",
+                so_far + differs <= 2 * dut.period, cover=so_far + differs == 2 * dut.period)
+    c.implication("change-is-the-input", "A level changes to that of its input.",
+                  when=changed, then=dut.o[0] == c.past(dut.i[0]))
+    c.implication("reset-keeps", "Reset changes no level.",
+                  when=c.past(c.rst & (dut.i == dut.o)), then=dut.o == c.past(dut.o))
+    c.implication("each-its-own", "A level whose input does not differ stays, whatever the others "
+                  "do.", when=c.past(~(dut.i[1] ^ dut.o[1]) & differs),
+                  then=dut.o[1] == c.past(dut.o[1]))
     marked = c.signal("differs")[0]
     since = Const(0)  # clocks since the last tick
     if dut.period > 1:
         count = c.signal("divider.count")
         since = count + dut.period - 1
-        c.holds("short-never-passes", "A level changes only to one that lasted `period` clocks.",
-                when=changed, then=c.past(so_far) >= dut.period - 1,
-                bug=Bug(debounce, "level ^ (still & differs)", "level ^ still"))
-        c.always("count-in-range", "The divider counts from 1 - period up to 0.",
-                 (count <= 0) & (count >= 1 - dut.period), seen=count == 0,
-                 bug=Bug(divider, "with m.If(self.tick | self.clear):", "with m.If(self.clear):"))
-    c.always("age-is-the-count", "Until the first tick no input is marked.",
-             (age == dut.period) | ((since == age) & ~c.signal("differs").any()), seen=age == 1,
-             bug=Bug(debounce, "differs = Signal(self.width, reset_less=True)",
-                     "differs = Signal(self.width, reset_less=True, init=1)"))
-    c.holds("mark-is-a-period", "An input that is marked has differed since the last tick.",
-            when=marked, then=so_far >= since,
-            bug=Bug(debounce, "differs.eq(differs & still)", "differs.eq(differs | still)"))
-    c.holds("no-mark-no-period", "One that is not marked has not differed since before that tick.",
-            when=~marked, then=so_far <= since,
-            bug=Bug(debounce, "differs.eq(~0)", "differs.eq(0)"))
-    c.always("longest-so-far", "None has differed longer than a period and the time since a tick.",
-             so_far <= since + dut.period, seen=so_far == dut.period,
-             bug=Bug(debounce, "level ^ (still & differs)", "level"))
+        c.implication("short-never-passes", "A level changes only to one that lasted `period` "
+                      "clocks.", when=changed, then=c.past(so_far) >= dut.period - 1)
+        c.invariant("count-in-range", "The divider counts from 1 - period up to 0.",
+                    (count <= 0) & (count >= 1 - dut.period), cover=count == 0)
+    c.invariant("age-is-the-count", "Until the first tick no input is marked.",
+                (age == dut.period) | ((since == age) & ~c.signal("differs").any()), cover=age == 1)
+    c.implication("mark-is-a-period", "An input that is marked has differed since the last tick.",
+                  when=marked, then=so_far >= since)
+    c.implication("no-mark-no-period", "One that is not marked has not differed since before that "
+                  "tick.", when=~marked, then=so_far <= since)
+    c.invariant("longest-so-far", "None has differed longer than a period and the time since a "
+                "tick.", so_far <= since + dut.period, cover=so_far == dut.period)
 
 
 DEBOUNCE = Component(

@@ -2,9 +2,9 @@
 
 from amaranth import Array, Mux
 
-from fresa.protocol import DecimalWriter, decimal_writer
+from fresa.protocol import DecimalWriter
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["DECIMAL_WRITER"]
 
@@ -32,79 +32,60 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     last = state("DIGIT") & (place == 0)
     digits = offered - minus  # taken so far, once the sign is
 
-    c.holds("ready-at-rest", "A number is taken at rest, and only there.",
-            when=state("REST") | dut.numbers.ready, then=state("REST") & dut.numbers.ready,
-            bug=Bug(decimal_writer, "self.numbers.ready.eq(1)", "self.numbers.ready.eq(written)"))
-    c.holds("stream-keeps", "A byte that is offered stays until it is taken.",
-            when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
-            then=dut.bytes.valid & (byte == c.past(byte)),
-            bug=Bug(decimal_writer, "digit.eq(0), written.eq(1), place.eq(place - 1)]\n",
-                    "digit.eq(0), written.eq(1), place.eq(place - 1)]\n"
-                    "                m.d.sync += digit.eq(0)\n                with m.If(1):\n"))
-    c.holds("digits-only", "Behind the sign each byte is a digit.",
-            when=dut.bytes.valid & ((offered > 0) | ~minus), then=(byte >= 0x30) & (byte <= 0x39),
-            bug=Bug(decimal_writer, "with m.If(after >= 0):", "with m.If(after >= -2):"))
+    c.implication("ready-at-rest", "A number is taken at rest, and only there.",
+                  when=state("REST") | dut.numbers.ready, then=state("REST") & dut.numbers.ready)
+    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+                  when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
+                  then=dut.bytes.valid & (byte == c.past(byte)))
+    c.implication("digits-only", "Behind the sign each byte is a digit.",
+                  when=dut.bytes.valid & ((offered > 0) | ~minus),
+                  then=(byte >= 0x30) & (byte <= 0x39))
     if dut.shape.signed:
-        c.holds("sign-first", "A negative number begins with its sign.",
-                when=dut.bytes.valid & minus & (offered == 0), then=byte == ord("-"),
-                bug=Bug(decimal_writer, "with m.If(self.numbers.payload < 0):", "with m.If(0):"))
-        c.holds("sign-is-there", "The sign is taken before its digits are counted.",
-                when=state("COUNT", "DIGIT") & minus, then=offered > 0,
-                bug=Bug(decimal_writer, "with m.If(self.numbers.payload < 0):", "with m.If(0):"))
-        c.holds("nothing-before-it", "Until the sign is taken nothing is counted.",
-                when=state("SIGN"), then=minus & (offered == 0) & ~c.signal("written")
-                & (digit == 0) & (place == dut.digits - 1) & (left == number.as_unsigned()),
-                bug=Bug(decimal_writer, "place.eq(self.digits - 1)", "place.eq(self.digits - 2)"))
-    c.holds("no-sign", "No other number has one.", when=dut.bytes.valid & ~minus,
-            then=byte != ord("-"),
-            bug=Bug(decimal_writer, "with m.If(self.numbers.payload < 0):", "with m.If(1):")
-            if dut.shape.signed else Bug(decimal_writer, 'ord("0") | digit', 'ord("-")'))
-    c.holds("no-leading-zero", "The first digit is no 0 unless it is the only one.",
-            when=dut.bytes.valid & (digits == 0) & (byte == 0x30), then=last,
-            bug=Bug(decimal_writer, "(digit != 0) | written | (place == 0)", "1"))
-    c.holds("ends", "After the last digit the next number can be taken.",
-            when=c.past(last & given), then=state("REST"),
-            bug=Bug(decimal_writer, "with m.If(place == 0):", "with m.If(0):"))
-    c.holds("only-then", "And not before.", when=c.past(busy & ~(last & given) & ~c.rst),
-            then=~state("REST"),
-            bug=Bug(decimal_writer, "with m.If(place == 0):", "with m.If(place <= 1):"))
-    c.holds("reset-rests", "Reset ends it.", when=c.past(c.rst), then=state("REST"),
-            bug=Bug(decimal_writer, 'm.FSM(name="writer_state")',
-                    'm.FSM(name="writer_state", init="COUNT")'))
-    c.holds("digit-fits", "What is left is less than the places still to come can hold.",
-            when=state("COUNT", "DIGIT"), then=(place < dut.digits) & (digit <= 9)
-            & (left < power * (10 - digit)) & (~state("DIGIT") | (left < power)),
-            bug=Bug(decimal_writer, "digit.eq(digit + 1)", "digit.eq(digit + 2)"))
+        c.implication("sign-first", "A negative number begins with its sign.",
+                      when=dut.bytes.valid & minus & (offered == 0), then=byte == ord("-"))
+        c.implication("sign-is-there", "The sign is taken before its digits are counted.",
+                      when=state("COUNT", "DIGIT") & minus, then=offered > 0)
+        c.implication("nothing-before-it", "Until the sign is taken nothing is counted.",
+                      when=state("SIGN"), then=minus & (offered == 0) & ~c.signal("written")
+                      & (digit == 0) & (place == dut.digits - 1) & (left == number.as_unsigned()))
+    c.implication("no-sign", "No other number has one.", when=dut.bytes.valid & ~minus,
+                  then=byte != ord("-"))
+    c.implication("no-leading-zero", "The first digit is no 0 unless it is the only one.",
+                  when=dut.bytes.valid & (digits == 0) & (byte == 0x30), then=last)
+    c.implication("ends", "After the last digit the next number can be taken.",
+                  when=c.past(last & given), then=state("REST"))
+    c.implication("only-then", "And not before.", when=c.past(busy & ~(last & given) & ~c.rst),
+                  then=~state("REST"))
+    c.implication("reset-rests", "Reset ends it.", when=c.past(c.rst), then=state("REST"))
+    c.implication("digit-fits", "What is left is less than the places still to come can hold.",
+                  when=state("COUNT", "DIGIT"), then=(place < dut.digits) & (digit <= 9)
+                  & (left < power * (10 - digit)) & (~state("DIGIT") | (left < power)))
     counted = state("COUNT") & (left >= power)
-    c.holds("takes-away", "What the digit counts is taken away.", when=c.past(counted & ~c.rst),
-            then=(left == c.past((left - power)[:len(left)])) & (digit == c.past(digit + 1)),
-            bug=Bug(decimal_writer, "left.eq(after)", "left.eq(after - 1)"))
-    c.holds("takes-nothing-else", "Nothing else is, and no other digit is begun.",
-            when=c.past(state("COUNT", "DIGIT") & ~counted & ~c.rst) & state("COUNT", "DIGIT"),
-            then=(left == c.past(left)) & (digit == Mux(c.past(given), 0, c.past(digit))),
-            bug=Bug(decimal_writer, "m.d.sync += [digit.eq(0), written", "m.d.sync += [written"))
-    c.holds("takes-all-of-it", "What is counted is the number without its sign.",
-            when=~c.past(state("COUNT", "DIGIT")) & state("COUNT"),
-            then=left == Mux(minus, -number, number)[:len(left)],
-            bug=Bug(decimal_writer, "left.eq(self.numbers.payload)",
-                    "left.eq(self.numbers.payload[:4])"))
-    c.holds("adds-nothing", "What is left is never more than that.",
-            when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number, number)[:len(left)],
-            bug=Bug(decimal_writer, "left.eq(after)", "left.eq(after - 1)"))
-    c.holds("written-counts", "It knows whether a digit was written.",
-            when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
-            & (digits + place < dut.digits),
-            bug=Bug(decimal_writer, "written.eq(1)", "written.eq(digit[0])"))
+    c.implication("takes-away", "What the digit counts is taken away.",
+                  when=c.past(counted & ~c.rst),
+                  then=(left == c.past((left - power)[:len(left)])) & (digit == c.past(digit + 1)))
+    c.implication("takes-nothing-else", "Nothing else is, and no other digit is begun.",
+                  when=c.past(state("COUNT", "DIGIT") & ~counted & ~c.rst) & state("COUNT",
+                                                                                   "DIGIT"),
+                  then=(left == c.past(left)) & (digit == Mux(c.past(given), 0, c.past(digit))))
+    c.implication("takes-all-of-it", "What is counted is the number without its sign.",
+                  when=~c.past(state("COUNT", "DIGIT")) & state("COUNT"),
+                  then=left == Mux(minus, -number, number)[:len(left)])
+    c.implication("adds-nothing", "What is left is never more than that.",
+                  when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number,
+                                                                 number)[:len(left)])
+    c.implication("written-counts", "It knows whether a digit was written.",
+                  when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
+                  & (digits + place < dut.digits))
     if dut.shape.width <= WATCHED:
         _watch_value(c, dut, number, given, last, power)
     c.leaves_unused_codes("writer_state", fault=dut.fault,
-                          shows=~dut.bytes.valid & ~dut.numbers.ready,
-                          reached=Bug(decimal_writer, 'm.next = "DIGIT"', 'm.next = "FAULT"'))
+                          shows=~dut.bytes.valid & ~dut.numbers.ready)
 
 
 def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, last: Bits,
                  power: Bits) -> None:
-    """Promise that the digits, put together again, are the number."""
+    """State that the digits, put together again, are the number."""
     state, byte = c.state("writer_state"), dut.bytes.payload
     so_far = c.keep(dut.shape.width, name="so_far")
     shown = (so_far * 10 + byte[:4])[:dut.shape.width]
@@ -114,18 +95,15 @@ def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, las
         c.m.d.sync += so_far.eq(shown)
     magnitude = Mux(number < 0, -number, number)[:dut.shape.width]
 
-    c.holds("is-the-number", "The digits are those of the number, its sign aside.",
-            when=last & given, then=shown == magnitude,
-            bug=Bug(decimal_writer, "10**n for n", "10**n + (n > 0) for n"))
-    c.holds("adds-up", "The digits so far, the one that is counted and what is left are all of it.",
-            when=state("COUNT", "DIGIT"),
-            then=so_far * power * 10 + c.signal("digit") * power + c.signal("left") == magnitude,
-            bug=Bug(decimal_writer, "left.eq(after)", "left.eq(after - 1)"))
-    c.always("nothing-yet", "At rest nothing of the next number is written.",
-             ~state("REST", *(["SIGN"] if dut.shape.signed else [])) | (so_far == 0)
-             | (state("REST") & c.past(given)), seen=so_far != 0,
-             bug=Bug(decimal_writer, "self.numbers.ready.eq(1)",
-                     "self.numbers.ready.eq(~written)"))
+    c.implication("is-the-number", "The digits are those of the number, its sign aside.",
+                  when=last & given, then=shown == magnitude)
+    c.implication("adds-up", "The digits so far, the one that is counted and what is left are all "
+                  "of it.", when=state("COUNT", "DIGIT"),
+                  then=so_far * power * 10 + c.signal("digit") * power
+                  + c.signal("left") == magnitude)
+    c.invariant("nothing-yet", "At rest nothing of the next number is written.",
+                ~state("REST", *(["SIGN"] if dut.shape.signed else [])) | (so_far == 0)
+                | (state("REST") & c.past(given)), cover=so_far != 0)
 
 
 DECIMAL_WRITER = Component(

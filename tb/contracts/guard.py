@@ -2,14 +2,13 @@
 
 from amaranth import Cat, Fragment, Value
 
-from fresa.motion import GuardedController, NumericalController, guard
+from fresa.motion import GuardedController, NumericalController
 
 from .coil import phase_of
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["GUARD"]
 
-PASSES_ON = "m.d.comb += getattr(self, name).eq(getattr(main, name))"
 FAULT = "(Cat(differ).any() | fault) & ~(ResetSignal() & seen)"
 
 
@@ -34,29 +33,22 @@ def never_alarms(c: Contract, dut: GuardedController) -> None:
             outputs.append((name, Value.cast(value) == Value.cast(same)))
 
     moved = c.part("main.drivers").moved
-    c.always("never-alarms", "Where nothing is upset the fault is never raised, for ever.",
-             ~c.signal("fault") & ~c.signal("seen"), seen=moved.any(),
-             bug=Bug(guard, "main.ready != shadow.ready", "main.ready != self.mode"))
-    c.always("words-agree", "Where nothing is upset both controllers have the same coil words.",
-             _all(c.signal(f"apart_{name}{when}") == 0
-                  for name in "xyz" for when in ("", "_before")),
-             seen=c.past(moved.any()),
-             bug=Bug(guard, "phases[0] - phases[1]", "phases[0] - phases[1][1]"))
+    c.invariant("never-alarms", "Where nothing is upset the fault is never raised, for ever.",
+                ~c.signal("fault") & ~c.signal("seen"), cover=moved.any())
+    c.invariant("words-agree", "Where nothing is upset both controllers have the same coil words.",
+                _all(c.signal(f"apart_{name}{when}") == 0
+                     for name in "xyz" for when in ("", "_before")),
+                cover=c.past(moved.any()))
     main, shadow = _registers(c._inside("main")), _registers(c._inside("shadow"))
-    c.always("both-the-same", "Where nothing is upset all registers of both controllers agree.",
-             _all(main[name] == shadow[name] for name in main), seen=c.past(moved.any()),
-             bug=Bug(guard, "shadow.stop.eq(self.stop | seen)", "shadow.stop.eq(seen)"))
+    c.invariant("both-the-same", "Where nothing is upset all registers of both controllers agree.",
+                _all(main[name] == shadow[name] for name in main), cover=c.past(moved.any()))
     other = _registers(alone)
-    c.always("registers-as-without", "A controller without a guard has the same registers.",
-             _all(main[name] == other[name] for name in main), seen=c.past(moved.any()),
-             bug=Bug(guard, "main.stop.eq(self.stop | fault)", "main.stop.eq(fault)"))
+    c.invariant("registers-as-without", "A controller without a guard has the same registers.",
+                _all(main[name] == other[name] for name in main), cover=c.past(moved.any()))
     for name, same in outputs:
-        c.always(f"{name.replace('_', '-')}-as-without",
-                 f"`{name}` is what it would be without a guard, for ever.",
-                 same, seen=c.past(moved.any()),
-                 bug=Bug(guard, "self.error.eq(main.error | fault)", "self.error.eq(~main.error)")
-                 if name == "error" else
-                 Bug(guard, PASSES_ON, PASSES_ON.replace("(main, name)", "(main, name)[0] ^ 1")))
+        c.invariant(f"{name.replace('_', '-')}-as-without",
+                    f"`{name}` is what it would be without a guard, for ever.",
+                    same, cover=c.past(moved.any()))
 
 
 def misses_nothing(c: Contract, dut: GuardedController) -> None:
@@ -65,52 +57,44 @@ def misses_nothing(c: Contract, dut: GuardedController) -> None:
     known = c.past(c.past(1))
     was_seen = c.past(c.rst & c.past(dut.error & fault & ~c.rst))
 
-    def shows(name: str, says: str, differ: Bits, bug: Bug | tuple[Bug, ...]) -> None:
-        c.holds(name, f"{says} shows with the next clock, unless a reset ends an older fault.",
-                when=known & c.past(differ) & ~was_seen, then=fault & dut.error, bug=bug,
-                upset=True)
+    def shows(name: str, says: str, differ: Bits) -> None:
+        c.implication(name,
+                      f"{says} shows with the next clock, unless a reset ends an older fault.",
+                      when=known & c.past(differ) & ~was_seen, then=fault & dut.error,
+                      upset=True)
 
     for axis in "xyz":
         here, there = (getattr(one.automatic, f"at_{axis}") for one in (main, shadow))
         shows(f"position-{axis}", f"Another position of {axis} in the second controller",
-              here != there, Bug(guard, "here != there", "here[1:] != there[1:]"))
+              here != there)
         turns = []
         for one in (main, shadow):
             phase, _ = phase_of(c, getattr(one, f"axis_{axis}"))
             turns.append((phase - c.past(phase))[:2])
         shows(f"step-{axis}", f"A step of {axis} that the second controller does not make",
-              turns[0] != turns[1],
-              (Bug(guard, "apart != before", "(apart ^ before) == 2"),
-               Bug(guard, "ResetSignal() & seen", "ResetSignal()")))
+              turns[0] != turns[1])
     for name in ("ready", "error"):
         shows(name, f"`{name}` that is not that of the second controller",
-              getattr(main, name) != getattr(shadow, name),
-              Bug(guard, f"main.{name} != shadow.{name}", f"main.{name} & ~shadow.{name}"))
+              getattr(main, name) != getattr(shadow, name))
 
-    c.holds("fault-stops", "With a fault no step is made and no order taken.", when=fault,
-            then=(c.part("main.drivers").moved == 0) & ~dut.ready & (dut.jogging == 0),
-            bug=Bug(guard, "main.stop.eq(self.stop | fault)", "main.stop.eq(self.stop)"),
-            upset=True)
-    c.holds("fault-shows", "A fault is an error.", when=fault, then=dut.error,
-            bug=Bug(guard, "self.error.eq(main.error | fault)", "self.error.eq(main.error)"),
-            upset=True)
-    c.holds("fault-stays", "A fault stays until reset, in every mode.",
-            when=known & c.past(fault & ~c.rst), then=fault,
-            bug=Bug(guard, FAULT, FAULT.replace("| fault", "| fault & self.mode")), upset=True)
-    c.holds("reset-ends-it", "A reset ends a fault that was seen before it.",
-            when=known & was_seen, then=~fault,
-            bug=Bug(guard, " & ~(ResetSignal() & seen)", ""), upset=True)
-    c.holds("reset-hides-nothing", "A fault that comes up during a reset outlives it.",
-            when=known & c.past(fault & c.rst & c.past(c.rst)), then=fault,
-            bug=Bug(guard, "seen.eq(fault & ~ResetSignal())", "seen.eq(fault)"), upset=True)
+    c.implication("fault-stops", "With a fault no step is made and no order taken.", when=fault,
+                  then=(c.part("main.drivers").moved == 0) & ~dut.ready & (dut.jogging == 0),
+                  upset=True)
+    c.implication("fault-shows", "A fault is an error.", when=fault, then=dut.error,
+                  upset=True)
+    c.implication("fault-stays", "A fault stays until reset, in every mode.",
+                  when=known & c.past(fault & ~c.rst), then=fault, upset=True)
+    c.implication("reset-ends-it", "A reset ends a fault that was seen before it.",
+                  when=known & was_seen, then=~fault, upset=True)
+    c.implication("reset-hides-nothing", "A fault that comes up during a reset outlives it.",
+                  when=known & c.past(fault & c.rst & c.past(c.rst)), then=fault, upset=True)
     main_registers, shadow_registers = _registers(c._inside("main")), _registers(
         c._inside("shadow"))
-    c.holds("reset-makes-them-equal", "After a reset all that a reset sets agrees.",
-            when=known & c.past(c.rst),
-            then=_all(value == shadow_registers[name] for name, value in main_registers.items()
-                      if not value.reset_less),
-            bug=Bug(guard, "register.attrs.update(",
-                    "register._reset_less = True; register.attrs.update("), upset=True)
+    c.implication("reset-makes-them-equal", "After a reset all that a reset sets agrees.",
+                  when=known & c.past(c.rst),
+                  then=_all(value == shadow_registers[name] for name,
+                            value in main_registers.items()
+                            if not value.reset_less), upset=True)
 
 
 def _registers(fragment: Fragment, path: str = "") -> dict[str, Bits]:

@@ -5,11 +5,11 @@ Their CRC is watched beside a register that shifts a bit at a time, as the stand
 
 from amaranth import Array, Cat, Const, Mux
 
-from fresa.protocol import HexReader, HexWriter, hex_reader, hex_writer
+from fresa.protocol import HexReader, HexWriter
 from fresa.protocol.hex_reader import CHECK, CHECK_DIGITS
 from fresa.protocol.line import LineEnd
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["HEX_READER", "HEX_WRITER"]
 
@@ -60,53 +60,38 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
     # Covers look for a line that is right, but for its first digit: to find one is a long search.
     check = CHECK.compute([0xA] * dut.digits)
     line = Array([0xA] * dut.digits + [check >> 4 * place & 15 for place in range(CHECK_DIGITS)])
-    c.usual(~c.rst & dut.items.valid
-            & (~is_digit | (count == 0) | (count >= longest) | (digit == line[count])))
+    c.restrict_covers(~c.rst & dut.items.valid
+                      & (~is_digit | (count == 0) | (count >= longest) | (digit == line[count])))
 
-    c.holds("answers-every-line", "A line that ends is a message with the next clock.",
-            when=c.past(ends & ~c.rst), then=waits,
-            bug=Bug(hex_reader, "self.messages.valid.eq(1)", "self.messages.valid.eq(~wrong)"))
-    c.holds("and-nothing-else", "Nothing else is.", when=waits & ~c.past(waits),
-            then=c.past(ends & ~c.rst),
-            bug=Bug(hex_reader, "with m.If(end):", "with m.If(end | (count == longest)):"))
-    c.always("one-at-a-time", "While a message waits nothing is read, and else all is.",
-             dut.items.ready == ~waits, seen=waits,
-             bug=Bug(hex_reader, "self.items.ready.eq(~self.messages.valid)",
-                     "self.items.ready.eq(~self.messages.valid | self.messages.ready)"))
-    c.holds("stream-keeps", "A message stays until it is taken.",
-            when=c.past(waits & ~dut.messages.ready & ~c.rst),
-            then=waits & (message == c.past(message)),
-            bug=Bug(hex_reader, "self.messages.valid & self.messages.ready",
-                    "self.messages.valid"))
-    c.holds("taken-is-gone", "A message that was taken, and after reset any, is not there again.",
-            when=c.past(over | c.rst), then=~waits,
-            bug=Bug(hex_reader, "self.messages.valid.eq(0), ", ""))
-    c.holds("begins-with-nothing", "After power-up, and after reset, nothing is left of a message.",
-            when=~c.past(1) | c.past(c.rst), then=message == 0,
-            bug=Bug(hex_reader, "value = self.messages.p.value", "value = self.messages.p.value; "
-                    "self.messages.payload.as_value()._init = 1"))
-    c.holds("good-is-right", "What is good has its digits, a CRC that is right, and no other byte, "
-            "and its line came whole.", when=waits & good, then=right,
-            bug=(Bug(hex_reader, "& crc.match_detected", ""),
-                 Bug(hex_reader, "& ~wrong", ""),
-                 Bug(hex_reader, "(byte == LineEnd.GOOD) & ", "")))
-    c.holds("right-is-good", "A line that has all of that is good.", when=waits & right, then=good,
-            bug=(Bug(hex_reader, "wrong.eq(0)]", "wrong.eq(wrong)]"),
-                 Bug(hex_reader, "byte[:3] + 9", "byte[:3] + 8"),
-                 Bug(hex_reader, "crc.start.eq(1)", "crc.start.eq(0)")))
-    c.holds("says-what-was-said", "What is good is the digits of the line.", when=waits & good,
-            then=Cat(reversed(said)) == value,
-            bug=Bug(hex_reader, "value.eq(Cat(crc.data, value))", "value.eq(Cat(byte[:4], value))"))
-    c.always("knows-the-line", "It knows how much has come, and whether all of it were digits.",
-             (c.signal("count") == Mux(count > longest, longest, count))
-             & (c.signal("wrong") == (other | (count > longest)))
-             & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
-             & Cat((place >= count) | (at == value.word_select(
-                 (Mux(count > dut.digits, dut.digits, count) - 1 - place)[:8], 4))
-                 for place, at in enumerate(said)).all()
-             & (~waits | (good == right)),
-             seen=count > longest, bug=Bug(hex_reader, "with m.If(count < self.digits):",
-                                           "with m.If(count <= self.digits):"))
+    c.implication("answers-every-line", "A line that ends is a message with the next clock.",
+                  when=c.past(ends & ~c.rst), then=waits)
+    c.implication("and-nothing-else", "Nothing else is.", when=waits & ~c.past(waits),
+                  then=c.past(ends & ~c.rst))
+    c.invariant("one-at-a-time", "While a message waits nothing is read, and else all is.",
+                dut.items.ready == ~waits, cover=waits)
+    c.implication("stream-keeps", "A message stays until it is taken.",
+                  when=c.past(waits & ~dut.messages.ready & ~c.rst),
+                  then=waits & (message == c.past(message)))
+    c.implication("taken-is-gone", "A message that was taken, and after reset any, is not there "
+                  "again.", when=c.past(over | c.rst), then=~waits)
+    c.implication("begins-with-nothing", "After power-up, and after reset, nothing is left of a "
+                  "message.", when=~c.past(1) | c.past(c.rst), then=message == 0)
+    c.implication("good-is-right", "What is good has its digits, a CRC that is right, and no "
+                  "other byte, and its line came whole.", when=waits & good, then=right)
+    c.implication("right-is-good", "A line that has all of that is good.", when=waits & right,
+                  then=good)
+    c.implication("says-what-was-said", "What is good is the digits of the line.",
+                  when=waits & good,
+                  then=Cat(reversed(said)) == value)
+    c.invariant("knows-the-line", "It knows how much has come, and whether all of it were digits.",
+                (c.signal("count") == Mux(count > longest, longest, count))
+                & (c.signal("wrong") == (other | (count > longest)))
+                & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
+                & Cat((place >= count) | (at == value.word_select(
+                    (Mux(count > dut.digits, dut.digits, count) - 1 - place)[:8], 4))
+                    for place, at in enumerate(said)).all()
+                & (~waits | (good == right)),
+                cover=count > longest)
 
 
 HEX_READER = Component(
@@ -143,41 +128,27 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
             with c.m.If(sent == place):
                 c.m.d.sync += crc.eq(with_digit(crc, digit))
 
-    c.holds("is-the-line", "The bytes are the start, the digits, their CRC and the end.",
-            when=offered, then=sending & (byte == expected),
-            bug=(Bug(hex_writer, 'ord("A") - 10', 'ord("a") - 10'),
-                 Bug(hex_writer, "crc.valid.eq(given & body)", "crc.valid.eq(given)"),
-                 Bug(hex_writer, "crc.start.eq(self.messages.valid & self.messages.ready)",
-                     "crc.start.eq(given)")))
-    c.always("at-once", "A byte is offered from the clock after the message to the last.",
-             offered == sending, seen=sending,
-             bug=Bug(hex_writer, "self.bytes.valid.eq(left != 0)", "self.bytes.valid.eq(left > 1)"))
-    c.always("one-at-a-time", "The next message is taken when the last byte has been.",
-             dut.messages.ready == ~sending, seen=sending,
-             bug=Bug(hex_writer, "self.messages.ready.eq(left == 0)",
-                     "self.messages.ready.eq(left <= 1)"))
-    c.holds("stream-keeps", "A byte stays until it is taken.",
-            when=c.past(offered & ~dut.bytes.ready & ~c.rst),
-            then=offered & (byte == c.past(byte)),
-            bug=Bug(hex_writer, "given.eq(self.bytes.valid & self.bytes.ready)",
-                    "given.eq(self.bytes.valid)"))
-    c.holds("reset-ends-it", "Reset ends a line.", when=c.past(c.rst),
-            then=dut.messages.ready & ~offered,
-            bug=Bug(hex_writer, "left = Signal(range(first + 1))",
-                    "left = Signal(range(first + 1), reset_less=True)"))
+    c.implication("is-the-line", "The bytes are the start, the digits, their CRC and the end.",
+                  when=offered, then=sending & (byte == expected))
+    c.invariant("at-once", "A byte is offered from the clock after the message to the last.",
+                offered == sending, cover=sending)
+    c.invariant("one-at-a-time", "The next message is taken when the last byte has been.",
+                dut.messages.ready == ~sending, cover=sending)
+    c.implication("stream-keeps", "A byte stays until it is taken.",
+                  when=c.past(offered & ~dut.bytes.ready & ~c.rst),
+                  then=offered & (byte == c.past(byte)))
+    c.implication("reset-ends-it", "Reset ends a line.", when=c.past(c.rst),
+                  then=dut.messages.ready & ~offered)
     rest, register = c.signal("rest"), c.signal("crc.crc_reg")
     behind = Array(Cat(Const(0, 4 * said), message)[:len(rest)] for said in (
         0, *(min(place, dut.digits) for place in range(length))))
-    c.holds("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
-            then=(rest == 0) & register.all(),
-            bug=Bug(hex_writer, "rest = Signal(4 * self.digits)",
-                    "rest = Signal(4 * self.digits, init=1)"))
-    c.always("knows-the-place", "It knows what is left of the line.",
-             (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
-             & (~sending | (register == Cat(reversed(crc))))
-             & (rest == Mux(sending, behind[sent], 0)),
-             seen=sending & (sent == length - 1),
-             bug=Bug(hex_writer, "left.eq(left - 1)", "left.eq(left - 2)"))
+    c.implication("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
+                  then=(rest == 0) & register.all())
+    c.invariant("knows-the-place", "It knows what is left of the line.",
+                (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
+                & (~sending | (register == Cat(reversed(crc))))
+                & (rest == Mux(sending, behind[sent], 0)),
+                cover=sending & (sent == length - 1))
 
 
 def _character(digit: Bits) -> Bits:

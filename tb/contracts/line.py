@@ -2,10 +2,10 @@
 
 from amaranth import Cat, Const, Mux
 
-from fresa.protocol import LineReader, line
+from fresa.protocol import LineReader
 from fresa.protocol.line import LineEnd
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["LINE"]
 
@@ -50,62 +50,50 @@ def describe(c: Contract, dut: LineReader) -> None:
     added = Mux(wanted, Mux(bad, 1, size + 1), 0)
     c.m.d.sync += waiting.eq(Mux(c.rst, 0, waiting - given + added))
 
-    c.holds("whole-lines-only", "What is offered is of a line that has ended.",
-            when=dut.items.valid, then=waiting > 0,
-            bug=Bug(line, "self.items.valid.eq(after != kept)", "self.items.valid.eq(1)"))
-    c.holds("offered-soon", "A line that has ended is offered the clock after the next.",
-            when=c.past((waiting > given) & ~c.rst), then=dut.items.valid,
-            bug=Bug(line, "after != kept", "tail != kept - 1"))
-    c.holds("one-line-has-room", "While nothing waits a byte is taken.", when=waiting == 0,
-            then=dut.bytes.ready,
-            bug=Bug(line, "(kept + count + 1)[:len(tail)] != tail", "kept == tail + 1"))
-    c.holds("no-byte-without-room", "Without room none is.",
-            when=waiting + count >= dut.depth - 1, then=~dut.bytes.ready,
-            bug=Bug(line, "(kept + count + 1)[:len(tail)] != tail", "1"))
-    c.holds("room-is-used", "With room a byte is taken.", when=waiting + count < dut.depth - 1,
-            then=dut.bytes.ready,
-            bug=Bug(line, "(kept + count + 1)[:len(tail)]", "(kept + count + 2)[:len(tail)]"))
-    c.holds("stream-keeps", "What is offered stays until it is taken.",
-            when=c.past(dut.items.valid & ~dut.items.ready & ~c.rst),
-            then=dut.items.valid & (payload == c.past(payload)),
-            bug=Bug(line, "self.items.valid & self.items.ready", "self.items.valid"))
-    c.holds("reset-forgets", "Reset forgets every line.", when=c.past(c.rst),
-            then=~dut.items.valid & dut.bytes.ready,
-            bug=Bug(line, "kept = Signal(range(self.depth))",
-                    "kept = Signal(range(self.depth), reset_less=True)"))
-    c.always("knows-the-line", "It knows how long the line is, and what is wrong with it.",
-             (c.signal("count") == count) & (c.signal("long") == long)
-             & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
-             & (c.signal("cr") == cr) & (~cr | (count > 0))
-             & (count <= dut.length) & ((count == 0) | (inside & ~long & ~damaged)),
-             seen=count == dut.length, bug=Bug(line, "count.eq(count + 1)", "count.eq(count + 2)"))
-    c.always("knows-what-waits", "Behind what waits is the line that is read.",
-             ((c.signal("kept") - c.signal("tail"))[:len(c.signal("tail"))] == waiting)
-             & (waiting + count < dut.depth), seen=waiting > 1,
-             bug=Bug(line, "kept.eq(store.addr + 1)", "kept.eq(store.addr)"))
+    c.implication("whole-lines-only", "What is offered is of a line that has ended.",
+                  when=dut.items.valid, then=waiting > 0)
+    c.implication("offered-soon", "A line that has ended is offered the clock after the next.",
+                  when=c.past((waiting > given) & ~c.rst), then=dut.items.valid)
+    c.implication("one-line-has-room", "While nothing waits a byte is taken.", when=waiting == 0,
+                  then=dut.bytes.ready)
+    c.implication("no-byte-without-room", "Without room none is.",
+                  when=waiting + count >= dut.depth - 1, then=~dut.bytes.ready)
+    c.implication("room-is-used", "With room a byte is taken.",
+                  when=waiting + count < dut.depth - 1,
+                  then=dut.bytes.ready)
+    c.implication("stream-keeps", "What is offered stays until it is taken.",
+                  when=c.past(dut.items.valid & ~dut.items.ready & ~c.rst),
+                  then=dut.items.valid & (payload == c.past(payload)))
+    c.implication("reset-forgets", "Reset forgets every line.", when=c.past(c.rst),
+                  then=~dut.items.valid & dut.bytes.ready)
+    c.invariant("knows-the-line", "It knows how long the line is, and what is wrong with it.",
+                (c.signal("count") == count) & (c.signal("long") == long)
+                & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
+                & (c.signal("cr") == cr) & (~cr | (count > 0))
+                & (count <= dut.length) & ((count == 0) | (inside & ~long & ~damaged)),
+                cover=count == dut.length)
+    c.invariant("knows-what-waits", "Behind what waits is the line that is read.",
+                ((c.signal("kept") - c.signal("tail"))[:len(c.signal("tail"))] == waiting)
+                & (waiting + count < dut.depth), cover=waiting > 1)
     if dut.start:
-        c.holds("lost-start", "A byte outside that is not to be trusted begins a damaged line.",
-                when=c.past(taken & error & ~inside & ~starts & ~ends & ~c.rst),
-                then=c.signal("inside") & c.signal("damaged"),
-                bug=Bug(line, "begun.eq(inside | error)", "begun.eq(inside)"))
-        c.holds("lost-line", "If it is an end, that of a damaged line is handed on.",
-                when=c.past(taken & error & ~inside & ends & ~c.rst),
-                then=waiting == c.past(waiting - given) + 1,
-                bug=Bug(line, "begun.eq(inside | error)", "begun.eq(inside | error & ~ended)"))
+        c.implication("lost-start", "A byte outside that is not to be trusted begins a damaged "
+                      "line.", when=c.past(taken & error & ~inside & ~starts & ~ends & ~c.rst),
+                      then=c.signal("inside") & c.signal("damaged"))
+        c.implication("lost-line", "If it is an end, that of a damaged line is handed on.",
+                      when=c.past(taken & error & ~inside & ends & ~c.rst),
+                      then=waiting == c.past(waiting - given) + 1)
     if dut.crlf:
-        c.holds("drops-cr", "A CR right before the end is no byte of the line.",
-                when=c.past(wanted & cr & ~bad & ~c.rst),
-                then=c.signal("kept") == c.past((c.signal("kept") + count)[:len(
-                    c.signal("kept"))]),
-                bug=(Bug(line, "Mux(ended, size, count)", "count"),
-                     Bug(line, 'cr.eq(byte == ord("\\r"))', "cr.eq(0)")))
+        c.implication("drops-cr", "A CR right before the end is no byte of the line.",
+                      when=c.past(wanted & cr & ~bad & ~c.rst),
+                      then=c.signal("kept") == c.past((c.signal("kept") + count)[:len(
+                          c.signal("kept"))]))
     if dut.depth == WATCHED:
         _watch_content(c, dut, fits, count, size, wanted, bad, Cat(verdict, Const(1, 1)), waiting)
 
 
 def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: Bits, wanted: Bits,
                    bad: Bits, end: Bits, waiting: Bits) -> None:
-    """Promise what the bytes and ends are, beside a queue that moves up by itself."""
+    """State what the bytes and ends are, beside a queue that moves up by itself."""
     byte, payload = dut.bytes.p.byte, dut.items.payload.as_value()
     given = dut.items.valid & dut.items.ready
     so_far = [c.keep(8, name=f"byte_{place}") for place in range(dut.length)]
@@ -122,21 +110,16 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: 
             new = Mux((behind == number) & (number < size) & ~bad, was, new)
         c.m.d.sync += at.eq(Mux((place < left) | ~wanted, moved, new))
 
-    c.holds("as-it-went-in", "What is offered are the bytes of good lines and the ends of all.",
-            when=dut.items.valid, then=payload == queue[0],
-            bug=(Bug(line, "Cat(Mux(ended, verdict, byte), ended)", "Cat(byte, ended)"),
-                 Bug(line, "Mux(error, 0, Mux(ended, size, count))", "Mux(ended, size, count)")))
-    for says, word, bug in [
-        ("good", LineEnd.GOOD, Bug(line, "Mux(long, LineEnd.LONG, LineEnd.GOOD)",
-                                   "LineEnd.LONG")),
-        ("long", LineEnd.LONG, Bug(line, "long.eq(long | (count >= self.length))",
-                                   "long.eq(count >= self.length)")),
-        ("damaged", LineEnd.DAMAGED, Bug(line, "damaged.eq(damaged | error)",
-                                         "damaged.eq(damaged)")),
+    c.implication("as-it-went-in", "What is offered are the bytes of good lines and the ends of "
+                  "all.", when=dut.items.valid, then=payload == queue[0])
+    for says, word in [
+        ("good", LineEnd.GOOD),
+        ("long", LineEnd.LONG),
+        ("damaged", LineEnd.DAMAGED),
     ]:
-        c.holds(f"tells-{says}", f"A line that is {says} ends so.",
-                when=dut.items.valid & (queue[0] == Cat(Const(word, 8), Const(1, 1))),
-                then=payload == queue[0], bug=bug)
+        c.implication(f"tells-{says}", f"A line that is {says} ends so.",
+                      when=dut.items.valid & (queue[0] == Cat(Const(word, 8), Const(1, 1))),
+                      then=payload == queue[0])
     words = c.words("ring")
     tail, kept = c.signal("tail"), c.signal("kept")
 
@@ -146,15 +129,13 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: 
             value = Mux(place[:len(tail)] == address, words[address], value)
         return value
 
-    c.always("stored", "What waits, and the line so far, is in the buffer.",
-             Cat((place >= waiting) | (word_at(tail + place) == at)
-                 for place, at in enumerate(queue)).all()
-             & Cat((place >= count) | (word_at(kept + place) == at)
-                   for place, at in enumerate(so_far)).all(), seen=waiting > 1,
-             bug=Bug(line, "store.addr.eq(kept + ", "store.addr.eq(tail + "))
-    c.holds("fetched", "What is offered is what is stored there.", when=dut.items.valid,
-            then=payload == word_at(tail),
-            bug=Bug(line, "fetch.addr.eq(after)", "fetch.addr.eq(tail)"))
+    c.invariant("stored", "What waits, and the line so far, is in the buffer.",
+                Cat((place >= waiting) | (word_at(tail + place) == at)
+                    for place, at in enumerate(queue)).all()
+                & Cat((place >= count) | (word_at(kept + place) == at)
+                      for place, at in enumerate(so_far)).all(), cover=waiting > 1)
+    c.implication("fetched", "What is offered is what is stored there.", when=dut.items.valid,
+                  then=payload == word_at(tail))
 
 
 LINE = Component(

@@ -5,7 +5,7 @@ from fresa.machines.mill import MillTiming
 
 from .automatic import watch_counts
 from .contract import Case, Component, Contract
-from .controller import Pins, watch_machine
+from .controller import Pins, watch_machine, watch_parts
 from .display import watch_display
 from .monitor import watch_leds
 from .order_control import watch_order
@@ -22,6 +22,7 @@ def describe(c: Contract, dut: Mill) -> None:
                           coils=coils), period=controller.period, path="controller")
     watch_order(c, "controller.automatic.orders", reset=c.rst | ~dut.mode)
     watch_counts(c, "controller.automatic", reset=c.rst | ~dut.mode)
+    watch_parts(c, "controller", mode=dut.mode)
     watch_leds(c, mode=dut.mode, leds=dut.leds, jogging=controller.jogging, coils=coils)
     watch_display(c, "monitor.display", segments=dut.segments, digits=dut.digits, value=dut.count,
                   enable=dut.mode)

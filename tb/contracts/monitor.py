@@ -1,9 +1,9 @@
 """Contract of what the machine shows."""
 
 
-from fresa.panel import Monitor, monitor
+from fresa.panel import Monitor
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 from .display import watch_display
 
 __all__ = ["MONITOR", "watch_leds"]
@@ -11,20 +11,18 @@ __all__ = ["MONITOR", "watch_leds"]
 
 def watch_leds(c: Contract, *, mode: Bits, leds: Bits, jogging: Bits,
                coils: tuple[Bits, Bits, Bits]) -> None:
-    """Promise what the LEDs show."""
+    """State what the LEDs show."""
     x, y, z = jogging
-    c.holds("leds-dark", "In automatic mode the LEDs are dark.", when=mode, then=leds == 0,
-            bug=Bug(monitor, "Mux(self.mode, 0, word)", "word"))
-    for name, moves, word, bug in [
-        ("x", x, coils[0], Bug(monitor, "show_y.eq(~x & y)", "show_y.eq(y)")),
-        ("y", ~x & y, coils[1], Bug(monitor, "show_z.eq(~x & ~y & z)", "show_z.eq(~x & z)")),
-        ("z", ~x & ~y & z, coils[2], Bug(monitor, "show_z.eq(~x & ~y & z)", "show_z.eq(0)")),
-        ("rest", ~x & ~y & ~z, coils[0], Bug(monitor, "show_z.eq(~x & ~y & z)",
-                                             "show_z.eq(~x & ~y)")),
+    c.implication("leds-dark", "In automatic mode the LEDs are dark.", when=mode, then=leds == 0)
+    for name, moves, word in [
+        ("x", x, coils[0]),
+        ("y", ~x & y, coils[1]),
+        ("z", ~x & ~y & z, coils[2]),
+        ("rest", ~x & ~y & ~z, coils[0]),
     ]:
-        c.holds(f"leds-{name}", "At rest the LEDs show the coils of x." if name == "rest" else
-                f"The LEDs show the coils of {name} while it is the first that is jogged.",
-                when=~mode & moves, then=leds == word, bug=bug)
+        c.implication(f"leds-{name}", "At rest the LEDs show the coils of x." if name == "rest" else
+                      f"The LEDs show the coils of {name} while it is the first that is jogged.",
+                      when=~mode & moves, then=leds == word)
 
 
 def describe(c: Contract, dut: Monitor) -> None:

@@ -2,16 +2,15 @@
 
 from amaranth import Mux, Value
 
-from fresa.drive import divider
-from fresa.motion import OrderControl, order_control
+from fresa.motion import OrderControl
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["ORDER_CONTROL", "watch_order"]
 
 
 def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
-    """Promise what holds of an order control wherever it is; `reset` is what resets it.
+    """State what holds of an order control wherever it is; `reset` is what resets it.
 
     The count must begin at 0 with `clear`, and go up by one at most, and only with a step.
     """
@@ -21,67 +20,42 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
     state = c.state(f"{path}.order_state")
     axes, steps = c.signal(f"{path}.axes"), c.signal(f"{path}.steps")
     taken = moves.valid & moves.ready & moves.p.axes.any()
-    c.holds("ready-only-at-rest", "A move is taken only at rest.",
-            when=Value.cast(moves.ready), then=state("REST"),
-            bug=Bug(order_control, "m.d.comb += divider.clear.eq(1)",
-                    "m.d.comb += [divider.clear.eq(1), self.moves.ready.eq(1)]"))
-    c.holds("takes-the-move", "A move that is taken is under way in the next clock.",
-            when=c.past(taken & ~reset),
-            then=state("MOVING") & (axes == c.past(moves.p.axes))
-            & (steps == c.past(moves.p.steps)),
-            bug=Bug(order_control, "steps.eq(self.moves.p.steps)",
-                    "steps.eq(self.moves.p.steps - 1)"))
-    c.holds("move-stays", "A movement keeps its axes and steps to its end.",
-            when=c.past(state("MOVING") & ~reset),
-            then=(axes == c.past(axes)) & (steps == c.past(steps)),
-            bug=Bug(order_control, "m.d.comb += divider.enable.eq(1)",
-                    "m.d.comb += divider.enable.eq(1); m.d.sync += steps.eq(self.moves.p.steps)"))
-    c.holds("direction-holds", "The direction stays from one move to the next.",
-            when=c.past(~(moves.valid & moves.ready) & ~reset),
-            then=orders.direction == c.past(orders.direction),
-            bug=Bug(order_control, "m.d.sync += axes.eq(0)",
-                    "m.d.sync += [axes.eq(0), self.direction.eq(0)]"))
-    c.holds("direction-of-the-move", "A step has the direction of its move.",
-            when=c.past(taken & ~reset),
-            then=orders.direction == c.past(moves.p.direction),
-            bug=Bug(order_control, "self.direction.eq(self.moves.p.direction)",
-                    "self.direction.eq(self.moves.p.direction | 4)"))
-    c.holds("begins-at-0", "A movement counts from 0.",
-            when=c.past(taken & ~reset), then=count == 0,
-            bug=Bug(order_control, "m.d.comb += self.clear.eq(1)",
-                    "m.d.comb += self.clear.eq(self.moves.p.axes[0])"))
-    c.holds("clears-only-to-begin", "The count is cleared only where a movement begins.",
-            when=clear, then=taken,
-            bug=Bug(order_control, "self.moves.ready.eq(1)",
-                    "[self.moves.ready.eq(1), self.clear.eq(1)]"))
-    c.holds("steps-only-moving", "A step is asked for only while moving.",
-            when=step.any(), then=state("MOVING"),
-            bug=Bug(order_control, "m.d.comb += divider.clear.eq(1)",
-                    "m.d.comb += [divider.clear.eq(1), self.step.eq(axes)]"))
-    c.holds("axes-together", "A step is asked of all axes of the move, and of no other.",
-            when=step.any(), then=step == axes,
-            bug=Bug(order_control, "m.d.comb += self.step.eq(axes)",
-                    "m.d.comb += self.step.eq(axes & -axes)"))
-    c.always("never-past-the-end", "The count never passes the steps ordered.",
-             ~state("MOVING") | (count <= steps), seen=state("MOVING") & (count == 2),
-             bug=Bug(order_control, "self.count >= steps", "self.count > steps"))
-    c.holds("exactly-the-steps", "A movement ends when the count is the steps ordered.",
-            when=state("CLEAR"), then=count == steps,
-            bug=Bug(order_control, "self.count >= steps", "self.count + 1 >= steps"))
-    c.holds("ends", "Where the steps are made the movement is over two clocks later.",
-            when=c.past(state("MOVING") & (count >= steps) & ~reset), then=state("CLEAR"),
-            bug=Bug(order_control, 'm.next = "CLEAR"', 'm.next = "MOVING"'))
-    c.holds("goes-on", "Where steps are missing the movement goes on.",
-            when=c.past(state("MOVING") & (count < steps) & ~reset), then=state("MOVING"),
-            bug=Bug(order_control, "self.count >= steps", "(self.count >= steps) | axes[2]"))
-    c.holds("no-axes-left", "At rest no axis is left over from the last movement.",
-            when=state("REST"), then=axes == 0,
-            bug=Bug(order_control, "m.d.sync += axes.eq(0)", "pass"))
+    c.implication("ready-only-at-rest", "A move is taken only at rest.",
+                  when=Value.cast(moves.ready), then=state("REST"))
+    c.implication("takes-the-move", "A move that is taken is under way in the next clock.",
+                  when=c.past(taken & ~reset),
+                  then=state("MOVING") & (axes == c.past(moves.p.axes))
+                  & (steps == c.past(moves.p.steps)))
+    c.implication("move-stays", "A movement keeps its axes and steps to its end.",
+                  when=c.past(state("MOVING") & ~reset),
+                  then=(axes == c.past(axes)) & (steps == c.past(steps)))
+    c.implication("direction-holds", "The direction stays from one move to the next.",
+                  when=c.past(~(moves.valid & moves.ready) & ~reset),
+                  then=orders.direction == c.past(orders.direction))
+    c.implication("direction-of-the-move", "A step has the direction of its move.",
+                  when=c.past(taken & ~reset),
+                  then=orders.direction == c.past(moves.p.direction))
+    c.implication("begins-at-0", "A movement counts from 0.",
+                  when=c.past(taken & ~reset), then=count == 0)
+    c.implication("clears-only-to-begin", "The count is cleared only where a movement begins.",
+                  when=clear, then=taken)
+    c.implication("steps-only-moving", "A step is asked for only while moving.",
+                  when=step.any(), then=state("MOVING"))
+    c.implication("axes-together", "A step is asked of all axes of the move, and of no other.",
+                  when=step.any(), then=step == axes)
+    c.invariant("never-past-the-end", "The count never passes the steps ordered.",
+                ~state("MOVING") | (count <= steps), cover=state("MOVING") & (count == 2))
+    c.implication("exactly-the-steps", "A movement ends when the count is the steps ordered.",
+                  when=state("CLEAR"), then=count == steps)
+    c.implication("ends", "Where the steps are made the movement is over two clocks later.",
+                  when=c.past(state("MOVING") & (count >= steps) & ~reset), then=state("CLEAR"))
+    c.implication("goes-on", "Where steps are missing the movement goes on.",
+                  when=c.past(state("MOVING") & (count < steps) & ~reset), then=state("MOVING"))
+    c.implication("no-axes-left", "At rest no axis is left over from the last movement.",
+                  when=state("REST"), then=axes == 0)
 
-    c.holds("moves-some-axis", "A movement has an axis that moves.",
-            when=state("MOVING"), then=axes.any(),
-            bug=Bug(order_control, "axes.eq(self.moves.p.axes)",
-                    "axes.eq(self.moves.p.axes & self.moves.p.direction)"))
+    c.implication("moves-some-axis", "A movement has an axis that moves.",
+                  when=state("MOVING"), then=axes.any())
 
     # How the steps lie in time
     asked = c.keep(range(period + 1), init=period, name="since_request")
@@ -89,24 +63,20 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
         c.m.d.sync += asked.eq(0)
     with c.m.Elif(asked < period):
         c.m.d.sync += asked.eq(asked + 1)
-    c.holds("over-at-once", "When the steps are made, the last one was made just now.",
-            when=state("MOVING") & (count >= steps), then=asked == 0,
-            bug=Bug(order_control, 'm.next = "CLEAR"', 'm.next = "MOVING"'))
+    c.implication("over-at-once", "When the steps are made, the last one was made just now.",
+                  when=state("MOVING") & (count >= steps), then=asked == 0)
     if period > 1:
-        c.holds("timing", "A step is asked for `period` clocks after the last one or the start.",
-                when=step.any(), then=asked == period - 1,
-                bug=Bug(divider, "(count >= 0))", "(count >= -1))"))
+        c.implication("timing", "A step is asked for `period` clocks after the last one or the "
+                      "start.", when=step.any(), then=asked == period - 1)
         ticks = c.signal(f"{path}.divider.count")
-        c.always("timing-is-the-count", "The divider counts the clocks to the next step.",
-                 Mux(state("MOVING"), ticks == asked - (period - 1), 1)
-                 & (ticks <= 0) & (ticks >= 1 - period), seen=ticks == 0,
-                 bug=Bug(divider, "count.eq(count + 1)", "count.eq(count + 2)"))
-        c.holds("divider-at-rest", "At rest the divider has its whole period before it.",
-                when=state("REST"), then=ticks == 1 - period,
-                bug=Bug(order_control, "m.d.comb += divider.clear.eq(1)", "pass"))
+        c.invariant("timing-is-the-count", "The divider counts the clocks to the next step.",
+                    Mux(state("MOVING"), ticks == asked - (period - 1), 1)
+                    & (ticks <= 0) & (ticks >= 1 - period), cover=ticks == 0)
+        c.implication("divider-at-rest", "At rest the divider has its whole period before it.",
+                      when=state("REST"), then=ticks == 1 - period)
     c.leaves_unused_codes(
         f"{path}.order_state", fault=orders.fault, shows=~step.any() & ~moves.ready & ~clear,
-        reset=reset, reached=Bug(order_control, 'm.next = "REST"', 'm.next = "FAULT"'))
+        reset=reset)
 
 
 def describe(c: Contract, dut: OrderControl) -> None:
@@ -120,24 +90,16 @@ def describe(c: Contract, dut: OrderControl) -> None:
                  (dut.count == count) | (c.past(dut.step.any()) & (dut.count == count + 1))))
     watch_order(c, "", reset=c.rst)
     state = c.state("order_state")
-    c.holds("counted-was-asked", "What is counted was asked for.", when=made,
-            then=c.past(state("MOVING")),
-            bug=Bug(order_control, "m.d.comb += divider.clear.eq(1)",
-                    "m.d.comb += [divider.clear.eq(1), self.step.eq(axes)]"))
-    c.holds("no-axes-no-move", "A move without axes is over at once.",
-            when=c.past(dut.moves.valid & dut.moves.ready & ~dut.moves.p.axes.any()),
-            then=state("REST"),
-            bug=Bug(order_control, "self.moves.valid & self.moves.p.axes.any()",
-                    "self.moves.valid"))
-    c.holds("asks-again", "A step that is refused is asked for again at the next tick.",
-            when=state("MOVING") & (dut.count < c.signal("steps")) & c.signal("divider.tick"),
-            then=dut.step == c.signal("axes"),
-            bug=Bug(order_control, "m.d.comb += self.step.eq(axes)",
-                    "m.d.comb += self.step.eq(axes & ~self.count[0].replicate(3))"))
-    c.holds("reset-rests", "Reset ends a movement.", when=was_reset,
-            then=state("REST") & dut.moves.ready & ~dut.step.any(),
-            bug=Bug(order_control, 'with m.FSM(name="order_state") as fsm:',
-                    'with m.FSM(name="order_state", init="CLEAR") as fsm:'))
+    c.implication("counted-was-asked", "What is counted was asked for.", when=made,
+                  then=c.past(state("MOVING")))
+    c.implication("no-axes-no-move", "A move without axes is over at once.",
+                  when=c.past(dut.moves.valid & dut.moves.ready & ~dut.moves.p.axes.any()),
+                  then=state("REST"))
+    c.implication("asks-again", "A step that is refused is asked for again at the next tick.",
+                  when=state("MOVING") & (dut.count < c.signal("steps")) & c.signal("divider.tick"),
+                  then=dut.step == c.signal("axes"))
+    c.implication("reset-rests", "Reset ends a movement.", when=was_reset,
+                  then=state("REST") & dut.moves.ready & ~dut.step.any())
 
 
 ORDER_CONTROL = Component(

@@ -2,9 +2,9 @@
 
 from amaranth import Cat, Mux
 
-from fresa.motion import Order, OrderLedger, Outcome, RequestKind, order_ledger
+from fresa.motion import Order, OrderLedger, Outcome, RequestKind
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["ORDER_LEDGER"]
 
@@ -63,146 +63,98 @@ def describe(c: Contract, dut: OrderLedger) -> None:
             word = Mux(number[:len(place)] == address, ring[address], word)
         return word
 
-    c.always("knows-what-waits", "What waits lies in its places.",
-             ((taken - done)[:24] == count) & (count <= dut.depth)
-             & Cat((number >= count) | (word_at(place + 1 + number) == at)
-                   for number, at in enumerate(queue)).all(),
-             seen=count == dut.depth,
-             bug=Bug(order_ledger, "store.addr.eq(request.number", "store.addr.eq(done"))
-    c.always("knows-the-numbers", "Session and numbers are those of the requests that counted.",
-             (c.signal("session") == session) & (c.signal("taken") == taken)
-             & (c.signal("done") == done), seen=(done != taken) & (session != 0),
-             bug=Bug(order_ledger, "done.eq(done + 1)", "done.eq(taken)"))
+    c.invariant("knows-what-waits", "What waits lies in its places.",
+                ((taken - done)[:24] == count) & (count <= dut.depth)
+                & Cat((number >= count) | (word_at(place + 1 + number) == at)
+                      for number, at in enumerate(queue)).all(),
+                cover=count == dut.depth)
+    c.invariant("knows-the-numbers", "Session and numbers are those of the requests that counted.",
+                (c.signal("session") == session) & (c.signal("taken") == taken)
+                & (c.signal("done") == done), cover=(done != taken) & (session != 0))
 
 
 def _watch_orders(c: Contract, dut: OrderLedger, offered: Bits, payload: Bits, first: Bits,
                   count: Bits) -> None:
-    """Promise what the machine is offered."""
-    c.always("offered-while-it-waits", "While orders wait the first is offered, and else none.",
-             offered == ((count != 0) & dut.enable), seen=offered,
-             bug=(Bug(order_ledger, "self.busy.eq(waiting != 0)", "self.busy.eq(waiting > 1)"),
-                  Bug(order_ledger, "self.orders.valid.eq(self.busy & self.enable)",
-                      "self.orders.valid.eq(self.busy)")))
-    c.holds("each-once-in-its-turn", "What is offered is what the line of that number said.",
-            when=offered, then=payload == first,
-            bug=(Bug(order_ledger, "fetch.addr.eq((done + 1)", "fetch.addr.eq((done + 0)"),
-                 Bug(order_ledger, "request.kind == RequestKind.UP",
-                     "request.kind == RequestKind.DOWN"),
-                 Bug(order_ledger, "with m.Elif(waiting == self.depth):",
-                     "with m.Elif(waiting > self.depth):"),
-                 Bug(order_ledger, "decided.eq(Outcome.AGAIN)", "decided.eq(Outcome.TAKEN)")))
-    c.holds("stream-keeps", "It stays as it is until it is taken.",
-            when=c.past(offered & ~dut.orders.ready & ~c.rst & dut.enable) & dut.enable,
-            then=offered & (payload == c.past(payload)),
-            bug=Bug(order_ledger, "self.orders.valid & self.orders.ready", "self.orders.valid"))
-    c.always("busy", "It is busy while an order waits.", dut.busy == (count != 0), seen=dut.busy,
-             bug=Bug(order_ledger, "waiting.eq(taken - done)", "waiting.eq(taken - done - 1)"))
-    c.holds("manual-forgets", "Where no orders are wanted, and after reset, none waits.",
-            when=c.past(c.rst | ~dut.enable), then=~offered & ~dut.busy
-            & (c.signal("session") == 0),
-            bug=Bug(order_ledger, "session.eq(0), taken.eq(0), done.eq(0)",
-                    "taken.eq(0), done.eq(0)"))
+    """State what the machine is offered."""
+    c.invariant("offered-while-it-waits", "While orders wait the first is offered, and else none.",
+                offered == ((count != 0) & dut.enable), cover=offered)
+    c.implication("each-once-in-its-turn", "What is offered is what the line of that number said.",
+                  when=offered, then=payload == first)
+    c.implication("stream-keeps", "It stays as it is until it is taken.",
+                  when=c.past(offered & ~dut.orders.ready & ~c.rst & dut.enable) & dut.enable,
+                  then=offered & (payload == c.past(payload)))
+    c.invariant("busy", "It is busy while an order waits.", dut.busy == (count != 0),
+                cover=dut.busy)
+    c.implication("manual-forgets", "Where no orders are wanted, and after reset, none waits.",
+                  when=c.past(c.rst | ~dut.enable), then=~offered & ~dut.busy
+                  & (c.signal("session") == 0))
 
 
 def _watch_requests(c: Contract, dut: OrderLedger, given: Bits, opens: Bits, takes: Bits,
                     taken: Bits, done: Bits) -> None:
-    """Promise which requests change something."""
+    """State which requests change something."""
     request, good = dut.requests.p.value, dut.requests.p.good
     is_open = request.kind == RequestKind.OPEN
     went_on = ~c.rst & dut.enable
     numbers = Cat(c.signal("session"), c.signal("taken"))
     same = numbers == c.past(numbers)
-    c.holds("damaged-does-nothing", "A line that was not right does nothing.",
-            when=c.past(given & ~good & went_on), then=same,
-            bug=Bug(order_ledger, "with m.If(~good):", "with m.If(~good & (session == 0)):"))
-    c.holds("again-does-nothing", "The last order again does nothing.",
-            when=c.past(given & went_on & ~is_open & (request.number == taken)), then=same,
-            bug=Bug(order_ledger, "m.d.comb += decided.eq(Outcome.AGAIN)",
-                    "m.d.sync += taken.eq(taken + 1)"))
-    c.holds("takes-the-next-only", "An order is taken if it is the next of this session, and else "
-            "not.", when=c.past(given & went_on & ~is_open),
-            then=c.signal("taken") == c.past((taken + takes)[:24]),
-            bug=(Bug(order_ledger, "~self.enable | ~same | (session == 0)", "session == 0"),
-                 Bug(order_ledger, "~self.enable | ~same | (session == 0)", "~same"),
-                 Bug(order_ledger, "request.number != (taken + 1)[:24]",
-                     "request.number[:8] != (taken + 1)[:8]")))
-    c.holds("opens", "A session that may be opened is, and the next order is that behind its "
-            "number.", when=c.past(opens & ~c.rst),
-            then=(numbers == c.past(Cat(request.session, request.number))) & ~dut.busy,
-            bug=(Bug(order_ledger, "taken.eq(request.number),\n", "taken.eq(0),\n"),
-                 Bug(order_ledger, "decided.eq(Outcome.OPENED), opens.eq(~same)",
-                     "decided.eq(Outcome.OPENED), opens.eq(session == 0)")))
-    c.holds("opens-no-other", "To open the session that is open does nothing, nor while orders "
-            "wait.", when=c.past(given & is_open & ~opens & went_on), then=same,
-            bug=(Bug(order_ledger, "opens.eq(~same)", "opens.eq(1)"),
-                 Bug(order_ledger, "with m.Elif(~same & self.busy):",
-                     "with m.Elif(~same & self.busy & self.orders.ready):")))
-    c.holds("nothing-by-itself", "Without a request nothing is opened or taken.",
-            when=c.past(~given & went_on), then=same,
-            bug=Bug(order_ledger, "with m.If(given):", "with m.If(self.requests.valid):"))
-    c.holds("counts-what-is-done", "An order that was taken by the machine is done.",
-            when=c.past(dut.orders.valid & dut.orders.ready & went_on),
-            then=c.signal("done") == c.past((done + 1)[:24]),
-            bug=Bug(order_ledger, "done.eq(done + 1)", "done.eq(done + waiting)"))
+    c.implication("damaged-does-nothing", "A line that was not right does nothing.",
+                  when=c.past(given & ~good & went_on), then=same)
+    c.implication("again-does-nothing", "The last order again does nothing.",
+                  when=c.past(given & went_on & ~is_open & (request.number == taken)), then=same)
+    c.implication("takes-the-next-only", "An order is taken if it is the next of this session, "
+                  "and else not.", when=c.past(given & went_on & ~is_open),
+                  then=c.signal("taken") == c.past((taken + takes)[:24]))
+    c.implication("opens", "A session that may be opened is, and the next order is that behind "
+                  "its number.", when=c.past(opens & ~c.rst),
+                  then=(numbers == c.past(Cat(request.session, request.number))) & ~dut.busy)
+    c.implication("opens-no-other", "To open the session that is open does nothing, nor while "
+                  "orders wait.", when=c.past(given & is_open & ~opens & went_on), then=same)
+    c.implication("nothing-by-itself", "Without a request nothing is opened or taken.",
+                  when=c.past(~given & went_on), then=same)
+    c.implication("counts-what-is-done", "An order that was taken by the machine is done.",
+                  when=c.past(dut.orders.valid & dut.orders.ready & went_on),
+                  then=c.signal("done") == c.past((done + 1)[:24]))
 
 
 def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, taken: Bits,
                    done: Bits, count: Bits, ours: Bits, is_order: Bits, is_next: Bits) -> None:
-    """Promise what is answered."""
+    """State what is answered."""
     request, good, answer = dut.requests.p.value, dut.requests.p.good, dut.answers.p
     answers, kind = dut.answers.valid, request.kind
-    c.holds("answers-each", "A request is answered with the next clock.",
-            when=c.past(given & ~c.rst), then=answers,
-            bug=Bug(order_ledger, "self.answers.valid.eq(1)", "self.answers.valid.eq(good)"))
-    c.holds("answers-once", "It is answered once, and nothing else is.", when=answers,
-            then=c.past(given & ~c.rst),
-            bug=Bug(order_ledger, "with m.Elif(self.answers.ready):",
-                    "with m.Elif(self.answers.ready & ~self.busy):"))
-    c.always("one-at-a-time", "A request is taken when its answer can go.",
-             dut.requests.ready == (dut.answers.ready & ~answers), seen=given,
-             bug=Bug(order_ledger, "self.answers.ready & ~self.answers.valid",
-                     "self.answers.ready"))
-    c.holds("tells-the-truth", "An answer says what is open, taken, done, and so with the machine.",
-            when=answers, then=(answer.session == session) & (answer.taken == taken)
-            & (answer.done == done) & (answer.error == dut.error)
-            & (answer.stopped == dut.stopped) & (answer.manual == ~dut.enable)
-            & (answer.reserved == 0),
-            bug=Bug(order_ledger, "self.error, self.stopped, ~self.enable",
-                    "self.stopped, self.error, ~self.enable"))
+    c.implication("answers-each", "A request is answered with the next clock.",
+                  when=c.past(given & ~c.rst), then=answers)
+    c.implication("answers-once", "It is answered once, and nothing else is.", when=answers,
+                  then=c.past(given & ~c.rst))
+    c.invariant("one-at-a-time", "A request is taken when its answer can go.",
+                dut.requests.ready == (dut.answers.ready & ~answers), cover=given)
+    c.implication("tells-the-truth", "An answer says what is open, taken, done, and so with the "
+                  "machine.", when=answers,
+                  then=(answer.session == session) & (answer.taken == taken)
+    & (answer.done == done) & (answer.error == dut.error)
+    & (answer.stopped == dut.stopped) & (answer.manual == ~dut.enable)
+    & (answer.reserved == 0))
     is_open = good & (kind == RequestKind.OPEN)
-    for name, says, when, bug in [
-        (Outcome.DAMAGED, "the line was not right", ~good,
-         Bug(order_ledger, "decided.eq(Outcome.DAMAGED)", "decided.eq(Outcome.UNKNOWN)")),
-        (Outcome.TOLD, "it is a question", good & (kind == RequestKind.TELL),
-         Bug(order_ledger, "with m.Case(RequestKind.TELL):", "with m.Case(RequestKind.TELL, 7):")),
-        (Outcome.MANUAL, "a session is to be opened by hand", is_open & ~dut.enable,
-         Bug(order_ledger, "with m.If(~self.enable):\n                        m.d.comb += decided",
-             "with m.If(~self.enable & self.busy):\n                        m.d.comb += decided")),
+    for name, says, when in [
+        (Outcome.DAMAGED, "the line was not right", ~good),
+        (Outcome.TOLD, "it is a question", good & (kind == RequestKind.TELL)),
+        (Outcome.MANUAL, "a session is to be opened by hand", is_open & ~dut.enable),
         (Outcome.BUSY, "orders of another session wait",
-         is_open & dut.enable & (request.session != session) & (count != 0),
-         Bug(order_ledger, "decided.eq(Outcome.BUSY)", "decided.eq(Outcome.FULL)")),
+         is_open & dut.enable & (request.session != session) & (count != 0)),
         (Outcome.OPENED, "it is open now",
-         is_open & dut.enable & ((request.session == session) | (count == 0)),
-         Bug(order_ledger, "with m.Elif(~same & self.busy):", "with m.Elif(self.busy):")),
-        (Outcome.CLOSED, "the session of an order is not open", is_order & ~ours,
-         Bug(order_ledger, "~self.enable | ~same | (session == 0)", "~same")),
-        (Outcome.AGAIN, "the order was the last", ours & (request.number == taken),
-         Bug(order_ledger, "with m.Elif(request.number == taken):",
-             "with m.Elif(request.number[:23] == taken[:23]):")),
+         is_open & dut.enable & ((request.session == session) | (count == 0))),
+        (Outcome.CLOSED, "the session of an order is not open", is_order & ~ours),
+        (Outcome.AGAIN, "the order was the last", ours & (request.number == taken)),
         (Outcome.UNEXPECTED, "it has another number",
-         ours & (request.number != taken) & ~is_next,
-         Bug(order_ledger, "decided.eq(Outcome.UNEXPECTED)", "decided.eq(Outcome.AGAIN)")),
-        (Outcome.FULL, "there is no room", ours & is_next & (count == dut.depth),
-         Bug(order_ledger, "decided.eq(Outcome.FULL)", "decided.eq(Outcome.BUSY)")),
-        (Outcome.TAKEN, "it is taken", ours & is_next & (count < dut.depth),
-         Bug(order_ledger, "waiting == self.depth", "waiting == self.depth - 1")),
+         ours & (request.number != taken) & ~is_next),
+        (Outcome.FULL, "there is no room", ours & is_next & (count == dut.depth)),
+        (Outcome.TAKEN, "it is taken", ours & is_next & (count < dut.depth)),
         (Outcome.UNKNOWN, "there is no such request",
-         good & (kind.as_value() > RequestKind.DOWN.value),
-         Bug(order_ledger, "decided.eq(Outcome.UNKNOWN)", "decided.eq(Outcome.TOLD)")),
+         good & (kind.as_value() > RequestKind.DOWN.value)),
     ]:
-        c.holds(f"says-{name.name.lower()}", f"It says so if {says}, and only then.",
-                when=answers & (c.past(when) | (answer.outcome == name)),
-                then=c.past(when) & (answer.outcome == name), bug=bug)
+        c.implication(f"says-{name.name.lower()}", f"It says so if {says}, and only then.",
+                      when=answers & (c.past(when) | (answer.outcome == name)),
+                      then=c.past(when) & (answer.outcome == name))
 
 
 ORDER_LEDGER = Component(

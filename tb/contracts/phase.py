@@ -2,14 +2,12 @@
 
 from amaranth import Array, Mux, Signal
 
-from fresa.drive import HALF_STEP, ONE_PHASE, PhaseDriver, phase, swap_inner
+from fresa.drive import HALF_STEP, ONE_PHASE, PhaseDriver, swap_inner
 
 from .coil import watch_spacing
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["PHASE"]
-
-READY = "self.enable & (rest >= 0) & ~ResetSignal()"
 
 
 def describe(c: Contract, dut: PhaseDriver) -> None:
@@ -21,61 +19,45 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
     with c.m.If(dut.moved):
         c.m.d.sync += place.eq(place + Mux(dut.direction, 1, -1))
 
-    c.always("every-step", "With power the word is that of the steps forward less those back.",
-             ~powered | (dut.coils == _word(c, dut, place)), seen=place == 2,
-             bug=(Bug(phase, "Mux(self.direction, 1, -1)", "1"),
-                  Bug(phase, "row = Signal(range(len(self.sequence)), reset_less=True)",
-                      "row = Signal(range(len(self.sequence)))")))
-    c.always("row-is-the-place", "The row is the steps forward less those back, power or not.",
-             c.signal("row") == place, seen=place == 1,
-             bug=Bug(phase, "row.eq(goes_to)", "row.eq(Mux(self.enable, goes_to, 0))"))
-    c.holds("no-power", "Without `enable` all coils are off from the next clock on.",
-            when=~powered, then=dut.coils == 0,
-            bug=Bug(phase, "Mux(self.enable, Array(self.sequence)[goes_to], 0)",
-                    "Array(self.sequence)[goes_to]"))
+    c.invariant("every-step", "With power the word is that of the steps forward less those back.",
+                ~powered | (dut.coils == _word(c, dut, place)), cover=place == 2)
+    c.invariant("row-is-the-place", "The row is the steps forward less those back, power or not.",
+                c.signal("row") == place, cover=place == 1)
+    c.implication("no-power", "Without `enable` all coils are off from the next clock on.",
+                  when=~powered, then=dut.coils == 0)
     before = c.past(dut.coils)
-    c.holds("only-on-a-step", "While there is power and no step is made, the word stays.",
-            when=known & c.past(powered) & powered & ~moved, then=dut.coils == before,
-            bug=Bug(phase, "coils = Signal(4, reset_less=True)", "coils = Signal(4)"))
-    c.holds("forward", "A step with direction 1 goes down the table.", when=moved & up,
-            then=(before == _word(c, dut, place - 1)) & (dut.coils == _word(c, dut, place)),
-            bug=Bug(phase, "Mux(self.direction, 1, -1)", "Mux(self.direction, 2, -1)"))
-    c.holds("back", "A step with direction 0 goes back.", when=moved & ~up,
-            then=(before == _word(c, dut, place + 1)) & (dut.coils == _word(c, dut, place)),
-            bug=Bug(phase, "Mux(self.direction, 1, -1)", "Mux(self.direction, 1, 0)"))
-    c.holds("asked", "A step is made only where it is asked for, with power and without reset.",
-            when=dut.moved, then=dut.step & dut.enable & ~c.rst,
-            bug=(Bug(phase, "self.step & self.ready", "self.ready"),
-                 Bug(phase, READY, "self.enable & (rest >= 0)"),
-                 Bug(phase, READY, "(rest >= 0) & ~ResetSignal()")))
-    c.holds("ready-is-kept", "When it is ready the step that is asked for is made.",
-            when=dut.ready & dut.step, then=dut.moved,
-            bug=Bug(phase, "self.step & self.ready", "self.step & self.ready & self.direction"))
+    c.implication("only-on-a-step", "While there is power and no step is made, the word stays.",
+                  when=known & c.past(powered) & powered & ~moved, then=dut.coils == before)
+    c.implication("forward", "A step with direction 1 goes down the table.", when=moved & up,
+                  then=(before == _word(c, dut, place - 1)) & (dut.coils == _word(c, dut, place)))
+    c.implication("back", "A step with direction 0 goes back.", when=moved & ~up,
+                  then=(before == _word(c, dut, place + 1)) & (dut.coils == _word(c, dut, place)))
+    c.implication("asked", "A step is made only where it is asked for, with power and without "
+                  "reset.", when=dut.moved, then=dut.step & dut.enable & ~c.rst)
+    c.implication("ready-is-kept", "When it is ready the step that is asked for is made.",
+                  when=dut.ready & dut.step, then=dut.moved)
 
     rested = watch_spacing(c, dut.moved, dut.period)
-    c.holds("spacing", "No step is made sooner than `period` clocks after the last, whatever "
-            "becomes of power and reset.", when=dut.moved, then=rested >= dut.period - 1,
-            bug=Bug(phase, "rest >= 0) & ~R", "rest >= -1) & ~R"))
+    c.implication("spacing", "No step is made sooner than `period` clocks after the last, "
+                  "whatever becomes of power and reset.", when=dut.moved,
+                  then=rested >= dut.period - 1)
     held = c.keep(range(dut.period + 1), name="held")  # clocks before this with the word of now
     with c.m.If(~dut.enable | (dut.coils == 0) | dut.moved):
         c.m.d.sync += held.eq(0)
     with c.m.Elif(held < dut.period):
         c.m.d.sync += held.eq(held + 1)
-    c.holds("word-lasts", "No step is made before the coils had the word for `period` clocks.",
-            when=dut.moved, then=(held >= dut.period - 1) & (dut.coils != 0),
-            bug=Bug(phase, "m.d.sync += rest.eq(-self.period)",
-                    "m.d.sync += rest.eq(1 - self.period)"))
-    c.holds("made-when-rested", "After `period` clocks with a word it is ready.",
-            when=dut.enable & (dut.coils != 0) & (held >= dut.period - 1) & ~c.rst, then=dut.ready,
-            bug=(Bug(phase, "rest >= 0) & ~R", "rest > 0) & ~R"),
-                 Bug(phase, "init=-self.period, reset_less=True", "init=-self.period")))
-    c.always("rest-is-the-time", "The rest still to take is `period` less the clocks with a word.",
-             c.signal("rest") == Mux(~powered, -dut.period, Mux(
-                 held >= dut.period - 1, 0, held - (dut.period - 1))),
-             seen=held == 0, bug=Bug(phase, "rest.eq(rest + 1)", "rest.eq(rest + 2)"))
-    c.always("held-with-rest", "A word is not there for longer than the last step is past.",
-             (held <= rested) & (powered == (dut.coils != 0)), seen=held == dut.period,
-             bug=Bug(phase, "Mux(self.enable, Array", "Mux(self.enable & ~self.moved, Array"))
+    c.implication("word-lasts",
+                  "No step is made before the coils had the word for `period` clocks.",
+                  when=dut.moved, then=(held >= dut.period - 1) & (dut.coils != 0))
+    c.implication("made-when-rested", "After `period` clocks with a word it is ready.",
+                  when=dut.enable & (dut.coils != 0) & (held >= dut.period - 1) & ~c.rst,
+                  then=dut.ready)
+    c.invariant("rest-is-the-time", "The rest still to take is `period` less the clocks with a "
+                "word.",
+                c.signal("rest") == Mux(~powered, -dut.period, Mux(
+                    held >= dut.period - 1, 0, held - (dut.period - 1))), cover=held == 0)
+    c.invariant("held-with-rest", "A word is not there for longer than the last step is past.",
+                (held <= rested) & (powered == (dut.coils != 0)), cover=held == dut.period)
 
 
 def _word(c: Contract, dut: PhaseDriver, place: Bits) -> Bits:

@@ -10,9 +10,9 @@ from collections.abc import Iterable, Iterator
 
 from amaranth import Array, Cat, Mux, Value
 
-from fresa.motion import CoordinateGenerator, coordinates, spiral
+from fresa.motion import CoordinateGenerator
 
-from .contract import Bits, Bug, Contract
+from .contract import Bits, Contract
 
 __all__ = ["AnyPicture", "spiral_of", "watch_search"]
 
@@ -34,7 +34,7 @@ def spiral_of(pixels: int) -> Iterator[tuple[int, int, int, int, int]]:
 
 def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple[Bits, Bits],
                  centre: tuple[Bits, Bits]) -> None:
-    """Promise what is milled, and what makes it so.
+    """State what is milled, and what makes it so.
 
     `down` and `at` are what the tool does, by the orders that were taken; `centre` is where the
     spiral has its centre.
@@ -54,16 +54,14 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
         c.m.d.sync += visit.eq(visit + 1)
     d_row, d_column, heading, run, run_start = (
         Array(values)[visit] for values in zip(*places, strict=True))
-    c.holds("on-the-spiral", "The pixel looked at is the one that a square spiral has there.",
-            when=state("COPY", "READ", "SEARCH", "WALK"), then=(visit < len(places))
-            & (row == centre[0] + d_row) & (column == centre[1] + d_column)
-            & (c.signal("walk.heading") == heading) & (c.signal("walk.run") == run)
-            & (c.signal("walk.run_start") == run_start)
-            & (c.signal("walk.visited") == Mux(visit < 9, visit, 9)),
-            bug=Bug(spiral, "run_start.eq(0), visited.eq(0)", "run_start.eq(1), visited.eq(0)"))
-    c.always("number", "The number of the pixel is that of its row and column.",
-             (number - row * dut.columns - column)[:len(number)] == 0, seen=walk.advance,
-             bug=Bug(spiral, "number.eq(number + offset)", "number.eq(number + along)"))
+    c.implication("on-the-spiral", "The pixel looked at is the one that a square spiral has there.",
+                  when=state("COPY", "READ", "SEARCH", "WALK"), then=(visit < len(places))
+                  & (row == centre[0] + d_row) & (column == centre[1] + d_column)
+                  & (c.signal("walk.heading") == heading) & (c.signal("walk.run") == run)
+                  & (c.signal("walk.run_start") == run_start)
+                  & (c.signal("walk.visited") == Mux(visit < 9, visit, 9)))
+    c.invariant("number", "The number of the pixel is that of its row and column.",
+                (number - row * dut.columns - column)[:len(number)] == 0, cover=walk.advance)
 
     # The memories, a bit for each pixel
     size = dut.rows * dut.columns
@@ -86,44 +84,35 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
         with c.m.Elif(cuts[n] & orders.ready):
             c.m.d.sync += cut[n].eq(1)
 
-    c.holds("mills-what-is-set", "The tool is lowered on a pixel, or goes to one, that is set.",
-            when=lowers | walks, then=_any(cuts[n] & picture[n] for n in range(size)),
-            bug=Bug(coordinates, _FOUND, "walk.inside"))
-    c.holds("mills-once", "No pixel is milled twice in a job.",
-            when=lowers | walks, then=~_any(cuts[n] & cut[n] for n in range(size)),
-            bug=Bug(coordinates, _CLEARS, "copy.data"))
-    c.holds("mills-all", "When a job ends all that is set is milled, and nothing else.",
-            when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=Cat(cut) == Cat(picture[:size]),
-            bug=Bug(coordinates, 'with m.If(milled >= 0):\n                        m.next = "IDLE"',
-                    'with m.If(walk.near):\n                        m.next = "IDLE"'))
+    c.implication("mills-what-is-set", "The tool is lowered on a pixel, or goes to one, that is "
+                  "set.", when=lowers | walks, then=_any(cuts[n] & picture[n] for n in range(size)))
+    c.implication("mills-once", "No pixel is milled twice in a job.",
+                  when=lowers | walks, then=~_any(cuts[n] & cut[n] for n in range(size)))
+    c.implication("mills-all", "When a job ends all that is set is milled, and nothing else.",
+                  when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=Cat(cut) == Cat(picture[:size]))
 
     # What makes it so
     reading, writing = c.signal("reading"), c.signal("writing")
-    c.holds("copies", "The copy is that of the picture, as far as it has come.",
-            when=state("COPY") & (reading != 0), then=(writing == reading - 1)
-            & (c.part("picture_0").read_ports[0].data == Array(picture)[writing]) & ~_any(cut)
-            & ~_any((n + 1 < reading) & (left[n] != picture[n]) for n in range(size)),
-            bug=Bug(coordinates, "writing.eq(reading)", "writing.eq(reading + 1)"))
-    c.holds("begins", "A job begins with all pixels to mill, none milled, at the centre.",
-            when=state("COPY"), then=(milled == -dut.pixels_set) & ~_any(cut) & (visit == 0),
-            bug=Bug(coordinates, "milled.eq(milled.init)", "milled.eq(milled.init + 1)"))
+    c.implication("copies", "The copy is that of the picture, as far as it has come.",
+                  when=state("COPY") & (reading != 0), then=(writing == reading - 1)
+                  & (c.part("picture_0").read_ports[0].data == Array(picture)[writing]) & ~_any(cut)
+                  & ~_any((n + 1 < reading) & (left[n] != picture[n]) for n in range(size)))
+    c.implication("begins", "A job begins with all pixels to mill, none milled, at the centre.",
+                  when=state("COPY"), then=(milled == -dut.pixels_set) & ~_any(cut) & (visit == 0))
     at_work = state("READ", "SEARCH", "WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
     found = (milled < 0) & state("WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
-    c.holds("left-is-not-milled", "What is set is milled or left in the copy, and nothing else is.",
-            when=at_work, then=~_any(
-                (left[n] != picture[n] & (~cut[n] | (state("MARK") & here[n])))
-                | (cut[n] & ~picture[n]) for n in range(size)),
-            bug=Bug(coordinates, _CLEARS, "copy.data"))
-    c.holds("counts-what-is-left", "The count is that of the pixels left.",
-            when=at_work, then=-milled == _ones(Cat(left[:size])),
-            bug=Bug(coordinates, "milled.eq(milled + 1)", "milled.eq(milled + 1 + lowered)"))
-    c.holds("reads-its-pixel", "What was read of the copy is the pixel looked at.",
-            when=state("SEARCH") | found,
-            then=c.part("to_mill").read_ports[0].data == Array(left)[number[:len(writing)]],
-            bug=Bug(coordinates, "copy.addr.eq(word)", "copy.addr.eq(~word)"))
-    c.holds("found-is-left", "What was found is set, and not yet milled.",
-            when=found, then=_any(here[n] & left[n] for n in range(size)),
-            bug=Bug(coordinates, _FOUND, "walk.inside"))
+    c.implication("left-is-not-milled", "What is set is milled or left in the copy, and nothing "
+                  "else is.", when=at_work,
+                  then=~_any(
+        (left[n] != picture[n] & (~cut[n] | (state("MARK") & here[n])))
+        | (cut[n] & ~picture[n]) for n in range(size)))
+    c.implication("counts-what-is-left", "The count is that of the pixels left.",
+                  when=at_work, then=-milled == _ones(Cat(left[:size])))
+    c.implication("reads-its-pixel", "What was read of the copy is the pixel looked at.",
+                  when=state("SEARCH") | found,
+                  then=c.part("to_mill").read_ports[0].data == Array(left)[number[:len(writing)]])
+    c.implication("found-is-left", "What was found is set, and not yet milled.",
+                  when=found, then=_any(here[n] & left[n] for n in range(size)))
     order = {place[:2]: count for count, place in enumerate(places)}
 
     def ahead(n: int) -> Bits:
@@ -132,14 +121,9 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
                      for of in range(size))
         return _any(at_pixel[of] & (visit <= order[place]) for of, place in enumerate(from_each))
 
-    c.holds("passes-nothing", "What is left lies ahead on the spiral.",
-            when=state("READ", "SEARCH", "WALK"),
-            then=~_any(left[n] & ~ahead(n) for n in range(size)),
-            bug=Bug(coordinates, _FOUND, f"{_FOUND} & ~walk.near"))
-
-
-_FOUND = "walk.inside & (copy.data & here).any()"
-_CLEARS = "copy.data & ~here"
+    c.implication("passes-nothing", "What is left lies ahead on the spiral.",
+                  when=state("READ", "SEARCH", "WALK"),
+                  then=~_any(left[n] & ~ahead(n) for n in range(size)))
 
 
 def _ones(bits: Bits) -> Bits:

@@ -2,9 +2,9 @@
 
 from amaranth import Cat, Const
 
-from fresa.motion import PointStore, points
+from fresa.motion import PointStore
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["POINTS"]
 
@@ -24,26 +24,19 @@ def describe(c: Contract, dut: PointStore) -> None:
         known = known | (dut.number == number) & has
         place = place | at & (dut.number == number).replicate(len(at))
 
-    c.always("knows-what-there-is", "A point is there from the clock after it was stored, until "
-             "reset, and no other is.", dut.stored == known, seen=dut.stored,
-             bug=(Bug(points, "there.bit_select(self.number, 1).eq(1)", "there.eq(~0)"),
-                  Bug(points, "there = Signal(1 << len(self.number))",
-                      "there = Signal(1 << len(self.number), reset_less=True)")))
-    c.holds("found", "A point that is there is found, a clock after its number.",
-            when=c.past(known), then=Cat(dut.found) == c.past(place),
-            bug=(Bug(points, "write.data.eq(Cat(self.place))",
-                     "write.data.eq(Cat(*self.place[1:], self.place[0]))"),
-                 Bug(points, "read.addr.eq(self.number)", "read.addr.eq(1)")))
-    c.holds("no-such-point", "There is no point 0, and none above the last.", when=~exists,
-            then=~dut.stored, bug=Bug(points, "self.store & exists", "self.store"))
+    c.invariant("knows-what-there-is", "A point is there from the clock after it was stored, "
+                "until reset, and no other is.", dut.stored == known, cover=dut.stored)
+    c.implication("found", "A point that is there is found, a clock after its number.",
+                  when=c.past(known), then=Cat(dut.found) == c.past(place))
+    c.implication("no-such-point", "There is no point 0, and none above the last.", when=~exists,
+                  then=~dut.stored)
 
     words = c.words("places")
     flags = c.signal("there")
-    c.always("stored", "The memory holds the points that are there, and the flags say which.",
-             Cat((flags[number] == has) & (~has | (words[number] == at))
-                 for number, (has, at) in enumerate(zip(there, places, strict=True), 1)).all()
-             & ~flags[0] & ~flags[dut.points + 1:].any(), seen=there[-1],
-             bug=Bug(points, "write.addr.eq(self.number)", "write.addr.eq(self.number ^ 1)"))
+    c.invariant("stored", "The memory holds the points that are there, and the flags say which.",
+                Cat((flags[number] == has) & (~has | (words[number] == at))
+                    for number, (has, at) in enumerate(zip(there, places, strict=True), 1)).all()
+                & ~flags[0] & ~flags[dut.points + 1:].any(), cover=there[-1])
 
 
 POINTS = Component(

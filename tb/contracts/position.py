@@ -2,13 +2,11 @@
 
 from amaranth import Mux, signed
 
-from fresa.motion import MoveTo, position
+from fresa.motion import MoveTo
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["POSITION"]
-
-ASKS = "self.run & ~self.load & (self.position != self.target)"
 
 
 def describe(c: Contract, dut: MoveTo) -> None:
@@ -25,35 +23,23 @@ def describe(c: Contract, dut: MoveTo) -> None:
         c.m.d.sync += place.eq(dut.place)
     with c.m.Elif(dut.moved):
         c.m.d.sync += place.eq(place + Mux(dut.direction, 1, -1))
-    c.always("no-lost-step", "The position is that of the last reset or load, and the steps made "
-             "since, up less down, for ever.", dut.position == place, seen=moved,
-             bug=(Bug(position, "with m.Elif(self.moved)",
-                      "with m.Elif(self.moved & self.target[0])"),
-                  Bug(position, "self.position.eq(self.place)", "self.position.eq(0)"),
-                  Bug(position, "with m.If(self.load):", "with m.If(self.load & self.run):")))
-    c.holds("nearer", "Each step leads one nearer to the target that was given in its clock.",
-            when=moved, then=Mux(up, (sent > was) & (dut.position == was + 1),
-                                 (sent < was) & (dut.position == was - 1)),
-            bug=(Bug(position, "self.position < self.target", "self.position <= self.target + 1"),
-                 Bug(position, "Mux(below, 1, -1)", "Mux(below, 2, -1)")))
-    c.holds("never-wraps", "A step up makes the position more, a step down less: it never wraps.",
-            when=moved, then=Mux(up, dut.position > was, dut.position < was),
-            bug=Bug(position, "self.position < self.target",
-                    "(self.target - self.position)[:self.width].as_signed() > 0"))
-    c.always("direction", "The direction is that of the target, also where no step is asked for.",
-             dut.direction == (dut.target > dut.position), seen=dut.direction,
-             bug=Bug(position, "self.position < self.target", "self.position <= self.target"))
-    c.holds("asks", "Until it is at the target it asks for a step.",
-            when=dut.run & ~dut.load & (dut.position != dut.target), then=dut.step,
-            bug=Bug(position, "self.position != self.target", "self.position < self.target"))
-    c.holds("asks-for-no-more", "At the target, in a load and without `run` it asks for none.",
-            when=~dut.run | dut.load | (dut.position == dut.target), then=~dut.step,
-            bug=tuple(Bug(position, ASKS, ASKS.replace(part, "")) for part in (
-                "self.run & ", "~self.load & ", " & (self.position != self.target)")))
-    c.holds("reset-is-0", "After a reset this place is 0, whatever was loaded or made.",
-            when=c.past(c.rst), then=dut.position == 0,
-            bug=Bug(position, "below = Signal()",
-                    "below = Signal(); self.position._reset_less = True"))
+    c.invariant("no-lost-step", "The position is that of the last reset or load, and the steps "
+                "made since, up less down, for ever.", dut.position == place, cover=moved)
+    c.implication("nearer", "Each step leads one nearer to the target that was given in its clock.",
+                  when=moved, then=Mux(up, (sent > was) & (dut.position == was + 1),
+                                       (sent < was) & (dut.position == was - 1)))
+    c.implication("never-wraps", "A step up makes the position more, a step down less: it never "
+                  "wraps.", when=moved, then=Mux(up, dut.position > was, dut.position < was))
+    c.invariant("direction",
+                "The direction is that of the target, also where no step is asked for.",
+                dut.direction == (dut.target > dut.position), cover=dut.direction)
+    c.implication("asks", "Until it is at the target it asks for a step.",
+                  when=dut.run & ~dut.load & (dut.position != dut.target), then=dut.step)
+    c.implication("asks-for-no-more",
+                  "At the target, in a load and without `run` it asks for none.",
+                  when=~dut.run | dut.load | (dut.position == dut.target), then=~dut.step)
+    c.implication("reset-is-0", "After a reset this place is 0, whatever was loaded or made.",
+                  when=c.past(c.rst), then=dut.position == 0)
 
 
 POSITION = Component(

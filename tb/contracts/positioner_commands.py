@@ -2,10 +2,10 @@
 
 from amaranth import Array, Cat, Mux, Value
 
-from fresa.protocol import LineEnd, PositionerCommands, positioner
+from fresa.protocol import LineEnd, PositionerCommands
 from fresa.protocol.positioner import ARGUMENTS, POINTS, Answer, Command, Kind
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 from .positioner_read import watch_read
 
 __all__ = ["POSITIONER_COMMANDS"]
@@ -21,12 +21,7 @@ TYPED = (
         b"ORIGIN", b"ORIGIN ", b"STOP X", b"STOP MOT4", b"STOP MOT1", b"CONNECT", b"CONNECT ",
         b"P 1 2 3 4", b"POS 1 2 3", b"MOV MOT1 C", b"VEL MOT1 0", b"VEL MOT1 9", b"DISCONNECT",
         b"DISCONNECT ", b"")))
-"""What covers type. All lines are short; what planted bugs make of them shows early."""
-
-STUCK = ("with m.Elif(items.valid):\n                    refuse(Answer.ARGUMENT)\n\n"
-         '            with m.State("NUMBER")')
-LINE_OVER = "with m.If(items.valid & items.p.end):"
-OUT_OF_RANGE = "(number.numbers.p.error == NumberError.OVERFLOW) | out_of_range"
+"""What covers type. All lines are short; what mutants make of them shows early."""
 
 
 def describe(c: Contract, dut: PositionerCommands) -> None:
@@ -42,47 +37,36 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
     item = items.payload.as_value()
     held, was = c.past(left), c.past(item)
     c.assume(~held | (items.valid & (item == was)))
-    c.holds("skips-what-is-wrong", "Of a line that is right only the end is left, and is taken.",
-            when=state("SKIP") & (order.answer == Answer.NONE), then=held & was[8],
-            bug=Bug(positioner, "with m.If(items.valid & (kind == Kind.END) & items.p.end):",
-                    "with m.If(items.valid & (kind == Kind.END)):"))
+    c.implication("skips-what-is-wrong", "Of a line that is right only the end is left, and is "
+                  "taken.", when=state("SKIP") & (order.answer == Answer.NONE), then=held & was[8])
     ended = taken & items.p.end
     fine = offered & (order.answer == Answer.NONE)
 
     waiting = c.keep(1, name="line_has_ended")
     c.m.d.sync += waiting.eq((waiting | ended) & ~said & ~c.rst)
-    c.always("one-order-a-line", "An order is offered from the clock after a line has ended until "
-             "it is taken, and at no other time.", offered == waiting, seen=offered,
-             bug=(Bug(positioner, LINE_OVER, "with m.If(items.valid):"),
-                  Bug(positioner, "self.orders.valid.eq(1)",
-                      "self.orders.valid.eq(order.answer == Answer.NONE)")))
-    c.holds("one-at-a-time", "While an order is offered nothing is read.", when=offered,
-            then=~items.ready, bug=Bug(positioner, "m.d.comb += self.orders.valid.eq(1)",
-                                       "m.d.comb += [self.orders.valid.eq(1), items.ready.eq(1)]"))
-    c.holds("stream-keeps", "An order stays until it is taken, and its numbers with it.",
-            when=c.past(offered & ~dut.orders.ready & ~c.rst),
-            then=offered & (payload == c.past(payload))
-            & (Cat(dut.numbers) == c.past(Cat(dut.numbers))),
-            bug=Bug(positioner, "with m.If(self.orders.ready):", "with m.If(1):"))
+    c.invariant("one-order-a-line", "An order is offered from the clock after a line has ended "
+                "until it is taken, and at no other time.", offered == waiting, cover=offered)
+    c.implication("one-at-a-time", "While an order is offered nothing is read.", when=offered,
+                  then=~items.ready)
+    c.implication("stream-keeps", "An order stays until it is taken, and its numbers with it.",
+                  when=c.past(offered & ~dut.orders.ready & ~c.rst),
+                  then=offered & (payload == c.past(payload))
+                  & (Cat(dut.numbers) == c.past(Cat(dut.numbers))))
 
     # How it ended
     last = c.keep(8, name="last_end")
     with c.m.If(ended):
         c.m.d.sync += last.eq(items.p.byte)
-    for name, when, then, old, new in [
-        ("long", last == LineEnd.LONG, Answer.LONG, "order.answer.eq(Answer.LONG)",
-         "order.answer.eq(Answer.NONE)"),
-        ("damaged", (last != LineEnd.LONG) & (last != LineEnd.GOOD), Answer.DAMAGED,
-         "order.answer.eq(Answer.DAMAGED)", "order.answer.eq(Answer.RANGE)"),
+    for name, when, then in [
+        ("long", last == LineEnd.LONG, Answer.LONG),
+        ("damaged", (last != LineEnd.LONG) & (last != LineEnd.GOOD), Answer.DAMAGED),
     ]:
-        c.holds(f"tells-{name}", f"A line that is {name} is refused as that.",
-                when=offered & when, then=answer == then, bug=Bug(positioner, old, new))
-    c.holds("good-lines-only", "Only a line that ended well is an order.", when=fine,
-            then=last == LineEnd.GOOD,
-            bug=Bug(positioner, "items.p.byte != LineEnd.GOOD", "items.p.byte == 3"))
-    c.always("reasons-of-a-line", "A refusal has a reason that a line can have.",
-             answer <= Answer.RANGE.value, seen=answer == Answer.RANGE.value,
-             bug=Bug(positioner, "refuse(Answer.COMMAND)", "refuse(Answer.EMPTY)"))
+        c.implication(f"tells-{name}", f"A line that is {name} is refused as that.",
+                      when=offered & when, then=answer == then)
+    c.implication("good-lines-only", "Only a line that ended well is an order.", when=fine,
+                  then=last == LineEnd.GOOD)
+    c.invariant("reasons-of-a-line", "A refusal has a reason that a line can have.",
+                answer <= Answer.RANGE.value, cover=answer == Answer.RANGE.value)
 
     # What it holds
     spaces = c.keep(3, name="spaces")
@@ -95,24 +79,17 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
     takes = Array(len(ARGUMENTS.get(one, ())) for one in Command)
     for one in Command:
         count = len(ARGUMENTS.get(one, ()))
-        c.holds(f"{one.name.lower()}-is-complete",
-                f"{one.name} has {count or 'no'} spaces, one before each thing that follows it.",
-                when=fine & (order.command == one), then=spaces == count,
-                bug=Bug(positioner, "with m.If(items.valid & (kind == Kind.END) & items.p.end):",
-                        "with m.If(items.valid & items.p.end):") if count else
-                Bug(positioner, "with m.If(items.valid & (kind == Kind.END) & items.p.end):",
-                    "with m.If(items.valid & (kind == Kind.END)):"))
-    c.always("not-empty", "An empty line is no order.", Mux(
-                state("COMMAND"), bytes_read | (c.signal("words.place") == 0),
-                bytes_read | (answer != Answer.NONE.value)), seen=offered & ~bytes_read,
-            bug=Bug(positioner, "~words.words.p.known | (words.words.p.index >= len(Command))",
-                    "words.words.p.index >= len(Command)"))
+        c.implication(f"{one.name.lower()}-is-complete", f"{one.name} has {count or 'no'} spaces, "
+                      "one before each thing that follows it.", when=fine & (order.command == one),
+                      then=spaces == count)
+    c.invariant("not-empty", "An empty line is no order.", Mux(
+                   state("COMMAND"), bytes_read | (c.signal("words.place") == 0),
+                   bytes_read | (answer != Answer.NONE.value)), cover=offered & ~bytes_read)
     _ranges(c, dut, fine, state, takes, spaces)
     _inside(c, dut, state, taken)
     watch_read(c, dut)
     c.leaves_unused_codes(
-        "commands_state", fault=dut.fault, shows=~offered & ~items.ready, reached=Bug(
-        positioner, "m.next = \"OFFER\"", "m.next = \"FAULT\""))
+        "commands_state", fault=dut.fault, shows=~offered & ~items.ready)
 
 
 def _type(c: Contract, dut: PositionerCommands, taken: Bits) -> None:
@@ -120,9 +97,9 @@ def _type(c: Contract, dut: PositionerCommands, taken: Bits) -> None:
     items = Array([item for line, end in TYPED for item in (*line, end.value | 0x100)])
     count = c.keep(range(len(items) + 1), name="items_typed")
     c.m.d.sync += count.eq(count + (taken & (count < len(items))))
-    c.usual((~c.rst | dut.fault) & dut.items.valid & (count < len(items))
-            & (dut.items.payload.as_value() == items[count])
-            & (dut.orders.ready == c.past(dut.orders.valid)))
+    c.restrict_covers((~c.rst | dut.fault) & dut.items.valid & (count < len(items))
+                      & (dut.items.payload.as_value() == items[count])
+                      & (dut.orders.ready == c.past(dut.orders.valid)))
 
 
 def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spaces: Bits) -> None:
@@ -143,31 +120,25 @@ def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spac
         return found & good & inside
 
     speed = dut.numbers[2]
-    for name, says, kinds, within, bug in [
-        ("motor", "A motor is one of three.", (Kind.MOTOR,), order.motor < 3,
-         Bug(positioner, 'items.p.byte < ord("1") + MOTORS', 'items.p.byte < ord("1") + 4')),
-        ("point", "A point is one of seven.", (Kind.POINT,), order.point != 0,
-         Bug(positioner, "Mux(kind == Kind.POINT, value > POINTS, value > self.top_speed)",
-             "value > self.top_speed")),
+    for name, says, kinds, within in [
+        ("motor", "A motor is one of three.", (Kind.MOTOR,), order.motor < 3),
+        ("point", "A point is one of seven.", (Kind.POINT,), order.point != 0),
         ("speed", "A speed is from 1 to the highest.", (Kind.RATE,),
-         (speed >= 1) & (speed <= dut.top_speed),
-         Bug(positioner, OUT_OF_RANGE, "number.numbers.p.error == NumberError.OVERFLOW")),
+         (speed >= 1) & (speed <= dut.top_speed)),
     ]:
-        c.holds(f"{name}-in-range", says, when=read(*kinds), then=within, bug=bug)
-    c.holds("command-in-range", "A command is one of nine.", when=fine,
-            then=command.as_value() < len(Command),
-            bug=Bug(positioner, "~words.words.p.known | (words.words.p.index >= len(Command))",
-                    "~words.words.p.known"))
+        c.implication(f"{name}-in-range", says, when=read(*kinds), then=within)
+    c.implication("command-in-range", "A command is one of nine.", when=fine,
+                  then=command.as_value() < len(Command))
     needed = takes[command.as_value()]
-    c.always("knows-its-place", "It knows how much of a line was read.",
-             Mux(state("COMMAND"), (place == 0) & good & (spaces == 0),
-                 Mux(state("SEPARATE"), good & (spaces == place) & (place <= needed),
-                     Mux(state("WORD", "DIGIT", "NUMBER"),
-                         good & (spaces == place + 1) & (place < needed),
-                         ~state("SKIP", "OFFER") | ~good
-                         | (place == needed) & (spaces == place))))
-             & (~inside | ~good | (command.as_value() < len(Command))),
-             seen=place == 4, bug=Bug(positioner, "place.eq(place + 1)", "place.eq(place + 2)"))
+    c.invariant("knows-its-place", "It knows how much of a line was read.",
+                Mux(state("COMMAND"), (place == 0) & good & (spaces == 0),
+                    Mux(state("SEPARATE"), good & (spaces == place) & (place <= needed),
+                        Mux(state("WORD", "DIGIT", "NUMBER"),
+                            good & (spaces == place + 1) & (place < needed),
+                            ~state("SKIP", "OFFER") | ~good
+                            | (place == needed) & (spaces == place))))
+                & (~inside | ~good | (command.as_value() < len(Command))),
+                cover=place == 4)
     assert POINTS == 7
 
 
@@ -176,32 +147,26 @@ def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
     word, number = c.signal("words.words__valid"), c.signal("number.numbers__valid")
     kind = c.signal("kind")
     letters, digits = c.signal("words.place"), c.signal("number.begun")
-    c.always("readers-in-their-states", "A reader holds something only in its state.",
-             (state("COMMAND", "WORD") | (~word & (letters == 0) & c.signal("words.alive").all()))
-             & (state("NUMBER") | (~number & ~digits & ~c.signal("number.digits")
-                                   & ~c.signal("number.overflow"))),
-             seen=word | number,
-             bug=Bug(positioner, "m.d.comb += reader.items.payload.eq(items.payload)",
-                           "m.d.comb += [reader.items.payload.eq(items.payload), "
-                           "reader.items.valid.eq(items.valid)]"))
-    c.always("kinds-in-their-states", "A state reads what comes next.",
-             (~state("WORD") | (kind == Kind.MOTOR) | (kind == Kind.WAY))
-             & (~state("DIGIT") | (kind == Kind.MOTOR))
-             & (~state("NUMBER") | (kind == Kind.POINT) | (kind == Kind.RATE)
-                | (kind == Kind.NUMBER)), seen=state("DIGIT"),
-             bug=Bug(positioner, 'm.next = "NUMBER"', 'm.next = "DIGIT"'))
+    c.invariant("readers-in-their-states", "A reader holds something only in its state.",
+                (state("COMMAND", "WORD") | (~word & (letters == 0)
+                                             & c.signal("words.alive").all()))
+                & (state("NUMBER") | (~number & ~digits & ~c.signal("number.digits")
+                                      & ~c.signal("number.overflow"))),
+                cover=word | number)
+    c.invariant("kinds-in-their-states", "A state reads what comes next.",
+                (~state("WORD") | (kind == Kind.MOTOR) | (kind == Kind.WAY))
+                & (~state("DIGIT") | (kind == Kind.MOTOR))
+                & (~state("NUMBER") | (kind == Kind.POINT) | (kind == Kind.RATE)
+                   | (kind == Kind.NUMBER)), cover=state("DIGIT"))
     idle = c.keep(range(STALL + 2), name="idle")
     c.m.d.sync += idle.eq(Mux(taken | dut.orders.valid | ~dut.items.valid | c.rst, 0,
                               idle + (idle <= STALL)))
-    c.always("goes-on", f"Of a line that waits something is taken at least every {STALL + 1} "
-             "clocks, until its order is offered.", idle <= STALL, seen=idle == 2,
-             bug=Bug(positioner, STUCK, STUCK.replace("items.valid", "items.p.end")))
+    c.invariant("goes-on", f"Of a line that waits something is taken at least every {STALL + 1} "
+                "clocks, until its order is offered.", idle <= STALL, cover=idle == 2)
     reading = state("COMMAND", "WORD", "NUMBER")
-    c.always("goes-on-in-its-state", "Each state takes something, or leaves, in its time.",
-             idle <= Mux(reading, word | number, Mux(state("SEPARATE", "DIGIT"), 2, STALL)),
-             seen=idle == 1, bug=Bug(
-                 positioner, "m.next = \"SEPARATE\"\n                    with m.If(~words",
-                 "m.next = \"COMMAND\"\n                    with m.If(~words"))
+    c.invariant("goes-on-in-its-state", "Each state takes something, or leaves, in its time.",
+                idle <= Mux(reading, word | number, Mux(state("SEPARATE", "DIGIT"), 2, STALL)),
+                cover=idle == 1)
 
 
 POSITIONER_COMMANDS = Component(

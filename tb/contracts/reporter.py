@@ -3,9 +3,9 @@
 from amaranth import Array, Cat, Fragment, Mux, signed
 
 from fresa.machines.positioner import ANSWERS
-from fresa.protocol import DecimalWriter, Reporter, decimal_writer, reporter, text
+from fresa.protocol import DecimalWriter, Reporter
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["REPORTER"]
 
@@ -14,12 +14,10 @@ PIECES = 7
 
 BYTES = 20
 """Of the shortest report: a case in which these are longer than the period begins no report while
-a line is being said, and promises nothing about when."""
+a line is being said, and states nothing about when."""
 
 SHOWN = (5, -3, 0)
 """What covers report."""
-
-QUIET = "with m.Elif(time > self.quiet):"
 
 
 class Line:
@@ -69,138 +67,117 @@ def describe(c: Contract, dut: Reporter) -> None:
     if hurried:
         c.assume(~(dut.tick & dut.enable) | resting)
     # Covers see one way through it, with a reset in the second clock.
-    c.usual((ready != c.past(dut.bytes.valid & ready)) & dut.answers.valid
-            & (dut.answers.payload == 1) & (c.rst == c.past(~c.past(1)))
-            & (dut.enable == (resting if hurried else 1))
-            & Cat(place == shown for place, shown in zip(dut.position, SHOWN, strict=True)).all())
+    c.restrict_covers((ready != c.past(dut.bytes.valid & ready)) & dut.answers.valid
+                      & (dut.answers.payload == 1) & (c.rst == c.past(~c.past(1)))
+                      & (dut.enable == (resting if hurried else 1))
+                      & Cat(place == shown for place, shown in zip(dut.position, SHOWN,
+                                                                   strict=True)).all())
 
-    c.always("ticks", "It is time for a report once in `period` clocks, for ever.",
-             dut.tick == (since == dut.period - 1), seen=dut.tick,
-             bug=Bug(reporter, "self.tick.eq(time == 0)", "self.tick.eq(time == 1)"))
+    c.invariant("ticks", "It is time for a report once in `period` clocks, for ever.",
+                dut.tick == (since == dut.period - 1), cover=dut.tick)
     if not hurried:
         _watch_begin(c, dut, line, since)
-    c.holds("as-ordered", "A line has its pieces in their order: that of a report three numbers.",
-            when=line.asks | line.spells, then=(line.left != 0) & Mux(
-                line.left[0], line.asks & (line.texts.numbers.payload == line.text(line.left)),
-                line.spells),
-            bug=(Bug(reporter, "Mux(left == 0, 2, 1)", "Mux(left == 1, 2, 1)"),
-                 Bug(reporter, "self.answers.payload + 3", "self.answers.payload + 2")))
-    c.holds("as-it-was", "The numbers are the three positions of one clock, that after the tick.",
-            when=line.spells,
-            then=line.writer.numbers.payload == Array(
-                where[:len(line.writer.numbers.payload)].as_signed() for where in line.where)[
-                    3 - (line.left >> 1)],
-            bug=(Bug(reporter, "Cat(*numbers[1:], numbers[0])", "Cat(numbers)"),
-                 Bug(reporter, "writer.numbers.payload.eq(numbers[0])",
-                     "writer.numbers.payload.eq(self.position[0])")))
-    c.holds("one-line-at-a-time", "An answer is taken when all before it has been said.",
-            when=line.takes, then=(line.left == 0) & ~c.signal("texts.busy") & ~dut.bytes.valid,
-            bug=Bug(reporter, "m.d.comb += texts.numbers.valid.eq(1)",
-                    "m.d.comb += [texts.numbers.valid.eq(1), self.answers.ready.eq(1)]"))
-    c.holds("answered-at-once", "Where there is time for an answer it is begun at once.",
-            when=c.past(line.takes & ~c.rst),
-            then=line.asks & (line.left == 1) & ~line.is_report,
-            bug=Bug(reporter, "m.d.sync += [text.eq(self.answers.payload + 3), left.eq(0)]\n"
-                    "                    with m.If(self.answers.valid):",
-                    "m.d.sync += [text.eq(self.answers.payload + 3), left.eq(0)]\n"
-                    "                    with m.If(self.answers.valid & ~time[0]):"))
-    c.holds("stream-keeps", "A byte that is offered stays until it is taken.",
-            when=c.past(dut.bytes.valid & ~ready & ~c.rst),
-            then=dut.bytes.valid & (dut.bytes.payload == c.past(dut.bytes.payload)),
-            bug=Bug(reporter, "texts.bytes.ready.eq(self.bytes.ready)", "texts.bytes.ready.eq(1)"))
-    c.holds("reset-begins-anew", "Reset ends the line, and the first tick is `period` clocks away.",
-            when=c.past(c.rst), then=c.state("reporter_state")("REST") & ~dut.bytes.valid
-            & (c.signal("time") == dut.period - 1) & ~c.signal("due"),
-            bug=Bug(reporter, "due = Signal()", "due = Signal(init=1)"))
-    c.holds("reset-forgets", "After reset no position is kept.", when=c.past(c.rst),
-            then=Cat(c.signal(f"number_{place}") == 0 for place in range(3)).all(),
-            bug=Bug(reporter, 'name=f"number_{index}")', 'name=f"number_{index}", init=-index)'))
+    c.implication("as-ordered", "A line has its pieces in their order: that of a report three "
+                  "numbers.", when=line.asks | line.spells,
+                  then=(line.left != 0) & Mux(
+line.left[0], line.asks
+& (line.texts.numbers.payload == line.text(line.left)),
+line.spells))
+    c.implication("as-it-was", "The numbers are the three positions of one clock, that after the "
+                  "tick.", when=line.spells,
+                  then=line.writer.numbers.payload == Array(
+                      where[:len(line.writer.numbers.payload)].as_signed() for where in line.where)[
+                          3 - (line.left >> 1)])
+    c.implication("one-line-at-a-time", "An answer is taken when all before it has been said.",
+                  when=line.takes, then=(line.left == 0) & ~c.signal("texts.busy")
+                  & ~dut.bytes.valid)
+    c.implication("answered-at-once", "Where there is time for an answer it is begun at once.",
+                  when=c.past(line.takes & ~c.rst),
+                  then=line.asks & (line.left == 1) & ~line.is_report)
+    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+                  when=c.past(dut.bytes.valid & ~ready & ~c.rst),
+                  then=dut.bytes.valid & (dut.bytes.payload == c.past(dut.bytes.payload)))
+    c.implication("reset-begins-anew", "Reset ends the line, and the first tick is `period` "
+                  "clocks away.", when=c.past(c.rst),
+                  then=c.state("reporter_state")("REST") & ~dut.bytes.valid
+& (c.signal("time") == dut.period - 1) & ~c.signal("due"))
+    c.implication("reset-forgets", "After reset no position is kept.", when=c.past(c.rst),
+                  then=Cat(c.signal(f"number_{place}") == 0 for place in range(3)).all())
     _watch_inside(c, dut, line, since)
     if not hurried:
         _watch_time(c, dut, line, byte, waited)
     c.leaves_unused_codes(
         "reporter_state", fault=dut.fault,
-        shows=~dut.answers.ready & ~line.texts.numbers.valid & ~line.writer.numbers.valid,
-        reached=Bug(reporter, 'm.next = "TEXT"', 'm.next = "FAULT"'))
+        shows=~dut.answers.ready & ~line.texts.numbers.valid & ~line.writer.numbers.valid)
 
 
 def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
-    """Promise when a report begins."""
-    c.holds("on-time", "A report begins in the clock after its tick, whatever was said before.",
-            when=line.begins & ~c.rst, then=c.state("reporter_state")("REST") & (line.left == 0)
-            & ~dut.answers.ready & ~dut.bytes.valid,
-            bug=Bug(reporter, QUIET, "with m.Elif(time != self.quiet):"))
+    """State when a report begins."""
+    c.implication("on-time", "A report begins in the clock after its tick, whatever was said "
+                  "before.", when=line.begins & ~c.rst,
+                  then=c.state("reporter_state")("REST")
+& (line.left == 0)
+& ~dut.answers.ready & ~dut.bytes.valid)
     busy, offered = c.signal("texts.busy"), dut.bytes.valid
-    c.holds("first-byte-in-time", "Its first byte is offered four clocks after the tick.",
-            when=line.is_report & (line.left != 0) & (since < 4),
-            then=(since != 0) & Mux(
-                since == 1, line.asks & (line.left == PIECES),
-                busy & (line.left == PIECES - 1) & (c.signal("texts.place") == 0)
-                & (offered == (since == 3)) & (~offered | (dut.bytes.payload == ord("#")))),
-            bug=Bug(reporter, "text.eq(0), left.eq(3)", "text.eq(1), left.eq(3)"))
+    c.implication("first-byte-in-time", "Its first byte is offered four clocks after the tick.",
+                  when=line.is_report & (line.left != 0) & (since < 4),
+                  then=(since != 0) & Mux(
+                      since == 1, line.asks & (line.left == PIECES),
+                      busy & (line.left == PIECES - 1) & (c.signal("texts.place") == 0)
+                      & (offered == (since == 3)) & (~offered | (dut.bytes.payload == ord("#")))))
 
 
 def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
-    """Promise what makes it so: who speaks knows what was said."""
+    """State what makes it so: who speaks knows what was said."""
     state, left = c.state("reporter_state"), line.left
     writer, busy = c.state("writer.writer_state"), c.signal("texts.busy")
-    c.always("knows-what-is-said", "It knows how much of the line is left.",
-             Mux(state("REST"), left == 0, (c.signal("left") == left >> 1)
-                 & (left[0] == state("ASK", "DIGITS")) & (state("TEXT") | (left != 0))
-                 & (line.is_report | ((left == state("ASK")) & state("ASK", "TEXT"))))
-             & (~state("DIGITS") | (left < PIECES))
-             & (line.answer < len(line.texts.texts) - 3), seen=left == 2,
-             bug=Bug(reporter, "left.eq(left - 1)", "left.eq(left - 2)"))
-    c.holds("knows-its-text", "It knows which text is next, or is being said.",
-            when=state("ASK", "TEXT"),
-            then=c.signal("text") == line.text(left + state("TEXT")),
-            bug=Bug(reporter, "text.eq(self.answers.payload + 3)", "text.eq(3)"))
-    c.always("knows-where", "It keeps the positions, those that are still to be said before those "
-             "that were.", state("REST") | ~line.is_report | Cat(
-                 c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
-                 for place in range(3)).all(), seen=left == 4,
-             bug=Bug(reporter, "Cat(*numbers[1:], numbers[0])", "Cat(numbers)"))
-    c.always("one-voice", "Text and number never speak at once, and only in their states.",
-             (state("TEXT") | ~busy) & (state("DIGITS") | writer("REST")), seen=writer("DIGIT"),
-             bug=Bug(reporter, "with m.If(writer.numbers.ready):\n                    m.d.sync +="
-                     " text", "with m.If(1):\n                    m.d.sync += text"))
+    c.invariant("knows-what-is-said", "It knows how much of the line is left.",
+                Mux(state("REST"), left == 0, (c.signal("left") == left >> 1)
+                    & (left[0] == state("ASK", "DIGITS")) & (state("TEXT") | (left != 0))
+                    & (line.is_report | ((left == state("ASK")) & state("ASK", "TEXT"))))
+                & (~state("DIGITS") | (left < PIECES))
+                & (line.answer < len(line.texts.texts) - 3), cover=left == 2)
+    c.implication("knows-its-text", "It knows which text is next, or is being said.",
+                  when=state("ASK", "TEXT"),
+                  then=c.signal("text") == line.text(left + state("TEXT")))
+    c.invariant("knows-where", "It keeps the positions, those that are still to be said before "
+                "those that were.",
+                state("REST") | ~line.is_report | Cat(
+      c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
+      for place in range(3)).all(), cover=left == 4)
+    c.invariant("one-voice", "Text and number never speak at once, and only in their states.",
+                (state("TEXT") | ~busy) & (state("DIGITS") | writer("REST")), cover=writer("DIGIT"))
     sources = line.texts.texts
     rom, at = Array(b"".join(sources)), c.signal("texts.place")
     words = Array(byte | (number == len(words)) << 8 for words in sources
                   for number, byte in enumerate(words, start=1))
     (fetch,) = c.part("texts.rom").read_ports
     which = Array(number for number, words in enumerate(sources) for _ in words)
-    c.always("knows-the-text", "A byte of a text is the one where it is.",
-             (~line.texts.bytes.valid | (busy & (fetch.data == words[at])))
-             & (~busy | ((at < len(rom)) & (which[at] == c.signal("text")))),
-             seen=line.texts.bytes.valid,
-             bug=Bug(text, "fetch.addr.eq(after)", "fetch.addr.eq(place)"))
-    c.holds("says-it", "What is offered is a byte of that text, or of that number.",
-            when=dut.bytes.valid, then=Mux(
-                busy, dut.bytes.payload == rom[at],
-                dut.bytes.payload == Mux(writer("SIGN"), ord("-"), 0x30 | c.signal(
-                    "writer.digit"))),
-            bug=Bug(reporter, "Mux(texts.bytes.valid, texts.bytes.payload,",
-                    "Mux(writer.bytes.valid, texts.bytes.payload,"))
+    c.invariant("knows-the-text", "A byte of a text is the one where it is.",
+                (~line.texts.bytes.valid | (busy & (fetch.data == words[at])))
+                & (~busy | ((at < len(rom)) & (which[at] == c.signal("text")))),
+                cover=line.texts.bytes.valid)
+    c.implication("says-it", "What is offered is a byte of that text, or of that number.",
+                  when=dut.bytes.valid, then=Mux(
+                      busy, dut.bytes.payload == rom[at],
+                      dut.bytes.payload == Mux(writer("SIGN"), ord("-"), 0x30 | c.signal(
+                          "writer.digit"))))
     digits, place, digit = line.writer.digits, c.signal("writer.place"), c.signal("writer.digit")
     power = Array(10**n for n in range(digits))[place]
-    c.holds("digits-end", "A digit is counted in its time.", when=state("DIGITS"),
-            then=writer("REST") | (place < digits) & (digit <= 9) & Mux(
-                writer("SIGN"), (digit == 0) & (place == digits - 1),
-                (c.signal("writer.left") < power * (10 - digit))
-                & (writer("COUNT") | (c.signal("writer.left") < power))),
-            bug=Bug(decimal_writer, "digit.eq(digit + 1)", "digit.eq(digit + 2)"))
-    c.always("writer-is-sound", "The writer of numbers is not upset.",
-             ~writer("FAULT") & ~writer.is_unused(), seen=writer("DIGIT"),
-             bug=Bug(decimal_writer, 'm.next = "DIGIT"', 'm.next = "FAULT"'))
-    c.always("counts-to-the-tick", "It knows how long it is to the next tick.",
-             (c.signal("time") == dut.period - 1 - since) & (c.signal("due") == line.begins)
-             & (since < dut.period) & (~line.begins | (since == 0)), seen=since == 1,
-             bug=Bug(reporter, "self.period - 1, time - 1", "self.period - 1, time - 2"))
+    c.implication("digits-end", "A digit is counted in its time.", when=state("DIGITS"),
+                  then=writer("REST") | (place < digits) & (digit <= 9) & Mux(
+                      writer("SIGN"), (digit == 0) & (place == digits - 1),
+                      (c.signal("writer.left") < power * (10 - digit))
+                      & (writer("COUNT") | (c.signal("writer.left") < power))))
+    c.invariant("writer-is-sound", "The writer of numbers is not upset.",
+                ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"))
+    c.invariant("counts-to-the-tick", "It knows how long it is to the next tick.",
+                (c.signal("time") == dut.period - 1 - since) & (c.signal("due") == line.begins)
+                & (since < dut.period) & (~line.begins | (since == 0)), cover=since == 1)
 
 
 def _watch_time(c: Contract, dut: Reporter, line: Line, byte: int, waited: Bits) -> None:
-    """Promise that there is always time for the rest of a line, however slow it is taken."""
+    """State that there is always time for the rest of a line, however slow it is taken."""
     state, writer = c.state("reporter_state"), c.state("writer.writer_state")
     busy, time = c.signal("texts.busy"), c.signal("time")
     sources = line.texts.texts
@@ -232,10 +209,9 @@ def _watch_time(c: Contract, dut: Reporter, line: Line, byte: int, waited: Bits)
                 state("NUMBER"), after, number + 4 + Array(
                     [byte * len(sources[2]), *(byte * len(sources[1]) + clocks
                                                for clocks in behind[1:3])])[left]))))
-    c.always("over-by-the-tick", "What is left of a line takes no longer than it is to the next "
-             "tick, as long as a byte takes no longer than was said.", time >= need,
-             seen=state("DIGITS"),
-             bug=Bug(reporter, QUIET, "with m.Elif(time > self.quiet >> 1):"))
+    c.invariant("over-by-the-tick", "What is left of a line takes no longer than it is to the "
+                "next tick, as long as a byte takes no longer than was said.", time >= need,
+                cover=state("DIGITS"))
 
 
 def make(*, answers: tuple[bytes, ...], period: int, byte: int, short: bool = False) -> Reporter:

@@ -2,9 +2,9 @@
 
 from amaranth import Cat, Mux, Value
 
-from fresa.motion import MotionSequencer, sequencer
+from fresa.motion import MotionSequencer
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 from .targets import WholeOrders, watch_targets
 
 __all__ = ["SEQUENCER"]
@@ -26,11 +26,8 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
         c.m.d.sync += under_way.eq(0)
     moving = ~Value.cast(moves.ready)
     c.assume(~known | was_reset | c.past(under_way & moving) | (_at(dut) == c.past(_at(dut))))
-    c.always("under-way-is-waited-for", "While a move is under way it waits.",
-             ~under_way | state("WAIT", "DIAG-WAIT", "TOOL-WAIT"), seen=under_way,
-             bug=Bug(sequencer,
-                     'with m.State("WAIT"):\n                with m.If(self.moves.ready):',
-                     'with m.State("WAIT"):\n                with m.If(1):'))
+    c.invariant("under-way-is-waited-for", "While a move is under way it waits.",
+                ~under_way | state("WAIT", "DIAG-WAIT", "TOOL-WAIT"), cover=under_way)
     if isinstance(dut, WholeOrders):
         watch_targets(c, dut, under_way)
     started = c.signal("started")
@@ -39,58 +36,38 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
     tool = order.up | order.down
 
     # Orders in
-    c.holds("ready-at-rest", "Ready is only at rest and while nothing holds it.",
-            when=dut.ready, then=state("REST") & ~dut.hold,
-            bug=(Bug(sequencer, "self.ready.eq(~self.hold)", "self.ready.eq(1)"),
-                 Bug(sequencer, '                with m.If(self.moves.ready):\n                    '
-                     'm.next = "STRAIGHT"', '                m.d.comb += self.ready.eq(1)\n'
-                     '                with m.If(self.moves.ready):\n                    '
-                     'm.next = "STRAIGHT"')))
-    c.holds("rest-is-ready", "At rest it is ready unless something holds it.",
-            when=state("REST") & ~dut.hold, then=dut.ready,
-            bug=Bug(sequencer, "self.ready.eq(~self.hold)", "self.ready.eq(~self.hold & ~refused)"))
-    c.holds("ready-falls", "Whatever is ordered, ready falls in the next clock.",
-            when=c.past(taken & ~c.rst), then=~dut.ready,
-            bug=Bug(sequencer, 'm.d.sync += refused.eq(1)\n                        '
-                    'm.next = "TOOL-WAIT"', "m.d.sync += refused.eq(1)"))
+    c.implication("ready-at-rest", "Ready is only at rest and while nothing holds it.",
+                  when=dut.ready, then=state("REST") & ~dut.hold)
+    c.implication("rest-is-ready", "At rest it is ready unless something holds it.",
+                  when=state("REST") & ~dut.hold, then=dut.ready)
+    c.implication("ready-falls", "Whatever is ordered, ready falls in the next clock.",
+                  when=c.past(taken & ~c.rst), then=~dut.ready)
     used = c.keep(1, name="used")
     c.m.d.sync += used.eq(dut.start & (used | (taken & ~c.rst)))
-    c.always("used-is-seen", "A start that was taken is remembered until it falls.",
-             ~used | c.signal("started"), seen=used,
-             bug=Bug(sequencer, "started = Signal(reset_less=True)", "started = Signal()"))
+    c.invariant("used-is-seen", "A start that was taken is remembered until it falls.",
+                ~used | c.signal("started"), cover=used)
     spent = c.keep(1, name="spent")
     c.m.d.sync += spent.eq(dut.start & (spent | (dut.ready & ~c.rst) | ~state("REST")))
-    c.always("start-used-up",
-             "A start is used up where it is taken or comes on the way, and not while it is held.",
-             started == spent, seen=spent & dut.ready,
-             bug=Bug(sequencer, "counts = (self.ready & ~ResetSignal()) | ~resting",
-                     "counts = self.ready | ~resting"))
-    c.holds("level-once", "A start that stays high is taken once, whatever resets there are.",
-            when=used & dut.start & state("REST"),
-            then=~taken, bug=Bug(sequencer, "self.start & (started | counts)", "0"))
-    c.holds("no-start-no-move", "Without an order nothing begins.",
-            when=c.past(state("REST") & ~taken), then=state("REST"),
-            bug=Bug(sequencer, "self.ready & self.start & ~started", "self.ready & self.start"))
-    c.holds("held-takes-nothing", "While held no order is taken.",
-            when=c.past(state("REST") & dut.hold), then=state("REST"),
-            bug=Bug(sequencer, "self.ready & self.start & ~started", "self.start & ~started"))
+    c.invariant("start-used-up", "A start is used up where it is taken or comes on the way, and "
+                "not while it is held.", started == spent, cover=spent & dut.ready)
+    c.implication("level-once", "A start that stays high is taken once, whatever resets there are.",
+                  when=used & dut.start & state("REST"),
+                  then=~taken)
+    c.implication("no-start-no-move", "Without an order nothing begins.",
+                  when=c.past(state("REST") & ~taken), then=state("REST"))
+    c.implication("held-takes-nothing", "While held no order is taken.",
+                  when=c.past(state("REST") & dut.hold), then=state("REST"))
     for name, goal, target in [("x", c.signal("goal_x"), order.x),
                                ("y", c.signal("goal_y"), order.y)]:
-        c.holds(f"goal-{name}",
-                f"The goal in {name} is the target of the clock in which it is taken.",
-                when=c.past(taken & ~c.rst), then=goal == c.past(target),
-                bug=Bug(sequencer, "m.d.sync += goal.eq(target)",
-                        "m.d.sync += goal.eq(target ^ self.start)"))
-        c.holds(f"goal-{name}-stays", f"The goal in {name} does not change on the way.",
-                when=c.past(~state("REST") & ~c.rst), then=goal == c.past(goal),
-                bug=Bug(sequencer, "with m.If(resting):", "with m.If(self.start):"))
-    c.holds("decides", "An order without up or down is decided on in the next clock.",
-            when=c.past(taken & ~tool & ~c.rst), then=state("DECIDE"),
-            bug=Bug(sequencer, 'm.next = "DECIDE"', 'm.next = "DIAGONAL"'))
-    c.holds("tool-orders", "An order with up or down alone is one for the tool.",
-            when=c.past(taken & (order.up ^ order.down) & ~c.rst), then=state("TOOL"),
-            bug=Bug(sequencer, "with m.Elif(self.order.up | self.order.down):",
-                    "with m.Elif(self.order.up):"))
+        c.implication(f"goal-{name}",
+                      f"The goal in {name} is the target of the clock in which it is taken.",
+                      when=c.past(taken & ~c.rst), then=goal == c.past(target))
+        c.implication(f"goal-{name}-stays", f"The goal in {name} does not change on the way.",
+                      when=c.past(~state("REST") & ~c.rst), then=goal == c.past(goal))
+    c.implication("decides", "An order without up or down is decided on in the next clock.",
+                  when=c.past(taken & ~tool & ~c.rst), then=state("DECIDE"))
+    c.implication("tool-orders", "An order with up or down alone is one for the tool.",
+                  when=c.past(taken & (order.up ^ order.down) & ~c.rst), then=state("TOOL"))
 
     # Refusals
     past_steps = {name: c.past(c.signal(f"steps_{name}")) for name in "xy"}
@@ -98,80 +75,46 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
     was_low = c.past(dut.at_z[-1])
     some_x, some_y = past_steps["x"] != 0, past_steps["y"] != 0
     oblique = some_x & some_y & (past_steps["x"] != past_steps["y"])
-    c.holds("up-and-down", "Up and down together are refused, and nothing moves.",
-            when=c.past(taken & order.up & order.down & ~c.rst), then=state("TOOL-WAIT")
-            & dut.error,
-            bug=Bug(sequencer, "with m.If(self.order.up & self.order.down):", "with m.If(0):"))
-    c.holds("oblique-milling", "A lowered tool goes only where one of 8 directions leads.",
-            when=was_decide & was_low & oblique, then=state("REST") & dut.error,
-            bug=Bug(sequencer, "lowered & ~none_x & ~none_y", "lowered & ~none_x & none_y"))
-    c.holds("nothing-to-do", "An order to where it stands is over at once, without error.",
-            when=was_decide & ~some_x & ~some_y & ~c.past(begins & tool),
-            then=state("REST") & ~dut.error,
-            bug=Bug(sequencer, "with m.If(none_x & none_y):",
-                    "with m.If(none_x & none_y & lowered):"))
-    c.holds("interrupted", "A tool order that begins while another is under way is refused.",
-            when=c.past(~state("REST") & begins & tool & ~c.rst), then=dut.error,
-            bug=Bug(sequencer,
-                    "~resting & self.start & ~started & (self.order.up | self.order.down)",
-                    "~resting & self.start & ~started & self.order.up"))
-    c.holds("start-while-busy", "A start on the way changes neither state nor goal.",
-            when=c.past(state("WAIT") & moving & dut.start & ~c.rst), then=state("WAIT"),
-            bug=Bug(sequencer,
-                    'with m.State("WAIT"):\n                with m.If(self.moves.ready):',
-                    'with m.State("WAIT"):\n'
-                    '                with m.If(self.moves.ready | self.start):'))
-    c.holds("error-has-a-cause", "An error comes only of an order that was refused.",
-            when=dut.error & ~c.past(dut.error),
-            then=c.past(begins & (dut.ready | ~state("REST")) & tool) | was_decide & was_low
-            & oblique,
-            bug=Bug(sequencer, "m.d.sync += raising.eq(self.order.up)",
-                    "m.d.sync += [raising.eq(self.order.up), refused.eq(refused | self.order.up)]"))
-    c.holds("error-stays", "An error stays until reset or an order that is not refused.",
-            when=c.past(dut.error & ~c.rst) & ~dut.error, then=c.past(state("DECIDE", "TOOL")),
-            bug=Bug(sequencer, "m.d.sync += raising.eq(self.order.up)",
-                    "m.d.sync += [raising.eq(self.order.up), refused.eq(refused & ~self.hold)]"))
-    c.holds("error-goes", "An order that is carried out ends the error of the one before.",
-            when=c.past(state("TOOL") & ~(begins & tool) & ~c.rst), then=~dut.error,
-            bug=Bug(sequencer, "m.d.sync += refused.eq(0)\n                m.d.comb += [",
-                    "m.d.comb += ["))
+    c.implication("up-and-down", "Up and down together are refused, and nothing moves.",
+                  when=c.past(taken & order.up & order.down & ~c.rst), then=state("TOOL-WAIT")
+                  & dut.error)
+    c.implication("oblique-milling", "A lowered tool goes only where one of 8 directions leads.",
+                  when=was_decide & was_low & oblique, then=state("REST") & dut.error)
+    c.implication("nothing-to-do", "An order to where it stands is over at once, without error.",
+                  when=was_decide & ~some_x & ~some_y & ~c.past(begins & tool),
+                  then=state("REST") & ~dut.error)
+    c.implication("interrupted", "A tool order that begins while another is under way is refused.",
+                  when=c.past(~state("REST") & begins & tool & ~c.rst), then=dut.error)
+    c.implication("start-while-busy", "A start on the way changes neither state nor goal.",
+                  when=c.past(state("WAIT") & moving & dut.start & ~c.rst), then=state("WAIT"))
+    c.implication("error-has-a-cause", "An error comes only of an order that was refused.",
+                  when=dut.error & ~c.past(dut.error),
+                  then=c.past(begins & (dut.ready | ~state("REST")) & tool) | was_decide & was_low
+                  & oblique)
+    c.implication("error-stays", "An error stays until reset or an order that is not refused.",
+                  when=c.past(dut.error & ~c.rst) & ~dut.error, then=c.past(state("DECIDE",
+                                                                                  "TOOL")))
+    c.implication("error-goes", "An order that is carried out ends the error of the one before.",
+                  when=c.past(state("TOOL") & ~(begins & tool) & ~c.rst), then=~dut.error)
 
     # From state to state
     unequal = past_steps["x"] != past_steps["y"]
-    c.holds("equal-together", "Equal distances are gone together.",
-            when=was_decide & (some_x | some_y) & ~unequal, then=state("TOGETHER"),
-            bug=Bug(sequencer, 'm.next = "TOGETHER"', 'm.next = "DIAGONAL"'))
-    c.holds("unequal-diagonal-first", "Unequal distances begin with the diagonal.",
-            when=was_decide & unequal & ~(was_low & oblique), then=state("DIAGONAL"),
-            bug=Bug(sequencer, 'm.next = "DIAGONAL"', 'm.next = "STRAIGHT"'))
+    c.implication("equal-together", "Equal distances are gone together.",
+                  when=was_decide & (some_x | some_y) & ~unequal, then=state("TOGETHER"))
+    c.implication("unequal-diagonal-first", "Unequal distances begin with the diagonal.",
+                  when=was_decide & unequal & ~(was_low & oblique), then=state("DIAGONAL"))
     offer_over = c.past((moves.ready | ~moves.valid) & ~c.rst)
     for last in ("TOGETHER", "STRAIGHT"):
-        c.holds(f"{last.lower()}-is-last", f"{last} is waited for as the last movement.",
-                when=offer_over & c.past(state(last)), then=state("WAIT"),
-                bug=Bug(sequencer, *(
-                    f'self.moves.valid.eq(1), self.moves.p.axes.eq(0b011)]\n'
-                    f'                with m.If(self.moves.ready):\n'
-                    f'                    m.next = "{then}"' for then in ("WAIT", "TOOL-WAIT")))
-                if last == "TOGETHER" else
-                Bug(sequencer, *(f'largest.eq(1),\n                ]\n'
-                                 f'                with m.If(self.moves.ready):\n'
-                                 f'                    m.next = "{then}"'
-                                 for then in ("WAIT", "TOOL-WAIT"))))
+        c.implication(f"{last.lower()}-is-last", f"{last} is waited for as the last movement.",
+                      when=offer_over & c.past(state(last)), then=state("WAIT"))
     for first, wait in [("DIAGONAL", "DIAG-WAIT"), ("TOOL", "TOOL-WAIT")]:
-        c.holds(f"{first.lower()}-is-waited-for", f"After {first} comes {wait}.",
-                when=offer_over & c.past(state(first)), then=state(wait),
-                bug=Bug(sequencer, *(f'with m.If(self.moves.ready | ~self.moves.valid):\n'
-                                     f'                    m.next = "{then}"'
-                                     for then in (wait, "WAIT"))))
-    c.holds("diagonal-then-straight", "Where the diagonal is over the straight rest comes.",
-            when=c.past(state("DIAG-WAIT") & moves.ready & ~c.rst), then=state("STRAIGHT"),
-            bug=Bug(sequencer, 'm.next = "STRAIGHT"', 'm.next = "WAIT"'))
-    c.holds("over-is-rest", "Where the last movement is over it rests.",
-            when=c.past(state("WAIT", "TOOL-WAIT") & moves.ready & ~c.rst), then=state("REST"),
-            bug=Bug(sequencer, 'with m.State("WAIT"):\n                with m.If(self.moves.ready):'
-                    '\n                    m.next = "REST"',
-                    'with m.State("WAIT"):\n                with m.If(self.moves.ready):'
-                    '\n                    m.next = "DECIDE"'))
+        c.implication(f"{first.lower()}-is-waited-for", f"After {first} comes {wait}.",
+                      when=offer_over & c.past(state(first)), then=state(wait))
+    c.implication("diagonal-then-straight", "Where the diagonal is over the straight rest comes.",
+                  when=c.past(state("DIAG-WAIT") & moves.ready & ~c.rst), then=state("STRAIGHT"))
+    c.implication("over-is-rest", "Where the last movement is over it rests.",
+                  when=c.past(state("WAIT", "TOOL-WAIT") & moves.ready & ~c.rst),
+                  then=state("REST"))
 
     # Arithmetic: steps to go follow goal and position by a clock
     for name in "xy":
@@ -179,74 +122,51 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
         target = Mux(state("REST"), getattr(order, name), goal)
         beyond = at - target
         far = c.past(Mux(beyond < 0, -beyond, beyond)[:16])
-        c.holds(f"steps-{name}", f"The steps to go in {name} are the distance to the goal.",
-                when=known & ~was_reset, then=c.signal(f"steps_{name}") == far,
-                bug=Bug(sequencer, "(past[:16] ^ past[-1].replicate(16)) + past[-1]",
-                        "(past[:16] ^ past[-1].replicate(16))"))
-        c.holds(f"direction-{name}", f"The direction in {name} is ascending if the goal is beyond.",
-                when=known & ~was_reset, then=c.signal(f"ascending_{name}") == c.past(target > at),
-                bug=Bug(sequencer, "ascending.eq(past[-1])", "ascending.eq(past[-2])"))
+        c.implication(f"steps-{name}", f"The steps to go in {name} are the distance to the goal.",
+                      when=known & ~was_reset, then=c.signal(f"steps_{name}") == far)
+        c.implication(f"direction-{name}", f"The direction in {name} is ascending if the goal is "
+                      "beyond.", when=known & ~was_reset,
+                      then=c.signal(f"ascending_{name}") == c.past(target > at))
 
     # Moves out
     steps_x, steps_y = c.signal("steps_x"), c.signal("steps_y")
     least = Mux(steps_x < steps_y, steps_x, steps_y)
     most = Mux(steps_x < steps_y, steps_y, steps_x)
-    c.holds("together", "Equal distances are one movement of both axes.",
-            when=state("TOGETHER"), then=moves.valid & (moves.p.axes == 0b011)
-            & (steps_x == steps_y) & (moves.p.steps == steps_x),
-            bug=Bug(sequencer, "same.eq(steps_x == steps_y)",
-                    "same.eq(steps_x[:4] == steps_y[:4])"))
+    c.implication("together", "Equal distances are one movement of both axes.",
+                  when=state("TOGETHER"), then=moves.valid & (moves.p.axes == 0b011)
+                  & (steps_x == steps_y) & (moves.p.steps == steps_x))
     if not isinstance(dut, WholeOrders):  # whose proof is long enough without it
-        c.holds("together-moves", "What is gone together is at least a step.",
-                when=state("TOGETHER"), then=steps_x != 0,
-                bug=Bug(sequencer, "with m.If(none_x & none_y):",
-                        "with m.If(none_x & none_y & lowered):"))
-    c.holds("diagonal", "Unequal distances begin with a diagonal of the smaller.",
-            when=state("DIAGONAL") & moves.valid, then=(moves.p.axes == 0b011)
-            & (moves.p.steps == least) & (least != 0),
-            bug=Bug(sequencer, "(steps_x < steps_y) ^ largest", "(steps_x > steps_y) ^ largest"))
-    c.holds("no-diagonal-of-0", "A diagonal of no steps is left out.",
-            when=state("DIAGONAL") & (least == 0), then=~moves.valid,
-            bug=Bug(sequencer, "self.moves.valid.eq(~none_x & ~none_y)", "self.moves.valid.eq(1)"))
-    c.holds("straight", "The rest is a movement of the axes that are not there yet.",
-            when=state("STRAIGHT"), then=moves.valid & (moves.p.steps == most)
-            & (moves.p.axes == Cat(steps_x != 0, steps_y != 0)),
-            bug=Bug(sequencer, "Cat(~none_x, ~none_y)", "Cat(~none_x, 1)"))
-    c.holds("move-directions", "A move goes towards the goal.",
-            when=moves.valid & ~state("TOOL"),
-            then=moves.p.direction[:2] == Cat(c.signal("ascending_x"), c.signal("ascending_y")),
-            bug=Bug(sequencer, "Cat(*directions, raising)", "Cat(*directions[::-1], raising)"))
+        c.implication("together-moves", "What is gone together is at least a step.",
+                      when=state("TOGETHER"), then=steps_x != 0)
+    c.implication("diagonal", "Unequal distances begin with a diagonal of the smaller.",
+                  when=state("DIAGONAL") & moves.valid, then=(moves.p.axes == 0b011)
+                  & (moves.p.steps == least) & (least != 0))
+    c.implication("no-diagonal-of-0", "A diagonal of no steps is left out.",
+                  when=state("DIAGONAL") & (least == 0), then=~moves.valid)
+    c.implication("straight", "The rest is a movement of the axes that are not there yet.",
+                  when=state("STRAIGHT"), then=moves.valid & (moves.p.steps == most)
+                  & (moves.p.axes == Cat(steps_x != 0, steps_y != 0)))
+    c.implication("move-directions", "A move goes towards the goal.",
+                  when=moves.valid & ~state("TOOL"),
+                  then=moves.p.direction[:2] == Cat(c.signal("ascending_x"),
+                                                    c.signal("ascending_y")))
     low = dut.at_z[-1]
-    c.holds("tool-moves", "The tool moves up from below and down from above, by its travel.",
-            when=state("TOOL") & moves.valid,
-            then=(moves.p.axes == 0b100) & (moves.p.steps == dut.z_travel)
-            & (moves.p.direction[2] == low),
-            bug=(Bug(sequencer, "Mux(move_tool, self.z_travel,",
-                     "Mux(move_tool, self.z_travel + 1,"),
-                 Bug(sequencer, "Const(0b100)", "Const(0b110)")))
-    c.holds("tool-is-there", "A raised tool is not raised, a lowered one not lowered.",
-            when=state("TOOL") & (c.signal("raising") != low), then=~moves.valid,
-            bug=Bug(sequencer, "self.moves.valid.eq(raising == lowered)", "self.moves.valid.eq(1)"))
-    c.holds("stream-keeps", "A move that is offered stays, as it is, until it is taken.",
-            when=c.past(moves.valid & moving & ~c.rst),
-            then=moves.valid & (moves.payload.as_value() == c.past(moves.payload.as_value())),
-            bug=Bug(sequencer, 'm.d.comb += [self.moves.valid.eq(1), self.moves.p.axes.eq(0b011)]\n'
-                    '                with m.If(self.moves.ready):',
-                    'm.d.comb += [self.moves.valid.eq(1), self.moves.p.axes.eq(0b011)]\n'
-                    '                with m.If(1):'))
-    c.holds("waits-for-the-end", "It is not at rest before the movement is over.",
-            when=c.past(moving & state("WAIT", "DIAG-WAIT", "TOOL-WAIT") & ~c.rst),
-            then=~state("REST") & (state.register == c.past(state.register)),
-            bug=Bug(sequencer,
-                    'with m.State("TOOL-WAIT"):\n                with m.If(self.moves.ready):',
-                    'with m.State("TOOL-WAIT"):\n                with m.If(1):'))
-    c.holds("reset-rests", "Reset ends every order.", when=was_reset, then=state("REST")
-            & ~dut.error,
-            bug=Bug(sequencer, 'm.FSM(name="motion_state")',
-                    'm.FSM(name="motion_state", init="DECIDE")'))
+    c.implication("tool-moves", "The tool moves up from below and down from above, by its travel.",
+                  when=state("TOOL") & moves.valid,
+                  then=(moves.p.axes == 0b100) & (moves.p.steps == dut.z_travel)
+                  & (moves.p.direction[2] == low))
+    c.implication("tool-is-there", "A raised tool is not raised, a lowered one not lowered.",
+                  when=state("TOOL") & (c.signal("raising") != low), then=~moves.valid)
+    c.implication("stream-keeps", "A move that is offered stays, as it is, until it is taken.",
+                  when=c.past(moves.valid & moving & ~c.rst),
+                  then=moves.valid & (moves.payload.as_value() == c.past(moves.payload.as_value())))
+    c.implication("waits-for-the-end", "It is not at rest before the movement is over.",
+                  when=c.past(moving & state("WAIT", "DIAG-WAIT", "TOOL-WAIT") & ~c.rst),
+                  then=~state("REST") & (state.register == c.past(state.register)))
+    c.implication("reset-rests", "Reset ends every order.", when=was_reset, then=state("REST")
+                  & ~dut.error)
     c.leaves_unused_codes(
-        "motion_state", fault=dut.fault, shows=~dut.ready & ~moves.valid & dut.error,
-        reached=Bug(sequencer, 'm.next = "DECIDE"', 'm.next = "FAULT"'))
+        "motion_state", fault=dut.fault, shows=~dut.ready & ~moves.valid & dut.error)
 
 
 def _at(dut: MotionSequencer) -> Bits:

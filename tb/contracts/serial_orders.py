@@ -1,8 +1,8 @@
 """Contract of orders over a serial line: each that was acknowledged is handed on once, as it came.
 
-What lines are, how bytes become them and what the ledger decides is promised by the parts, see
+What lines are, how bytes become them and what the ledger decides is stated by the parts, see
 `uart_receiver`, `line`, `hex_reader`, `order_ledger`, `hex_writer` and `uart_transmitter`. Here it
-is promised that nothing is lost or made up between them; and, of an order of any number, all the
+is stated that nothing is lost or made up between them; and, of an order of any number, all the
 way from what its line said to where it is handed on.
 """
 
@@ -14,9 +14,9 @@ from amaranth.lib import wiring
 
 from fresa.machines import serial_orders
 from fresa.machines.serial_orders import SerialOrders
-from fresa.motion import Outcome, RequestKind, order_ledger
+from fresa.motion import Outcome, RequestKind
 
-from .contract import Bug, Case, Component, Contract, Unknown
+from .contract import Case, Component, Contract, Unknown
 
 __all__ = ["SERIAL_ORDERS"]
 
@@ -31,25 +31,18 @@ def describe(c: Contract, dut: SerialOrders) -> None:
     ledger = c.part("ledger")
     if isinstance(reader, Unknown):
         _let_lines_be_any(c, lines, reader, writer)
-    c.always("pins", "What is received comes from the pin, and what is sent goes to the other.",
-             (receiver.rx == dut.rx) & (dut.tx == transmitter.tx), seen=~dut.rx,
-             bug=(Bug(serial_orders, "receiver.rx.eq(self.rx)", "receiver.rx.eq(transmitter.tx)"),
-                  Bug(serial_orders, "self.tx.eq(transmitter.tx)", "self.tx.eq(self.rx)")))
+    c.invariant("pins", "What is received comes from the pin, and what is sent goes to the other.",
+                (receiver.rx == dut.rx) & (dut.tx == transmitter.tx), cover=~dut.rx)
     for says, first, second in [("Each byte received", "receiver.bytes", "lines.bytes"),
                                 ("What is of a line", "lines.items", "reader.items"),
                                 ("Each byte of an answer", "writer.bytes", "transmitter.bytes")]:
         source, sink = (getattr(c.part(path.split(".")[0]), path.split(".")[1])
                         for path in (first, second))
-        wired = f"connect(m, {first}, {second})"
-        loose = (f"m.d.comb += [{second}.payload.eq({first}.payload), "
-                 f"{second}.valid.eq({first}.valid), {first}.ready.eq({second}.ready)]")
-        c.always(f"{first.replace('.', '-')}-go-on",
-                 f"{says} goes on to the next part, once and unchanged.",
-                 (source.valid == sink.valid) & (source.ready == sink.ready)
-                 & (Value.cast(source.payload) == Value.cast(sink.payload)),
-                 seen=source.valid & sink.ready,
-                 bug=(Bug(serial_orders, wired, loose.replace(".valid)", ".valid & ~self.error)")),
-                      Bug(serial_orders, wired, loose.replace(f"eq({second}.ready)", "eq(1)"))))
+        c.invariant(f"{first.replace('.', '-')}-go-on",
+                    f"{says} goes on to the next part, once and unchanged.",
+                    (source.valid == sink.valid) & (source.ready == sink.ready)
+                    & (Value.cast(source.payload) == Value.cast(sink.payload)),
+                    cover=source.valid & sink.ready)
     _watch_words(c, dut, reader, ledger, writer)
     _watch_an_order(c, dut, reader, ledger)
 
@@ -57,28 +50,18 @@ def describe(c: Contract, dut: SerialOrders) -> None:
     said = writer.messages.valid & writer.messages.ready
     owed = c.keep(2, name="answers_owed")
     c.m.d.sync += owed.eq(Mux(c.rst, 0, owed + ends - said))
-    c.always("one-answer-a-line", "Every line that ended has one answer, and nothing else has.",
-             owed == reader.messages.valid + ledger.answers.valid, seen=ledger.answers.valid,
-             bug=(Bug(serial_orders, "ledger.answers.ready.eq(writer.messages.ready)",
-                      "ledger.answers.ready.eq(1)"),
-                  Bug(serial_orders, "writer.messages.valid.eq(ledger.answers.valid)",
-                      "writer.messages.valid.eq(ledger.answers.valid & ~self.error)"),
-                  Bug(serial_orders, "reader.messages.ready.eq(ledger.requests.ready)",
-                      "reader.messages.ready.eq(1)")))
-    c.holds("waits-for-an-answer", "Where an answer can be sent that lasts until there is one: so "
-            "what it says is so when its line begins.",
-            when=c.past(ledger.answers.ready & ~ledger.answers.valid & ~c.rst),
-            then=ledger.answers.ready,
-            bug=Bug(serial_orders, "ledger.answers.ready.eq(writer.messages.ready)",
-                    "ledger.answers.ready.eq(writer.messages.ready & ~self.stopped)"))
-    c.always("fault-shows", "An upset of the receiver shows, and nothing else does.",
-             dut.fault == receiver.fault, seen=ledger.busy,
-             bug=Bug(serial_orders, "self.fault.eq(receiver.fault)",
-                     "self.fault.eq(ledger.busy)"))
+    c.invariant("one-answer-a-line", "Every line that ended has one answer, and nothing else has.",
+                owed == reader.messages.valid + ledger.answers.valid, cover=ledger.answers.valid)
+    c.implication("waits-for-an-answer", "Where an answer can be sent that lasts until there is "
+                  "one: so what it says is so when its line begins.",
+                  when=c.past(ledger.answers.ready & ~ledger.answers.valid & ~c.rst),
+                  then=ledger.answers.ready)
+    c.invariant("fault-shows", "An upset of the receiver shows, and nothing else does.",
+                dut.fault == receiver.fault, cover=ledger.busy)
 
 
 def _watch_words(c: Contract, dut: SerialOrders, reader, ledger, writer) -> None:
-    """Promise that digits are the fields that they are said to be."""
+    """State that digits are the fields that they are said to be."""
     said, request = reader.messages.p.value, ledger.requests.p.value
     fields = [("y", 4), ("x", 4), ("number", 6), ("session", 8), ("kind", 2)]
     same, place = [], 0
@@ -86,26 +69,17 @@ def _watch_words(c: Contract, dut: SerialOrders, reader, ledger, writer) -> None
         same.append(Value.cast(request[name]) == said[place:place + 4 * digits])
         place += 4 * digits
     assert place == len(said)
-    c.holds("requests-are-lines", "A request is what the digits of its line say, and is good if "
-            "the line was right.", when=ledger.requests.valid,
-            then=Cat(same).all() & (ledger.requests.p.good == reader.messages.p.good)
-            & reader.messages.valid,
-            bug=(Bug(serial_orders, "reader.messages.payload.as_value()",
-                     "reader.messages.payload.as_value() | self.error"),
-                 Bug(serial_orders, "ledger.requests.valid.eq(reader.messages.valid)",
-                     "ledger.requests.valid.eq(1)")))
+    c.implication("requests-are-lines", "A request is what the digits of its line say, and is "
+                  "good if the line was right.", when=ledger.requests.valid,
+                  then=Cat(same).all() & (ledger.requests.p.good == reader.messages.p.good)
+                  & reader.messages.valid)
     answer, sends = ledger.answers.p, writer.messages
     status = Cat(dut.error, dut.stopped, ~dut.enable, 0)
-    c.holds("lines-are-answers", "A line that begins says the outcome, how the machine is now, the "
-            "session, and the last orders that were taken and done.", when=sends.valid,
-            then=ledger.answers.valid & (sends.payload == Cat(
-                answer.done, answer.taken, answer.session, status, answer.outcome)),
-            bug=(Bug(serial_orders, "ledger.error.eq(self.error)",
-                     "ledger.error.eq(self.stopped)"),
-                 Bug(serial_orders, "ledger.stopped.eq(self.stopped)",
-                     "ledger.stopped.eq(self.stopped & self.enable)"),
-                 Bug(serial_orders, "writer.messages.payload.eq(ledger.answers.payload.as_value())",
-                     "writer.messages.payload.eq(ledger.answers.payload.as_value() >> 1)")))
+    c.implication("lines-are-answers", "A line that begins says the outcome, how the machine is "
+                  "now, the session, and the last orders that were taken and done.",
+                  when=sends.valid,
+                  then=ledger.answers.valid & (sends.payload == Cat(
+                      answer.done, answer.taken, answer.session, status, answer.outcome)))
 
 
 def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
@@ -128,35 +102,24 @@ def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
     c.m.d.sync += [kept.eq(waits & ~(handed & is_mine) & dut.enable & ~c.rst), said.eq(what),
                    spent.eq((spent & ~acknowledged | handed & is_mine) & ~c.rst)]
 
-    c.holds("handed-on-as-said", "What is handed on was acknowledged, and is what its line said.",
-            when=offered & is_mine, then=waits & (payload == what),
-            bug=(Bug(serial_orders, "reader.messages.payload.as_value()",
-                     "reader.messages.payload.as_value() | self.error"),
-                 Bug(order_ledger, "store.data.up.eq(request.kind == RequestKind.UP)",
-                     "store.data.up.eq(request.kind == RequestKind.GO)"),
-                 Bug(order_ledger, "with m.Elif(waiting == self.depth):",
-                     "with m.Elif(waiting > self.depth):")))
-    c.holds("handed-on-once", "An order that was handed on is not, unless one of its number is "
-            "acknowledged anew.", when=spent & ~acknowledged,
-            then=~waits & ~(offered & is_mine),
-            bug=Bug(order_ledger, "done.eq(done + 1)", "done.eq(done + self.orders.payload.up)"))
-    c.holds("acknowledged-is-offered", "An order that was acknowledged is offered when those "
-            "before it are done.", when=waits & is_mine & dut.enable, then=offered & dut.busy,
-            bug=(Bug(order_ledger, "self.orders.valid.eq(self.busy & self.enable)",
-                     "self.orders.valid.eq(self.busy & self.enable & ~self.error)"),
-                 Bug(order_ledger, "self.busy.eq(waiting != 0)", "self.busy.eq(waiting > 1)")))
-    c.holds("in-their-turn", "Behind an order that was handed on the next number is the next.",
-            when=c.past(handed & dut.enable & ~c.rst),
-            then=answer.done == (c.past(answer.done) + 1)[:24],
-            bug=Bug(order_ledger, "done.eq(done + 1)", "done.eq(done + waiting)"))
-    c.holds("damaged-is-not-obeyed", "A line that was not right is answered so, and orders "
-            "nothing.", when=c.past(read & ~reader.messages.p.good),
-            then=(answer.outcome == Outcome.DAMAGED) & ~acknowledged
-            & ((answer.taken == c.past(answer.taken)) | ~c.past(dut.enable)),
-            bug=Bug(order_ledger, "with m.If(~good):", "with m.If(~good & ~self.enable):"))
-    c.holds("stops-at-once", "Where no orders are wanted none is offered, and none is kept.",
-            when=c.past(~dut.enable | c.rst), then=~offered & ~dut.busy & ~waits,
-            bug=Bug(serial_orders, "ledger.enable.eq(self.enable)", "ledger.enable.eq(1)"))
+    c.implication("handed-on-as-said", "What is handed on was acknowledged, and is what its line "
+                  "said.", when=offered & is_mine, then=waits & (payload == what))
+    c.implication("handed-on-once", "An order that was handed on is not, unless one of its number "
+                  "is acknowledged anew.", when=spent & ~acknowledged,
+                  then=~waits & ~(offered & is_mine))
+    c.implication("acknowledged-is-offered", "An order that was acknowledged is offered when "
+                  "those before it are done.", when=waits & is_mine & dut.enable,
+                  then=offered & dut.busy)
+    c.implication("in-their-turn",
+                  "Behind an order that was handed on the next number is the next.",
+                  when=c.past(handed & dut.enable & ~c.rst),
+                  then=answer.done == (c.past(answer.done) + 1)[:24])
+    c.implication("damaged-is-not-obeyed", "A line that was not right is answered so, and orders "
+                  "nothing.", when=c.past(read & ~reader.messages.p.good),
+                  then=(answer.outcome == Outcome.DAMAGED) & ~acknowledged
+                  & ((answer.taken == c.past(answer.taken)) | ~c.past(dut.enable)))
+    c.implication("stops-at-once", "Where no orders are wanted none is offered, and none is kept.",
+                  when=c.past(~dut.enable | c.rst), then=~offered & ~dut.busy & ~waits)
 
     count = (answer.taken - answer.done)[:24]
     inside = (mine - answer.done - 1)[:24] < count
@@ -164,9 +127,8 @@ def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
     word = ring[0]
     for address in range(1, dut.depth):
         word = Mux(mine[:(dut.depth - 1).bit_length()] == address, ring[address], word)
-    c.always("knows-what-waits", "What waits is between what is done and what is taken.",
-             (inside == waits) & (count <= dut.depth) & (~waits | (word == what)), seen=waits,
-             bug=Bug(order_ledger, "store.addr.eq(request.number", "store.addr.eq(done"))
+    c.invariant("knows-what-waits", "What waits is between what is done and what is taken.",
+                (inside == waits) & (count <= dut.depth) & (~waits | (word == what)), cover=waits)
 
 
 class _Short(SerialOrders):
@@ -182,7 +144,7 @@ class _Short(SerialOrders):
 
 
 def _let_lines_be_any(c: Contract, lines, reader, writer) -> None:
-    """Let parts be what their own contracts promise, and anything else."""
+    """Let parts be what their own contracts state, and anything else."""
     for name in PARTS:
         c.unknown(name)
     # A line that has ended is a message with the next clock; meanwhile nothing is read.

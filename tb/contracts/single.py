@@ -8,22 +8,19 @@ from amaranth import Array, Cat, Const, Fragment, Module, Mux
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from fresa.drive import PhaseDriver, RateGenerator, phase, rate
-from fresa.machines import Single, single
+from fresa.drive import PhaseDriver, RateGenerator
+from fresa.machines import Single
 from fresa.machines.single import SingleTiming
-from fresa.motion import MoveTo, Ramp, position
+from fresa.motion import MoveTo, Ramp
 from fresa.protocol import (
     LineItem,
     LineReader,
     Received,
     UARTTransmitter,
-    frames,
-    receiver,
-    text,
 )
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 from .frames import FRAMES_INSIDE
 from .line import LINE
 from .phase import PHASE
@@ -43,7 +40,7 @@ LONG = 100
 
 
 def describe(c: Contract, dut: Single) -> None:
-    """What people rely on; what frames are and are answered is promised by the interpreter."""
+    """What people rely on; what frames are and are answered is stated by the interpreter."""
     driver, commands = c.part("driver"), c.part("commands")
     moved, row = driver.moved, c.signal("driver.row")
     target, enable = commands.target, commands.enable
@@ -54,80 +51,66 @@ def describe(c: Contract, dut: Single) -> None:
     slows = move.level != 0 if isinstance(move, Ramp) else Const(0)  # also past the set-point
     up = Mux(slows, driver.direction, target > place)
 
-    c.always("coils-legal", "A coil word is one of the motor's table, or none.",
-             (dut.coils == 0) | Cat(dut.coils == word for word in sequence).any(),
-             seen=dut.coils == sequence[1],
-             bug=Bug(phase, "Array(self.sequence)[goes_to]", "goes_to ^ 3"))
-    c.holds("off-without-power", "Without power all coils are off with the next clock.",
-            when=c.past(~dut.enable), then=dut.coils == 0,
-            bug=Bug(single, "driver.enable.eq(commands.enable)", "driver.enable.eq(1)"))
-    c.holds("no-step-without-power", "Without power no step is made, nor asked for.",
-            when=~dut.enable, then=~moved & ~dut.moving,
-            bug=Bug(single, "commands.enable & ~self.fault", "~self.fault"))
-    c.holds("steps-as-asked", "A step is made only towards the set-point that a frame gave, or "
-            "as the ramp needs it to slow down.",
-            when=moved, then=enable & (slows | (target != place)) & (driver.direction == up),
-            bug=Bug(single, "driver.direction.eq(move.direction)",
-                    "driver.direction.eq(~move.direction)"))
-    c.holds("coils-follow", "The coils go one row on with a step, forward or back, and in no other "
-            "clock.", when=c.past(dut.enable),
-            then=(row == Mux(c.past(moved), Mux(c.past(up), forward, back), came))
-            & (dut.coils == Array(sequence)[row]),
-            bug=Bug(phase, "row + Mux(self.direction, 1, -1)", "row + 2"))
+    c.invariant("coils-legal", "A coil word is one of the motor's table, or none.",
+                (dut.coils == 0) | Cat(dut.coils == word for word in sequence).any(),
+                cover=dut.coils == sequence[1])
+    c.implication("off-without-power", "Without power all coils are off with the next clock.",
+                  when=c.past(~dut.enable), then=dut.coils == 0)
+    c.implication("no-step-without-power", "Without power no step is made, nor asked for.",
+                  when=~dut.enable, then=~moved & ~dut.moving)
+    c.implication("steps-as-asked", "A step is made only towards the set-point that a frame gave, "
+                  "or as the ramp needs it to slow down.", when=moved,
+                  then=enable & (slows | (target != place)) & (driver.direction == up))
+    c.implication("coils-follow", "The coils go one row on with a step, forward or back, and in "
+                  "no other clock.", when=c.past(dut.enable),
+                  then=(row == Mux(c.past(moved), Mux(c.past(up), forward, back), came))
+                  & (dut.coils == Array(sequence)[row]))
     lines = c.part("lines")
     if isinstance(lines, _Typed):
         item, there = c.free(9, name="typed"), c.free(1, name="there")
         c.m.d.comb += [lines.typed.eq(item), lines.there.eq(there)]
         held = c.past(there & ~lines.items.ready & ~c.rst)
         c.assume(~held | (there & (item == c.past(item))))
-        c.usual(there)
+        c.restrict_covers(there)
     base = c.keep(len(row), name="row_of_position_0")
-    c.always("position-is-phase", "The position is that of the coils, for ever: no step is lost, "
-             "and none is made that is not counted.", (place[:len(row)] + base)[:len(row)] == row,
-             seen=place == 3,
-             bug=(Bug(position, "Mux(below, 1, -1)", "Mux(below, 2, -1)"),
-                  Bug(single, "move.moved.eq(driver.moved)",
-                      "move.moved.eq(driver.moved & ~lines.items.valid)")))
+    c.invariant("position-is-phase", "The position is that of the coils, for ever: no step is "
+                "lost, and none is made that is not counted.",
+                (place[:len(row)] + base)[:len(row)] == row, cover=place == 3)
     with c.m.If(c.rst):
         c.m.d.sync += base.eq(row)
-    c.holds("reset-moves-nothing", "Reset makes this place 0, and no step.", when=c.past(c.rst),
-            then=(place == 0) & (target == 0) & (row == came) & ~dut.moving,
-            bug=Bug(phase, "(rest >= 0) & ~ResetSignal()", "(rest >= 0)"))
-    c.always("in-range", "The position stays among the set-points that there can be.",
-             (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS)
-             & (_stands(c, move) >= 0) & (_stands(c, move) < POSITIONS),
-             seen=place == 2,
-             bug=Bug(frames, "self.target.eq(value)", "self.target.eq(~value)"))
+    c.implication("reset-moves-nothing", "Reset makes this place 0, and no step.",
+                  when=c.past(c.rst),
+                  then=(place == 0) & (target == 0) & (row == came) & ~dut.moving)
+    c.invariant("in-range", "The position stays among the set-points that there can be.",
+                (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS)
+                & (_stands(c, move) >= 0) & (_stands(c, move) < POSITIONS),
+                cover=place == 2)
     command, value, answer = (c.signal(f"commands.{name}")
                               for name in ("command", "value", "answer"))
-    c.holds("numbers-that-may-be", "A number that is going to be set is one that may be.",
-            when=c.state("commands.interpreter_state")("END") & (answer == Answer.OK.value),
-            then=Mux(command == 0, value < POSITIONS, (command != 1) | (
-                (value > 0) & (value < SPEEDS))),
-            bug=Bug(frames, "value.eq(reader.numbers.p.value)",
-                    "value.eq(~reader.numbers.p.value)"))
+    c.implication("numbers-that-may-be", "A number that is going to be set is one that may be.",
+                  when=c.state("commands.interpreter_state")("END") & (answer == Answer.OK.value),
+                  then=Mux(command == 0, value < POSITIONS, (command != 1) | (
+                      (value > 0) & (value < SPEEDS))))
     _watch_times(c, dut)
     if isinstance(lines, LineReader) and c.part("receiver").period < LONG:
         _watch_parts(c)
-    c.holds("fault-stops-it", "While a state register is upset no step is made.", when=dut.fault,
-            then=~moved & ~dut.moving, upset=True,
-            bug=Bug(single, "commands.enable & ~self.fault", "commands.enable"))
+    c.implication("fault-stops-it", "While a state register is upset no step is made.",
+                  when=dut.fault,
+                  then=~moved & ~dut.moving, upset=True)
 
 
 def _watch_parts(c: Contract) -> None:
-    """Promise what the parts do, and what is in them while nobody looks."""
+    """State what the parts do, and what is in them while nobody looks."""
     for path, part in PARTS.items():
         c.keeps(path, part)
-    c.holds("reset-forgets", "After reset the place in a text is the first.", when=c.past(c.rst),
-            then=c.signal("commands.texts.place") == 0,
-            bug=Bug(text, "place = Signal(range(len(words)))",
-                    "place = Signal(range(len(words)), reset_less=True)"))
+    c.implication("reset-forgets", "After reset the place in a text is the first.",
+                  when=c.past(c.rst),
+                  then=c.signal("commands.texts.place") == 0)
     at_rest = c.state("receiver.receiver_state")("IDLE")
     time, bit = c.signal("receiver.time"), c.part("receiver")
-    c.holds("waits-for-a-line", "While the line is high the receiver waits where a start bit "
-            "begins.", when=at_rest & c.past(at_rest & bit.rx & ~c.rst),
-            then=time == -(bit.period // 2 + bit.spread),
-            bug=Bug(receiver, "m.d.sync += time.eq(first)", "m.d.sync += time.eq(first - 1)"))
+    c.implication("waits-for-a-line", "While the line is high the receiver waits where a start "
+                  "bit begins.", when=at_rest & c.past(at_rest & bit.rx & ~c.rst),
+                  then=time == -(bit.period // 2 + bit.spread))
 
 
 def _stands(c: Contract, move: MoveTo | Ramp) -> Bits:
@@ -138,33 +121,26 @@ def _stands(c: Contract, move: MoveTo | Ramp) -> Bits:
 
 
 def _watch_times(c: Contract, dut: Single) -> None:
-    """Promise that a step is made when it is due, and that it is due when the speed says."""
+    """State that a step is made when it is due, and that it is due when the speed says."""
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
     accumulator, rest = c.signal("rate.accumulator"), c.signal("driver.rest")
     asked = move.asked if isinstance(move, Ramp) else speed.rate
-    c.always("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
-             asked == (c.part("commands").speed * dut.rpm)[:len(asked)],
-             seen=dut.position == 1,
-             bug=Bug(single, "asked = commands.speed * self.rpm",
-                     "asked = commands.speed[1:] * self.rpm"))
+    c.invariant("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
+                asked == (c.part("commands").speed * dut.rpm)[:len(asked)],
+                cover=dut.position == 1)
     settled = c.keep(1, name="settled")  # since power came
     with c.m.If(~driver.enable):
         c.m.d.sync += settled.eq(0)
     with c.m.Elif(rest >= 0):
         c.m.d.sync += settled.eq(1)
-    c.holds("in-time", "A step that is due is made at once, unless power has only just come: what "
-            "is on the line delays none.",
-            when=move.step & speed.due & settled & ~c.rst, then=driver.moved,
-            bug=(Bug(single, "driver.step.eq(move.step & rate.due)",
-                     "driver.step.eq(move.step & rate.due & ~lines.items.valid)"),
-                 Bug(phase, "rest.eq(1 - self.period)", "rest.eq(-self.period)")))
-    c.holds("not-before", "None is made that is not due.", when=driver.moved, then=speed.due,
-            bug=Bug(single, "move.step & rate.due", "move.step"))
-    c.always("rests-no-longer", "The motor has rested before the next step can be due.",
-             (accumulator < speed.max_rate) & (~settled | (rest >= 0)
-             | (accumulator < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
-             seen=settled & (rest < 0) if driver.period > 1 else settled,
-             bug=Bug(rate, "rate - self.modulus, rate", "rate, rate"))
+    c.implication("in-time", "A step that is due is made at once, unless power has only just "
+                  "come: what is on the line delays none.",
+                  when=move.step & speed.due & settled & ~c.rst, then=driver.moved)
+    c.implication("not-before", "None is made that is not due.", when=driver.moved, then=speed.due)
+    c.invariant("rests-no-longer", "The motor has rested before the next step can be due.",
+                (accumulator < speed.max_rate) & (~settled | (rest >= 0)
+                | (accumulator < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
+                cover=settled & (rest < 0) if driver.period > 1 else settled)
 
 
 class _Typed(wiring.Component):

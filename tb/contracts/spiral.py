@@ -2,9 +2,9 @@
 
 from amaranth import Mux, Signal, signed
 
-from fresa.motion import SpiralWalk, spiral
+from fresa.motion import SpiralWalk
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["SPIRAL"]
 
@@ -24,29 +24,21 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
     inside = (row >= 0) & (row < dut.rows) & (column >= 0) & (column < dut.columns)
     moved = c.past(dut.advance & ~c.rst)
     down, along = row - c.past(row), column - c.past(column)
-    c.holds("inside", "Inside is where the picture has a pixel.", when=row == 0,
-            then=dut.inside == inside,
-            bug=Bug(spiral, "column.as_unsigned() < self.columns", "column < self.columns"))
-    c.holds("outside", "Outside is where it has none.", when=~inside, then=~dut.inside,
-            bug=Bug(spiral, "row.as_unsigned() < self.rows", "row < self.rows"))
-    c.holds("one-pixel", "An advance goes to one of the four neighbours.", when=moved,
-            then=((down == 0) & ((along == 1) | (along == -1)))
-            | ((along == 0) & ((down == 1) | (down == -1))),
-            bug=Bug(spiral, "column.eq(column + along)", "column.eq(column + along + down)"))
-    c.holds("stays", "Without an advance it stays.",
-            when=c.past(~dut.advance & ~dut.home & ~c.rst), then=(down == 0) & (along == 0),
-            bug=Bug(spiral, "with m.If(self.advance):", "with m.If(self.advance | self.centre):"))
-    c.holds("home", "Home is pixel 0.", when=c.past(dut.home | c.rst),
-            then=(row == 0) & (column == 0) & (number == 0),
-            bug=Bug(spiral, "column.eq(0), number", "column.eq(column), number"))
-    c.always("number", "The number of a pixel is its row times the columns, and its column.",
-             (number - row * dut.columns - column)[:18] == 0, seen=dut.inside
-             & (row == dut.rows - 1),
-             bug=Bug(spiral, "d_row * self.columns + d_column", "d_row * self.rows + d_column"))
-    c.holds("coordinates", "The coordinates are those of the walk.", when=inside,
-            then=(dut.row == row) & (dut.column == column) & (dut.number == number),
-            bug=Bug(spiral, "self.column.eq(column.as_unsigned())",
-                    "self.column.eq(row.as_unsigned())"))
+    c.implication("inside", "Inside is where the picture has a pixel.", when=row == 0,
+                  then=dut.inside == inside)
+    c.implication("outside", "Outside is where it has none.", when=~inside, then=~dut.inside)
+    c.implication("one-pixel", "An advance goes to one of the four neighbours.", when=moved,
+                  then=((down == 0) & ((along == 1) | (along == -1)))
+                  | ((along == 0) & ((down == 1) | (down == -1))))
+    c.implication("stays", "Without an advance it stays.",
+                  when=c.past(~dut.advance & ~dut.home & ~c.rst), then=(down == 0) & (along == 0))
+    c.implication("home", "Home is pixel 0.", when=c.past(dut.home | c.rst),
+                  then=(row == 0) & (column == 0) & (number == 0))
+    c.invariant("number", "The number of a pixel is its row times the columns, and its column.",
+                (number - row * dut.columns - column)[:18] == 0, cover=dut.inside
+                & (row == dut.rows - 1))
+    c.implication("coordinates", "The coordinates are those of the walk.", when=inside,
+                  then=(dut.row == row) & (dut.column == column) & (dut.number == number))
 
     # Where it is from its centre follows from the leg of the spiral and how far along it is.
     shape = signed(len(row) + 3)
@@ -72,30 +64,23 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
         name = ("west", "south", "east", "north")[code]
         done = run + length
         odd = code in (1, 2)
-        c.always(f"spiral-{name}", f"Each leg {name} lies where a square spiral has it.",
-                 ~known | (heading != code) | (
-                     (k[0] == odd) & (run <= 0) & (done >= 0)
-                     & (d_row == corner_row + by_row * done)
-                     & (d_column == corner_column + by_column * done)),
-                 seen=known & (heading == code),
-                 bug=Bug(spiral, "with m.If(run >= 0):", "with m.If(run >= -1):")
-                 if name in ("west", "north") else
-                 Bug(spiral, "with m.If(heading[0] == 0):", "with m.If(heading[0] == 1):"))
-    c.holds("near", "Near is the centre and its 8 neighbours.", when=known & dut.near,
-            then=(d_row >= -1) & (d_row <= 1) & (d_column >= -1) & (d_column <= 1),
-            bug=Bug(spiral, "visited < 9", "visited < 10"))
+        c.invariant(f"spiral-{name}", f"Each leg {name} lies where a square spiral has it.",
+                    ~known | (heading != code) | (
+                        (k[0] == odd) & (run <= 0) & (done >= 0)
+                        & (d_row == corner_row + by_row * done)
+                        & (d_column == corner_column + by_column * done)),
+                    cover=known & (heading == code))
+    c.implication("near", "Near is the centre and its 8 neighbours.", when=known & dut.near,
+                  then=(d_row >= -1) & (d_row <= 1) & (d_column >= -1) & (d_column <= 1))
     order = [(0, 0), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1)]
-    miscounts = Bug(spiral, "visited.eq(visited + 1)", "visited.eq(visited + 1 + (visited == 3))")
     for count, (r, col) in enumerate(order):
-        c.holds(f"visit-{count}", f"Pixel {count} of the walk lies at ({r}, {col}) of its centre.",
-                when=known & (visited == count), then=(d_row == r) & (d_column == col),
-                bug=Bug(spiral, "visited.eq(visited + 1)", "visited.eq(visited + self.inside)")
-                if count < 5 else miscounts)
-    c.always("visited-at-most-9", "Nine pixels are counted and no more.", visited <= 9,
-             seen=visited == 3, bug=Bug(spiral, "with m.If(self.near):", "with m.If(1):"))
-    c.holds("farther", "After nine pixels none is a neighbour.", when=known & (visited == 9),
-            then=(d_row > 1) | (d_row < -1) | (d_column > 1) | (d_column < -1),
-            bug=miscounts)
+        c.implication(f"visit-{count}", f"Pixel {count} of the walk lies at ({r}, {col}) of its "
+                      "centre.", when=known & (visited == count),
+                      then=(d_row == r) & (d_column == col))
+    c.invariant("visited-at-most-9", "Nine pixels are counted and no more.", visited <= 9,
+                cover=visited == 3)
+    c.implication("farther", "After nine pixels none is a neighbour.", when=known & (visited == 9),
+                  then=(d_row > 1) | (d_row < -1) | (d_column > 1) | (d_column < -1))
 
 
 SPIRAL = Component(make=SpiralWalk, describe=describe, depth=14,

@@ -1,8 +1,8 @@
 """Contract of the handshake between a stream of orders and a controller."""
 
-from fresa.motion import StartHandshake, start
+from fresa.motion import StartHandshake
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["START"]
 
@@ -21,51 +21,32 @@ def describe(c: Contract, dut: StartHandshake) -> None:
         c.m.d.sync += fell.eq(0)
     with c.m.Elif(dut.start & ~dut.ready):
         c.m.d.sync += fell.eq(1)
-    c.holds("start-only-with-order", "Start is high only while an order waits.",
-            when=dut.start, then=orders.valid,
-            bug=Bug(start, "self.orders.valid & self.ready", "self.ready"))
-    c.holds("start-when-ready", "Start rises only after the controller was ready.",
-            when=dut.start & ~c.past(dut.start), then=c.past(dut.ready),
-            bug=Bug(start, "self.orders.valid & self.ready", "self.orders.valid"))
-    c.holds("start-is-held", "Start stays until ready falls.",
-            when=c.past(dut.start & dut.ready & ~c.rst), then=dut.start,
-            bug=Bug(start, "with m.If(~self.ready):", "with m.If(1):"))
-    c.holds("start-falls", "Start falls when ready has fallen.",
-            when=c.past(dut.start & ~dut.ready), then=~dut.start,
-            bug=Bug(start, "with m.If(~self.ready):", "with m.If(~self.ready & self.error):"))
-    c.holds("taken-when-done", "An order is taken when ready has fallen and risen since start.",
-            when=taken, then=fell & dut.ready,
-            bug=Bug(start, 'm.next = "MOVING"', 'm.next = "MOVING"; m.d.comb += '
-                    'self.orders.ready.eq(1)'))
-    c.holds("no-error-taken", "An order that ends in an error is never taken.",
-            when=orders.valid & dut.error & dut.ready, then=~taken,
-            bug=Bug(start, "self.ready & ~self.error", "self.ready"))
-    c.holds("one-at-a-time", "After an order is taken the next begins anew.",
-            when=c.past(taken), then=state("WAIT-READY") & ~dut.start,
-            bug=Bug(start, 'm.next = "WAIT-READY"', 'm.next = "START"'))
-    c.holds("order-stays", "The order to the controller stays from start until it is taken.",
-            when=c.past(dut.start & ~c.rst),
-            then=dut.order.as_value() == c.past(orders.payload.as_value()),
-            bug=Bug(start, "self.order.eq(self.orders.payload)",
-                    "self.order.eq(Mux(self.ready, self.orders.payload, 0))".replace(
-                        "Mux(self.ready, self.orders.payload, 0)",
-                        "self.orders.payload.as_value() & self.ready.replicate(34)")))
-    c.holds("order-is-the-order", "The order to the controller is the one of the stream.",
-            when=orders.valid, then=dut.order.as_value() == orders.payload.as_value(),
-            bug=Bug(start, "self.order.eq(self.orders.payload)",
-                    "self.order.eq(self.orders.payload.as_value() ^ self.start)"))
-    c.always("fell-is-moving", "Ready has fallen exactly in the state that waits for it.",
-             fell == state("MOVING"), seen=fell,
-             bug=Bug(start, "self.orders.ready.eq(1)", "self.orders.ready.eq(self.start)"))
-    c.holds("waits-with-order", "An order that is begun still waits in the stream.",
-            when=state("START", "MOVING"), then=orders.valid,
-            bug=Bug(start, "self.orders.valid & self.ready", "self.ready"))
-    c.holds("reset-begins-anew", "Reset forgets an order that was begun.",
-            when=c.past(c.rst), then=state("WAIT-READY") & ~dut.start,
-            bug=Bug(start, 'm.FSM(name="handshake_state")',
-                    'm.FSM(name="handshake_state", init="START")'))
-    c.leaves_unused_codes("handshake_state", fault=dut.fault, shows=~dut.start & ~orders.ready,
-                          reached=Bug(start, 'm.next = "MOVING"', 'm.next = "FAULT"'))
+    c.implication("start-only-with-order", "Start is high only while an order waits.",
+                  when=dut.start, then=orders.valid)
+    c.implication("start-when-ready", "Start rises only after the controller was ready.",
+                  when=dut.start & ~c.past(dut.start), then=c.past(dut.ready))
+    c.implication("start-is-held", "Start stays until ready falls.",
+                  when=c.past(dut.start & dut.ready & ~c.rst), then=dut.start)
+    c.implication("start-falls", "Start falls when ready has fallen.",
+                  when=c.past(dut.start & ~dut.ready), then=~dut.start)
+    c.implication("taken-when-done", "An order is taken when ready has fallen and risen since "
+                  "start.", when=taken, then=fell & dut.ready)
+    c.implication("no-error-taken", "An order that ends in an error is never taken.",
+                  when=orders.valid & dut.error & dut.ready, then=~taken)
+    c.implication("one-at-a-time", "After an order is taken the next begins anew.",
+                  when=c.past(taken), then=state("WAIT-READY") & ~dut.start)
+    c.implication("order-stays", "The order to the controller stays from start until it is taken.",
+                  when=c.past(dut.start & ~c.rst),
+                  then=dut.order.as_value() == c.past(orders.payload.as_value()))
+    c.implication("order-is-the-order", "The order to the controller is the one of the stream.",
+                  when=orders.valid, then=dut.order.as_value() == orders.payload.as_value())
+    c.invariant("fell-is-moving", "Ready has fallen exactly in the state that waits for it.",
+                fell == state("MOVING"), cover=fell)
+    c.implication("waits-with-order", "An order that is begun still waits in the stream.",
+                  when=state("START", "MOVING"), then=orders.valid)
+    c.implication("reset-begins-anew", "Reset forgets an order that was begun.",
+                  when=c.past(c.rst), then=state("WAIT-READY") & ~dut.start)
+    c.leaves_unused_codes("handshake_state", fault=dut.fault, shows=~dut.start & ~orders.ready)
 
 
 START = Component(make=lambda: StartHandshake(), describe=describe, depth=8,

@@ -1,14 +1,14 @@
 """Contract of whole orders: when it is ready again, the machine is where it was sent.
 
-What carries out the moves is promised elsewhere to land where each leads (:mod:`.automatic`); that
+What carries out the moves is stated elsewhere to land where each leads (:mod:`.automatic`); that
 is what is taken for granted here.
 """
 
 from amaranth import Cat, Mux
 
-from fresa.motion import MotionSequencer, sequencer
+from fresa.motion import MotionSequencer
 
-from .contract import Bits, Bug, Contract
+from .contract import Bits, Contract
 
 __all__ = ["WholeOrders", "watch_targets"]
 
@@ -18,7 +18,7 @@ class WholeOrders(MotionSequencer):
 
 
 def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
-    """Promise where an order ends; `under_way` is 1 while a move that was taken is carried out."""
+    """State where an order ends; `under_way` is 1 while a move that was taken is carried out."""
     motion, moves, order = c.state("motion_state"), dut.moves, dut.order
     at = (dut.at_x, dut.at_y, dut.at_z)
 
@@ -59,60 +59,47 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
                    for place, was, goal in zip(places, came, asked, strict=False)).all()
 
     ends = ordered & dut.ready
-    c.holds("ends-at-its-target", "When it is ready again it is exactly where it was sent, or "
-            "where it came from if milling there was refused, with the tool as it was.",
-            when=ends & ~up & ~down, then=(at[2] == came[2]) & (
-                (Cat(at[:2]) == Cat(asked))
-                | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0))),
-            bug=Bug(sequencer, "(past[:16] ^ past[-1].replicate(16)) + past[-1]",
-                    "(past[:16] ^ past[-1].replicate(16))"))
-    c.holds("tool-ends-as-ordered", "When it is ready again the tool is up, or down by its travel, "
-            "as ordered, and the table where it was.", when=ends & (up | down),
-            then=stays(at) & (at[2] == sent_z),
-            bug=Bug(sequencer, "Mux(move_tool, self.z_travel,",
-                    "Mux(move_tool, self.z_travel + 1,"))
+    c.implication("ends-at-its-target", "When it is ready again it is exactly where it was sent, "
+                  "or where it came from if milling there was refused, with the tool as it was.",
+                  when=ends & ~up & ~down,
+                  then=(at[2] == came[2]) & (
+(Cat(at[:2]) == Cat(asked))
+| (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0))))
+    c.implication("tool-ends-as-ordered", "When it is ready again the tool is up, or down by its "
+                  "travel, as ordered, and the table where it was.", when=ends & (up | down),
+                  then=stays(at) & (at[2] == sent_z))
 
     # What makes it so
-    c.holds("knows-its-order", "Its goal is that of the order under way.",
-            when=Cat(motion(name) for name in motion.codes if name not in ("REST", "FAULT")).any(),
-            then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(asked))
-            & ((up | down) == motion("TOOL", "TOOL-WAIT"))
-            & (~motion("TOOL") | ((up ^ down) & (c.signal("raising") == up))),
-            bug=Bug(sequencer, "goal.eq(target)", "goal.eq(target + 1)"))
+    c.implication("knows-its-order", "Its goal is that of the order under way.",
+                  when=Cat(motion(name) for name in motion.codes if name not in ("REST",
+                                                                                 "FAULT")).any(),
+                  then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(asked))
+                  & ((up | down) == motion("TOOL", "TOOL-WAIT"))
+                  & (~motion("TOOL") | ((up ^ down) & (c.signal("raising") == up))))
     knows_the_way = Cat(
         (c.signal(f"steps_{name}") == _distance(place, goal))
         & (c.signal(f"ascending_{name}") == (goal > place))
         for name, place, goal in zip("xy", at, asked, strict=False)).all()
-    c.holds("sets-out", "Before it moves it is where it was, and knows the way.",
-            when=motion("DECIDE", "TOGETHER", "DIAGONAL", "TOOL"),
-            then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | knows_the_way)
-            & ~(motion("TOGETHER") & (far[0] != far[1]))
-            & ~(motion("DIAGONAL") & (far[0] == far[1])),
-            bug=Bug(sequencer, "same.eq(steps_x == steps_y)",
-                    "same.eq(steps_x[:4] == steps_y[:4])"))
-    c.holds("diagonal-first", "The diagonal takes both axes as far as the nearer goal.",
-            when=motion("DIAG-WAIT"), then=(will_be[2] == came[2]) & (far[0] != far[1])
-            & on_the_way(will_be),
-            bug=Bug(sequencer, "(steps_x < steps_y) ^ largest", "(steps_x > steps_y) ^ largest"))
-    c.holds("straight-after-it", "The straight rest begins where the diagonal ends.",
-            when=motion("STRAIGHT"), then=(at[2] == came[2]) & (far[0] != far[1])
-            & knows_the_way & on_the_way(at),
-            bug=Bug(sequencer,
-                    'with m.State("DIAG-WAIT"):\n                with m.If(self.moves.ready):',
-                    'with m.State("DIAG-WAIT"):\n                with m.If(1):'))
-    c.holds("last-leads-there", "The last movement leads to the goal.", when=motion("WAIT"),
-            then=(will_be[2] == came[2]) & (Cat(will_be[:2]) == Cat(asked)),
-            bug=Bug(sequencer, "largest.eq(1),", "largest.eq(0),"))
-    c.holds("tool-leads-there", "A movement of the tool leads up or down, and nowhere else.",
-            when=motion("TOOL-WAIT"), then=stays(will_be) & (will_be[2] == sent_z),
-            bug=Bug(sequencer, "Const(0b100)", "Const(0b110)"))
-    c.holds("rests-there", "At rest an order is carried out, whether it is shown or not.",
-            when=ordered & motion("REST"), then=Mux(
-                up | down, stays(at) & (at[2] == sent_z), (at[2] == came[2]) & (
-                    (Cat(at[:2]) == Cat(asked))
-                    | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0)))),
-            bug=Bug(sequencer, "Mux(move_tool, self.z_travel,",
-                    "Mux(move_tool, self.z_travel + 1,"))
+    c.implication("sets-out", "Before it moves it is where it was, and knows the way.",
+                  when=motion("DECIDE", "TOGETHER", "DIAGONAL", "TOOL"),
+                  then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | knows_the_way)
+                  & ~(motion("TOGETHER") & (far[0] != far[1]))
+                  & ~(motion("DIAGONAL") & (far[0] == far[1])))
+    c.implication("diagonal-first", "The diagonal takes both axes as far as the nearer goal.",
+                  when=motion("DIAG-WAIT"), then=(will_be[2] == came[2]) & (far[0] != far[1])
+                  & on_the_way(will_be))
+    c.implication("straight-after-it", "The straight rest begins where the diagonal ends.",
+                  when=motion("STRAIGHT"), then=(at[2] == came[2]) & (far[0] != far[1])
+                  & knows_the_way & on_the_way(at))
+    c.implication("last-leads-there", "The last movement leads to the goal.", when=motion("WAIT"),
+                  then=(will_be[2] == came[2]) & (Cat(will_be[:2]) == Cat(asked)))
+    c.implication("tool-leads-there", "A movement of the tool leads up or down, and nowhere else.",
+                  when=motion("TOOL-WAIT"), then=stays(will_be) & (will_be[2] == sent_z))
+    c.implication("rests-there", "At rest an order is carried out, whether it is shown or not.",
+                  when=ordered & motion("REST"), then=Mux(
+                      up | down, stays(at) & (at[2] == sent_z), (at[2] == came[2]) & (
+                          (Cat(at[:2]) == Cat(asked))
+                          | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0)))))
 
 
 def _distance(a: Bits, b: Bits) -> Bits:

@@ -2,9 +2,9 @@
 
 from amaranth import Array, Cat
 
-from fresa.protocol import TextSource, text
+from fresa.protocol import TextSource
 
-from .contract import Bug, Case, Component, Contract
+from .contract import Case, Component, Contract
 
 __all__ = ["TEXT"]
 
@@ -30,32 +30,25 @@ def describe(c: Contract, dut: TextSource) -> None:
     with c.m.Elif(given):
         c.m.d.sync += sent.eq(sent + 1)
 
-    c.holds("is-the-text", "The bytes are those of the text, in their order.", when=offered,
-            then=sending & (byte == expected),
-            bug=(Bug(text, "fetch.addr.eq(after)", "fetch.addr.eq(place)"),
-                 Bug(text, "starts.append(len(words))", "starts.append(len(words) // 2)")))
-    c.holds("soon", "The first is there two clocks after the number, another in every clock.",
-            when=c.past(sending & ~last & ~c.rst), then=offered,
-            bug=Bug(text, "self.bytes.valid.eq(busy)", "self.bytes.valid.eq(busy & ~given)"))
-    c.holds("whole", "The next number is taken when the last byte has been, and not before.",
-            when=sending | dut.numbers.ready, then=sending ^ dut.numbers.ready,
-            bug=Bug(text, "given & fetch.data[8]", "given"))
-    c.holds("stream-keeps", "A byte that is offered stays until it is taken.",
-            when=c.past(offered & ~dut.bytes.ready & ~c.rst),
-            then=offered & (byte == c.past(byte)),
-            bug=Bug(text, "self.bytes.valid & self.bytes.ready", "self.bytes.valid"))
-    c.holds("no-such-text", "A number without a text sends nothing.", when=c.past(taken & ~there),
-            then=dut.numbers.ready & ~offered,
-            bug=Bug(text, "with m.Case(number):", "with m.Case(number, 3):"))
-    c.holds("reset-ends-it", "Reset ends a text.", when=c.past(c.rst),
-            then=dut.numbers.ready & ~offered,
-            bug=Bug(text, "busy = Signal()", "busy = Signal(reset_less=True)"))
+    c.implication("is-the-text", "The bytes are those of the text, in their order.", when=offered,
+                  then=sending & (byte == expected))
+    c.implication("soon", "The first is there two clocks after the number, another in every clock.",
+                  when=c.past(sending & ~last & ~c.rst), then=offered)
+    c.implication("whole", "The next number is taken when the last byte has been, and not before.",
+                  when=sending | dut.numbers.ready, then=sending ^ dut.numbers.ready)
+    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+                  when=c.past(offered & ~dut.bytes.ready & ~c.rst),
+                  then=offered & (byte == c.past(byte)))
+    c.implication("no-such-text", "A number without a text sends nothing.",
+                  when=c.past(taken & ~there),
+                  then=dut.numbers.ready & ~offered)
+    c.implication("reset-ends-it", "Reset ends a text.", when=c.past(c.rst),
+                  then=dut.numbers.ready & ~offered)
     start = Array(sum(map(len, dut.texts[:which])) for which in range(len(dut.texts)))[number]
-    c.always("knows-the-place", "It is where the next byte lies.",
-             Cat(c.signal("busy") == sending, ~sending | (c.signal("place") == start + sent),
-                 ~sending | (sent < length), ~sending | (number < len(dut.texts)),
-                 sending | ~offered).all(), seen=sent == longest - 1,
-             bug=Bug(text, "after.eq(place + given)", "after.eq(place + 1)"))
+    c.invariant("knows-the-place", "It is where the next byte lies.",
+                Cat(c.signal("busy") == sending, ~sending | (c.signal("place") == start + sent),
+                    ~sending | (sent < length), ~sending | (number < len(dut.texts)),
+                    sending | ~offered).all(), cover=sent == longest - 1)
 
 
 TEXT = Component(

@@ -2,9 +2,9 @@
 
 from amaranth import Cat, Const, Mux
 
-from fresa.protocol import UARTReceiver, receiver
+from fresa.protocol import UARTReceiver
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["UART_RECEIVER"]
 
@@ -39,108 +39,81 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
     for name, bit in bits.items():
         if name == "agreed" or bit != period:
             _watch_sender(c, dut, name, bit, any_byte, taken, ended)
-    c.usual(_usual_line(c, dut, period) & (any_byte == 0x35))
+    c.restrict_covers(_usual_line(c, dut, period) & (any_byte == 0x35))
 
-    c.holds("in-step", "The time to the last look at a bit is counted from the start bit's edge.",
-            when=state("START", "DATA", "STOP"),
-            then=(time <= 0) & Mux(state("START"), time > -first, time > -period)
-            & (~state("STOP") | (taken == 8)) & (~state("DATA") | (taken < 8))
-            & (~state("DATA", "STOP") | ((word & (Const(0xFF) >> taken)) == Const(0x80) >> taken)),
-            bug=Bug(receiver, "word.eq(1 << 7)", "word.eq(1 << 6)"))
-    c.holds("false-start", "A start bit that is 1 in its middle is none.",
-            when=c.past(state("START") & (time == 0) & stop & ~c.rst), then=state("IDLE"),
-            bug=Bug(receiver, 'with m.If(bit):\n                        m.next = "IDLE"',
-                    'with m.If(0):\n                        m.next = "IDLE"'))
+    c.implication("in-step", "The time to the last look at a bit is counted from the start bit's "
+                  "edge.", when=state("START", "DATA", "STOP"),
+                  then=(time <= 0) & Mux(state("START"), time > -first, time > -period)
+                  & (~state("STOP") | (taken == 8)) & (~state("DATA") | (taken < 8))
+                  & (~state("DATA", "STOP") | ((word
+                                                & (Const(0xFF) >> taken)) == Const(0x80) >> taken)))
+    c.implication("false-start", "A start bit that is 1 in its middle is none.",
+                  when=c.past(state("START") & (time == 0) & stop & ~c.rst), then=state("IDLE"))
     high = c.keep(range(2 * dut.spread + 1), name="high")  # clocks for which the line has been
     settled = dut.rx & (high == 2 * dut.spread)
     with c.m.If(c.rst | ~state("LOW") | ~dut.rx | settled):
         c.m.d.sync += high.eq(0)
     with c.m.Else():
         c.m.d.sync += high.eq(high + 1)
-    c.holds("waits-for-high", "After reset and after a missing stop bit the line must be high for "
-            "longer than a disturbance.", when=c.past(state("LOW") & ~settled), then=state("LOW"),
-            bug=Bug(receiver, "with m.If(self.rx):\n                    m.d.sync += time.eq(time",
-                    "with m.If(1):\n                    m.d.sync += time.eq(time"))
-    c.holds("goes-on", "Then the next byte is looked for.",
-            when=c.past(state("LOW") & settled & ~c.rst), then=state("IDLE"),
-            bug=Bug(receiver, "init=high", "init=high - 1"))
-    c.always("high-is-counted", "The time is counted from where the line is high.",
-             Mux(state("LOW"), time + 2 * dut.spread == high, high == 0), seen=high == 1,
-             bug=Bug(receiver, "time.eq(high)\n                    m.next", "time.eq(0)\n"
-                     "                    m.next"))
-    c.holds("no-stop-bit", "A stop bit that is not there shows at once.",
-            when=ended & ~stop, then=dut.framing,
-            bug=Bug(receiver, "ended & ~bit)", "ended & ~bit & self.bytes.valid)"))
-    c.holds("stop-bit", "Where it is there nothing shows.", when=~ended | stop,
-            then=~dut.framing, bug=Bug(receiver, "ended & ~bit)", "ended)"))
-    c.holds("next-at-once", "After a stop bit the next byte is looked for at once.",
-            when=c.past(ended & stop & ~c.rst), then=state("IDLE"),
-            bug=Bug(receiver, 'm.next = "IDLE"\n                    with m.If(~bit)',
-                    'm.next = "LOW"\n                    with m.If(~bit)'))
-    c.holds("waits-without", "Without one the line must be high first.",
-            when=c.past(ended & ~stop), then=state("LOW"),
-            bug=Bug(receiver, "with m.If(~bit):", "with m.If(~bit & (word == 0)):"))
-    c.holds("overrun", "A byte is lost where the one before waits, and shows at once.",
-            when=ended | dut.overrun,
-            then=dut.overrun == (ended & dut.bytes.valid & ~dut.bytes.ready),
-            bug=Bug(receiver, "self.overrun.eq(ended & self.bytes.valid & ~self.bytes.ready)",
-                    "self.overrun.eq(ended & ~self.bytes.ready)"))
-    c.holds("handed-on", "A byte that is complete is there with the next clock.",
-            when=c.past(ended & ~c.rst), then=dut.bytes.valid,
-            bug=Bug(receiver, "self.bytes.valid.eq(1)", "self.bytes.valid.eq(~self.framing)"))
-    c.holds("from-the-line-only", "Nothing else is.",
-            when=dut.bytes.valid & ~c.past(dut.bytes.valid & ~dut.bytes.ready),
-            then=c.past(ended),
-            bug=Bug(receiver, "with m.Elif(self.bytes.ready):", "with m.Elif(0):"))
-    c.holds("marked", "A byte without a stop bit, or after one that was lost, is marked.",
-            when=c.past(ended & (~stop | missing) & ~dut.overrun & ~c.rst),
-            then=dut.bytes.p.error, bug=(Bug(receiver, "self.framing | lost", "lost"),
-                                         Bug(receiver, "self.framing | lost", "self.framing")))
-    c.holds("not-marked", "Every other byte is not.",
-            when=c.past(ended & stop & ~missing & ~dut.overrun & ~c.rst),
-            then=~dut.bytes.p.error, bug=Bug(receiver, "lost = Signal()", "lost = Signal(init=1)"))
-    c.always("knows-what-is-missing", "It remembers that a byte was lost.",
-             c.signal("lost") == missing, seen=missing,
-             bug=Bug(receiver, "lost.eq(0)", "lost.eq(lost)"))
-    c.holds("stream-keeps", "A byte that is offered stays until it is taken.",
-            when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
-            then=dut.bytes.valid & (payload == c.past(payload)),
-            bug=Bug(receiver, "with m.If(self.overrun):", "with m.If(0):"))
+    c.implication("waits-for-high", "After reset and after a missing stop bit the line must be "
+                  "high for longer than a disturbance.", when=c.past(state("LOW") & ~settled),
+                  then=state("LOW"))
+    c.implication("goes-on", "Then the next byte is looked for.",
+                  when=c.past(state("LOW") & settled & ~c.rst), then=state("IDLE"))
+    c.invariant("high-is-counted", "The time is counted from where the line is high.",
+                Mux(state("LOW"), time + 2 * dut.spread == high, high == 0), cover=high == 1)
+    c.implication("no-stop-bit", "A stop bit that is not there shows at once.",
+                  when=ended & ~stop, then=dut.framing)
+    c.implication("stop-bit", "Where it is there nothing shows.", when=~ended | stop,
+                  then=~dut.framing)
+    c.implication("next-at-once", "After a stop bit the next byte is looked for at once.",
+                  when=c.past(ended & stop & ~c.rst), then=state("IDLE"))
+    c.implication("waits-without", "Without one the line must be high first.",
+                  when=c.past(ended & ~stop), then=state("LOW"))
+    c.implication("overrun", "A byte is lost where the one before waits, and shows at once.",
+                  when=ended | dut.overrun,
+                  then=dut.overrun == (ended & dut.bytes.valid & ~dut.bytes.ready))
+    c.implication("handed-on", "A byte that is complete is there with the next clock.",
+                  when=c.past(ended & ~c.rst), then=dut.bytes.valid)
+    c.implication("from-the-line-only", "Nothing else is.",
+                  when=dut.bytes.valid & ~c.past(dut.bytes.valid & ~dut.bytes.ready),
+                  then=c.past(ended))
+    c.implication("marked", "A byte without a stop bit, or after one that was lost, is marked.",
+                  when=c.past(ended & (~stop | missing) & ~dut.overrun & ~c.rst),
+                  then=dut.bytes.p.error)
+    c.implication("not-marked", "Every other byte is not.",
+                  when=c.past(ended & stop & ~missing & ~dut.overrun & ~c.rst),
+                  then=~dut.bytes.p.error)
+    c.invariant("knows-what-is-missing", "It remembers that a byte was lost.",
+                c.signal("lost") == missing, cover=missing)
+    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+                  when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
+                  then=dut.bytes.valid & (payload == c.past(payload)))
     low = c.keep(range(10 * period), name="low")  # clocks for which it has been, in this state
     longest = low == 10 * period - 1
     with c.m.If(c.rst | ~state("LOW") | settled):
         c.m.d.sync += low.eq(0)
     with c.m.Elif(~dut.rx & ~longest):
         c.m.d.sync += low.eq(low + 1)
-    c.always("low-is-counted", "Clocks are counted in which it is low and should be high.",
-             c.signal("low") == low, seen=longest,
-             bug=Bug(receiver, "low.eq(0)", "low.eq(low)"))
+    c.invariant("low-is-counted", "Clocks are counted in which it is low and should be high.",
+                c.signal("low") == low, cover=longest)
     zeros = ended & ~stop & (word == 0)
     again = state("LOW") & ~dut.rx & longest
-    c.holds("break-in-a-byte", "So is one that is low for ten bits more, whatever came before.",
-            when=c.past(again & ~c.rst), then=dut.line_break,
-            bug=Bug(receiver, "self.line_break.eq(1)", "self.line_break.eq(self.line_break)"))
-    c.holds("break-shows", "A line that is low for a byte and its stop bit is a break.",
-            when=c.past(zeros & ~c.rst), then=dut.line_break,
-            bug=Bug(receiver, "~bit & (word == 0)", "~bit & (word == 1)"))
-    c.holds("break-ends", "It is over when the line has been high for long enough.",
-            when=c.past(state("LOW") & settled), then=~dut.line_break,
-            bug=Bug(receiver, "self.line_break.eq(0)", "self.line_break.eq(self.line_break)"))
-    c.holds("break-lasts", "Until then it shows, whatever disturbs it.",
-            when=c.past(dut.line_break & ~settled & ~c.rst), then=dut.line_break,
-            bug=Bug(receiver, "with m.If(decide):\n                        m.d.sync += [self",
-                    "with m.If(1):\n                        m.d.sync += [self"))
-    c.holds("break-is-waiting", "While it shows no byte is looked for.", when=dut.line_break,
-            then=state("LOW"), bug=Bug(receiver, 'm.next = "LOW"', 'm.next = "IDLE"'))
-    c.holds("no-other-break", "Nothing else is a break.", when=dut.line_break,
-            then=c.past(zeros | again | dut.line_break),
-            bug=Bug(receiver, "~bit & (word == 0)", "~bit"))
-    c.holds("reset-begins-anew", "Reset forgets everything.", when=c.past(c.rst),
-            then=state("LOW") & ~dut.bytes.valid & ~dut.line_break,
-            bug=Bug(receiver, 'm.FSM(name="receiver_state")',
-                    'm.FSM(name="receiver_state", init="IDLE")'))
-    c.leaves_unused_codes("receiver_state", fault=dut.fault, shows=~dut.framing & ~dut.overrun,
-                          reached=Bug(receiver, 'm.next = "DATA"', 'm.next = "FAULT"'))
+    c.implication("break-in-a-byte", "So is one that is low for ten bits more, whatever came "
+                  "before.", when=c.past(again & ~c.rst), then=dut.line_break)
+    c.implication("break-shows", "A line that is low for a byte and its stop bit is a break.",
+                  when=c.past(zeros & ~c.rst), then=dut.line_break)
+    c.implication("break-ends", "It is over when the line has been high for long enough.",
+                  when=c.past(state("LOW") & settled), then=~dut.line_break)
+    c.implication("break-lasts", "Until then it shows, whatever disturbs it.",
+                  when=c.past(dut.line_break & ~settled & ~c.rst), then=dut.line_break)
+    c.implication("break-is-waiting", "While it shows no byte is looked for.", when=dut.line_break,
+                  then=state("LOW"))
+    c.implication("no-other-break", "Nothing else is a break.", when=dut.line_break,
+                  then=c.past(zeros | again | dut.line_break))
+    c.implication("reset-begins-anew", "Reset forgets everything.", when=c.past(c.rst),
+                  then=state("LOW") & ~dut.bytes.valid & ~dut.line_break)
+    c.leaves_unused_codes("receiver_state", fault=dut.fault, shows=~dut.framing & ~dut.overrun)
 
 
 def _majority(c: Contract, dut: UARTReceiver, time: Bits) -> Bits:
@@ -151,10 +124,9 @@ def _majority(c: Contract, dut: UARTReceiver, time: Bits) -> Bits:
             c.m.d.sync += seen[number].eq(dut.rx)
     looks = c.signal("looks")
     known = c.state("receiver_state")("START", "DATA", "STOP") & (time > -2 * dut.spread)
-    c.holds("looks-are-the-line", "What it saw of a bit is what the line was.",
-            when=known, then=Mux(time > -dut.spread, looks == Cat(seen[1], seen[0]),
-                                 looks[0] == seen[0]),
-            bug=Bug(receiver, "Cat(self.rx, looks)", "Cat(looks, self.rx)"))
+    c.implication("looks-are-the-line", "What it saw of a bit is what the line was.",
+                  when=known, then=Mux(time > -dut.spread, looks == Cat(seen[1], seen[0]),
+                                       looks[0] == seen[0]))
     return seen[0] + seen[1] + dut.rx >= 2
 
 
@@ -173,7 +145,7 @@ def _usual_line(c: Contract, dut: UARTReceiver, period: int) -> Bits:
 
 def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte: Bits,
                   taken: Bits, ended: Bits) -> None:
-    """Promise that a byte is received whose bits last `bit` clocks, with one bad look at each."""
+    """State that a byte is received whose bits last `bit` clocks, with one bad look at each."""
     state, time = c.state("receiver_state"), c.signal("time")
     period, first = dut.period, dut.period // 2 + dut.spread
     begins = state("IDLE") & ~dut.rx
@@ -193,31 +165,27 @@ def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte:
         c.m.d.sync += [on.eq(1), sent.eq(any_byte), at.eq(0), clock.eq(1), wrong.eq(0)]
 
     good = c.past(on & ended & ~(bad & wrong) & ~c.rst)
-    c.holds(f"received-{name}", f"What is sent is received: {_SENDERS[name]}.",
-            when=good & ~c.past(dut.overrun), then=dut.bytes.valid & (dut.bytes.p.byte == sent),
-            bug=Bug(receiver, "self.rx & looks.any()", "self.rx & looks[0]"))
-    c.holds(f"good-{name}", "Nothing is wrong with it.",
-            when=good & ~c.past(dut.overrun | c.signal("lost")), then=~dut.bytes.p.error,
-            bug=Bug(receiver, "self.framing | lost", "1"))
+    c.implication(f"received-{name}", f"What is sent is received: {_SENDERS[name]}.",
+                  when=good & ~c.past(dut.overrun), then=dut.bytes.valid
+                  & (dut.bytes.p.byte == sent))
+    c.implication(f"good-{name}", "Nothing is wrong with it.",
+                  when=good & ~c.past(dut.overrun | c.signal("lost")), then=~dut.bytes.p.error)
 
     # What makes it so
     current = Mux(state("START"), 0, Mux(state("STOP"), 9, taken + 1))
     level = (frame >> current)[0]
     seen = c.signal("looks") ^ level.replicate(2)
     done = Mux(state("START"), 0, current * period)
-    c.holds(f"sender-{name}", "Sender and receiver are in the same byte.", when=on,
-            then=state("START", "DATA", "STOP") & (clock < bit) & (at < 10)
-            & (at * bit + clock == time + first + done)
-            & (state("START") | (c.signal("word")
-                                 == (Cat(Const(0x80, 8), sent) >> taken)[:8])),
-            bug=Bug(receiver, "time.eq(first + 1)", "time.eq(first)"))
-    c.holds(f"looks-{name}", "Of the looks at a bit so far one at most was wrong.",
-            when=on, then=wrong == Mux(time > -dut.spread, seen[0] | seen[1],
-                                       (time > -2 * dut.spread) & seen[0]),
-            bug=Bug(receiver, "Cat(self.rx, looks)", "Cat(~self.rx, looks)"))
-    c.holds(f"one-bad-{name}", "Never two.", when=on & (time > -dut.spread),
-            then=~seen.all(),
-            bug=Bug(receiver, "Cat(self.rx, looks)", "Cat(self.rx & ~word[7], looks)"))
+    c.implication(f"sender-{name}", "Sender and receiver are in the same byte.", when=on,
+                  then=state("START", "DATA", "STOP") & (clock < bit) & (at < 10)
+                  & (at * bit + clock == time + first + done)
+                  & (state("START") | (c.signal("word")
+                                       == (Cat(Const(0x80, 8), sent) >> taken)[:8])))
+    c.implication(f"looks-{name}", "Of the looks at a bit so far one at most was wrong.",
+                  when=on, then=wrong == Mux(time > -dut.spread, seen[0] | seen[1],
+                                             (time > -2 * dut.spread) & seen[0]))
+    c.implication(f"one-bad-{name}", "Never two.", when=on & (time > -dut.spread),
+                  then=~seen.all())
 
 
 _SENDERS = {"agreed": "at the rate agreed", "slow": "2 % slower", "fast": "2 % faster"}

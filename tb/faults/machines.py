@@ -14,11 +14,11 @@ from fresa.machines.single import SingleTiming
 
 from .. import boards
 from ..design import Design
-from ..fuzz import TARGETS
+from ..fuzz import targets
 from ..fuzz.inputs import random_inputs
-from ..fuzz.single import PHASES
-from ..fuzz.switches import press_switches
+from ..fuzz.switches import press_switches, switch_levels
 from ..machines.mill.stimulus import orders, random_rows
+from ..machines.single.fuzz.session import PHASES
 from ..plant import WORDS
 from .rows import Rows, rows_of_stimulus
 from .sessions import (
@@ -115,20 +115,18 @@ def positioner() -> FaultTarget:
 
 def _to_reset(design: Design, sessions: Callable[[int], Rows]) -> Callable[[int, int], Rows]:
     """Sessions that soon move the motors in one chunk, anything at all in the next."""
-    protocol = TARGETS[design.name].protocol
+    target = targets()[design.name]
 
     def work(seed: int, number: int) -> Rows:
         own = seed * 1_000_003 + number
         if number % 2 == 0:
             return sessions(own)
-        sent = random_inputs(protocol, own, 2000, BIT)
-        if protocol.switches:
-            sent = press_switches(sent, protocol.switches, own, BIT)
+        sent = random_inputs(target.protocol, own, 2000, BIT)
+        if target.switches:
+            sent = press_switches(sent, target.switches[1], own, BIT)
         sent = list(sent)
         rx = np.concatenate([item.levels for item in sent])
-        pressed = np.concatenate([np.zeros(len(item.levels), np.uint8) if item.pressed is None
-                                  else item.pressed for item in sent])
-        return rows_of_stimulus({"rst": np.zeros_like(rx), "rx": rx, "limits": pressed},
+        return rows_of_stimulus({"rst": np.zeros_like(rx), "rx": rx, "limits": switch_levels(sent)},
                                 design.inputs)
     return work
 

@@ -5,8 +5,9 @@ legal, what each is answered, and where the motors may go. Nothing here runs a m
 """
 
 from .session import Outcome, fuzz, run_session, shortest
-from .targets import TARGETS, FuzzTarget
+from .target import FuzzTarget, targets
 from .times import Times, measure, spread
 
-__all__ = ["TARGETS", "FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session",
-           "shortest", "spread"]
+__all__ = ["FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session",
+           "shortest", "spread",
+           "targets"]

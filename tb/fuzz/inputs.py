@@ -74,8 +74,6 @@ class LineProtocol:
         What is sent at first.
     alive : bytes
         What is sent at last: all of it must be answered, and obeyed.
-    switches : int
-        Switches that can be pressed.
     """
 
     legal: Callable[[random.Random], bytes]
@@ -87,7 +85,6 @@ class LineProtocol:
     answer: int
     begin: bytes
     alive: bytes
-    switches: int = 0
 
 
 def random_inputs(protocol: LineProtocol, seed: int, count: int, period: int) -> Iterator[Input]:

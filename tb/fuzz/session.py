@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..engines import CXXRTLEngine, Engine
 from .inputs import MOST_OWED, OPENING, Input, random_inputs
 from .line import CUT, FRAME, Levels, high
-from .switches import press_switches
-from .targets import Findings, FuzzTarget
+from .switches import press_switches, switch_levels
+from .target import Findings, FuzzTarget
 
 __all__ = ["SESSION", "Outcome", "fuzz", "run_session", "shortest"]
 
@@ -56,15 +56,15 @@ def fuzz(target: FuzzTarget, seed: int, amount: int, *, kind: type[Engine] = CXX
     """
     if amount <= 0:
         return
-    ways = [target, *target.others]
-    designs = [way.design() for way in ways[:-(-amount // SESSION)]]
+    builds = [target, *target.others]
+    designs = [build.design() for build in builds[:-(-amount // SESSION)]]
     for number in count():
-        own, way = seed << 32 | number, ways[number % len(ways)]
-        sent = random_inputs(way.protocol, own, min(amount, SESSION), way.period)
-        if way.protocol.switches:
-            sent = press_switches(sent, way.protocol.switches, own, way.period)
-        with kind(designs[number % len(ways)]) as engine:
-            outcome = run_session(way, engine, list(sent))
+        own, build = seed << 32 | number, builds[number % len(builds)]
+        sent = random_inputs(build.protocol, own, min(amount, SESSION), build.period)
+        if build.switches:
+            sent = press_switches(sent, build.switches[1], own, build.period)
+        with kind(designs[number % len(builds)]) as engine:
+            outcome = run_session(build, engine, list(sent))
         outcome.seed = own
         yield outcome
         amount -= outcome.findings.bytes
@@ -80,10 +80,8 @@ def run_session(target: FuzzTarget, engine: Engine, sent: Sequence[Input],
     floods = [(int(end) - len(item.levels), int(end) if end < len(line) else CUT)
               for item, end in zip(sent, ends, strict=True) if item.kind == "flood"]
     inputs = {"rx": line}
-    if target.protocol.switches:
-        inputs["limits"] = np.concatenate([
-            np.zeros(len(item.levels), np.uint8) if item.pressed is None else item.pressed
-            for item in sent])
+    if target.switches:
+        inputs[target.switches[0]] = switch_levels(sent)
     engine.set(**target.levels)
     seen = {**inputs, **_run(target, engine, inputs)}
     return Outcome(target, 0, list(sent), target.check(line, seen, floods), len(line))

@@ -1,7 +1,7 @@
 """Switches that are pressed and let go at random, and what of it is seen at an input."""
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from .inputs import Input
 from .line import FRAME, Levels
 
-__all__ = ["press_switches"]
+__all__ = ["press_switches", "switch_levels"]
 
 
 def press_switches(inputs: Iterator[Input], switches: int, seed: int,
@@ -44,3 +44,9 @@ def _runs(rng: random.Random, switches: int, byte: int) -> Iterator[tuple[int, i
             yield on, rng.randint(1, 9)
             yield 0, rng.randint(1, 9)
         yield on, rng.randint(1, rng.choice([1, 1, 20, 90, 5 * byte, 20 * byte]))
+
+
+def switch_levels(inputs: Sequence[Input]) -> Levels:
+    """Give the switches in each clock of some inputs, a bit each."""
+    return np.concatenate([np.zeros(len(item.levels), np.uint8) if item.pressed is None
+                           else item.pressed for item in inputs])

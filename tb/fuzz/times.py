@@ -11,7 +11,7 @@ from ..engines import CXXRTLEngine, Engine
 from .inputs import Input
 from .line import FRAME, high, levels
 from .session import run_session
-from .targets import FuzzTarget, Rates
+from .target import FuzzTarget, Rates
 from .trajectory import Failure
 
 __all__ = ["Times", "measure", "spread"]

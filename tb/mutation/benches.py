@@ -1,6 +1,6 @@
 """The benches of ``python -m tb`` against all mutants of a component at once.
 
-A bench runs once, on the component as it is, and every mutant runs beside it in a lane of its own.
+A bench runs once, on the component as it is, and every mutant runs beside it, in a bit of its own.
 Where a bench checks something, the mutants that fail there are killed. Where it only looks, to
 decide what to do next, a mutant that shows something else would be treated otherwise from there on:
 it is run again, alone. So each mutant gets exactly what the bench does with it.
@@ -25,11 +25,13 @@ from ..benches import groups
 from ..contracts import Component
 from ..machines.mill.model import MillModel
 from ..machines.mill.stimulus import directed, random_rows
+from ..rtlil import fingerprint
 from ..runners import ModelRunner
-from .lanes import Lanes
 from .netlist import MutationError, Netlist
+from .parallel import ParallelSimulation
 
-__all__ = ["Verdicts", "bench_of", "component_of", "kind_of", "run_bench", "run_model"]
+__all__ = ["Verdicts", "bench_of", "component_of", "kind_of", "model_key", "run_bench",
+           "run_model"]
 
 
 class _Found(Exception):
@@ -86,10 +88,13 @@ class Verdicts:
         The clock in which a mutant was found wrong.
     stimulus : list of list of int
         Levels that it gave to the inputs of the component as it is, bit by bit, a row a clock.
+    key : str
+        Of the stimulus and of what it checked.
     """
 
     killed: dict[int, int]
     stimulus: list[list[int]]
+    key: str
 
 
 def run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdicts:
@@ -105,13 +110,13 @@ def run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdict
 
 
 def _run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdicts:
-    run = _LaneRun(netlist, mutants)
+    run = _ParallelRun(netlist, mutants)
     bench.function(run)
     patience = 4 * run.clock + 1200
     killed, left = run.killed, sorted(run.astray)
     while left:
         # The first of them leads now. Those that show the same go its way, to whatever end.
-        again = _LaneRun(netlist, left, lead=1, patience=patience)
+        again = _ParallelRun(netlist, left, lead=1, patience=patience)
         fails = False
         try:
             bench.function(again)
@@ -123,7 +128,21 @@ def _run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdic
         if fails:
             killed |= dict.fromkeys(set(left) - again.astray - set(again.killed), again.clock)
         left = sorted(again.astray)
-    return Verdicts(killed, run.stimulus)
+    return Verdicts(killed, run.stimulus, fingerprint(repr((run.stimulus, run.checked))))
+
+
+def model_key(model: MillModel, netlist: Netlist, seed: int, clocks: int) -> str:
+    """Return a hash of what :func:`run_model` compares with."""
+    return fingerprint(*(
+        repr((_bits(stimulus, netlist.inputs), _bits(ModelRunner(copy.deepcopy(model)).apply(
+            stimulus, list(netlist.outputs)), netlist.outputs)))
+        for stimulus in _stimuli(model, seed, clocks)))
+
+
+def _stimuli(model: MillModel, seed: int, clocks: int) -> Iterator[Mapping[str, Any]]:
+    """Give the stimuli of a comparison with a model: orders, then random inputs."""
+    yield directed(copy.deepcopy(model), seed, clocks // 2)
+    yield random_rows(seed, 0, clocks - clocks // 2)
 
 
 def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: int,
@@ -151,25 +170,26 @@ def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: 
     """
     found: dict[int, int] = {}
     outputs = [net for bits in netlist.outputs.values() for net in bits]
-    orders = directed(copy.deepcopy(model), seed, clocks // 2)
-    for stimulus in (orders, random_rows(seed, 0, clocks - clocks // 2)):
+    for stimulus in _stimuli(model, seed, clocks):
         runner = ModelRunner(copy.deepcopy(model))
         expected = runner.apply(stimulus, list(netlist.outputs))
-        lanes = Lanes(netlist, [number for number in mutants if number not in found], outputs)
+        left = [number for number in mutants if number not in found]
+        simulation = ParallelSimulation(netlist, left, outputs)
         levels = _bits(stimulus, netlist.inputs)
         wanted = _bits(expected, netlist.outputs)
         for clock, (row, right) in enumerate(zip(levels, wanted, strict=True)):
-            lanes.state, seen = lanes.look([lanes.every if bit else 0 for bit in row])
+            simulation.state, seen = simulation.look(
+                [simulation.every if bit else 0 for bit in row])
             wrong = 0
             for bit, level in zip(right, seen, strict=True):
-                wrong |= level ^ (lanes.every if bit else 0)
+                wrong |= level ^ (simulation.every if bit else 0)
             if wrong & 1:
                 raise MutationError(f"the machine is not its model in clock {clock}")
             if wrong:
-                for place, number in enumerate(lanes.mutants, start=1):
+                for place, number in enumerate(simulation.mutants, start=1):
                     if wrong >> place & 1:
                         found.setdefault(number, clock)
-                lanes = lanes.without({number for number in lanes.mutants if number in found})
+                simulation = simulation.without(set(found))
     return found
 
 
@@ -180,8 +200,8 @@ def _bits(rows: Mapping[str, Any], ports: Mapping[str, list[int]]) -> list[tuple
                     strict=True))
 
 
-class _LaneRun(Run):
-    """A run of a bench on lanes, of which one is what the bench sees.
+class _ParallelRun(Run):
+    """A run of a bench on a bit-parallel simulation, of which one bit is what the bench sees.
 
     Attributes
     ----------
@@ -199,6 +219,7 @@ class _LaneRun(Run):
         self.killed: dict[int, int] = {}
         self.astray: set[int] = set()
         self.stimulus: list[list[int]] = []
+        self.checked: list[tuple[int, str, str]] = []
 
     def simulate(self, dut: wiring.Component, test: Callable, *runners: Callable,
                  inside: Sequence[str] = (), deadline: int = 10_000) -> None:
@@ -235,8 +256,13 @@ class _LaneRun(Run):
             for coroutine, _ in waiting:
                 coroutine.close()
 
+    def expect(self, what: str, seen: object, expected: object, *, bits: int | None = None) -> None:
+        self.checked.append((self.clock, what, repr(expected)))
+        super().expect(what, seen, expected, bits=bits)
+
     def see(self, ctx: Any, dut: Any, **expected: int) -> None:
         for name, value in expected.items():
+            self.checked.append((self.clock, name, repr(int(value))))
             bits = ctx.bits(Value.cast(getattr(dut, name)))
             wrong = 0
             for place, bit in enumerate(bits):
@@ -265,7 +291,7 @@ class _LaneRun(Run):
         self.see(ctx, dut, **expected)
 
     def _sort(self) -> None:
-        """Take out of the run what was looked at and was not as in the lane that leads."""
+        """Take out of the run what was looked at and was not as in the bit that leads."""
         self.astray |= set(self._context.drop(self._context.astray))
         self._context.astray = 0
 
@@ -276,11 +302,11 @@ class _Context:
     Attributes
     ----------
     every : int
-        A bit for each lane.
+        All bits set.
     inputs : list of int
         Levels of the inputs.
     astray : int
-        Lanes of which something was seen that is not so in the lane that leads.
+        Bits of which something was seen that is not so in the bit that leads.
     """
 
     def __init__(self, netlist: Netlist, mutants: Sequence[int], lead: int,
@@ -297,23 +323,23 @@ class _Context:
         for name, bits in netlist.outputs.items():
             self._places[id(members[name])] = (False, len(watch))
             watch += bits
-        self._lanes = Lanes(netlist, mutants, watch)
-        self._lead, self._runs = lead, self._lanes.every & ~1
-        self.every, self.astray = self._lanes.every, 0
+        self._simulation = ParallelSimulation(netlist, mutants, watch)
+        self._lead, self._runs = lead, self._simulation.every & ~1
+        self.every, self.astray = self._simulation.every, 0
         # What an input is after power-up is what its signal says.
         for name in netlist.inputs:
             self.set(members[name], members[name].init)  # type: ignore[attr-defined]
         self._looked: tuple[list[int], list[int]] | None = None
 
     def bits(self, value: Value) -> list[int]:
-        """Return the levels of a value, bit by bit, in all lanes."""
+        """Return the levels of a value, bit by bit, of all mutants."""
         if isinstance(value, Slice):
             return self.bits(value.value)[value.start:value.stop]
         is_input, place = self._place(value)
         if is_input:
             return self.inputs[place:place + len(value)]
         if self._looked is None:
-            self._looked = self._lanes.look(self.inputs)
+            self._looked = self._simulation.look(self.inputs)
         return self._looked[1][place:place + len(value)]
 
     def _place(self, value: Value) -> tuple[bool, int]:
@@ -322,7 +348,7 @@ class _Context:
         return self._places[id(value)]
 
     def get(self, value: Any) -> Any:
-        """Return the level of a value in the lane that leads."""
+        """Return the level of a value in the bit that leads."""
         bits = self.bits(Value.cast(value))
         raw = 0
         for place, bit in enumerate(bits):
@@ -337,7 +363,7 @@ class _Context:
         return raw
 
     def set(self, value: Any, level: Any) -> None:
-        """Give an input its level, in all lanes."""
+        """Give an input its level, for all mutants."""
         if isinstance(value, ValueCastable) and hasattr(value.shape(), "const"):
             level = value.shape().const(level)
         if not isinstance(level, int):
@@ -361,16 +387,16 @@ class _Context:
     def edge(self) -> None:
         """Make the rising edge of a clock."""
         if self._looked is None:
-            self._looked = self._lanes.look(self.inputs)
-        self._lanes.state = self._looked[0]
+            self._looked = self._simulation.look(self.inputs)
+        self._simulation.state = self._looked[0]
         self._looked = None
 
     def drop(self, lanes: int) -> Iterator[int]:
-        """Take lanes out of the run; give the numbers of their mutants."""
+        """Take bits out of the run; give the numbers of their mutants."""
         lanes &= self._runs
         if lanes:
             self._runs &= ~lanes
-            for place, number in enumerate(self._lanes.mutants, start=1):
+            for place, number in enumerate(self._simulation.mutants, start=1):
                 if lanes >> place & 1:
                     yield number
 

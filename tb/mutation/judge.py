@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from .formula import NO, YES, Unrolled
-from .lanes import Lanes
-from .netlist import TRUE, MutationError, Netlist, Promised
+from .netlist import TRUE, Assertion, MutationError, Netlist
+from .parallel import ParallelSimulation
 
 __all__ = ["Judge", "Verdict", "by_chance"]
 
@@ -24,10 +24,10 @@ class Verdict:
     Attributes
     ----------
     contract : str
-        ``broken``: inputs from power-up, or an upset, lead to a promise that is not kept.
+        ``broken``: inputs from power-up, or an upset, lead to a property that is not kept.
         ``unproved``: the contract can no longer be proved. Empty: it holds.
-    promise : str
-        A promise that is not kept, or that is in the way of the proof.
+    violated : str
+        A property that is not kept, or that is in the way of the proof.
     bench : int or None
         Clock in which a bench found it.
     equivalent : bool
@@ -37,7 +37,7 @@ class Verdict:
     """
 
     contract: str = ""
-    promise: str = ""
+    violated: str = ""
     bench: int | None = None
     equivalent: bool = False
     seconds: float = 0.0
@@ -49,8 +49,10 @@ class Verdict:
 
 
 def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
-              stimulus: Sequence[Sequence[int]] = ()) -> tuple[dict[int, int], set[int]]:
-    """Look for promises that mutants break, with a stimulus and then with chance.
+              stimulus: Sequence[Sequence[int]] = (), *,
+              witnesses: dict[str, tuple[int, int]] | None = None
+              ) -> tuple[dict[int, int], set[int]]:
+    """Look for properties that mutants break, with a stimulus and then with random inputs.
 
     What shows at the pins is noted too: such a mutant is surely not equivalent.
 
@@ -66,19 +68,22 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
         How many of chance.
     stimulus : sequence of sequence of int
         What comes first: levels of the inputs, bit by bit, a row a clock.
+    witnesses : dict, optional
+        Gets of each property that a mutant breaks one that does, and the clock in which it does,
+        from power-up or the upset. Until each has one, those that were found go on.
 
     Returns
     -------
     found : dict of int to int
-        The clock of the run in which each of those found broke a promise.
+        The clock of the run in which each of those found broke a property.
     shown : set of int
         Those that showed at a pin, of the others.
     """
     rng = random.Random(seed)
     found: dict[int, int] = {}
     left = sorted(mutants)
-    always = [promise.kept for promise in netlist.promises]
-    upset = [promise.kept for promise in netlist.promises if promise.upset]
+    always = netlist.assertions
+    upset = [each for each in always if each.upset]
     if not always:
         return found, set()
     outputs = [net for bits in netlist.outputs.values() for net in bits]
@@ -88,44 +93,51 @@ def by_chance(netlist: Netlist, mutants: Iterable[int], seed: int, clocks: int,
     if upset:
         episodes += [(upset, (flops, code), None, 12)
                      for flops in netlist.upsets for code in range(1 << len(flops))]
-    for kept, start, rows, length in episodes:
-        if not left:
+    for asserted, start, rows, length in episodes:
+        if not left or (witnesses is not None and len(witnesses) == len(always)):
             break
-        lanes = Lanes(netlist, left, [*kept, *outputs, *netlist.assumed])
+        kept = [each.kept for each in asserted]
+        simulation = ParallelSimulation(netlist, left, [*kept, *outputs, *netlist.assumed])
         pins = slice(len(kept), len(kept) + len(outputs))
         if start:
             for place, flop in enumerate(start[0]):
-                lanes.state[flop] = lanes.every if start[1] >> place & 1 else 0
-        chance = _Chance(netlist, rng, lanes.every)
-        alive, visible = lanes.every, 0
+                simulation.state[flop] = simulation.every if start[1] >> place & 1 else 0
+        chance = _Chance(netlist, rng, simulation.every)
+        alive, visible = simulation.every, 0
         for clock in range(length):
             if rows is not None:
-                inputs = [lanes.every if bit else 0 for bit in rows[clock]]
-                state, seen = lanes.look(inputs)
+                inputs = [simulation.every if bit else 0 for bit in rows[clock]]
+                state, seen = simulation.look(inputs)
             else:
-                state, seen = chance.look(lanes, pins.stop)
+                state, seen = chance.look(simulation, pins.stop)
             for used in seen[pins.stop:]:
                 alive &= used
             if not alive & 1:  # not even the component as it is may be treated like this
                 break
             broken = 0
-            for held in seen[:len(kept)]:
-                broken |= alive & ~held
+            for each, held in zip(asserted, seen[:len(kept)], strict=True):
+                if wrong := alive & ~held:
+                    broken |= wrong
+                    if witnesses is not None and each.name not in witnesses and not wrong & 1:
+                        lowest = (wrong & -wrong).bit_length() - 1
+                        witnesses[each.name] = (simulation.mutants[lowest - 1], clock)
             if broken & 1:
                 raise MutationError("the component as it is breaks its contract")
             if broken:
-                alive &= ~broken
-                for place, number in enumerate(lanes.mutants, start=1):
+                if witnesses is None:
+                    alive &= ~broken
+                for place, number in enumerate(simulation.mutants, start=1):
                     if broken >> place & 1:
-                        found[number] = clock
+                        found.setdefault(number, clock)
             levels = dict(zip(outputs, seen[pins], strict=True)) if not start else {}
             for net, level in levels.items():
                 if net not in offered or levels[offered[net]] & 1:
-                    visible |= alive & (level ^ (lanes.every if level & 1 else 0))
-            lanes.state = state
-        shown |= {number for place, number in enumerate(lanes.mutants, start=1)
+                    visible |= alive & (level ^ (simulation.every if level & 1 else 0))
+            simulation.state = state
+        shown |= {number for place, number in enumerate(simulation.mutants, start=1)
                   if visible >> place & 1}
-        left = [number for number in left if number not in found]
+        if witnesses is None:
+            left = [number for number in left if number not in found]
     return found, shown - set(found)
 
 
@@ -158,8 +170,8 @@ class _Chance:
         self._ones = [rng.choice([0.5, 0.5, 0.1, 0.9]) for _ in self._groups]
         self._rates[0], self._ones[0] = 1.0, rng.choice([0.0, 0.01, 0.1])
 
-    def look(self, lanes: Lanes, assumed: int) -> tuple[list[int], list[int]]:
-        """Choose inputs; return what :meth:`Lanes.look` does."""
+    def look(self, simulation: ParallelSimulation, assumed: int) -> tuple[list[int], list[int]]:
+        """Choose inputs; return what :meth:`ParallelSimulation.look` does."""
         levels, result = self._levels, None
         for attempt in range(6):
             levels = list(self._levels)
@@ -170,11 +182,11 @@ class _Chance:
                     for place, bit in enumerate(bits):
                         one = self._rng.random() < ones and not (few and place > 3)
                         levels[bit] = self._every if one else 0
-            result = lanes.look(levels)
+            result = simulation.look(levels)
             if all(used & 1 for used in result[1][assumed:]):
                 break
         self._levels = levels
-        return result or lanes.look(levels)
+        return result or simulation.look(levels)
 
 
 class Judge:
@@ -187,15 +199,15 @@ class Judge:
     seconds : float
         Time for one question.
     enough : mapping of int to int, optional
-        Clocks of induction that prove the promises (0), and those about upsets (1), of the
+        Clocks of induction that prove the properties (0), and those about upsets (1), of the
         component as it is. :meth:`proves` finds them.
     """
 
     def __init__(self, netlist: Netlist, seconds: float = 10,
                  enough: Mapping[int, int] | None = None) -> None:
         self.netlist, self._seconds = netlist, seconds
-        self._always = list(netlist.promises)
-        self._upset = [promise for promise in netlist.promises if promise.upset]
+        self._always = list(netlist.assertions)
+        self._upset = [each for each in netlist.assertions if each.upset]
         self._unrolled: dict[tuple[str, int], Unrolled] = {}
         self.enough = dict(enough or {})
 
@@ -209,9 +221,9 @@ class Judge:
 
     def proves(self) -> bool:
         """Prove the contract of the component as it is: equivalence relies on it."""
-        for begin, promises in (("power-up", self._always), ("upset", self._upset)):
+        for begin, properties in (("power-up", self._always), ("upset", self._upset)):
             u = self._from(begin, LONGEST)
-            if self._breaks(u, [{}] * LONGEST, promises, every=True):
+            if self._breaks(u, [{}] * LONGEST, properties, every=True):
                 return False
         return self.unproved(None) == ""
 
@@ -230,53 +242,53 @@ class Judge:
         began = time.monotonic()
         verdict = Verdict(bench=bench)
         unproved = self.unproved(number)
-        if (bench is None or not unproved) and (promise := self.broken(number, LONGEST)):
-            verdict.contract, verdict.promise = "broken", promise
+        if (bench is None or not unproved) and (violated := self.broken(number, LONGEST)):
+            verdict.contract, verdict.violated = "broken", violated
         elif bench is None and not shown and self.equivalent(number):
             verdict.equivalent = True
         elif unproved:
-            verdict.contract, verdict.promise = "unproved", unproved
+            verdict.contract, verdict.violated = "unproved", unproved
         verdict.seconds = round(time.monotonic() - began, 3)
         return verdict
 
     def broken(self, number: int, clocks: int) -> str:
-        """Look so many clocks for inputs that break a promise; give its name, or nothing."""
+        """Look so many clocks for inputs that break a property; give its name, or nothing."""
         worlds = [("power-up", clocks, self._always)]
         if self._upset:
             worlds.append(("upset", min(clocks, UPSET), self._upset))
-        for begin, length, promises in worlds:
+        for begin, length, properties in worlds:
             u = self._from(begin, length)
-            if name := self._breaks(u, u.mutant(number, length), promises):
+            if name := self._breaks(u, u.mutant(number, length), properties):
                 return name
         return ""
 
-    def _breaks(self, u: Unrolled, changed: Sequence[Mapping[int, int]], promises: Sequence, *,
+    def _breaks(self, u: Unrolled, changed: Sequence[Mapping[int, int]], properties: Sequence, *,
                 every: bool = False) -> str:
-        """Look for a promise that breaks in some clocks; with `every`, unchanged ones too."""
+        """Look for a property that breaks in some clocks; with `every`, unchanged ones too."""
         f = u.formulas
         used, goal = YES, NO
         goals = []
         for clock in range(len(changed)):
             for net in self.netlist.assumed:
                 used = f.both(used, u.at(clock, net, changed))
-            for promise in promises:
-                if every or promise.kept in changed[clock] or used != YES:
-                    item = f.both(used, u.at(clock, promise.kept, changed) ^ 1)
+            for each in properties:
+                if every or each.kept in changed[clock] or used != YES:
+                    item = f.both(used, u.at(clock, each.kept, changed) ^ 1)
                     if item != NO:
                         goal = f.either(goal, item)
-                        goals.append((promise.name, item))
+                        goals.append((each.name, item))
         values = f.solve(goal, [item for _, item in goals], seconds=self._seconds)
         if values is None and every:
             return "time is up"
         return next((name for name, item in goals if values and values[item]), "")
 
     def unproved(self, number: int | None) -> str | None:
-        """Name a promise that induction no longer proves; empty if all are proved.
+        """Name a property that induction no longer proves; empty if all are proved.
 
         The number None is the component as it is. None comes of it if time was up.
         """
-        for world, promises in enumerate([self._always, self._upset]):
-            if not promises:
+        for world, properties in enumerate([self._always, self._upset]):
+            if not properties:
                 continue
             name: str | None = ""
             # What fewer clocks prove more prove too. So begin with as many as it takes for the
@@ -285,7 +297,7 @@ class Judge:
             for clocks in sorted({likely, LONGEST}) if likely else range(1, LONGEST + 1):
                 u = self._from("anywhere", clocks + 1)
                 changed = [{}] * (clocks + 1) if number is None else u.mutant(number, clocks + 1)
-                name = self._step(u, changed, promises)
+                name = self._step(u, changed, properties)
                 if not name:
                     if number is None and name is not None:
                         self.enough[world] = clocks
@@ -294,15 +306,15 @@ class Judge:
                 return name
         return ""
 
-    def _step(self, u: Unrolled, changed: Sequence[Mapping[int, int]], promises: Sequence
+    def _step(self, u: Unrolled, changed: Sequence[Mapping[int, int]], properties: Sequence
               ) -> str | None:
         f, last = u.formulas, len(changed) - 1
-        known = f.all_of(u.at(clock, promise.kept, changed)
-                         for clock in range(last) for promise in promises)
+        known = f.all_of(u.at(clock, each.kept, changed)
+                         for clock in range(last) for each in properties)
         for clock in range(last + 1):
             for net in self.netlist.assumed:
                 known = f.both(known, u.at(clock, net, changed))
-        goals = [(promise.name, u.at(last, promise.kept, changed) ^ 1) for promise in promises]
+        goals = [(each.name, u.at(last, each.kept, changed) ^ 1) for each in properties]
         goal = f.both(known, f.any_of(item for _, item in goals))
         values = f.solve(goal, [item for _, item in goals], seconds=3 * self._seconds)
         if values is None:
@@ -315,16 +327,16 @@ class Judge:
             not self._upset or self._equal_for_ever(number, self._upset)
             or self._equal_after_upsets(number))
 
-    def _equal_for_ever(self, number: int, promises: Sequence[Promised]) -> bool:
+    def _equal_for_ever(self, number: int, properties: Sequence[Assertion]) -> bool:
         """Find by induction which flip-flops are as in the original; then see the pins.
 
         Some always are. Others, such as the goal of a move, are so only in those states of a state
-        machine in which they matter. The promises are proved of the component as it is.
+        machine in which they matter. The properties are proved of the component as it is.
         """
         u = self._from("anywhere", 2)
         f, netlist = u.formulas, self.netlist
-        known = f.all_of([*(u.at(clock, promise.kept) for clock in range(2)
-                            for promise in promises),
+        known = f.all_of([*(u.at(clock, each.kept) for clock in range(2)
+                            for each in properties),
                           *(u.at(clock, net) for clock in range(2) for net in netlist.assumed)])
         outputs = [net for bits in netlist.outputs.values() for net in bits]
         offered, states = _offered(self.netlist), self._states(u)

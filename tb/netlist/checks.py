@@ -7,15 +7,17 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from fresa import fsm
+from amaranth import Mux
+
 from fresa.machines import MillStation
 from fresa.machines.mill import PIXEL_STEPS
 from fresa.motion import SquareGenerator
 from fresa_boards import wiring
 from fresa_boards.nexys2 import NEXYS2_500
 
-from ..contracts.contract import Bug
+from ..contracts.contract import State
 from ..engines.netlist import synthesise
+from ..mistake import Mistake
 from . import codes, equal, pins, unknown
 from .flat import cells
 from .flips import flips
@@ -205,14 +207,21 @@ def _codes(subject: Subject, control: str | None = None) -> Task:
     return task
 
 
-_STAYS = Bug(fsm, "with m.If(upset):", "with m.If(upset & 0):")
-_HIDDEN = Bug(fsm, "return upset | fsm.ongoing(fault)", "return fsm.ongoing(fault)")
+def _unused(state: Any) -> Any:
+    """Have a code that no state has."""
+    return state > max(State(state).codes.values())
+
+
+_SEQUENCER = "sequencer.motion_state_state"
+_STAYS = Mistake(_SEQUENCER, lambda right, at: Mux(
+    _unused(at(_SEQUENCER)), at(_SEQUENCER), right))
+_HIDDEN = Mistake("sequencer.fault", lambda right, at: right & ~_unused(at(_SEQUENCER)))
 
 
 def _code_tasks(_: Options) -> list[Task]:
     return [*map(_codes, (MILL, BOARD, PICTURE, SINGLE_BOARD, POSITIONER_BOARD)),
-            _codes(MILL.with_bug(_STAYS), "unused codes stay"),
-            _codes(MILL.with_bug(_HIDDEN), "unused codes do not show")]
+            _codes(MILL.with_mistake(_STAYS), "unused codes stay"),
+            _codes(MILL.with_mistake(_HIDDEN), "unused codes do not show")]
 
 
 # Pins
@@ -239,9 +248,8 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
     return task
 
 
-_DIRECT = BOARD.with_bug(Bug(wiring, "drive(bits, debouncer.o)", "drive(bits, Cat(*pins))"))
-_INVERTED = BOARD.with_bug(Bug(wiring, 'synchronize("contacts", Cat(*pins)',
-                               'synchronize("contacts", ~Cat(*pins)'))
+_DIRECT = BOARD.with_mistake(Mistake("mill.stop", lambda right, at: right | at("buttons.i")[3]))
+_INVERTED = BOARD.with_mistake(Mistake("contacts_synchronizer.stage0", lambda right, _: ~right))
 
 
 def _pin_tasks(_: Options) -> list[Task]:

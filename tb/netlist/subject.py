@@ -7,7 +7,6 @@ and the list of its state machines.
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 from amaranth import Fragment, Signal
@@ -18,17 +17,18 @@ from fresa.machines.station import OrderSource
 from fresa.motion import CoordinateGenerator, SquareGenerator
 
 from .. import boards
-from ..contracts.contract import Bug, State
+from ..contracts.contract import State
 from ..design import Design
 from ..engines import source
 from ..engines.netlist import netlist
+from ..mistake import Mistake
 
 __all__ = ["BOARD", "ELABORATING", "GUARDED", "MILL", "PICTURE", "POSITIONER",
            "POSITIONER_BOARD", "SINGLE", "SINGLE_BOARD", "Built", "Subject", "elaborate",
            "state_machines"]
 
 ELABORATING = threading.Lock()
-"""Held while gateware is elaborated: a planted bug is there for all threads."""
+"""Held while gateware is elaborated and written: what is written is remembered without a lock."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ class Subject:
         The output that shows an upset register of states, likewise.
     rams : bool
         Its memories become RAMs, if it has any; else flip-flops.
-    bug : Bug, optional
-        A mistake to plant in it.
+    mistake : Mistake, optional
+        What to plant in it.
     """
 
     name: str
@@ -82,25 +82,26 @@ class Subject:
     running: tuple[tuple[str, int], ...]
     shows: str
     rams: bool = True
-    bug: Bug | None = None
+    mistake: Mistake | None = None
 
-    def with_bug(self, bug: Bug) -> "Subject":
+    def with_mistake(self, mistake: Mistake) -> "Subject":
         """Give the same with a mistake planted in it."""
-        return replace(self, bug=bug)
+        return replace(self, mistake=mistake)
 
     def build(self) -> Built:
         """Elaborate and synthesise it; takes 5 to 15 s, and then is found again."""
-        design = elaborate(self.make, self.bug)
+        design = elaborate(self.make, self.mistake)
         rtl = source.rtlil(design) if self.rams else source.verilog(design)
         return Built(design, source.top_module(design), rtl, netlist(design, rams=self.rams),
                      dict(state_machines(Fragment.get(design.top, None))))
 
 
-def elaborate(make: Callable[[], Design], bug: Bug | None = None) -> Design:
-    """Make a design and its Verilog, with a mistake in it if there is a `bug`."""
-    with ELABORATING, bug.planted() if bug else nullcontext():
+def elaborate(make: Callable[[], Design], mistake: Mistake | None = None) -> Design:
+    """Make a design and its Verilog, with a mistake in it if there is one."""
+    with ELABORATING:
         made = make()
-        design = replace(made, top=Fragment.get(made.top, None))
+        design = mistake.planted(made) if mistake is not None else replace(
+            made, top=Fragment.get(made.top, None))
         source.verilog(design)
     return design
 

@@ -2,15 +2,16 @@
 
 """A component and its VHDL side by side: that no input sequence tells them apart, as a contract.
 
-GHDL turns the entity into Verilog, Yosys makes that a module of the same design, and the promises
+GHDL turns the entity into Verilog, Yosys makes that a module of the same design, and the properties
 are that every output is the same in every clock. What induction needs beside them is how the
-registers of one side stand to those of the other; that is promised and proved as well.
+registers of one side stand to those of the other; that is stated and proved as well.
 """
 
 import importlib.metadata
 import re
-import sys
+import time
 from collections.abc import Callable, Collection, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -20,14 +21,15 @@ from amaranth.lib import wiring
 
 from fresa.machines.mill import Mill
 
-from ..contracts.contract import Bits, Bug, Case, Component, Contract
+from ..contracts.contract import Bits, Case, Component, Contract
+from ..contracts.proof import reach
 from ..engines import EngineError
 from ..engines.cache import call, folder, kept
 from ..engines.ghdl import STANDARD, GHDLEngine
 from ..yosys import YOSYS
 from . import REFERENCES, Mistake, Reference
 
-__all__ = ["MITERS", "Miter", "synthesized"]
+__all__ = ["MITERS", "Control", "Miter", "check", "synthesized"]
 
 Relation: TypeAlias = Callable[[Bits], Bits]
 Relations: TypeAlias = Mapping[str, Relation]
@@ -37,7 +39,7 @@ _SCRIPT = ("read_verilog gate.v; prep -top {0} -flatten; rename {0} reference; "
            "expose w:* w:n[0123456789]*_* w:*.n[0123456789]*_* %u %d; write_rtlil gate.il")
 
 # GHDL starts the name of a register as it starts the register, which it drives: Yosys would take
-# that for a promise about the first clock.
+# that for a property of the first clock.
 _NAME = re.compile(r"(  always @\*\n    \w+ = \w+_q; // \(isignal\)\n)  initial\n    \w+ <= \S+;\n")
 _START = re.compile(r"^  initial\n    (\w+)", re.M)
 
@@ -133,21 +135,67 @@ class Miter(Component):
                  *([Case(reference.real, real=True)] if reference.real else []))
         return cls(reference.component, _alike(reference, registers), cases, reference=reference)
 
-    @property
-    def bug(self) -> Bug:
-        """The mistake in the VHDL, as provers know mistakes."""
-        mistake = self.reference.mistake
-        return Bug(sys.modules[__name__], mistake.old, mistake.new)
-
-    def module(self, case: Case, bug: Bug | None = None) -> str:
+    def module(self, case: Case, *, mistaken: bool = False) -> str:
         """Return the VHDL's module. Made before, it is there when `contract` holds others up."""
-        return synthesized(self.reference, case.parameters, self.reference.mistake if bug else None)
+        return synthesized(self.reference, case.parameters,
+                           self.reference.mistake if mistaken else None)
 
     def contract(self, case: Case, *, only: Collection[str] | None = None,
-                 bug: Bug | None = None) -> Contract:
-        """Set up a case, with the mistake in the VHDL if there is a `bug`."""
-        return _Pair(self.module(case, bug), self.make(**case.parameters), self.describe,
-                     only=only, broken=bug is not None)
+                 broken: bool = False) -> Contract:
+        """Set up a case; if it is `broken`, with the mistake in the VHDL."""
+        return _Pair(self.module(case, mistaken=broken), self.make(**case.parameters),
+                     self.describe, only=only, broken=broken)
+
+
+@dataclass(frozen=True)
+class Control:
+    """What became of the mistake in the VHDL.
+
+    Attributes
+    ----------
+    component, case : str
+        Where it was planted, and with which parameters.
+    name : str
+        The property that it must break.
+    old, new : str
+        The mistake.
+    clock : int or None
+        Clock in which the property broke; None if it did not, which is an error.
+    seconds : float
+        Time it took.
+    """
+
+    component: str
+    case: str
+    name: str
+    old: str
+    new: str
+    clock: int | None
+    seconds: float
+
+
+def check(name: str, miter: Miter, folder: Path, lock: AbstractContextManager) -> Control:
+    """Plant the mistake of a miter, and see that the output that it names differs.
+
+    Parameters
+    ----------
+    name : str
+        Of the component.
+    miter : Miter
+        Its first case is looked at.
+    folder : Path
+        Empty folder to work in.
+    lock : context manager
+        Held while gateware is elaborated.
+    """
+    began = time.monotonic()
+    case, mistake = miter.cases[0], miter.reference.mistake
+    broken = f"same-{mistake.shows}"
+    with lock:
+        contract = miter.contract(case, only=[broken], broken=True)
+    clock = reach(contract, folder, miter.depth).get(broken)
+    return Control(name, str(case), broken, mistake.old, mistake.new, clock,
+                   time.monotonic() - began)
 
 
 def _alike(reference: Reference, registers: Callable[..., Relations]) -> Callable:
@@ -160,12 +208,12 @@ def _alike(reference: Reference, registers: Callable[..., Relations]) -> Callabl
         known = c.past(1)
         for name, (flow, value) in ports.items():
             if flow is wiring.Out:
-                c.always(f"same-{name}", f"The VHDL gives the same {name}.",
-                         value == there[reference.renamed.get(name, name)],
-                         seen=known & ((value != c.past(value)) | (name in reference.idle)), bug=())
+                c.invariant(f"same-{name}", f"The VHDL gives the same {name}.",
+                            value == there[reference.renamed.get(name, name)],
+                            cover=known & ((value != c.past(value)) | (name in reference.idle)))
         for name, relation in registers(c, dut).items():
-            c.always(f"register-{name}", f"The VHDL's register {name} stands as the gateware's do.",
-                     relation(there[name]), seen=known, bug=())
+            c.invariant(f"register-{name}", f"The VHDL's register {name} stands as the gateware's "
+                        "do.", relation(there[name]), cover=known)
 
     return describe
 

@@ -6,9 +6,17 @@ from typing import Any
 
 import pytest
 
-from fresa_host import LimitReached, LineLost, Place, Positioner, PositionError, Refused, TimedOut
-from fresa_host import positioner_talk as talk
-from fresa_host import positioner_way as way
+from fresa_host import (
+    LimitReached,
+    LineLost,
+    Place,
+    Positioner,
+    PositionError,
+    Refused,
+    TimedOut,
+    axis_monitor,
+    positioner_session,
+)
 from tests.host.fake import BREAK, FakePositioner
 
 STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
@@ -16,7 +24,7 @@ STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
-    monkeypatch.setattr(talk, "SILENCE", 0.02)
+    monkeypatch.setattr(positioner_session, "REFUSAL_TIMEOUT_S", 0.02)
     return FakePositioner()
 
 
@@ -149,7 +157,7 @@ def test_going_elsewhere_is_told(positioner, fake, monkeypatch):
     assert fake.resting
     positioner.wait(timeout=0.01)  # it goes nowhere
     fake.steps = fake.target = [0, 0, 0]
-    monkeypatch.setattr(way, "STILL", 5)
+    monkeypatch.setattr(axis_monitor, "STILL", 5)
     fake.damage = {b"P 7 5676 0 0\n": b"P 7 1676 0 0\n"}
     positioner.move_to(100, 0, 0)
     with pytest.raises(PositionError, match=r"stands at Place\(x=29.5.*, not at Place\(x=99.9"):
@@ -158,10 +166,10 @@ def test_going_elsewhere_is_told(positioner, fake, monkeypatch):
 
 def test_a_report_that_was_damaged_is_not_believed():
     for damaged in (9000, -9000, 130):
-        ways = way.Ways((400, None, 7))
+        monitor = axis_monitor.AxisMonitor(400)
         for x in (100, 110, 120, damaged, 140, 150):
-            ways.hear((x, x, 7))
-            assert not ways.lead_away and not ways.stand
+            monitor.hear(x)
+            assert not monitor.leads_away and not monitor.stalled
 
 
 @pytest.mark.parametrize("again", [lambda it: it.jog("x", -1), lambda it: it.move_to(-900, 900, 0)])
@@ -202,17 +210,19 @@ def test_a_limit_ends_the_wait_and_is_told_once(positioner, fake):
     positioner.move_to(0, 0, 0)  # it is known, and over
 
 
-def test_what_is_refused_is_told_to_the_call_that_said_it(positioner, fake):
+def test_what_is_refused_is_told_to_the_call_that_said_it(fake):
+    fake.baud = 2000  # it is refused before the call listens
+    positioner = opened(fake)
     positioner.connect()
     positioner.move_to(10**6, 0, 0)
     waiting = threading.Thread(target=positioner.wait)
     waiting.start()
     fake.damage = {b"P 7 0 0 0\n": b"P 7 x 0 0\n"}
-    fake.baud = 2000  # it is refused before the call listens
     with pytest.raises(Refused):
         positioner.move_to(0, 0, 0)
     waiting.join(timeout=10)  # it goes nowhere any more
     assert not waiting.is_alive() and b"GOTO 7\n" == fake.written[2] not in fake.written[3:]
+    positioner.close()
 
 
 def test_stopping_ends_the_wait(positioner, fake):
@@ -264,7 +274,7 @@ def test_silence_is_not_taken_for_obedience(fake):
     with opened(fake, timeout=0.05) as positioner:
         positioner.connect()
         fake.connected = False  # it was reset, or the line is cut
-        with pytest.raises(TimedOut, match="nobody knows whether it obeyed"):
+        with pytest.raises(TimedOut, match="it may not have obeyed"):
             positioner.velocity("x", 10)
 
 
@@ -321,7 +331,7 @@ def test_a_machine_that_says_nothing_times_out(fake):
         fake.refuse = {}
         positioner.connect()
         fake.connected = False  # it was reset
-        with pytest.raises(TimedOut, match="nobody knows whether it obeyed"):
+        with pytest.raises(TimedOut, match="it may not have obeyed"):
             positioner.move_to(10**6, 0, 0)
         with pytest.raises(TimedOut, match="has not reported"):
             positioner.wait()
@@ -356,7 +366,13 @@ def test_disconnecting_is_said_until_it_is_heard(positioner, fake):
     assert positioner.connected and positioner.steps
 
 
-def test_what_goes_astray_is_stopped_until_it_stands(positioner, fake):
+def test_what_goes_astray_is_stopped_until_it_stands(fake):
+    fake.can_break = True
+    with opened(fake) as positioner:
+        goes_astray(positioner, fake)
+
+
+def goes_astray(positioner: Positioner, fake: FakePositioner) -> None:
     positioner.connect()
     fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n", STOP[0]: b"STOP MOT3\n"}
     positioner.move_to(1000, 0, 0)
@@ -364,7 +380,6 @@ def test_what_goes_astray_is_stopped_until_it_stands(positioner, fake):
         positioner.wait()
     assert fake.resting and fake.written.count(STOP[0]) == 2
     fake.steps = fake.target = [0, 0, 0]
-    fake.can_break = True
     fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n"}
     fake.deaf = 3 * [STOP[0]]
     positioner.move_to(1000, 0, 0)

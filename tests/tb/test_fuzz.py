@@ -2,53 +2,51 @@
 
 """Fuzzing: mistakes in the gateware are found, with few bytes; and nothing where there is none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from amaranth import Cat, Const, Mux
 
-from fresa.drive import rate
-from fresa.motion import limits as switches
-from fresa.motion import order_control, order_ledger, positioning, ramp
-from fresa.protocol import frames, receiver
+from fresa.motion.order_ledger import Outcome
+from fresa.protocol import frames
 from fresa.protocol import positioner as commands
-from tb.contracts.contract import Bug
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.fuzz import (
-    TARGETS,
-    fuzz,
-    limits,
-    measure,
-    positioner_lines,
-    run_session,
-    shortest,
-    single_lines,
-    spread,
-)
-from tb.fuzz.axes import load_steps
+from tb.fuzz import fuzz, measure, run_session, shortest, spread, targets
 from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, unanswered
+from tb.fuzz.frames import Frame
 from tb.fuzz.inputs import OPENING, Input, random_inputs
 from tb.fuzz.line import FRAME, BitTimingError, Text, decode, decode_output, high, levels
-from tb.fuzz.order_lines import DOWN, GO, OPEN, request
 from tb.fuzz.ramp import Ramp, check_ramp
-from tb.fuzz.reasons import Reasons
-from tb.fuzz.targets import Findings
+from tb.fuzz.target import Findings
 from tb.fuzz.trajectory import Effect, Mode, Steps, check_trajectory
+from tb.machines.mill.fuzz.lines import DOWN, GO, OPEN, request
+from tb.machines.positioner.fuzz import limits
+from tb.machines.positioner.fuzz import lines as positioner_lines
+from tb.machines.positioner.fuzz.axes import load_steps
+from tb.machines.positioner.fuzz.reasons import Reasons
+from tb.machines.single.fuzz import lines as single_lines
+from tb.mistake import Mistake
 from tb.models.drive import RateModel
 from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
 
+TARGETS = targets()
 BIT = 16
 BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPEN, 1)}
 BREAK = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
 """Clocks of the shortest break that begins with the second data bit of a byte."""
-SLOW_CLOCK = "rate - self.modulus, rate"
+OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
+    at("commands.answer") == frames.Answer.RANGE.value, at("commands.value"), right))
 
 
-def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False
-           ) -> Findings:
+def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = False,
+           mistake: Mistake | None = None) -> Findings:
     """Send some bytes, wait for as long as some more would take, and look at what came of it.
 
     Behind the bytes switches may be pressed for a moment, and the line may be low for some clocks
-    from the second data bit of another on. Or it is the machine that is built in another way.
+    from the second data bit of another on. Or it is the machine that is built in another way, or
+    has a mistake in it.
     """
     target = TARGETS[name].others[0] if other else TARGETS[name]
     begin = BEGIN[name]
@@ -59,51 +57,52 @@ def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = Fa
             Input("break", b"", np.concatenate([
                 levels(b"\xFF", BIT)[:2 * BIT * (low > 0)], np.zeros(low, np.uint8)])),
             Input("rest", b"", high(35 * FRAME * BIT))]
-    with AmaranthEngine(target.design()) as engine:
+    design = target.design() if mistake is None else mistake.planted(target.design())
+    with AmaranthEngine(design) as engine:
         return run_session(target, engine, sent).findings
 
 
+def drifts(motor: str) -> Mistake:
+    """With each step the next comes 40 parts of the modulus sooner."""
+    return Mistake(f"{motor}rate.accumulator", lambda right, at: Mux(
+        at(f"{motor}rate.due") & at(f"{motor}rate.moved"), right + 40, right))
+
+
 MISTAKES = {  # machine, few bytes, what is found, the mistake
-    "a wrong answer": ("single", b":x5a\r", "answer", Bug(
-        frames, "m.Case(Answer.OK, Answer.RANGE, Answer.NUMBER)",
-        "m.Case(Answer.RANGE, Answer.NUMBER)")),
-    "a refused frame that is obeyed": ("single", b":x10005\r", "step", Bug(
-        frames, "m.Elif(answer == Answer.OK)", "m.Elif(answer != Answer.COMMAND)")),
-    "a speed that drifts": ("single", b":v20001\r:x9000\r", "time", Bug(
-        rate, SLOW_CLOCK, "rate + 40 - self.modulus, rate")),
-    "a position that is not that of the motor": ("single", b":x9\r:x?\r", "place", Bug(
-        frames, "Mux(of_speed, self.speed, self.position)",
-        "Mux(of_speed, self.speed, self.position ^ 1)")),
-    "no answer": ("positioner", b"P 1 0 0 2147483648\n", "answer", Bug(
-        commands, "(number.numbers.p.error == NumberError.OVERFLOW) | out_of_range",
-        "out_of_range")),
-    "a motor that does not stop": ("positioner", b"MOV MOT2 C\nSTOP MOT2\n", "step", Bug(
-        positioning, "m.d.sync += self.run[motor].eq(0)",
-        "m.d.sync += self.run[motor].eq(motor == 1)")),
-    "a rate that drifts": ("positioner", b"VEL MOT3 1499\nMOV MOT3 C\n", "time", Bug(
-        rate, SLOW_CLOCK, "rate + 40 - self.modulus, rate")),
-    "an order taken out of turn": ("mill", request(DOWN, 1, 257), "answer", Bug(
-        order_ledger, "request.number != (taken + 1)[:24]",
-        "request.number[:8] != (taken + 1)[:8]")),
-    "an order to somewhere else": ("mill", request(GO, 1, 1, 0, 4), "step", Bug(
-        order_ledger, "store.data.x.eq(request.x)", "store.data.x.eq(request.y)")),
-    "steps too far apart": ("mill", request(GO, 1, 1, 0, 4), "time", Bug(
-        order_control, "FrequencyDivider(period=self.period)",
-        "FrequencyDivider(period=self.period + 1)")),
+    "a wrong answer": ("single", b":x5a\r", "answer", Mistake(
+        "commands.answer", lambda right, _: Mux(
+            right == frames.Answer.NUMBER.value, frames.Answer.COMMAND.value, right))),
+    "a refused frame that is obeyed": ("single", b":x10005\r", "step", OBEYS_REFUSED),
+    "a speed that drifts": ("single", b":v20001\r:x9000\r", "time", drifts("")),
+    "a position that is not that of the motor": ("single", b":x9\r:x?\r", "place", Mistake(
+        "commands.writer.numbers__payload", lambda right, _: right ^ 1)),
+    "no answer": ("positioner", b"P 1 0 0 2147483648\n", "answer", Mistake(
+        "positioning.refusal", lambda right, _: Mux(
+            right == commands.Answer.RANGE.value, commands.Answer.NONE.value, right))),
+    "a motor that does not stop": ("positioner", b"MOV MOT2 C\nSTOP MOT2\n", "step", Mistake(
+        "positioning.run", lambda right, at: right | at("positioning.run"))),
+    "a rate that drifts": ("positioner", b"VEL MOT3 1499\nMOV MOT3 C\n", "time", drifts("z.")),
+    "an order taken out of turn": ("mill", request(DOWN, 1, 257), "answer", Mistake(
+        "ledger.decided", lambda right, _: Mux(
+            right == Outcome.UNEXPECTED.value, Outcome.TAKEN.value, right))),
+    "an order to somewhere else": ("mill", request(GO, 1, 1, 0, 4), "step", Mistake(
+        "ledger.orders__payload", lambda right, _: Cat(right[16:32], right[:16], right[32:]))),
+    "steps too far apart": ("mill", request(GO, 1, 1, 0, 4), "time", Mistake(
+        "orders.divider.count", lambda right, at: Mux(
+            at("orders.divider.tick"), right - 1, right))),
 }
 
 
 ON = b"MOV MOT1 C\nMOV MOT2 CC\n"
 SWITCHES = {  # what is found, the mistake
-    "a step towards a switch": ("step", Bug(
-        switches, "self.direction & self.at_high |", "~self.direction & self.at_high |")),
-    "a movement that goes on": ("answer", Bug(
-        positioning, "~self.there & ~stopped", "~self.there")),
-    "a switch that is not told of": ("answer", Bug(
-        positioning, "hits & ~first, hits) | stopped)", "hits & ~first, hits))")),
-    "a switch that is told of again": ("answer", Bug(
-        positioning, "Mux(free, hits & ~first, hits)", "hits")),
-    "no buzzer": ("pins", Bug(positioning, "ticks != 0", "0")),
+    "a step towards a switch": ("step", Mistake(
+        "x.limits.allowed", lambda _, at: at("x.limits.step"))),
+    "a movement that goes on": ("answer", Mistake(
+        "positioning.run", lambda right, at: right | at("positioning.stopped"))),
+    "a switch that is not told of": ("answer", Mistake("positioning.hits", lambda *_: Const(0))),
+    "a switch that is told of again": ("answer", Mistake(
+        "positioning.hits", lambda right, at: right | at("positioning.hits"))),
+    "no buzzer": ("pins", Mistake("buzzer", lambda *_: Const(0))),
 }
 
 
@@ -116,9 +115,8 @@ class TestMistakes:
 
     @pytest.mark.parametrize("mistake", MISTAKES)
     def test_is_found_with_few_bytes(self, mistake):
-        name, text, kind, bug = MISTAKES[mistake]
-        with bug.planted():
-            assert kind in {failure.kind for failure in run(name, text).failures}
+        name, text, kind, planted = MISTAKES[mistake]
+        assert kind in {failure.kind for failure in run(name, text, mistake=planted).failures}
 
     def test_nothing_is_found_where_switches_do_what_they_should(self):
         found = run("positioner", ON, 0b011)  # MOT2 moves away from its switch
@@ -126,30 +124,33 @@ class TestMistakes:
 
     @pytest.mark.parametrize("mistake", SWITCHES)
     def test_of_a_switch_is_found(self, mistake):
-        kind, bug = SWITCHES[mistake]
-        with bug.planted():
-            assert kind in {failure.kind for failure in run("positioner", ON, 0b011).failures}
+        kind, planted = SWITCHES[mistake]
+        found = run("positioner", ON, 0b011, mistake=planted)
+        assert kind in {failure.kind for failure in found.failures}
 
     def test_of_a_ramp_is_found(self):
         found = run("single", b":x7\r", other=True)
         assert found.failures == [] and found.timed == found.steps == 7
-        with Bug(ramp, "& (left > self.level)", "& (left >= self.level)").planted():
-            failure, = run("single", b":x7\r", other=True).failures
+        up_too_long = Mistake("dut.move.goes_to", lambda right, at: Mux(
+            at("dut.move.moved") & at("move.above") & (at("move.left") == at("move.level")),
+            at("move.level") + 1, right))
+        failure, = run("single", b":x7\r", other=True, mistake=up_too_long).failures
         assert failure.kind == "time" and "too early" in failure.message
 
     def test_of_breaks_that_begin_inside_a_byte_is_found(self):
-        with Bug(receiver, "low == 10 * self.period - 1", "low == 10 * self.period - 2").planted():
-            assert run("positioner", ON, low=BREAK - 1).failures[0].kind == "step"
+        too_soon = Mistake("receiver.line_break", lambda right, at: right | (
+            (at("receiver.low") == 10 * BIT - 2) & ~at("receiver.rx")))
+        assert run("positioner", ON, low=BREAK - 1, mistake=too_soon).failures[0].kind == "step"
 
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
         if reason := CXXRTLEngine.missing():
             pytest.skip(reason)
-        *_, bug = MISTAKES["a refused frame that is obeyed"]
-        with bug.planted():
-            outcome = next(iter(fuzz(TARGETS["single"], 1, 3000)))
-            assert outcome.findings.failures
-            short = shortest(outcome.target, outcome.inputs, 60)
+        target = TARGETS["single"]
+        wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()), others=())
+        outcome = next(iter(fuzz(wrong, 1, 3000)))
+        assert outcome.findings.failures
+        short = shortest(outcome.target, outcome.inputs, 60)
         assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
         assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
 
@@ -330,7 +331,7 @@ class TestRamp:
 class TestFloods:
     """Of frames that take ten bytes each, with room for fifty."""
 
-    FRAMES = [single_lines.Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
+    FRAMES = [Frame(1000 + 100 * number, b"x1234567", "") for number in range(9)]
 
     def test_frames_have_room_until_so_many_wait(self):
         backlog = Backlog(60, 10)
@@ -338,7 +339,7 @@ class TestFloods:
             assert backlog.fits(frame)
             backlog.answered(frame, 1500)
         assert not backlog.fits(self.FRAMES[5])
-        assert not backlog.fits(single_lines.Frame(9000, b"", ""))  # it may be what is left of some
+        assert not backlog.fits(Frame(9000, b"", ""))  # it may be what is left of some
 
     def test_frames_that_are_read_make_room(self):
         backlog = Backlog(30, 10)
@@ -369,11 +370,11 @@ class TestFloods:
     def test_silence_behind_a_frame_is_found(self):
         output = Text(b"a" * 4, [1010, 1110, 1210, 1400])
         assert unanswered(self.FRAMES[:4], output, 10, 2000) == []
-        failure, = unanswered([*self.FRAMES[:4], single_lines.Frame(1700, b"x", "")], output, 10,
+        failure, = unanswered([*self.FRAMES[:4], Frame(1700, b"x", "")], output, 10,
                               2000)
         assert failure.clock == 1780
         # still to come
-        assert unanswered([single_lines.Frame(1700, b"x", "")], output, 10, 1750) == []
+        assert unanswered([Frame(1700, b"x", "")], output, 10, 1750) == []
 
 
 class TestReasons:

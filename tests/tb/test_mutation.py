@@ -9,19 +9,19 @@ import pytest
 from amaranth import Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
+from tb.mutation.lanes import Lanes
 
-from fresa.motion import StartHandshake, start
+from fresa.motion import StartHandshake
 from tb.bench import CheckFailed, bench
 from tb.boards import component
 from tb.contracts import COMPONENTS
-from tb.contracts.contract import Bug, Component, Contract
+from tb.contracts.contract import Component, Contract
 from tb.contracts.proof import missing
 from tb.engines import AmaranthEngine
 from tb.mutation import begin, benches, judge, trial
 from tb.mutation.benches import bench_of, component_of, kind_of, run_bench
 from tb.mutation.formula import NO, YES, Formulas, Unrolled
 from tb.mutation.judge import Judge, by_chance
-from tb.mutation.lanes import Lanes
 from tb.mutation.netlist import Mutable, MutationError
 
 pytestmark = [
@@ -29,7 +29,6 @@ pytestmark = [
     pytest.mark.skipif(missing() is not None, reason=str(missing())),
     pytest.mark.prover,
 ]
-NO_BUG = Bug(start, "x", "y")
 
 
 class Toy(wiring.Component):
@@ -60,13 +59,13 @@ def promise_all(c: Contract, dut: Toy) -> None:
         c.m.d.sync += count.eq(0)
     with c.m.Elif(dut.go):
         c.m.d.sync += count.eq(count + 1)
-    c.always("counts", "It counts.", dut.shown == count, seen=dut.go, bug=NO_BUG)
-    c.always("at-most-5", "It counts to 5.", count <= 5, seen=dut.go, bug=NO_BUG)
-    c.always("last", "It says when.", dut.last == (count == 5), seen=dut.go, bug=NO_BUG)
+    c.invariant("counts", "It counts.", dut.shown == count, cover=dut.go)
+    c.invariant("at-most-5", "It counts to 5.", count <= 5, cover=dut.go)
+    c.invariant("last", "It says when.", dut.last == (count == 5), cover=dut.go)
 
 
 def promise_little(c: Contract, dut: Toy) -> None:
-    c.always("at-most-5", "It counts to 5.", dut.shown <= 5, seen=dut.go, bug=NO_BUG)
+    c.invariant("at-most-5", "It counts to 5.", dut.shown <= 5, cover=dut.go)
 
 
 def toy(describe) -> Mutable:
@@ -154,7 +153,7 @@ class TestVerdicts:
 
     def test_false_contract_is_refused(self):
         def describe(c: Contract, dut: Toy) -> None:
-            c.always("at-most-4", "It does not.", dut.shown <= 4, seen=dut.go, bug=NO_BUG)
+            c.invariant("at-most-4", "It does not.", dut.shown <= 4, cover=dut.go)
 
         mutable = toy(describe)
         netlist = mutable.netlist(mutable.mutants[:3])
@@ -203,8 +202,8 @@ class Post(wiring.Component):
 class TestEquivalence:
     @staticmethod
     def describe(c: Contract, dut: Post) -> None:
-        c.always("offers", "It says when.", dut.out.valid == c.state("post_state")("OFFER"),
-                 seen=dut.go, bug=NO_BUG)
+        c.invariant("offers", "It says when.", dut.out.valid == c.state("post_state")("OFFER"),
+                    cover=dut.go)
 
     def test_is_what_no_reader_of_the_stream_can_see(self):
         """Also where a register differs, but only in a state in which it means nothing."""

@@ -12,12 +12,11 @@ from amaranth import ClockDomain, ClockSignal, Fragment, Module, Signal
 from amaranth.back import rtlil
 from amaranth.lib import memory
 
-from fresa import fsm
 from fresa.fsm import leave_unused_codes
-from tb.contracts.contract import Bug
 from tb.design import Design
 from tb.engines import EngineError, source
 from tb.engines.netlist import netlist as synthesised
+from tb.mistake import Mistake
 from tb.netlist import CHECKS, Options, codes, equal, pins, unknown
 from tb.netlist.flat import Flat
 from tb.netlist.flips import flips
@@ -406,7 +405,7 @@ class TestChecks:
             assert "ontrol" in check.says, name
             assert len(check.tasks(Options())) > 1
 
-    def test_a_subject_with_a_bug_is_another(self):
-        bug = Bug(fsm, "with m.If(upset):", "with m.If(upset & 0):")
-        assert MILL.with_bug(bug) == replace(MILL, bug=bug) != MILL
-        assert isinstance(hash(MILL.with_bug(bug)), int)
+    def test_a_subject_with_a_mistake_is_another(self):
+        mistake = Mistake("error", lambda right, _: ~right)
+        assert MILL.with_mistake(mistake) == replace(MILL, mistake=mistake) != MILL
+        assert isinstance(hash(MILL.with_mistake(mistake)), int)

@@ -6,16 +6,13 @@ import json
 import subprocess
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from itertools import islice, pairwise
 
 import numpy as np
 import pytest
+from amaranth import Const, Mux
 
-from fresa.drive import coil, phase, step_dir
-from fresa.machines import positioner as positioner_module
-from fresa.machines import single as single_module
-from fresa.motion import positioning, sequencer
-from tb.contracts.contract import Bug
 from tb.engines import source
 from tb.engines.build import missing
 from tb.faults.machines import TIMING, TRAVEL, mill, positioner, single
@@ -29,6 +26,7 @@ from tb.fuzz.line import decode
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, record
 from tb.machines.mill.model import MillInputs, MillModel
 from tb.machines.mill.stimulus import orders, random_rows
+from tb.mistake import Mistake
 from tb.yosys import YOSYS
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
@@ -158,12 +156,11 @@ class TestUpsets:
             trial.work()
 
 
-def run_with_fault(bug: Bug, make: Callable[[], FaultTarget], rows: Rows, gap: int
+def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
            ) -> tuple[int, WrongReset | None]:
     """Reset a machine with a mistake in it; give the clocks that it took, and what is wrong."""
-    with bug.planted():
-        machine = make()
-        source.rtlil(machine.design)
+    machine = make()
+    machine = replace(machine, design=mistake.planted(machine.design))
     rng = np.random.default_rng(1)
     with closing(Trial(machine)) as trial:
         trial.load(rows)
@@ -179,18 +176,18 @@ WORK = [Reset(), Mode(1), Hold(), Order(5, 3), Order(down=1), Order(2, 1), Order
 @compiled
 @pytest.mark.compiler
 class TestResets:
-    @pytest.mark.parametrize(("bug", "found"), [
-        (Bug(coil, "Cat(~orange, ~black, orange, black)", "Cat(~orange, black, orange, black)"),
-         "the coil word of x is illegal"),
-        (Bug(coil, "orange.eq(black ^ ~self.direction)", "orange.eq(~orange)"),
+    @pytest.mark.parametrize(("mistake", "found"), [
+        (Mistake("x.coils", lambda right, _: right ^ 0b0010), "the coil word of x is illegal"),
+        (Mistake("x.orange", lambda right, at: Mux(at("x.moved"), ~at("x.orange"), right)),
          "the coil word of x jumps"),
-        (Bug(coil, "self.step & rested & ~ResetSignal()", "self.step & rested"),
+        (Mistake("x.moved", lambda _, at: at("drivers.x.step") & at("x.rested")),
          "a reset moves x"),
-        (Bug(sequencer, "refused = Signal()", "refused = Signal(reset_less=True)"),
+        (Mistake("sequencer.refused", reset_less=True),
          "controller.sequencer.refused is not as from power-up after a reset"),
     ], ids=["illegal", "jump", "moves", "keeps"])
-    def test_mistakes_are_found(self, bug, found):
-        clocks, wrong = run_with_fault(bug, lambda: mill(guard=False), rows_of_actions(WORK), 40)
+    def test_mistakes_are_found(self, mistake, found):
+        clocks, wrong = run_with_fault(mistake, lambda: mill(guard=False), rows_of_actions(WORK),
+                                       40)
         assert wrong is not None
         assert wrong.what == found and wrong.clock == clocks < 20_000
 
@@ -207,26 +204,26 @@ ON_A_LINE = {"single": (single, single_sessions), "positioner": (positioner, pos
 @compiled
 @pytest.mark.compiler
 class TestResetsOnALine:
-    @pytest.mark.parametrize(("name", "bug", "found"), [
-        ("positioner", Bug(step_dir, "& power & ~ResetSignal()", "& power"), "a reset moves "),
-        ("positioner", Bug(step_dir, "high = Signal(reset_less=True)", "high = Signal()"),
-         "a pulse of "),
-        ("positioner", Bug(step_dir, "power = Signal(reset_less=True)", "power = Signal()"),
-         "DIR or ENABLE of "),
-        ("positioner", Bug(positioning, "going = Signal(MOTORS)",
-                           "going = Signal(MOTORS, reset_less=True)"),
+    @pytest.mark.parametrize(("name", "mistake", "found"), [
+        ("positioner", Mistake("x.driver.ready", lambda _, at: (
+            at("x.driver.over") & ~at("x.driver.step_pin") & at("x.driver.right")
+            & at("x.driver.enable_pin"))), "a reset moves "),
+        ("positioner", Mistake("x.driver.high", reset_less=False), "a pulse of "),
+        ("positioner", Mistake("x.driver.power", reset_less=False), "DIR or ENABLE of "),
+        ("positioner", Mistake("positioning.going", reset_less=True),
          "positioning.going is not as from power-up after a reset"),
-        ("positioner", Bug(positioner_module, "halt.eq(receiver.line_break)", "halt.eq(1)"),
+        ("positioner", Mistake("positioning.halt", lambda *_: Const(1)),
          "after a reset it does not do what it is asked"),
-        ("single", Bug(phase, "(rest >= 0) & ~ResetSignal()", "(rest >= 0)"), "a reset moves "),
-        ("single", Bug(phase, "coils = Signal(4, reset_less=True)", "coils = Signal(4)"),
+        ("single", Mistake("driver.ready", lambda _, at: (
+            at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
+        ("single", Mistake("driver.coils", reset_less=False),
          "the coil word of the motor is illegal"),
-        ("single", Bug(single_module, "self.tx.eq(transmitter.tx)", "self.tx.eq(1)"),
+        ("single", Mistake("tx", lambda *_: Const(1)),
          "after a reset it does not do what it is asked, or does not say so"),
     ], ids=["begins", "cuts", "turns", "keeps", "halts", "moves", "off", "dumb"])
-    def test_mistakes_are_found(self, name, bug, found):
+    def test_mistakes_are_found(self, name, mistake, found):
         make, sessions = ON_A_LINE[name]
-        _, wrong = run_with_fault(bug, make, sessions(1), 9000)
+        _, wrong = run_with_fault(mistake, make, sessions(1), 9000)
         assert wrong is not None and wrong.what.startswith(found)
 
     def test_none_without_a_mistake(self):

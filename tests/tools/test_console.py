@@ -266,7 +266,8 @@ class TestProgress:
         assert self.rows(io.StringIO(), 1.9 / 30) == []
 
     def test_lines_when_long_and_no_terminal(self):
-        lines = [f"milling: {done} of 30 rows" for done in (2, 12, 22)]
+        lines = ["milling: 2 of 30 rows, 00:28 left", "milling: 12 of 30 rows, 00:18 left",
+                 "milling: 22 of 30 rows"]
         assert self.rows(io.StringIO(), 1) == lines
 
     def test_no_lines_on_a_terminal(self):

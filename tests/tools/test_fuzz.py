@@ -3,16 +3,20 @@
 """The command that fuzzes: what it says, what it writes, and its exit status."""
 
 import json
+from dataclasses import replace
 
 import pytest
+from amaranth import Mux
 
 from fresa.protocol import frames
-from tb.contracts.contract import Bug
 from tb.engines import CXXRTLEngine
+from tb.fuzz import TARGETS
+from tb.mistake import Mistake
 from tools import fuzz
 from tools.fuzz import main
 
-BUG = Bug(frames, "m.Elif(answer == Answer.OK)", "m.Elif(answer != Answer.COMMAND)")
+OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
+    at("commands.answer") == frames.Answer.RANGE.value, at("commands.value"), right))
 
 
 @pytest.fixture
@@ -33,11 +37,12 @@ def test_all_in_order(compiled, tmp_path, capsys):
 
 
 @pytest.mark.compiler
-def test_something_found(compiled, tmp_path, capsys):
-    save = tmp_path / "found"
-    with BUG.planted():
-        assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
-                     "--json", str(tmp_path / "f")]) == 1
+def test_something_found(compiled, tmp_path, capsys, monkeypatch):
+    save, target = tmp_path / "found", TARGETS["single"]
+    monkeypatch.setitem(TARGETS, "single", replace(
+        target, design=lambda: OBEYS_REFUSED.planted(target.design())))
+    assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
+                 "--json", str(tmp_path / "f")]) == 1
     output = capsys.readouterr().out
     assert "FOUND" in output and "shortest" in output
     assert 0 < len((tmp_path / "found-single.bin").read_bytes()) < 60

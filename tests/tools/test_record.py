@@ -208,11 +208,11 @@ class TestPage:
 
     @pytest.mark.parametrize("name", ["size", "size-guard", "size-serial", "size-single",
                                       "size-positioner"])
-    def test_the_readme_says_the_sizes_of_the_record(self, name):
+    def test_the_sizes_of_the_record_are_those_of_the_page(self, name):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
         found = facts["parts"][name]["facts"]["resources"]
         row = " | ".join(str(found[what]) for what in ("luts", "flip_flops", "block_rams"))
-        assert f"| {row} |" in (DOCS.parent / "README.md").read_text(encoding="utf-8")
+        assert f"| {row} |" in (DOCS / "evidence.md").read_text(encoding="utf-8")
 
     def test_every_part_has_its_place(self):
         text = page({"parts": {}, "cores": 2, "versions": [], "gateware": ""})

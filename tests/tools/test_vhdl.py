@@ -10,12 +10,12 @@ import pytest
 
 from tb import vhdl as table
 from tb.compare import Difference
-from tb.contracts.proof import Control, Proof, missing
+from tb.contracts.proof import Proof, missing
 from tb.cosim import Finding, Outcome, Tally
 from tb.engines.ghdl import GHDLEngine
 from tb.runners import duts
 from tb.vhdl import REFERENCES, Mistake
-from tb.vhdl.miter import MITERS
+from tb.vhdl.miter import MITERS, Control
 from tools import vhdl
 
 lacking = GHDLEngine.missing() or missing()

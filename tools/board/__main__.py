@@ -8,10 +8,10 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from fresa.machines.mill import TOP_SPEED, step_period
-from tb.engines import ENGINES, AmaranthEngine, CXXRTLEngine, EngineError, choose
+from tb.engines import ENGINES, AmaranthEngine, CXXRTLEngine, EngineError, choose, why_slow
 from tb.milling import DEBOUNCE
 
-from ..console import FIRST_TIME, Parser, Progress, UserError, command, say, whole
+from ..console import FIRST_TIME, Parser, Progress, UserError, command, say, warn, whole
 from ..image import add_picture_arguments, picture_from_arguments
 from ..simulate import EXAMPLE
 from ..web import redirect, serve, stopping
@@ -76,6 +76,8 @@ def main(argv: list[str] | None = None) -> int:
         choose(args.engine)
     except EngineError as error:
         raise UserError(str(error)) from error
+    if note := why_slow(args.engine):
+        warn(note)
     job = Job(picture_from_arguments(args).pixels, args.image.name, args.period)
     asyncio.run(_serve(job, args))
     return 0

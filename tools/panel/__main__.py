@@ -7,17 +7,17 @@ import sys
 import webbrowser
 from contextlib import AsyncExitStack, nullcontext
 
-from fresa.machines.positioner import TOP_SPEED
 from tb.engines import CXXRTLEngine, Engine
 
 from ..console import Parser, UserError, command, say, whole
-from ..serve import Served, Service, Switches, build, servable
+from ..serve import Served, Service, Switches, build
 from ..serve.machines import BAUD
 from ..web import redirect, serve, stopping
 from .panel import Panel
 from .routes import panel_site
 from .settings import folder
 from .simulated import Simulated
+from .stage import SERVED, TOP_SPEED
 
 __all__ = ["main"]
 
@@ -64,7 +64,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--port", metavar="N", type=whole(0, 65535), default=0,
                         help="port of the page (default: any that is free)")
     parser.add_argument("--open", action="store_true", help="open the page in a browser")
-    served = servable()["positioner"]
+    served = SERVED
     served.add_options(parser.add_argument_group("with --simulate, as it was built"))
     args = parser.parse_args(argv)
     if not args.simulate and served.options(args) != served.options(parser.parse_args([])):

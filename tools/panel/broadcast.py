@@ -1,16 +1,13 @@
 """What pages are told."""
 
-from fresa_host import Place
-from fresa_host.positioner_lines import AXES, MEANINGS, STEPS_PER_UM, Limit, Refusal
-
 from ..serve import Switches
 from ..web import Pages
 from .busy import Busy
-from .line import Heard
 from .machine import Machine
 from .moves import Ended, Moves
 from .ports import Ports
 from .settings import FASTEST, SLOWEST, TRAVEL, Settings
+from .stage import AXES, MEANINGS, STEPS_PER_UM, Limit, Message, Place, Refusal
 
 __all__ = ["Broadcast"]
 
@@ -51,14 +48,14 @@ class Broadcast:
         self.say("")
         self.silent = False
 
-    def hear(self, said: Heard, ended: Ended | None) -> None:
-        """Note what the machine says, and which point is not gone to any more with that, if any."""
+    def hear(self, message: Message, ended: Ended | None) -> None:
+        """Note a message of the machine, and the point that is not gone to any more with it."""
         self.silent = False
-        if isinstance(said, Limit):
-            self.say(f"A limit switch stopped {said.axis.upper()}. Move away from it.", bad=True)
-        elif isinstance(said, Refusal):
-            meaning = MEANINGS.get(said.reason, "it does not say more")
-            self.say(f"The machine refused: {meaning} ({said.reason}).", bad=True)
+        if isinstance(message, Limit):
+            self.say(f"A limit switch stopped {message.axis.upper()}. Move away from it.", bad=True)
+        elif isinstance(message, Refusal):
+            meaning = MEANINGS.get(message.reason, "it does not say more")
+            self.say(f"The machine refused: {meaning} ({message.reason}).", bad=True)
         else:
             self._reports += 1
             if ended is not None and ended.there:
@@ -73,7 +70,7 @@ class Broadcast:
         self._pages.tell("state", {
             "connected": machine.connected, "doing": busy.doing, "ports": ports.offered,
             "port": ports.chosen(settings.port), "note": self.note, "bad": self._bad,
-            "silent": self.silent, "limits": sorted(moves.limits), "goal": moves.goal,
+            "silent": self.silent, "limits": sorted(machine.limits), "goal": moves.goal,
             "ways": moves.ways, "pressed": self._switches.pressed if self._switches else []})
         self._pages.tell("place", {"um": Place.of(settings.steps), "steps": settings.steps,
                                    "reports": self._reports})

@@ -2,7 +2,7 @@
 
 from collections.abc import Hashable
 
-from fresa_host.positioner_lines import AXES
+from .stage import AXES
 
 __all__ = ["PATIENCE", "Jogging"]
 

@@ -4,13 +4,11 @@ import asyncio
 from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
-from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
-
 from ..console import UserError
 from .jogging import NOWHERE, Jogging
-from .line import Heard
 from .machine import Machine
 from .settings import Point
+from .stage import AXES, Limit, Message, Refusal, Steps
 
 __all__ = ["Ended", "Moves"]
 
@@ -36,22 +34,18 @@ class Moves:
         Which way each axis is held.
     goal : int or None
         The point that is being gone to.
-    limits : set of str
-        Axes that a limit switch has stopped, until they are moved.
     """
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
         self._speeds: tuple[int, ...] = ()  # that the machine was told
-        self.limits: set[str] = set()
         self.forget()
 
     def forget(self) -> None:
         """Begin anew, with a machine that stands still."""
-        self.ways, self._jogging = NOWHERE, Jogging()
+        self._release()
         self.end_going()
-        self.limits.clear()
 
     def end_going(self) -> None:
         """Note that no point is being gone to any more."""
@@ -81,15 +75,18 @@ class Moves:
             if way != before:
                 self._machine.jog(axis, way)
                 self.end_going()
-                if way:
-                    self.limits.discard(axis)
         self.ways = ways
 
     def stop(self) -> None:
         """End all movement, whoever holds what, and whatever stands in the line."""
         self._machine.stop()
         self.end_going()
+        self._release()
+
+    def _release(self) -> None:
+        """Hold nothing any more."""
         self.ways, self._jogging = NOWHERE, Jogging()
+        self._halts = self._machine.halts
 
     # Going to points, and speeds
 
@@ -105,7 +102,6 @@ class Moves:
         if steps is None:
             raise UserError(f"point {number} has an empty field: fill it in first")
         self.goal, self._there = number, steps
-        self.limits.clear()
 
     def knows_speeds(self, speeds: Sequence[int]) -> None:
         """Note which speeds the machine was told, when it was connected."""
@@ -120,20 +116,14 @@ class Moves:
                 self._machine.set_speed(axis, speed)
         self._speeds = tuple(speeds)
 
-    def hear(self, said: Heard) -> Ended | None:
-        """Take what the machine says; give a point that it does not go to any more by itself.
-
-        What it refuses on the way to a point may be that way: all movement is ended.
-        """
-        if isinstance(said, Limit):
-            self.limits.add(said.axis)
-            self.end_going()
-        elif isinstance(said, Refusal):
-            if self._machine.in_motion:
-                self.stop()
+    def hear(self, message: Message) -> Ended | None:
+        """Take a message; give a point that the machine does not go to any more by itself."""
+        if self._machine.halts != self._halts:
+            self._release()
+        if isinstance(message, Limit | Refusal):
             self.end_going()
         elif self.goal is not None and not self._machine.in_motion:
-            ended = Ended(self.goal, said == self._there)
+            ended = Ended(self.goal, message == self._there)
             self.end_going()
             return ended
         return None

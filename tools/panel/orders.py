@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping
 
-from fresa_host.positioner_lines import AXES, POINTS
-
 from ..console import UserError
 from .settings import FASTEST, SLOWEST, Point, um, whole
+from .stage import AXES, POINTS
 
 __all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_switch",
            "read_ways"]

@@ -5,13 +5,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from fresa_host import MachineError, Place, Port
+from fresa_host import MachineError, Port
 
 from ..console import UserError
 from ..web import Pages, View
 from .broadcast import Broadcast
 from .busy import Busy
-from .line import Heard
 from .machine import Machine
 from .moves import Moves
 from .orders import (
@@ -26,6 +25,7 @@ from .orders import (
 from .ports import Ports
 from .settings import TRAVEL, load, save
 from .simulated import Simulated
+from .stage import Message, Place
 
 __all__ = ["Panel"]
 
@@ -44,7 +44,7 @@ class PanelView:
 
 
 class Panel:
-    """The positioner, what is kept of it, and the pages that move it.
+    """The stage, what is kept of it, and the pages that move it.
 
     Parameters
     ----------
@@ -195,8 +195,8 @@ class Panel:
 
     # What the machine says
 
-    def _heard(self, said: Heard) -> None:
-        self._broadcast.hear(said, self._moves.hear(said))
+    def _heard(self, message: Message) -> None:
+        self._broadcast.hear(message, self._moves.hear(message))
         self._take_place()
         self._tell()
 

@@ -5,9 +5,8 @@ import os
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
-from fresa_host.positioner_lines import AXES, POINTS, Steps
-
 from ..console import UserError, warn, write_atomically
+from .stage import AXES, POINTS, Steps
 
 __all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Settings", "Point", "folder", "load", "save", "um",
            "whole"]

@@ -4,8 +4,8 @@ import threading
 from collections.abc import Callable
 from queue import SimpleQueue
 
-from fresa_host import LineLost
-from fresa_host.positioner_link import PositionerLink
+from fresa_host import LineLost, Port
+from fresa_host.session import Output
 
 __all__ = ["Writer"]
 
@@ -13,28 +13,26 @@ __all__ = ["Writer"]
 class Writer:
     """Sends what it is given, in that order, in a thread of its own.
 
-    A port that takes nothing holds nobody up but this thread. It is then lost, for who knows what
-    of an order went out; the link tells of that, and nothing more is sent.
+    A port that takes nothing holds up this thread alone. It is then lost, for it is not known what
+    of an order went out, and nothing more is sent.
 
     Parameters
     ----------
-    link : PositionerLink
+    port : Port
         Where to.
+    lost : callable
+        Called in that thread when the port is lost.
     """
 
-    def __init__(self, link: PositionerLink) -> None:
-        self._link = link
-        self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+    def __init__(self, port: Port, lost: Callable[[LineLost], None]) -> None:
+        self._port, self._lost = port, lost
+        self._work: SimpleQueue[Output | None] = SimpleQueue()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    def say(self, orders: bytes) -> None:
-        """Send orders, when those before are sent."""
-        self._work.put(lambda: self._link.send(orders))
-
-    def halt(self) -> None:
-        """End all movement, when what is before is handed to the port. See `PositionerLink`."""
-        self._work.put(self._link.halt)
+    def send(self, output: Output) -> None:
+        """Send bytes, when those before are handed to the port."""
+        self._work.put(output)
 
     def close(self) -> None:
         """Send what there is, and end."""
@@ -42,8 +40,11 @@ class Writer:
         self._thread.join()
 
     def _run(self) -> None:
-        while (work := self._work.get()) is not None:
+        while (output := self._work.get()) is not None:
             try:
-                work()
-            except LineLost:
+                if output.after_break:
+                    self._port.send_break()
+                self._port.write(output.data)
+            except LineLost as error:
+                self._lost(error)
                 return

@@ -9,7 +9,7 @@ from typing import Any
 
 from fresa.protocol import BAUD
 from tb.design import Design
-from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback
+from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback, why_slow
 from tb.machine import Machine, Option, Serve
 from tb.machines import machines
 
@@ -100,11 +100,10 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
             raise UserError(str(error)) from error
         except ValueError as error:
             raise UserError(f"a machine with these options cannot be simulated: {error}") from error
-    if note:
+    if note := note or why_slow(name):
         warn(note)
     if isinstance(made[0], AmaranthEngine):
-        warn("a second of the machine will take half a minute or so; with a C++ compiler "
-             "(g++ or clang++) it takes a second")
+        warn("a second of the machine will take half a minute or so")
     return made
 
 

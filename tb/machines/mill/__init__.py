@@ -80,6 +80,12 @@ def _scenarios():
     return [mill]
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes on a board, mills your picture (docs/board.md)",
     make=Mill,
@@ -89,6 +95,7 @@ MACHINE = Machine(
     real=_real,
     serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                 _served, {"switches": AUTOMATIC}),
+    fuzz=_fuzz,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "mill",

@@ -96,6 +96,12 @@ def _scenarios():
     return [positioner]
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
 MACHINE = Machine(
     name="positioner", order=2,
     about="three axes of a micropositioner, on the same line (docs/positioner.md)",
@@ -109,6 +115,7 @@ MACHINE = Machine(
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; commands such as  CONNECT  and line feed",
                 switches=lambda *, limit_ends, **options: limit_ends),
+    fuzz=_fuzz,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "positioner",

@@ -5,8 +5,8 @@ from fresa.machines.positioner import ANSWERS, PositionerTiming
 from fresa.protocol.positioner import Answer
 
 from ...bench import Run, bench
-from ...models.protocol import bits
-from ...scoreboard import scoreboard, ticks
+from ...scoreboard import monitor, scoreboard, ticks
+from ...uart import encode
 from .model import PositionerModel
 
 
@@ -19,75 +19,62 @@ def positioner(run: Run) -> str:
                           settle=5, report=10_000)
     dut = Positioner(timing=timing, backlash=(3, 0, 0))
     model = PositionerModel(timing=timing, bit=bit, backlash=(3, 0, 0))
-    said = bytearray()
+    received = bytearray()
     motors = [0, 0, 0]
-
-    async def listen(ctx):
-        """Read the line."""
-        while True:
-            while ctx.get(dut.tx):
-                await ctx.tick()
-            await ticks(ctx, bit // 2)
-            byte = 0
-            for place in range(8):
-                await ticks(ctx, bit)
-                byte |= ctx.get(dut.tx) << place
-            await ticks(ctx, bit)
-            said.append(byte)
 
     async def count(ctx):
         """Count what leaves the pins."""
         before = 0
         while True:
-            step, way = ctx.get(dut.step), ctx.get(dut.direction)
+            step, direction = ctx.get(dut.step), ctx.get(dut.direction)
             for n in range(3):
-                motors[n] += (step & ~before) >> n & 1 and (1 if way >> n & 1 else -1)
+                motors[n] += (step & ~before) >> n & 1 and (1 if direction >> n & 1 else -1)
             before = step
             await ctx.tick()
 
-    async def say(ctx, *lines):
-        for byte in "".join(f"{line}\n" for line in lines).encode():
-            for level in bits(byte):
-                ctx.set(dut.rx, level)
-                await ticks(ctx, bit)
+    async def send(ctx, *lines):
+        for level in encode("".join(f"{line}\n" for line in lines).encode(), bit):
+            ctx.set(dut.rx, level)
+            await ctx.tick()
         await ticks(ctx, 60)
 
     async def reports(ctx, x, y, z):
         """Wait for a report that began after this."""
-        seen = said.count(b"#")
-        while said.count(b"#") == seen or not said.endswith(b"\n"):
+        seen = received.count(b"#")
+        while received.count(b"#") == seen or not received.endswith(b"\n"):
             await ctx.tick()
-        run.expect("report", bytes(said).splitlines()[-1].decode(), f"# POS {x} {y} {z} :")
+        run.expect("report", bytes(received).splitlines()[-1].decode(), f"# POS {x} {y} {z} :")
 
     async def test(ctx):
         ctx.set(dut.rx, 1)
         await ticks(ctx, 50)
-        await say(ctx, "MOV MOT1 C", "CONNECT", "VEL MOT1 1500", "GOTO 4", "P 4 20 -6 0", "GOTO 4")
+        await send(ctx, "MOV MOT1 C", "CONNECT", "VEL MOT1 1500", "GOTO 4", "P 4 20 -6 0", "GOTO 4")
         run.see(ctx, dut, connected=1, enable=0b111)
         await ticks(ctx, 600)
         run.see(ctx, dut, moving=0)
         run.expect("pulses", motors, [23, -6, 0])  # 3 take up the backlash of X
         await reports(ctx, 20, -6, 0)
-        await say(ctx, "MOV MOT3 C", "STOP MOT3", "VEL MOT3 0")
+        await send(ctx, "MOV MOT3 C", "STOP MOT3", "VEL MOT3 0")
         jogged = motors[2]
         run.expect("jogged", jogged > 3, True)
         await reports(ctx, 20, -6, jogged)
         ctx.set(dut.limits, 0b010)
-        await say(ctx, "MOV MOT2 C")
+        await send(ctx, "MOV MOT2 C")
         run.expect("pulses", motors, [23, -6, jogged])
         run.see(ctx, dut, moving=0, buzzer=1)
-        await say(ctx, "ORIGIN", "HELLO")
+        await send(ctx, "ORIGIN", "HELLO")
         await reports(ctx, 0, 0, 0)
         far = "1431655765 -1717986919 -252645136"
-        await say(ctx, f"P 7 {far}", f"POS {far}", "GOTO 7")
+        await send(ctx, f"P 7 {far}", f"POS {far}", "GOTO 7")
         run.see(ctx, dut, moving=0)  # it is there
-        await say(ctx, "DISCONNECT")
+        await send(ctx, "DISCONNECT")
         run.see(ctx, dut, connected=0, enable=0, fault=0)
         run.expect("pulses", motors, [23, -6, jogged])
-        answers = [line + b"\n" for line in bytes(said).splitlines() if line.startswith(b"!")]
+        answers = [line + b"\n" for line in bytes(received).splitlines() if line.startswith(b"!")]
         run.expect("answers", answers, [ANSWERS[answer.value] for answer in (
             Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.COMMAND)])
 
-    run.simulate(dut, test, scoreboard(run, dut, model), listen, count, deadline=90_000)
+    run.simulate(dut, test, scoreboard(run, dut, model),
+                 monitor(run, dut.tx, bit, received), count, deadline=90_000)
     return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
             "pulses agreed all the while, and every clock was as the model has it")

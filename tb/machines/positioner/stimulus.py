@@ -5,9 +5,9 @@ import random
 import numpy as np
 from numpy.typing import NDArray
 
-from ...fuzz.positioner_lines import DIALECT
 from ...stimulus import BLOCK
-from ...uart import typed
+from ...uart import encode
+from .fuzz.lines import PROTOCOL
 
 __all__ = ["directed", "random_rows"]
 
@@ -30,27 +30,27 @@ def directed(bit: int, seed: int, clocks: int) -> dict[str, NDArray]:
         The same ones give the same stimulus.
     """
     rng = random.Random(seed)
-    line, rst = [1] * (2 * bit) + typed(DIALECT.begin, bit), [0] * clocks
+    line, rst = [1] * (2 * bit) + encode(PROTOCOL.begin, bit), [0] * clocks
     while len(line) < clocks:
-        line += typed(_line(rng), bit) + [1] * (rng.choice([2, 10, 40, 100, 200]) * bit)
+        line += encode(_line(rng), bit) + [1] * (rng.choice([2, 10, 40, 100, 200]) * bit)
         if rng.random() < 0.02 and len(line) < clocks:
             rst[len(line) - rng.randrange(bit)] = 1
-            line += [1] * bit + typed(DIALECT.begin, bit)
+            line += [1] * bit + encode(PROTOCOL.begin, bit)
     return _columns(rst, line[:clocks], _switches(rng, clocks, 100 * bit))
 
 
 def random_rows(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str, NDArray]:
     """Return the first rows of a random block: lines close by each other, floods, and noise."""
     rng = random.Random(f"{seed} {block}")
-    line = typed(DIALECT.begin, bit)
+    line = encode(PROTOCOL.begin, bit)
     while len(line) < BLOCK:
         kind = rng.randrange(16)
         if kind < 12:
-            line += typed(_line(rng), bit) + [1] * (rng.choice([0, 0, 1, 30, 200]) * bit)
+            line += encode(_line(rng), bit) + [1] * (rng.choice([0, 0, 1, 30, 200]) * bit)
         elif kind == 12:
-            line += typed(rng.randbytes(rng.randrange(12)), bit)
+            line += encode(rng.randbytes(rng.randrange(12)), bit)
         elif kind == 13:
-            line += typed(rng.choice([b"9" * 250, b"9" * 270, FLOOD]), bit)
+            line += encode(rng.choice([b"9" * 250, b"9" * 270, FLOOD]), bit)
         elif kind == 14:
             line += [rng.randrange(2) for _ in range(rng.randrange(20 * bit))]
         else:
@@ -65,13 +65,13 @@ def random_rows(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str,
 def _line(rng: random.Random) -> bytes:
     """Give a line: right, wrong, or with bytes changed."""
     kind = rng.randrange(10)
-    line = bytearray(rng.choice(SHORT) if kind < 4 else DIALECT.legal(rng) if kind < 9
-                     else rng.choice(DIALECT.quiet))
+    line = bytearray(rng.choice(SHORT) if kind < 4 else PROTOCOL.legal(rng) if kind < 9
+                     else rng.choice(PROTOCOL.quiet))
     if rng.random() < 0.15:
         for _ in range(rng.randrange(1, 4)):
             place = rng.randrange(len(line) + 1)
             line[place:place + rng.randrange(2)] = bytes(
-                rng.choices([*DIALECT.letters, rng.randrange(256)], k=rng.randrange(3)))
+                rng.choices([*PROTOCOL.letters, rng.randrange(256)], k=rng.randrange(3)))
     return bytes(line)
 
 

@@ -84,6 +84,12 @@ def _scenarios():
     return [single]
 
 
+def _fuzz():
+    from .fuzz import TARGET
+
+    return TARGET
+
+
 MACHINE = Machine(
     name="single", order=1,
     about="one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)",
@@ -98,6 +104,7 @@ MACHINE = Machine(
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("one motor; commands such as  :x100  and Return"),
+    fuzz=_fuzz,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "single",

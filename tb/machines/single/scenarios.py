@@ -4,8 +4,8 @@ from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
 
 from ...bench import Run, bench
-from ...scoreboard import scoreboard, ticks
-from ...uart import typed
+from ...scoreboard import monitor, scoreboard
+from ...uart import encode
 from .model import SingleModel
 
 BIT = 16
@@ -27,37 +27,24 @@ def single(run: Run) -> str:
     dut = Single(timing=timing, greeting=HELLO, help_text=HELP)
     model = SingleModel(bit=timing.bit, modulus=timing.modulus, rate=timing.rate, greeting=HELLO,
                         help_text=HELP)
-    said = bytearray()
+    received = bytearray()
 
-    async def listen(ctx):
-        while True:
-            while ctx.get(dut.tx):
-                await ctx.tick()
-            await ticks(ctx, BIT // 2)
-            byte = 0
-            for place in range(8):
-                await ticks(ctx, BIT)
-                byte |= ctx.get(dut.tx) << place
-            await ticks(ctx, BIT)
-            run.expect("stop bit", ctx.get(dut.tx), 1)
-            said.append(byte)
-
-    async def hear(ctx, text):
+    async def receive(ctx, text):
         for _ in range((len(text) + 2) * 10 * BIT):
-            if len(said) >= len(text):
+            if len(received) >= len(text):
                 break
             await ctx.tick()
-        run.expect("what was said", bytes(said), text)
-        said.clear()
+        run.expect("received", bytes(received), text)
+        received.clear()
 
     async def test(ctx):
         ctx.set(dut.rx, 1)
-        await hear(ctx, HELLO + HELP)
+        await receive(ctx, HELLO + HELP)
         for text, answer in SESSION:
-            for level in typed(text, BIT):
+            for level in encode(text, BIT):
                 ctx.set(dut.rx, level)
                 await ctx.tick()
-            await hear(ctx, answer)
+            await receive(ctx, answer)
             if text == b":e0\r":
                 run.see(ctx, dut, enable=0, coils=0, position=5)
         run.see(ctx, dut, position=2, moving=0, coils=PHASES[2], enable=1, fault=0)
@@ -66,9 +53,10 @@ def single(run: Run) -> str:
         await ctx.tick()
         ctx.set(run.rst, 0)
         run.see(ctx, dut, position=0, coils=PHASES[2])
-        await hear(ctx, HELLO + HELP)
+        await receive(ctx, HELLO + HELP)
 
-    run.simulate(dut, test, scoreboard(run, dut, model), listen, inside=("commands.speed",),
+    run.simulate(dut, test, scoreboard(run, dut, model), monitor(run, dut.tx, BIT, received),
+                 inside=("commands.speed",),
                  deadline=80_000)
     return (f"{len(SESSION)} frames, each answered once: 5 half steps forward, 3 back when power "
             "came again; none that was wrong changed anything; a reset made no step; every clock "

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...stimulus import BLOCK
-from ...uart import typed
+from ...uart import encode
 from .model import SingleInputs, SingleModel
 
 __all__ = ["directed", "frames", "random_rows"]
@@ -56,7 +56,7 @@ def directed(model: SingleModel, seed: int, clocks: int) -> dict[str, NDArray]:
     source = frames(rng)
     ready = False  # the motor is fast: it is slow after reset
     while len(levels["rx"]) < clocks:
-        for level in typed(next(source) if ready else b":v40000\r", model.bit):
+        for level in encode(next(source) if ready else b":v40000\r", model.bit):
             drive(level)
         for _ in range(rng.choice([2, 2, 2, 120]) * model.bit):
             drive(1)
@@ -76,9 +76,9 @@ def random_rows(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str,
     while len(line) < BLOCK:
         kind = rng.randrange(10)
         if kind < 6:
-            line += typed(next(source), bit) + [1] * (rng.choice([0, 0, 1, 30, 200]) * bit)
+            line += encode(next(source), bit) + [1] * (rng.choice([0, 0, 1, 30, 200]) * bit)
         elif kind < 8:
-            line += typed(rng.randbytes(rng.randrange(12)), bit)
+            line += encode(rng.randbytes(rng.randrange(12)), bit)
         elif kind == 8:
             line += [rng.randrange(2) for _ in range(rng.randrange(20 * bit))]
         else:

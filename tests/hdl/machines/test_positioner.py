@@ -16,6 +16,7 @@ from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.positioner.model import PositionerModel
 from tb.models.protocol import bits
 from tb.runners import ModelRunner
+from tb.uart import decode_output, encode
 
 NO_COMPILER = CXXRTLEngine.missing()
 PINS = ["tx", "step", "direction", "enable", "buzzer", "connected", "moving", "fault"]
@@ -37,23 +38,9 @@ def engine_of(timing: PositionerTiming = TIMING, **options):
     return kind(component("positioner", Positioner(timing=timing, **options)))
 
 
-def wave(text: bytes, period: int = BIT) -> list[int]:
-    """Put bytes on a line, one after the other."""
-    return [level for byte in text for bit in bits(byte) for level in [bit] * period]
-
-
-def decoded(line, period: int = BIT) -> list[tuple[int, int]]:
-    """Read the bytes on a line, and the clock in which each begins."""
-    line, found, clock = np.asarray(line), [], 0
-    while (low := np.flatnonzero(line[clock:] == 0)).size:
-        clock += int(low[0])
-        middles = line[clock + period // 2: clock + 10 * period: period]
-        if len(middles) < 10:
-            break
-        assert middles[9] == 1
-        found.append((clock, int(sum(int(level) << n for n, level in enumerate(middles[1:9])))))
-        clock += 10 * period - 1
-    return found
+def encoded(*lines: str) -> list[int]:
+    """Put lines on the serial line, one after the other."""
+    return encode("".join(f"{line}\n" for line in lines).encode(), BIT)
 
 
 class Desk:
@@ -74,11 +61,11 @@ class Desk:
         self.apply([1] * clocks)
 
     def say(self, *lines: str) -> None:
-        self.apply(wave("".join(f"{line}\n" for line in lines).encode()) + [1] * 60)
+        self.apply(encoded(*lines) + [1] * 60)
 
     @property
     def text(self) -> bytes:
-        return bytes(byte for _, byte in decoded(self.seen["tx"]))
+        return decode_output(self.seen["tx"], BIT).text
 
     @property
     def answers(self) -> list[str]:
@@ -162,7 +149,8 @@ class TestSession:
 
     def test_a_byte_without_stop_bit_damages_its_line_alone(self, desk):
         desk.say("CONNECT")
-        desk.apply(wave(b"MOV MOT1") + [0] * 10 * BIT + [1] * 20 + wave(b" C\nPOS 7 8 9\n"))
+        desk.apply(encode(b"MOV MOT1", BIT) + [0] * 10 * BIT + [1] * 20
+                   + encode(b" C\nPOS 7 8 9\n", BIT))
         assert desk.reported() == [7, 8, 9]
         assert desk.answers == ["! DAMAGED"]
 
@@ -173,8 +161,9 @@ class TestSession:
         for _ in range(15):
             desk.say("MOV MOT9 C", "GOTO 99", "FOO")
         desk.wait(12 * TIMING.report)
-        starts = dict(decoded(desk.seen["tx"]))
-        reports = [clock for clock, byte in starts.items() if byte == ord("#")]
+        output = decode_output(desk.seen["tx"], BIT)
+        reports = [clock for clock, byte in zip(output.starts, output.text, strict=True)
+                   if byte == ord("#")]
         assert set(np.diff(reports)) == {TIMING.report}
         lines = desk.text.split(b"\n")[:-1]
         assert all(REPORT.fullmatch(line + b"\n") or line + b"\n" in ANSWERS for line in lines)
@@ -185,7 +174,7 @@ class TestSession:
     def test_more_bad_lines_than_can_be_answered(self, desk):
         """No byte is lost, a stop acts at once all the same, and then all is well."""
         desk.say("CONNECT", "MOV MOT2 C")
-        desk.apply(wave(b"\n" * 150))
+        desk.apply(encode(b"\n" * 150, BIT))
         assert desk.engine.get("moving") == 0b010
         desk.say("STOP MOT2")
         assert desk.engine.get("moving") == 0
@@ -216,8 +205,7 @@ class TestSession:
     @pytest.mark.parametrize("after", [15, 33, 50, 90, 140])
     def test_a_break_that_cuts_a_byte_off_does_too(self, desk, after):
         desk.say("CONNECT", "MOV MOT1 C")
-        line = [level for byte in b"P 1 2 3 4" for level in bits(byte) for _ in range(BIT)]
-        desk.apply(line[:after * BIT // 10])
+        desk.apply(encode(b"P 1 2 3 4", BIT)[:after * BIT // 10])
         assert desk.engine.get("moving") == 0b001
         desk.apply([0] * 20 * BIT)
         assert desk.engine.get("moving") == 0
@@ -308,11 +296,11 @@ class TestTimes:
                 for n, rate in enumerate(rates, 1))
             engine.set(rx=1)
             engine.run(60)
-            engine.apply({"rx": wave(orders.encode()) + [1] * 100}, PINS)
-            busy = wave(b"FOO\nPOS 1 2\nP 1 2 3 4\nVEL MOT1 0\nSTOP MOT4\nCONNECT\n")
+            engine.apply({"rx": encode(orders.encode(), BIT) + [1] * 100}, PINS)
+            busy = encoded("FOO", "POS 1 2", "P 1 2 3 4", "VEL MOT1 0", "STOP MOT4", "CONNECT")
             seen = engine.apply({"rx": (busy * (400_000 // len(busy) + 1))[:400_000]}, PINS)
-        times = decoded(seen["tx"])
-        assert len(times) > 400_000 // 160 * 0.8
+        sent = decode_output(seen["tx"], BIT).text
+        assert len(sent) > 400_000 // 160 * 0.8
         for motor, rate in enumerate(rates):
             step = seen["step"] >> motor & 1
             rises = np.flatnonzero(np.diff(step.astype(int)) == 1)
@@ -332,10 +320,9 @@ class TestTimes:
         with engine_of(timing) as engine:
             engine.set(rx=1)
             engine.run(20_000)
-            for byte in orders.encode() + b"BUSY\n":
-                for level in bits(byte):
-                    engine.set(rx=level)
-                    changes = engine.run(5208, ["step"])
+            for level in encode(orders.encode() + b"BUSY\n", 1):
+                engine.set(rx=level)
+                changes = engine.run(5208, ["step"])
             changes = engine.run(1_000_000, ["step"])
         for motor, rate in enumerate(rates):
             step = changes.values["step"] >> motor & 1
@@ -362,7 +349,7 @@ def order(rng: random.Random) -> str:
 def stimulus(seed: int, clocks: int) -> dict[str, np.ndarray]:
     """A terminal, a line with noise, switches, and now and then a reset."""
     rng = random.Random(seed)
-    rx, limits = [1] * 40 + wave(b"CONNECT\n"), []
+    rx, limits = [1] * 40 + encoded("CONNECT"), []
     while len(rx) < clocks:
         line = bytearray(order(rng).encode() + b"\n")
         if rng.random() < 0.1:

@@ -21,7 +21,7 @@ from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.machines.single.model import BIPOLAR, UNIPOLAR, SingleModel
 from tb.machines.single.stimulus import directed, random_rows
 from tb.runners import ModelRunner
-from tb.uart import shown, typed
+from tb.uart import decode_output, encode
 
 NO_COMPILER = CXXRTLEngine.missing()
 OUTPUTS = ["tx", "coils", "enable", "position", "moving", "fault"]
@@ -67,12 +67,16 @@ def check(stimulus, *, engine: type[Engine] = AmaranthEngine, timing: SingleTimi
     return seen
 
 
+def sent(seen, timing: SingleTiming = TIMING) -> bytes:
+    return decode_output(seen["tx"], timing.bit).text
+
+
 def session(*frames: bytes, after: int = 0, engine: type[Engine] = AmaranthEngine,
             timing: SingleTiming = TIMING, pause: int = 20):
     """Type frames one after the other, `pause` bits apart; give all pins."""
     line = [1] * 4 * timing.bit
     for frame in frames:
-        line += typed(b":" + frame + b"\r", timing.bit) + [1] * pause * timing.bit
+        line += encode(b":" + frame + b"\r", timing.bit) + [1] * pause * timing.bit
     with single(engine, timing=timing) as machine:
         return machine.apply({"rx": line + [1] * after}, OUTPUTS)
 
@@ -106,7 +110,7 @@ class TestEveryClock:
         @given(st.lists(st.one_of(
             st.tuples(st.integers(0, 1), st.integers(1, 60)).map(lambda run: [run[0]] * run[1]),
             st.sampled_from([b":x9\r", b":v59999\r", b":e0\r", b":x?\r"]).map(
-                lambda text: typed(text, TIMING.bit))), max_size=6),
+                lambda text: encode(text, TIMING.bit))), max_size=6),
             st.lists(st.integers(0, 2000), max_size=2))
         def run(pieces, resets) -> None:
             line = [1] * 5 + [level for piece in pieces for level in piece] + [1] * 900
@@ -119,13 +123,13 @@ class TestEveryClock:
 class TestSession:
     def test_says_hello_and_does_nothing(self):
         seen = session(after=3000)
-        assert shown(seen["tx"], TIMING.bit) == HELLO
+        assert sent(seen) == HELLO
         assert not seen["position"].any() and not seen["moving"].any()
         assert seen["enable"].all() and set(seen["coils"][1:]) == {PHASES[0]}
 
     def test_goes_there_and_back(self):
         seen = session(b"v50000", b"x20", b"x?", b"x3", b"x?", pause=120)
-        assert shown(seen["tx"], TIMING.bit)[len(HELLO):].split() == [
+        assert sent(seen)[len(HELLO):].split() == [
             b"ok", b"ok", b"x:20", b"ok", b"ok", b"x:3", b"ok"]
         assert seen["position"].max() == 20 and seen["position"][-1] == 3
 
@@ -138,7 +142,7 @@ class TestSession:
     def test_a_bad_frame_changes_nothing(self):
         seen = session(b"e2", b"x10000", b"v0", b"x5a", b"", b"y", b"x" + b"0" * 126, pause=30,
                        after=2000)
-        assert shown(seen["tx"], TIMING.bit)[len(HELLO):].split(b"\r\n") == [
+        assert sent(seen)[len(HELLO):].split(b"\r\n") == [
             b"err range"] * 3 + [b"err number"] + [b"err command"] * 2 + [b"err length", b""]
         assert not seen["position"].any() and seen["enable"].all()
 
@@ -148,7 +152,7 @@ class TestSession:
         assert not seen["coils"][off[1:]].any()
         assert not seen["position"][:off[-1] + 2].any() and seen["position"][-1] == 6
         assert not seen["moving"][off].any()
-        assert b"x:0\r\n" in shown(seen["tx"], TIMING.bit)
+        assert b"x:0\r\n" in sent(seen)
 
     def test_a_new_set_point_is_turned_to_at_once(self):
         """In the middle of the way, with the next step."""
@@ -162,12 +166,12 @@ class TestSession:
     def test_more_frames_than_can_be_answered(self):
         """Nothing hangs: what does not fit is lost or refused, and then all is well again."""
         seen = session(*[b"x?"] * 200, pause=0, after=300_000, engine=fast())
-        lines = shown(seen["tx"], TIMING.bit)[len(HELLO):].split(b"\r\n")
+        lines = sent(seen)[len(HELLO):].split(b"\r\n")
         assert set(lines) == {b"x:0", b"ok", b"err command", b""}
         assert lines.count(b"x:0") == lines.count(b"ok") > 40
 
     def test_a_reset_moves_nothing(self):
-        rx = typed(b":v30000\r:x40\r", TIMING.bit) + [1] * 300
+        rx = encode(b":v30000\r:x40\r", TIMING.bit) + [1] * 300
         rst = [0] * (len(rx) - 250) + [1] + [0] * 249
         with single() as machine:
             seen = machine.apply({"rx": [1] * 9 + rx, "rst": [0] * 9 + rst}, OUTPUTS)
@@ -182,10 +186,10 @@ class TestTimes:
     def test_steps_are_exact_while_the_line_is_busy(self, speed):
         """The n-th step is less than a clock after its time, for all n, whatever is typed."""
         clocks = max(120_000, 4 * TIMING.modulus // speed)
-        line = typed(b":v%d\r:x9999\r" % speed, TIMING.bit)
+        line = encode(b":v%d\r:x9999\r" % speed, TIMING.bit)
         rng = random.Random(speed)
         while len(line) < clocks:  # nothing that changes speed or set-point
-            line += typed(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), TIMING.bit)
+            line += encode(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), TIMING.bit)
         with single(fast()) as machine:
             seen = machine.apply({"rx": [1] * 9 + line}, OUTPUTS)
         steps = np.flatnonzero(np.diff(seen["coils"].astype(int))[2:])
@@ -237,7 +241,7 @@ class TestRamp:
         """Type frames, and wait so many clocks."""
         line = [1] * 4 * TIMING.bit
         for piece in pieces:
-            line += [1] * piece if isinstance(piece, int) else typed(b":" + piece + b"\r",
+            line += [1] * piece if isinstance(piece, int) else encode(b":" + piece + b"\r",
                                                                      TIMING.bit)
         with single(fast(), ramp=self.RAMP) as machine:
             return machine.apply({"rx": line}, OUTPUTS)
@@ -289,7 +293,7 @@ class TestRamp:
     def test_above_the_top_and_without_power(self):
         """Faster than the ramp goes is as fast as it goes; power lost is speed lost."""
         seen = self.run(b"v9999", b"x400", b"v?", 25_000, b"e0", b"e1", 40_000)
-        assert b"v:9999\r\nok" in shown(seen["tx"], TIMING.bit)
+        assert b"v:9999\r\nok" in sent(seen)
         steps = np.flatnonzero(np.diff(seen["position"].astype(int)))
         took = np.diff(steps)
         assert took.min() in (59, 60) and seen["position"][-1] == 400

@@ -21,14 +21,14 @@ from fresa.protocol import (
 )
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.protocol import bits
+from tb.uart import decode_output, encode
 
 PERIOD = 16
 SKIP, WORD, NUMBER = range(3)
 
 
 class Echo(wiring.Component):
-    """Reads lines; who reads what of them is told by `reads`. Sends a number that it is told to."""
+    """Reads lines by the reader that `reads` selects. Sends the number when `send` is high."""
 
     rx: In(1)
     tx: Out(1)
@@ -76,7 +76,7 @@ class Echo(wiring.Component):
 
 
 def run(levels: list[int]) -> tuple[list[tuple], bytes]:
-    """Play a line; give what each line of text was taken for, and the bytes sent.
+    """Apply the levels of a line; return how each line of text was read, and the bytes sent.
 
     A number is sent when its line has ended well, and not before.
     """
@@ -106,30 +106,13 @@ def run(levels: list[int]) -> tuple[list[tuple], bytes]:
                 else:
                     right = False  # more than there should be
             engine.run(1)
-    return answers, bytes(decoded(sent))
-
-
-def decoded(line: list[int]):
-    """Yield the bytes on a line that is not disturbed."""
-    clock = 0
-    while clock < len(line):
-        if line[clock]:
-            clock += 1
-            continue
-        middles = [line[clock + bit * PERIOD + PERIOD // 2] for bit in range(10)]
-        assert (middles[0], middles[9]) == (0, 1)
-        yield sum(level << bit for bit, level in enumerate(middles[1:9]))
-        clock += 10 * PERIOD
-
-
-def line_of(text: bytes) -> list[int]:
-    return [level for byte in text for bit in bits(byte) for level in [bit] * PERIOD]
+    return answers, decode_output(sent, PERIOD).text
 
 
 class TestTogether:
     def test_frames(self):
-        answers, sent = run([1] * 9 + line_of(b"?:x12\r:v?\r:X4294967296\r:x\r:y1\r:v60 \r"
-                                              b":x123456789012\r:V7\r"))
+        answers, sent = run([1] * 9 + encode(
+            b"?:x12\r:v?\r:X4294967296\r:x\r:y1\r:v60 \r:x123456789012\r:V7\r", PERIOD))
         good = LineEnd.GOOD
         assert answers == [
             (good, True, 12, True), (good, True, None, True), (good, True, None, False),
@@ -144,13 +127,13 @@ class TestTogether:
         while len(noise) < 400 * PERIOD:
             kind = rng.randrange(4)
             if kind == 0:
-                noise += line_of(bytes(rng.choices(b":x?v0189\r +", k=rng.randrange(20))))
+                noise += encode(bytes(rng.choices(b":x?v0189\r +", k=rng.randrange(20))), PERIOD)
             elif kind == 1:
                 noise += [rng.randrange(2)] * rng.randrange(30 * PERIOD)
             elif kind == 2:
                 noise += [rng.randrange(2) for _ in range(rng.randrange(90))]
             else:
-                noise += line_of(bytes(rng.randrange(256) for _ in range(rng.randrange(8))))
-        answers, sent = run([1] * 9 + noise + [1] * 20 * PERIOD + line_of(b":x9876\r"))
+                noise += encode(rng.randbytes(rng.randrange(8)), PERIOD)
+        answers, sent = run([1] * 9 + noise + [1] * 20 * PERIOD + encode(b":x9876\r", PERIOD))
         assert answers[-1] == (LineEnd.GOOD, True, 9876, True)
         assert sent.endswith(b"9876")

@@ -3,11 +3,11 @@
 import asyncio
 import json
 from collections.abc import Callable
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from pathlib import Path
 
-from fresa_host import LineLost
-from fresa_host.positioner_link import PositionerLink
+from fresa_host import LineLost, Port
+from fresa_host.session import Output
 from tools.panel import Panel
 
 __all__ = ["PORT", "STOP", "Direct", "Site", "session"]
@@ -17,18 +17,18 @@ STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 
 class Direct:
-    """Says at once what the panel says in a thread of its own."""
+    """Sends at once what the panel sends in a thread of its own."""
 
-    def __init__(self, link: PositionerLink) -> None:
-        self._link = link
+    def __init__(self, port: Port, lost: Callable[[LineLost], None]) -> None:
+        self._port, self._lost = port, lost
 
-    def say(self, orders: bytes) -> None:
-        with suppress(LineLost):
-            self._link.send(orders)
-
-    def halt(self) -> None:
-        with suppress(LineLost):
-            self._link.halt()
+    def send(self, output: Output) -> None:
+        try:
+            if output.after_break:
+                self._port.send_break()
+            self._port.write(output.data)
+        except LineLost as error:
+            self._lost(error)
 
     def close(self) -> None:
         pass

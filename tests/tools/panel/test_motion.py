@@ -4,7 +4,7 @@ import asyncio
 
 import pytest
 
-from fresa_host import positioner_way as way
+from fresa_host import axis_monitor
 from tests.tools.panel.session import STOP, session
 from tools.panel import machine
 
@@ -63,7 +63,7 @@ def test_going_elsewhere_is_ended_and_told(fake, path, monkeypatch):
         await site.until(lambda: "did not get to point 1" in site.told("state")["note"])
         await site.until(lambda: fake.resting)
         assert site.told("state")["goal"] is None and site.told("state")["bad"]
-        monkeypatch.setattr(way, "STILL", 5)
+        monkeypatch.setattr(axis_monitor, "STILL", 5)
         site.do("go", number=2)
         await site.until(lambda: "did not get to point 2" in site.told("state")["note"])
         assert fake.steps == [0, 1568, 0]
@@ -98,13 +98,13 @@ def test_it_departs_to_what_the_point_was(fake, path):
 
 
 def test_a_machine_that_falls_silent_does_not_depart_later(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "PATIENCE", 0.1)
+    monkeypatch.setattr(machine, "REPORT_TIMEOUT_S", 0.5)
 
     async def what(site):
         await site.connect()
         fake.connected = False
         go(site, 1, 100)
-        await asyncio.sleep(0.15)
+        await asyncio.sleep(0.7)
         fake.connected = True
         await site.until(lambda: "did not get to point 1" in site.told("state")["note"])
         await settle(site)

@@ -5,10 +5,11 @@ import time
 
 import pytest
 
+from fresa_host import positioner_state
 from fresa_host.positioner_lines import Steps
 from tests.tools.panel.session import PORT, STOP, session
 from tools.console import UserError
-from tools.panel import connecting, line, machine, panel
+from tools.panel import machine, panel
 from tools.panel.settings import Settings, load, save
 
 
@@ -177,7 +178,7 @@ def test_a_place_that_was_told_does_not_freeze(fake, path):
         site.do("jog", ways=[1, 0, 0])
         begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
-        assert time.monotonic() < begun + connecting.PATIENCE / 2
+        assert time.monotonic() < begun + machine.REPORT_TIMEOUT_S / 2
 
     session(path, what)
 
@@ -233,7 +234,7 @@ def test_what_the_machine_complains_of_is_told(fake, path):
 
 
 def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "SILENCE", 0.1)
+    monkeypatch.setattr(positioner_state, "STALE_AFTER", 0.1)
 
     async def what(site):
         await site.connect()
@@ -251,7 +252,7 @@ def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
 
 
 def test_a_port_without_a_machine(fake, path, monkeypatch):
-    monkeypatch.setattr(line, "PATIENCE", 0.05)
+    monkeypatch.setattr(machine, "REPORT_TIMEOUT_S", 0.05)
     fake.refuse = {b"CONNECT": b""}
 
     async def what(site):
@@ -259,7 +260,7 @@ def test_a_port_without_a_machine(fake, path, monkeypatch):
         with pytest.raises(UserError, match="connecting: wait a moment"):
             site.do("connect", port=PORT)
         await site.until(lambda: site.told("state")["note"])
-        assert site.told("state")["note"] == f"no positioner reports at {PORT}: is it on?"
+        assert site.told("state")["note"] == f"no machine reports at {PORT}: is it on?"
         assert site.told("state")["bad"] and not site.told("state")["connected"] and fake.closed
 
     session(path, what)

@@ -9,7 +9,7 @@ import pytest
 from fresa_host import LineLost
 from tests.host.fake import BREAK
 from tests.tools.panel.session import PORT, STOP, session
-from tools.panel import connecting, jogging, panel
+from tools.panel import jogging, machine, panel
 
 
 def test_what_is_held_moves_and_what_is_let_go_stops(fake, path):
@@ -73,7 +73,7 @@ def test_a_machine_that_was_left_moving_is_stopped(fake, path):
 
 
 def test_a_machine_that_does_not_stop_is_not_connected(fake, path, monkeypatch):
-    monkeypatch.setattr(connecting, "PATIENCE", 0.1)
+    monkeypatch.setattr(machine, "REPORT_TIMEOUT_S", 0.1)
     fake.target, fake.refuse = [10**9, 0, 0], {b"STOP": b"! DAMAGED\n"}
 
     async def what(site):

@@ -5,11 +5,11 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from .inputs import LineProtocol
-from .line import DecodedByte
+from tb.fuzz.inputs import LineProtocol
+from tb.fuzz.line import DecodedByte
 
 __all__ = ["AXES", "BREAK", "PROTOCOL", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin",
-           "lines", "refusal"]
+           "refusal", "split_lines"]
 
 AXES, POINTS, LONGEST, TOP_SPEED, START_SPEED = 3, 7, 254, 1500, 200
 UP, DOWN = 2**31 - 1, -2**31
@@ -31,7 +31,7 @@ BREAK = "BREAK"
 """What is wrong with a line that is none: there is a break, in the middle of another."""
 
 
-def lines(decoded: Iterator[DecodedByte]) -> Iterator[Line]:
+def split_lines(decoded: Iterator[DecodedByte]) -> Iterator[Line]:
     """Give the lines among bytes, and the breaks."""
     text, damaged = bytearray(), False
     for clock, byte, error, broken in decoded:
@@ -87,7 +87,7 @@ def _legal(rng: random.Random) -> bytes:
     line = rng.choice([
         "CONNECT", "CONNECT", f"MOV MOT{motor} {way}", f"MOV MOT{motor} {way}", f"STOP MOT{motor}",
         f"VEL MOT{motor} {rng.randrange(1, TOP_SPEED + 1)}",
-        f"VEL MOT{motor} {rng.choice([0, 1, 1500, 1501])}",
+        f"VEL MOT{motor} {rng.choice([0, 1, TOP_SPEED, TOP_SPEED + 1])}",
         f"P {point} {near}", f"P {point} {near}", f"P {point} {anywhere}",
         f"GOTO {point}", f"GOTO {point}", f"GOTO {point}", "ORIGIN", f"POS {near}",
         f"POS {anywhere}", rng.choice(["", "GOTO 9", "FOO", "CONNECT ", "DISCONNECT",
@@ -99,7 +99,7 @@ PROTOCOL = LineProtocol(
     _legal, quiet=(b"CONNECT 1\n", b"FOO\n", b"\n", b"VEL MOT1 0\n", b"P 8 1 1 1\n", b"GOTO 0\n",
                    b"MOV MOT4 C\n", b"POS 1 2\n", b"STOP"),
     end=b"\n", letters=b"\n\r 0129-+CMOTPVELGSN", longest=LONGEST, room=0, answer=24,
-    begin=b"CONNECT\n", switches=AXES,
-    alive=b"DISCONNECT\nCONNECT\nPOS 0 0 0\nVEL MOT1 1500\nVEL MOT2 1499\nVEL MOT3 1000\n"
-          b"P 7 5 -9 11\nGOTO 7\nBYE\n")
-"""How one speaks to it."""
+    begin=b"CONNECT\n",
+    alive=b"DISCONNECT\nCONNECT\nPOS 0 0 0\nVEL MOT1 %d\nVEL MOT2 %d\nVEL MOT3 1000\n"
+          b"P 7 5 -9 11\nGOTO 7\nBYE\n" % (TOP_SPEED, TOP_SPEED - 1))
+"""Its line, for random inputs."""

@@ -1,4 +1,4 @@
-"""All mutants of a netlist in one simulation: a bit of every number is one of them.
+"""Bit-parallel simulation: all mutants of a netlist at once, each a bit of every number.
 
 A net is a whole number with a bit for each mutant, and bit 0 for the component as it is. A gate is
 one operation of Python on such numbers, so a thousand mutants cost hardly more than one.
@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from .netlist import FALSE, TRUE, Netlist
 
-__all__ = ["Lanes"]
+__all__ = ["ParallelSimulation"]
 
 Step: TypeAlias = Callable[[Sequence[int], Sequence[int]], tuple[list[int], list[int]]]
 
@@ -19,7 +19,7 @@ _TEXTS = {"$_AND_": "{0}&{1}", "$_OR_": "{0}|{1}", "$_XOR_": "{0}^{1}", "$_NAND_
           "$_MUX_": "{0}^({2}&({0}^{1}))"}
 
 
-class Lanes:
+class ParallelSimulation:
     """The component and some of its mutants, ready to run.
 
     Parameters
@@ -27,14 +27,14 @@ class Lanes:
     netlist : Netlist
         All of it.
     mutants : sequence of int
-        Numbers of those that run, in lanes 1, 2 and so on.
+        Numbers of those that run, in bits 1, 2 and so on.
     watch : sequence of int
         Nets to look at.
 
     Attributes
     ----------
     every : int
-        A bit for each lane.
+        All bits set.
     state : list of int
         Level of each flip-flop; power-up at first.
     """
@@ -51,17 +51,17 @@ class Lanes:
         """Begin anew."""
         self.state = [self.every if flop.init else 0 for flop in self._flops]
 
-    def without(self, mutants: Collection[int]) -> "Lanes":
+    def without(self, mutants: Collection[int]) -> "ParallelSimulation":
         """Return what is left without some mutants, if that is worth while; else all, as it is."""
         left = [number for number in self.mutants if number not in mutants]
         if len(left) > 0.7 * len(self.mutants):
             return self
-        lanes = Lanes(self._netlist, left, self._watch)
+        other = ParallelSimulation(self._netlist, left, self._watch)
         places = [0, *(place for place, number in enumerate(self.mutants, start=1)
                        if number not in mutants)]
-        lanes.state = [sum((level >> old & 1) << new for new, old in enumerate(places))
+        other.state = [sum((level >> old & 1) << new for new, old in enumerate(places))
                        for level in self.state]
-        return lanes
+        return other
 
     def look(self, inputs: Sequence[int]) -> tuple[list[int], list[int]]:
         """Return the next state, and the nets watched, with these inputs."""
@@ -71,10 +71,10 @@ class Lanes:
 def _compile(netlist: Netlist, mutants: Sequence[int], watch: Sequence[int], every: int) -> Step:
     """Write the netlist as one function. What depends on no mutant that runs is folded."""
     text = {FALSE: "0", TRUE: "A"}
-    lane = {netlist.switches[number]: 1 << place
+    bit_of = {netlist.switches[number]: 1 << place
             for place, number in enumerate(mutants, start=1)}
     for switch in netlist.switches:
-        text[switch] = str(lane[switch]) if switch in lane else "0"
+        text[switch] = str(bit_of[switch]) if switch in bit_of else "0"
     bits = [bit for row in netlist.inputs.values() for bit in row]
     sources = {flop.q for flop in netlist.flops} | set(bits)
     lines: list[tuple[int, str]] = []

@@ -1,17 +1,18 @@
-"""Frames of `single`: which are legal, what is wrong with others, and some by chance."""
+"""Frames of `single`: which are legal, what is wrong with others, and random ones."""
 
 import random
 import re
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
-from .inputs import LineProtocol
-from .line import DecodedByte
+from tb.fuzz.frames import Frame
+from tb.fuzz.frames import frames as split
+from tb.fuzz.inputs import LineProtocol
+from tb.fuzz.line import DecodedByte
 
-__all__ = ["ASKS", "PROTOCOL", "ENDS", "GREETING", "HELP", "LEGAL", "ROOM", "SPEEDS", "Frame",
-           "begin", "frames", "refusal", "word"]
+__all__ = ["ASKS", "ENDS", "GREETING", "HELP", "LEGAL", "PROTOCOL", "ROOM", "SPEEDS",
+           "START_SPEED", "begin", "frames", "refusal", "word"]
 
-POSITIONS, SPEEDS, LONGEST = 10_000, 60_000, 126
+POSITIONS, SPEEDS, START_SPEED, LONGEST = 10_000, 60_000, 100, 126
 ROOM = 127
 """Bytes and ends of frames that can wait."""
 
@@ -30,34 +31,9 @@ LEGAL = {b"X": range(POSITIONS), b"V": range(1, SPEEDS), b"E": range(2)}
 """Words that take a number, and which."""
 
 
-class Frame(NamedTuple):
-    """A frame that has ended: when, what is in it, and what is wrong with the bytes themselves."""
-
-    clock: int
-    text: bytes
-    wrong: str
-
-
-def frames(decoded: Iterator[DecodedByte], ends: bytes = ENDS, longest: int = LONGEST
-           ) -> Iterator[Frame]:
-    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
-
-    A byte outside that lacks its stop bit may have been a ``:``, and begins a damaged one.
-    """
-    text: bytearray | None = None
-    damaged = False
-    for clock, byte, error, _ in decoded:
-        if byte == ord(":"):
-            text, damaged = bytearray(), error
-        elif text is not None or error:
-            text = bytearray() if text is None else text
-            damaged |= error
-            if byte in ends:
-                wrong = "command" if damaged else "length" if len(text) > longest else ""
-                yield Frame(clock, bytes(text), wrong)
-                text = None
-            else:
-                text.append(byte)
+def frames(received: Iterator[DecodedByte]) -> Iterator[Frame]:
+    """Give the frames among bytes."""
+    return split(received, ENDS, LONGEST)
 
 
 def refusal(text: bytes) -> str:
@@ -81,7 +57,7 @@ def word(text: bytes) -> bytes:
 
 def begin(rates: Sequence[int]) -> bytes:
     """Give the frames that set a speed and begin a long way."""
-    return b":v%d\r:x9999\r" % tuple(rates)
+    return b":v%d\r:x%d\r" % (*rates, POSITIONS - 1)
 
 
 def _legal(rng: random.Random) -> bytes:
@@ -100,5 +76,5 @@ def _legal(rng: random.Random) -> bytes:
 PROTOCOL = LineProtocol(
     _legal, quiet=(b":x?\r", b":v?\r", b":d\r", b":e2\r", b":x-1\r", b":zz\r", b"\r", b"ab", b":"),
     end=b"\r", letters=b":\r?0129xvedXVED +-", longest=LONGEST, room=ROOM, answer=15,
-    begin=b":v30000\r", alive=b":e1\r:v59999\r:x0\r:x7\r:x?\r:v?\r")
-"""How one speaks to it."""
+    begin=b":v30000\r", alive=b":e1\r:v%d\r:x0\r:x7\r:x?\r:v?\r" % (SPEEDS - 1))
+"""Its line, for random inputs."""

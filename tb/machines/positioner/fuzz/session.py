@@ -5,12 +5,13 @@ from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from functools import partial
 
+from tb.fuzz.line import Text
+from tb.fuzz.trajectory import Failure
+
 from .axes import Axis
 from .limits import check_limit_reports
-from .line import Text
-from .positioner_lines import AXES, BREAK, Line, refusal
+from .lines import AXES, BREAK, Line, refusal
 from .reasons import Reasons, due
-from .trajectory import Failure
 
 __all__ = ["LineSession"]
 

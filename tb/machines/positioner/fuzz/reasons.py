@@ -7,7 +7,7 @@ was still busy with the byte before, all that may be is followed.
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
-from .trajectory import Failure
+from tb.fuzz.trajectory import Failure
 
 __all__ = ["Reasons", "due"]
 

@@ -1,17 +1,20 @@
-"""Lines that order something of the mill: which are right, and some by chance."""
+"""Lines with orders for the mill: which are right, and random ones."""
 
 import random
 import re
 import zlib
+from collections.abc import Iterator
 
-from .inputs import LineProtocol
-from .single_lines import Frame
+from tb.fuzz.frames import Frame
+from tb.fuzz.frames import frames as split
+from tb.fuzz.inputs import LineProtocol
+from tb.fuzz.line import DecodedByte
 
-__all__ = ["PROTOCOL", "DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "ROOM", "TELL", "UP",
-           "decode_request", "with_crc", "request"]
+__all__ = ["DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "PROTOCOL", "ROOM", "TELL", "UP",
+           "decode_request", "frames", "request", "with_crc"]
 
 SIDE = 400
-"""Places to go to are the corners of a square: so each way is along one of the 8 directions. They
+"""Places to go to are the corners of a square: so each move is along one of the 8 directions. They
 are so far from each other that orders have to wait."""
 
 LONGEST, ROOM, NUMBERS = 32, 63, 1 << 24
@@ -19,8 +22,13 @@ ENDS = b"\r\n"
 TELL, OPEN, GO, UP, DOWN = range(5)
 
 
+def frames(received: Iterator[DecodedByte]) -> Iterator[Frame]:
+    """Give the frames among bytes."""
+    return split(received, ENDS, LONGEST)
+
+
 def with_crc(digits: str) -> bytes:
-    """Put the check behind digits."""
+    """Append the CRC to digits."""
     crc = zlib.crc32(bytes.fromhex(digits[::-1])[::-1])
     return (digits + f"{crc:08X}"[::-1]).encode()
 
@@ -65,4 +73,4 @@ PROTOCOL = LineProtocol(
     alive=b"".join(line + _GAP * 9 for line in [
         request(OPEN), request(OPEN), request(OPEN, 5), request(GO, 5, 1, 0, SIDE),
         request(GO, 5, 2, SIDE, SIDE), request(DOWN, 5, 3), request(UP, 5, 4), request(TELL)]))
-"""How one speaks to it."""
+"""Its line, for random inputs."""

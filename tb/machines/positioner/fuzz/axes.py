@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .positioner_lines import AXES, DOWN, START_SPEED, UP
-from .trajectory import Effect, Failure, Mode, Steps
+from tb.fuzz.trajectory import Effect, Failure, Mode, Steps
+
+from .lines import AXES, DOWN, START_SPEED, UP
 
 __all__ = ["Axis", "Ends", "load_steps"]
 

@@ -1,20 +1,20 @@
 """Orders over a serial line: what each line is answered, and where the tool may go."""
 
 import re
-from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .floods import PROMPT, Backlog, beyond_room, out_of_turn, unanswered
-from .line import CUT, Text
-from .order_lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, decode_request, with_crc
-from .single_lines import Frame
-from .trajectory import Failure, Steps
+from tb.fuzz.answers import AnswerSession
+from tb.fuzz.frames import Frame
+from tb.fuzz.line import CUT, Text
+from tb.fuzz.trajectory import Failure, Steps
 
-__all__ = ["OrderSession", "AcceptedOrder", "check_moves", "motors"]
+from .lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, decode_request, with_crc
+
+__all__ = ["AcceptedOrder", "OrderSession", "check_moves", "motors"]
 
 WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
 """Coil words, ascending."""
@@ -22,7 +22,7 @@ WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
 DEPTH = 2
 """Orders that may wait."""
 
-ANSWER = re.compile(rb"=([0-9A-F]{30})\r\n")
+ANSWER = rb"=[0-9A-F]{30}\r\n"
 (TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
 
 
@@ -91,123 +91,63 @@ def check_moves(orders: Sequence[AcceptedOrder], steps: Sequence[Steps], period:
                                "before it is over") for n in early[:1]]
 
 
-class OrderSession:
-    """What lines ask for, and what they were answered.
-
-    Parameters
-    ----------
-    output : Text
-        What the machine said.
-    floods : sequence of pairs
-        From which clock to which there were more lines than could be answered.
-    ends : sequence of int
-        When bytes came that end a line.
-    byte : int
-        Clocks of a byte.
+class OrderSession(AnswerSession):
+    """What lines ask for, and what they were answered; see `AnswerSession`.
 
     Attributes
     ----------
-    accepted : list of Taken
+    accepted : list of AcceptedOrder
         Orders to be carried out.
     """
 
+    room = ROOM
+    longest_answer = len("=\r\n") + 30
+
     def __init__(self, output: Text, floods: Sequence[tuple[int, int]], ends: Sequence[int],
                  byte: int) -> None:
-        self._output, self._floods, self._ends, self._byte = output, floods, ends, byte
+        super().__init__(output, floods, ends, byte)
         self.accepted: list[AcceptedOrder] = []
-        self.failures: list[Failure] = []
-        self.answers = 0
         self._session = self._number = self._done = 0
 
-    def run(self, given: Iterator[Frame]) -> None:
-        """Look at all of it, up to the first answer that is wrong."""
-        place, last, flooded = 0, -1, []
-        backlog = Backlog(ROOM, self._byte)
-        floods = iter([*self._floods, (1 << 62, 1 << 62)])
-        begin, end = next(floods)
-        for frame in given:
-            while frame.clock >= end:
-                place = self._flood(flooded, last, place, end)
-                (begin, end), flooded, backlog = next(floods), [], Backlog(ROOM, self._byte)
-            if frame.clock >= begin and not (end < CUT and backlog.fits(frame)):
-                flooded.append(frame)
-                continue
-            place, last = self._answer(frame, place), frame.clock
-            if self.failures:
-                return
-            if frame.clock >= begin:
-                backlog.answered(frame, self._output.starts[place - 1])
-        if begin < 1 << 62:
-            place = self._flood(flooded, last, place, end)
-        if place < len(self._output.text):
-            self._fail(self._output.starts[place], f"an answer to no line: "
-                       f"{self._output.text[place:place + 40]!r}")
+    def pattern(self, frame: Frame) -> bytes:
+        """Give a regular expression for every answer."""
+        return ANSWER
 
-    def _fail(self, clock: int, message: str) -> None:
-        self.failures.append(Failure(clock, "answer", message))
+    def flood_pattern(self, frames: Sequence[Frame]) -> bytes:
+        """Give a regular expression for every answer."""
+        return ANSWER
 
-    def _flood(self, flooded: Sequence[Frame], last: int, place: int, end: int) -> int:
-        """Look at the answers to what is left of a flood behind the last line that had room.
+    def may(self, answer: bytes, frame: Frame | None) -> bool:
+        """Say whether an answer may be to a frame, or to what loss has left of some."""
+        outcome = int(answer[1:2], 16)
+        return outcome == DAMAGED or bool(frame and outcome in self._outcomes(frame))
 
-        Each says what is so, or that a line was damaged.
+    def least(self, answer: bytes, frames: Sequence[Frame]) -> int:
+        """Give the bytes that wait, at least, of a line with an answer, with the end."""
+        return 1 if int(answer[1:2], 16) == DAMAGED else LONGEST + 1
 
-        Lines may be lost; nothing is left to wait. Bytes may be lost between lines too: then what
-        follows, up to a return, is a damaged line more.
-        """
-        stop = self._output.before(end)
-        answers = list(ANSWER.finditer(self._output.text, place, stop))
-        if sum(len(answer[0]) for answer in answers) != stop - place and end < CUT:
-            self._fail(end, "a flood is answered by what is no answer")
-        if flooded and not answers and end < CUT:
-            self._fail(end, f"{len(flooded)} lines of a flood have no answer")
-        begun = [(self._output.starts[answer.start()], answer[1]) for answer in answers]
-        ends = self._ends[bisect_right(self._ends, last):bisect_left(self._ends, end)]
-        wrong = out_of_turn(begun, ends, flooded, self._may)
-        if wrong is not None:
-            clock, text = begun[wrong]
-            self._fail(clock, f"a flood is answered by {text!r}, which is out of turn")
-        sizes = [(clock, 1 if int(text[:1], 16) == DAMAGED else LONGEST + 1)
-                 for clock, text in begun]
-        if (wrong := beyond_room(sizes, ends, ROOM)) is not None:
-            self._fail(begun[wrong][0], "more lines are answered behind a flood than "
-                       f"{ROOM} bytes can be")
-        self.failures += unanswered(flooded, self._output, self._byte, end)
-        for answer in answers:
-            outcome, *_ = fields = self._fields(answer[1].decode())
-            if outcome not in (TOLD, DAMAGED) or not self._is_so(fields):
-                self._fail(end, f"a flood is answered by {answer[0]!r}")
-        self.answers += len(answers)
-        return stop
-
-    def _may(self, answer: bytes, frame: Frame | None) -> bool:
-        return int(answer[:1], 16) == DAMAGED or bool(
-            frame and int(answer[:1], 16) in self._outcomes(frame))
-
-    def _answer(self, frame: Frame, place: int) -> int:
-        """Look at the answer to a line; say where it ends."""
-        starts = self._output.starts
-        found = ANSWER.match(self._output.text, place)
-        before = (starts[place - 1] if place else 0) + self._byte
-        due = max(frame.clock, before) + PROMPT * self._byte
-        if not found or not frame.clock < starts[place] <= due:
-            shown = self._output.text[place:place + 42]
-            self._fail(starts[place] if shown else due, f"line {frame.text!r} is answered by "
-                       f"{shown!r} {starts[place] - frame.clock if shown else ''} clocks later")
-            return place
-        self.answers += 1
-        outcome, *_ = fields = self._fields(found[1].decode())
-        right = self._outcomes(frame)
-        before = self._session, self._number
-        if outcome in right:
+    def obey(self, frame: Frame, found: re.Match[bytes]) -> None:
+        """Check the fields of the answer to a line, and note what it orders."""
+        outcome, *_ = fields = self._fields(found[0])
+        right = outcome in self._outcomes(frame)
+        if right:
             self._do(frame, outcome)
-        else:
-            self._session, self._number = before
-        if outcome not in right or not self._is_so(fields):
-            self._fail(starts[place], f"line {frame.text!r} is answered by {found[0]!r}")
-        return found.end()
+        if not right or not self._is_so(fields):
+            self.fail(self.output.starts[found.start()],
+                      f"line {frame.text!r} is answered by {found[0]!r}")
 
-    def _fields(self, digits: str) -> tuple[int, ...]:
+    def may_obey(self, frame: Frame, end: int) -> None:
+        """Do nothing: no line of a flood orders anything."""
+
+    def check_flooded(self, answer: bytes, end: int) -> None:
+        """Check that an answer in a flood gives the state, or says that a line was damaged."""
+        outcome, *_ = fields = self._fields(answer)
+        if outcome not in (TOLD, DAMAGED) or not self._is_so(fields):
+            self.fail(end, f"a flood is answered by {answer!r}")
+
+    def _fields(self, answer: bytes) -> tuple[int, ...]:
         """Split an answer: outcome, state, session, taken, done; outcome -1 if it is damaged."""
+        digits = answer.decode()[1:-2]
         if with_crc(digits[:-8]) != digits.encode():
             return (-1,) * 5
         return tuple(int(digits[a:b], 16) for a, b in [(0, 1), (1, 2), (2, 10), (10, 16), (16, 22)])

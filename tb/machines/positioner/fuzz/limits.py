@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .trajectory import Failure
+from tb.fuzz.trajectory import Failure
 
 __all__ = ["check_buzzer", "check_limit_reports"]
 

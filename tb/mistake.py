@@ -1,0 +1,186 @@
+# amaranth: UnusedElaboratable=no
+
+# pyright: reportIncompatibleMethodOverride=false, reportAssignmentType=false
+# pyright: reportGeneralTypeIssues=false
+
+"""A mistake in a design: what a signal that is named becomes, whatever the source text says.
+
+The fragment is changed and not the source, so the mistake is in the design for every engine, for
+the netlist and for proofs.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from typing import Any
+
+from amaranth import Fragment, Signal, Value
+from amaranth.hdl import _ast
+from amaranth.hdl._xfrm import StatementTransformer, ValueTransformer
+from amaranth.lib import wiring
+
+from .design import Design
+
+__all__ = ["Find", "Mistake"]
+
+Find = Callable[[str], Any]
+"""Gives a signal of the design by its path."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A mistake to plant in a design.
+
+    A path is the names of the submodules that lead to a signal, and its own, such as
+    ``driver.coils``. The first of them may be left out as long as one signal is meant. Ports of the
+    design have a name alone.
+
+    Attributes
+    ----------
+    path : str
+        Of a signal that statements assign: a register, or one that is combinational.
+    becomes : callable, optional
+        Gives what is assigned instead: is given what is assigned without the mistake, for a
+        register its next value, and a function that finds other signals by their paths.
+    reset_less : bool, optional
+        Whether the register keeps its value in a reset.
+    """
+
+    path: str
+    becomes: Callable[[Any, Find], Any] | None = None
+    reset_less: bool | None = None
+
+    def planted(self, design: Design) -> Design:
+        """Return a design with the mistake in it; the one that is given is not used any more.
+
+        Raises
+        ------
+        LookupError
+            If no signal has a path, or several have, or nothing assigns the one to change.
+        """
+        fragment = Fragment.get(design.top, None)
+        self.plant(fragment, {**design.inputs, **design.outputs})
+        return replace(design, top=fragment)
+
+    def plant(self, fragment: Fragment, ports: dict[str, Any] | None = None) -> None:
+        """Plant it in a fragment; raises as :meth:`planted` does.
+
+        Parameters
+        ----------
+        fragment : Fragment
+            Is changed.
+        ports : dict of str to Value, optional
+            Signals that have a name alone.
+        """
+        def find(path: str) -> Any:
+            if ports and path in ports:
+                return Value.cast(ports[path])
+            return _find(fragment, path)
+
+        signal = find(self.path)
+        if self.reset_less is not None:
+            signal._reset_less = self.reset_less
+        if self.becomes is None:
+            return
+        inside, domain = _driver(fragment, signal, self.path)
+        right: Any = Signal.like(signal, name=f"{signal.name}_right", attrs={})
+        wrong = self.becomes(right, find)
+        statements = inside.statements[domain]
+        inside.statements[domain] = type(statements)()
+        if domain == "comb":
+            rest = _Assigning(lambda s: right if s is signal else s)(statements)
+        else:
+            following = _Assigning(lambda s: right if s is signal else _unused(s),
+                                   only=signal)(statements)
+            inside.add_statements("comb", right.eq(signal), *following)
+            rest = _Assigning(lambda s: _unused(s) if s is signal else s,
+                              without=signal)(statements)
+        inside.add_statements(domain, *rest, signal.eq(wrong))
+
+
+def _unused(signal: Signal) -> Signal:
+    """Take what is assigned together with a signal, and is of no use."""
+    return Signal.like(signal, name=f"{signal.name}_unused", attrs={})
+
+
+class _Targets(ValueTransformer):
+    """Put other signals on the left-hand side of an assignment; what it reads stays."""
+
+    def __init__(self, other: Callable[[Signal], Signal]) -> None:
+        self._other = other
+
+    def on_Signal(self, value):
+        return self._other(value)
+
+    def on_Part(self, value):
+        return _ast.Part(self.on_value(value.value), value.offset, value.width, value.stride)
+
+    def on_SwitchValue(self, value):
+        return _ast.SwitchValue(value.test, [(patterns, self.on_value(one))
+                                             for patterns, one in value.cases])
+
+
+class _Assigning(StatementTransformer):
+    """Assign to other signals; leave out assignments that are not `only` to one, or to one."""
+
+    def __init__(self, other: Callable[[Signal], Signal], *, only: Signal | None = None,
+                 without: Signal | None = None) -> None:
+        self._targets, self._only, self._without = _Targets(other), only, without
+
+    def on_Assign(self, stmt):
+        signals = list(stmt._lhs_signals())
+        if self._only is not None and not any(s is self._only for s in signals):
+            return []
+        if self._without is not None and all(s is self._without for s in signals):
+            return []
+        return _ast.Assign(self._targets(stmt.lhs), stmt.rhs)
+
+    def on_Print(self, stmt):
+        return [] if self._only is not None else stmt
+
+    on_Property = on_Print
+
+
+def _walk(fragment: Fragment, path: str = "") -> Iterator[tuple[str, Fragment]]:
+    yield path, fragment
+    for inner, name, _ in fragment.subfragments:
+        yield from _walk(inner, f"{path}{name}.")
+
+
+def _driver(fragment: Fragment, signal: Signal, path: str) -> tuple[Fragment, str]:
+    for _, inside in _walk(fragment):
+        for domain, statements in inside.statements.items():
+            if any(s is signal for s in statements._lhs_signals()):
+                return inside, domain
+    raise LookupError(f"nothing assigns {path!r} in this design")
+
+
+def _named(fragment: Fragment) -> Iterator[tuple[str, Signal]]:
+    """Name registers, the ports of components, and what else statements assign."""
+    ports: dict[int, tuple[str, Any]] = {}
+    for path, inside in _walk(fragment):
+        for origin in inside.origins or ():
+            if isinstance(origin, wiring.Component):
+                for names, _, value in origin.signature.flatten(origin):
+                    port = Value.cast(value)
+                    ports.setdefault(id(port), (f"{path}{'__'.join(map(str, names))}", port))
+    assigned = [(domain, id(signal), (f"{path}{signal.name}", signal))
+                for path, inside in _walk(fragment)
+                for domain, statements in inside.statements.items()
+                for signal in statements._lhs_signals() if isinstance(signal, Signal)]
+    yield from (ports.get(key, named) for domain, key, named in assigned if domain != "comb")
+    yield from ports.values()
+    yield from (named for domain, key, named in assigned if domain == "comb" and key not in ports)
+
+
+def _find(fragment: Fragment, path: str) -> Signal:
+    names: dict[str, Signal] = {}
+    for name, signal in _named(fragment):
+        names.setdefault(name, signal)
+    found = [name for name in names if name == path or name.endswith(f".{path}")]
+    if path in found or len(found) == 1:
+        return names[path if path in found else found[0]]
+    if found:
+        raise LookupError(f"{path!r} may be {', '.join(found)}")
+    near = get_close_matches(path, names, 5, 0)
+    raise LookupError(f"no signal {path!r} in this design; there are {', '.join(near)} ...")

@@ -1,0 +1,23 @@
+"""The machine of the panel: a stage of three axes. What else is here names no machine."""
+
+from fresa.machines.positioner import TOP_SPEED
+from fresa_host.place import Place
+from fresa_host.positioner_lines import (
+    AXES,
+    MEANINGS,
+    POINTS,
+    STEPS_PER_UM,
+    Limit,
+    Refusal,
+    Steps,
+)
+from fresa_host.positioner_session import PositionerSession as StageSession
+from fresa_host.positioner_state import Message
+
+from ..serve import servable
+
+__all__ = ["AXES", "MEANINGS", "POINTS", "SERVED", "STEPS_PER_UM", "TOP_SPEED", "Limit", "Message",
+           "Place", "Refusal", "StageSession", "Steps"]
+
+#: The same in simulation.
+SERVED = servable()["positioner"]
