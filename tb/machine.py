@@ -19,6 +19,7 @@ from .diagram import Diagram
 from .engines import Engine
 
 if TYPE_CHECKING:
+    from .faults.target import FaultTarget
     from .fuzz import FuzzTarget
 
 __all__ = ["Coverage", "Machine", "Model", "Option", "Options", "Serve"]
@@ -176,6 +177,8 @@ class Machine:
         What its stimulus is expected to come by.
     fuzz : callable, optional
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
+    faults : callable, optional
+        Gives its builds for fault injection, each a `tb.faults.target.FaultTarget`.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -199,6 +202,7 @@ class Machine:
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
+    faults: "Callable[[], Sequence[FaultTarget]] | None" = None
     order: int = 100
 
     @property

@@ -21,6 +21,31 @@ ROOMS = {  # what each may import beside the standard library and itself
     "launcher": {"tools"},
 }
 
+LAYERS = {  # rooms of a package, from the bottom: each may import those of its line and before
+    "tb": {
+        "what runs": "design mistake models rtlil yosys",
+        "what runs it": "engines",
+        "what is at its pins": "pins plant uart waves",
+        "what is proved, and compared with VHDL": "contracts vhdl",
+        "boards, benches and stimulus, in general": "bench boards compare diagram milling stimulus",
+        "machines, each declared once": "machine machines fuzz scoreboard",
+        "what runs them all alike": "benches runners",
+        "checks of them all": "cosim coverage faults mutation netlist shrink",
+        "the command": "__main__",
+    },
+    "tools": {
+        "what commands share": "console",
+        "parts of commands": "campaign cut_picture job keyboard pace picture raster record_page "
+                             "synthesis web",
+        "checks": "bench cosim coverage faults fuzz mutate netlist prove record vhdl",
+        "pictures and waveforms": "image wave",
+        "what uses these": "diagrams send simulate",
+        "what is built of them": "board build machines serve",
+        "the panel, which serves its machine": "panel",
+        "the list": "__main__",
+    },
+}
+
 
 def imports(path: Path) -> set[str]:
     """Top-level packages that a file imports, anywhere in it."""
@@ -39,6 +64,43 @@ def test_arrows_point_downwards(room):
     for path in (ROOT / room).rglob("*.py"):
         foreign = imports(path) - set(sys.stdlib_module_names) - {own}
         assert foreign <= ROOMS[room], path
+
+
+def rooms(package: str) -> dict[str, set[str]]:
+    """Return the modules and packages of a package, each with those of them that it imports."""
+    top = ROOT / package
+    found = {}
+    for path in top.rglob("*.py"):
+        parts = path.relative_to(top).with_suffix("").parts
+        used = found.setdefault(parts[0], set()) if parts != ("__init__",) else set()
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                module = node.module.split(".") if node.module else []
+                outer = [package, *parts][:-node.level] if node.level else []
+                names = [*outer, *module]
+                if names[:1] == [package]:
+                    used.update(names[1:2] or (alias.name for alias in node.names))
+    return {name: (used & found.keys()) - {name} for name, used in found.items()}
+
+
+@pytest.mark.parametrize("package", LAYERS)
+def test_rooms_know_those_before_them(package):
+    found = rooms(package)
+    layers = [layer.split() for layer in LAYERS[package].values()]
+    assert sorted(found) == sorted(name for layer in layers for name in layer)
+    for number, layer in enumerate(layers):
+        known = {name for before in layers[:number + 1] for name in before}
+        for name in layer:
+            assert found[name] <= known, f"{package}/{name}"
+
+
+@pytest.mark.parametrize("package", LAYERS)
+def test_every_room_says_what_it_is(package):
+    for name in rooms(package):
+        path = ROOT / package / name
+        path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+        about = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+        assert about.endswith("."), path
 
 
 def test_platform_is_still_the_standard_library():

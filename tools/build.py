@@ -166,7 +166,7 @@ def _parser(machine: str, known: Mapping[str, Kind]) -> argparse.ArgumentParser:
     parser.add_argument("--board", metavar="NAME", choices=BOARDS, default="nexys2-500",
                         help=f"one of: {', '.join(BOARDS)} (default: %(default)s)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,
-                        help="folder to write to (default: build/MACHINE-BOARD)")
+                        help="folder to write to (default: build/MACHINE-BOARD, where you are)")
     parser.add_argument("--no-report", dest="report", action="store_false",
                         help="write the sources alone: no count of resources, no simulated cut")
     known[machine].add_options(parser)

@@ -55,7 +55,7 @@ def spelt(text: str) -> str:
 
 
 class UserError(Exception):
-    """Something that the person at the keyboard can put right; its text says how in one line."""
+    """An error that the user can put right; its text, one line, is how."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -88,14 +88,14 @@ class Parser(argparse.ArgumentParser):
 
 
 def colour(text: str, code: int, stream: TextIO) -> str:
-    """Give `text` the colour `code` (31 is red) if `stream` is a terminal that wants colours."""
+    """Colour `text` by `code` (31 is red) if `stream` is a terminal that wants colours."""
     plain = "NO_COLOR" in os.environ or os.environ.get("TERM") == "dumb"
     return text if plain or not stream.isatty() else f"\x1b[{code}m{text}\x1b[0m"
 
 
 def say(text: str) -> None:
     """Print to stdout. What its encoding lacks, such as odd bytes of a file name, is escaped."""
-    if sys.stdout is None:  # closed by whoever called
+    if sys.stdout is None:  # closed by the caller
         return
     encoding = sys.stdout.encoding or "utf-8"
     print(spelt(text).encode(encoding, "backslashreplace").decode(encoding))
@@ -129,7 +129,7 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
         except UserError as error:
             message, status = str(error), 2
         except BrokenPipeError:
-            # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
+            # The reader of our output has left. Python flushes stdout at exit: give it a sink.
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
             return 1
         except OSError as error:
@@ -185,7 +185,7 @@ def _cache() -> Iterator[None]:
 
 
 def describe(error: OSError) -> str:
-    """Say what the system said, without number or traceback."""
+    """Return the message of the system, without number or traceback."""
     reason = error.strerror or str(error) or type(error).__name__
     return reason if error.filename is None else f"{error.filename}: {reason}"
 
@@ -260,7 +260,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
 
 @contextmanager
 def staged(path: Path) -> Iterator[Path]:
-    """Give a place beside `path` to write a large file to; it gets its name when all went well.
+    """Yield a place beside `path` to write a large file to; it gets its name when all went well.
 
     Raises
     ------
@@ -363,7 +363,7 @@ def whole(least: int, most: int | None = None) -> Callable[[str], int]:
 
 
 def known(name: str, names: Iterable[str], what: str) -> str:
-    """Give back a name if it is one of `names`.
+    """Return a name if it is one of `names`.
 
     Raises
     ------
@@ -379,7 +379,7 @@ def known(name: str, names: Iterable[str], what: str) -> str:
 
 
 def is_special(path: Path) -> bool:
-    """Say whether something is there that is neither a file nor a folder, such as a pipe."""
+    """Return whether something is there that is neither a file nor a folder, such as a pipe."""
     return path.exists() and not path.is_file() and not path.is_dir()
 
 

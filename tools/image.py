@@ -135,7 +135,7 @@ def picture_from_arguments(args: argparse.Namespace) -> Prepared:
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.image", description=ABOUT, epilog=EXAMPLES)
     parser.add_argument("image", metavar="PICTURE", type=Path, help="PNG, JPEG, GIF, BMP, TIFF ...")
     parser.add_argument(

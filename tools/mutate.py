@@ -306,7 +306,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--least", metavar="PERCENT", type=_percent, default=99.0,
                         help="killed of those that are not equivalent (default: 99)")
     parser.add_argument("--state", metavar="FILE", type=Path, default=STATE,
-                        help="keep what is known there (default: build/mutate/state.json)")
+                        help="keep what is known there (default: build/mutate/state.json of the "
+                             "checkout)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes (default: all cores)")

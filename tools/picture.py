@@ -53,7 +53,7 @@ Mirror = Literal["horizontal", "vertical"]
 
 
 class PictureError(UserError, ValueError):
-    """A picture that cannot be read or milled. Its text is one line that says what to do."""
+    """A picture that cannot be read or milled. Its text, one line, is what to do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,7 +264,7 @@ def prepare(
 
 
 def encode(image: Image.Image) -> bytes:
-    """Give a picture as the bytes of a PNG file."""
+    """Return a picture as the bytes of a PNG file."""
     buffer = io.BytesIO()
     image.save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
@@ -399,6 +399,6 @@ def _size_text(pixels: np.ndarray) -> str:
 
 
 def _round_length(most: float) -> float:
-    """Give the longest of 1, 2, 5, 10, ... that is at most `most`, or else its tenth parts."""
+    """Return the longest of 1, 2, 5, 10, ... that is at most `most`, or else its tenth parts."""
     unit = 10.0 ** np.floor(np.log10(most))
     return max(float(unit * factor) for factor in (1, 2, 5) if unit * factor <= most * (1 + 1e-9))

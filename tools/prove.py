@@ -36,7 +36,8 @@ inputs, for unbounded time, with reset in any clock. A proof has a base case, fr
 induction over k clocks from any state that keeps all properties. Beside each proof stands a cover,
 which shows that the premise can come about: a property whose premise never does is vacuous.
 
-Every component is proved with small parameters, which have the covers, and with those of the board.
+Every component is proved with small parameters, which have the covers, and most with those of the
+board, too; docs/evidence.md names the others.
 
 The exit status is 1 if a property is not proved.
 """
@@ -143,7 +144,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--list", action="store_true", help="list the properties, and stop")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the results there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
-                        help="leave waveforms of failures there (default: build/prove)")
+                        help="leave waveforms of failures there (default: build/prove of the "
+                             "checkout)")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)

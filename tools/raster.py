@@ -95,7 +95,7 @@ def thinned(pixels: np.ndarray) -> np.ndarray:
 
 
 def _neighbours(pixels: np.ndarray) -> np.ndarray:
-    """Give the eight pictures shifted by one pixel: from the one above on, clockwise."""
+    """Return the eight pictures shifted by one pixel: from the one above on, clockwise."""
     rows, columns = pixels.shape
     padded = np.pad(pixels, 1)
     places = [(0, 1), (0, 2), (1, 2), (2, 2), (2, 1), (2, 0), (1, 0), (0, 0)]

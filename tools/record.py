@@ -17,16 +17,15 @@ from pathlib import Path
 
 from tb.engines import IcarusEngine, VerilatorEngine
 from tb.engines.ghdl import GHDLEngine
+from tb.vhdl import REFERENCES
 
+from . import fingerprints
 from .console import Parser, UserError, command, say, write_atomically, write_files_atomically
-from .record_page import page, summary
+from .record_page import dump, page, summary
 
 __all__ = ["PARTS", "Part", "main"]
 
 ROOT = Path(__file__).parent.parent
-
-#: What every part depends on.
-GATEWARE = ("hdl",)
 
 #: In the folder of a part: what it found; and of what it was begun.
 KEPT, BEGUN = "kept.json", "begun.json"
@@ -38,8 +37,10 @@ Runs the commands that check the machine, one after the other, and writes their 
 and as JSON: docs/verification.md, docs/verification.json. Nothing in them is typed by hand.
 
 What a command found is kept in build/record. It is not run again while the command, the versions of
-the tools and all files that it depends on are the same, unless it is named; so a record that was
-interrupted goes on where it was.
+the tools, and the designs, properties, models and stimulus that it looks at are the same, unless it
+is named; so a record that was interrupted goes on where it was. How a file is written does not
+matter: designs and properties are compared as RTLIL without names, models and stimulus by what they
+give.
 """
 
 EPILOG = """\
@@ -54,11 +55,15 @@ examples:
       The same commands with less to do each, as every change to the project must pass them:
       some ten minutes. The page is left in build/record-quick.
 
+  python -m tools.record --check
+      Say which parts of the record are of other designs, properties, models or stimulus than those
+      that are here; half a minute. Nothing is run.
+
   python -m tools.record --list
       Say what is run.
 
-exit status: 0 if every command found all in order, 1 if one did not, 2 if the record cannot be
-written.
+exit status: 0 if every command found all in order, or with --check if the record is fresh; 1 if one
+did not, or it is not; 2 if the record cannot be written.
 """
 
 
@@ -75,7 +80,8 @@ class Part:
     quick : str, optional
         The same with less to do; as `command`, unless told otherwise.
     on : tuple of str
-        Files and folders that decide what it finds, besides the gateware.
+        What decides what it finds, as :mod:`tools.fingerprints` names it; a kind alone is all of
+        it.
     figures : str
         File in its folder with its figures.
     remembers : bool
@@ -95,20 +101,16 @@ class Part:
         text = self.quick if quick and self.quick is not None else self.command
         return [word.format(folder=folder) for word in text.split()]
 
+    def depends(self) -> list[str]:
+        """Name what decides what it finds."""
+        return [name for one in self.on
+                for name in ([one] if " " in one else fingerprints.names(one))]
+
 
 _JSON = "--json {folder}/figures.json"
 _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
 _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
-_PROOFS = ("tb/contracts", "tools/prove.py")
-_RUNS = ("tb/engines", "tb/models", "tb/boards.py", "tb/cosim.py", "tb/runners.py", "tb/machines",
-         "tb/stimulus.py", "tb/vhdl")
-#: What is typed besides, and switches.
-_RUNS_ON_A_LINE = (*_RUNS, "tb/fuzz")
-_FAULTS = ("tb/faults", "tb/engines", "tb/models", "tb/boards.py", "tb/plant.py", "tb/machines",
-           "tb/stimulus.py", "tools/faults")
-_FAULTS_ON_A_LINE = (*_FAULTS, "tb/fuzz")
-_MUTANTS = ("tb/mutation", "tb/benches", "tb/models", *_PROOFS, "tools/mutate.py")
 #: Mutants are shared out to the components of a command: those of one machine stay the same when
 #: another gets more. All of the positioner has none: nearly every one would be in a part of it.
 _OF_THE_MILL = ("divider coil counter axes order_control automatic sequencer manual controller "
@@ -118,62 +120,63 @@ _OF_LINES_AND_AXES = ("phase step_dir rate position backlash limits uart_receive
 _OF_OTHER_MACHINES = ("axis points positioning order_ledger hex_reader hex_writer frames "
                       "positioner_commands single")
 _OF_MORE = "ramp reporter"
-_BUILD = ("platform", "tools/build.py", "tools/synthesis.py")
+
+
+def _of(components: str) -> tuple[str, ...]:
+    return tuple(f"contract {name}" for name in components.split())
+
 
 PARTS = {part.name: part for part in (
-    Part("proofs", f"tools.prove {_JSON}", _PROOFS),
-    Part("controls", f"tools.prove --controls {_JSON}", _PROOFS,
-         f"tools.prove --controls divider coil counter axes order_control {_JSON}"),
-    Part("vhdl", f"tools.vhdl {_JSON}", (*_RUNS, "tb/contracts/proof.py", "tools/vhdl.py")),
-    Part("netlist", f"tools.netlist {_JSON}",
-         ("platform", "tb/netlist", "tb/engines", "tb/boards.py", "tools/netlist.py")),
-    Part("engines", f"tools.cosim --engines all --cycles 100000 {_COSIM}", _RUNS),
-    Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}", _RUNS),
-    Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", _RUNS,
+    Part("proofs", f"tools.prove {_JSON}", ("contract",)),
+    Part("kills", f"tools.prove --mutants {_JSON}", ("contract",),
+         f"tools.prove --mutants divider coil counter axes order_control {_JSON}"),
+    Part("vhdl", f"tools.vhdl {_JSON}", tuple(f"run {name}" for name in REFERENCES)),
+    Part("netlist", f"tools.netlist {_JSON}", ("netlist",)),
+    Part("engines", f"tools.cosim --engines all --cycles 100000 {_COSIM}", ("run mill",)),
+    Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}",
+         ("run mill",)),
+    Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", ("run mill",),
          f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
     *(Part(f"{name}-{machine}",
            f"tools.cosim --machine {machine} --engines {engines} --cycles {clocks} {_COSIM}",
-           _RUNS_ON_A_LINE,
+           (f"run {machine}",),
            f"tools.cosim --machine {machine} --engines {engines} --cycles {fewer} {_COSIM}")
       for machine in ("single", "single-ramp", "positioner")
       for name, engines, clocks, fewer in (("engines", "all", 100_000, 20_000),
                                            ("pair", "cxxrtl,verilator", 10_000_000, 1_000_000))),
     *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",
-           ("tb/fuzz", "tb/engines", "tb/boards.py", "tools/fuzz.py"),
-           f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
+           (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
       for name, rates in (("single", 2000), ("positioner", 1500), ("mill", 0))),
-    Part("mutants", f"tools.mutate {_OF_THE_MILL} {_STATE} {_JSON}", _MUTANTS,
+    Part("mutants", f"tools.mutate {_OF_THE_MILL} {_STATE} {_JSON}", _of(_OF_THE_MILL),
          f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
          remembers=True),
     Part("mutants-lines", f"tools.mutate {_OF_LINES_AND_AXES} --mutants 2000 {_STATE} {_JSON}",
-         _MUTANTS, f"tools.mutate phase rate position --mutants 100 {_STATE} {_JSON}",
-         remembers=True),
+         _of(_OF_LINES_AND_AXES),
+         f"tools.mutate phase rate position --mutants 100 {_STATE} {_JSON}", remembers=True),
     Part("mutants-machines", f"tools.mutate {_OF_OTHER_MACHINES} --mutants 1500 {_STATE} {_JSON}",
-         _MUTANTS, f"tools.mutate points --mutants 30 {_STATE} {_JSON}", remembers=True),
+         _of(_OF_OTHER_MACHINES), f"tools.mutate points --mutants 30 {_STATE} {_JSON}",
+         remembers=True),
     Part("mutants-more", f"tools.mutate {_OF_MORE} --mutants 300 {_STATE} {_JSON}",
-         _MUTANTS, f"tools.mutate ramp --mutants 30 {_STATE} {_JSON}", remembers=True),
-    Part("resets", f"tools.faults resets {_JSON}", _FAULTS),
-    Part("flips", f"tools.faults flips {_JSON}", _FAULTS,
+         _of(_OF_MORE), f"tools.mutate ramp --mutants 30 {_STATE} {_JSON}", remembers=True),
+    Part("resets", f"tools.faults resets {_JSON}", ("faults mill", "faults mill-guarded")),
+    Part("flips", f"tools.faults flips {_JSON}", ("faults mill", "faults mill-guarded"),
          f"tools.faults flips --flips 20000 {_JSON}"),
     *(Part(f"{what}-{machine}", f"tools.faults {what} --machine {machine} {_JSON}",
-           _FAULTS_ON_A_LINE,
+           (f"faults {machine}",),
            f"tools.faults {what} --machine {machine} --{what} 1000 {_JSON}")
       for what in ("resets", "flips") for machine in ("single", "positioner")),
-    Part("coverage", f"tools.coverage {_JSON}",
-         (*_RUNS, *_PROOFS, "tb/coverage.py", "tools/coverage.py")),
+    Part("coverage", f"tools.coverage {_JSON}", ("contract", "run mill")),
     *(Part(f"coverage-{machine}", f"tools.coverage lines --machine {machine} {_JSON}",
-           (*_RUNS_ON_A_LINE, "tb/coverage.py", "tools/coverage.py"))
-      for machine in ("single", "positioner")),
-    Part("size", "tools.build --board pins -o {folder}", _BUILD, figures="report.json"),
-    Part("size-guard", "tools.build --board pins --guard -o {folder}", _BUILD,
-         figures="report.json"),
-    *(Part(f"size-{name}", f"tools.build {options} -o {{folder}}", (*_BUILD, "examples"),
-           figures="report.json")
-      for name, options in (("serial", "--orders serial"), ("single", "--machine single"),
-                            ("ramp", "--machine single --ramp 1000"),
-                            ("positioner", "--machine positioner"))),
-    Part("size-board", "tools.build --size 400x400 --enlarge -o {folder}", (*_BUILD, "examples"),
-         figures="report.json"),
+           (f"run {machine}",)) for machine in ("single", "positioner")),
+    *(Part(name, f"tools.build {options} -o {{folder}}", (on,), figures="report.json")
+      for name, options, on in (
+          ("size", "--board pins", "netlist mill"),
+          ("size-guard", "--board pins --guard", "netlist mill-guarded"),
+          ("size-serial", "--orders serial", "fuzz mill"),
+          ("size-single", "--machine single", "netlist nexys2-single"),
+          ("size-ramp", "--machine single --ramp 1000", "run single-ramp"),
+          ("size-positioner", "--machine positioner", "netlist nexys2-positioner"),
+          ("size-board", "--size 400x400 --enlarge", "netlist nexys2-picture"))),
 )}
 """What is run, in the order of the page."""
 
@@ -186,6 +189,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--leave-out", metavar="PART", action="append", default=[],
                         help="do not run this; the page says so")
     parser.add_argument("--quick", action="store_true", help="with less to do for each command")
+    parser.add_argument("--check", action="store_true",
+                        help="say which parts are not of what is here, and stop")
     parser.add_argument("--list", action="store_true", help="say what is run, and stop")
     parser.add_argument("-o", "--output", metavar="FOLDER", type=Path,
                         help="where to write the record (default: docs, with --quick "
@@ -200,6 +205,8 @@ def main(argv: list[str] | None = None) -> int:
             words = part.arguments(Path("FOLDER"), quick=args.quick)
             say(f"{part.name:20} python -m {' '.join(words)}")
         return 0
+    if args.check:
+        return _check(args.output or ROOT / "docs")
     output = args.output or (work if args.quick else ROOT / "docs")
     if args.output is not None and not output.is_dir():
         raise UserError(f"cannot write to {output}: there is no such folder")
@@ -207,9 +214,12 @@ def main(argv: list[str] | None = None) -> int:
     facts = run(parts, work, again=args.parts, quick=args.quick)
     if facts is None:
         return 1
+    # A line for each property: by itself, since people read it, and nothing else does.
+    kills = facts["parts"].get("kills", {}).get("facts", {}).pop("mutants", None)
     write_files_atomically({
-        output / "verification.json": (json.dumps(facts, indent=1) + "\n").encode(),
-        output / "verification.md": page(facts).encode()})
+        output / "verification.json": dump(facts).encode(),
+        output / "verification.md": page(facts).encode(),
+        **({output / "properties.json": dump(kills).encode()} if kills is not None else {})})
     say(f"wrote {output / 'verification.md'} and verification.json")
     return 0
 
@@ -229,13 +239,16 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
     quick : bool
         With less to do.
     """
-    record: dict = {"gateware": fingerprint(GATEWARE), "cores": os.cpu_count(), "parts": {}}
+    parts = list(parts)
+    now = fingerprints.take(name for part in parts for name in part.depends())
+    record: dict = {"cores": os.cpu_count(), "parts": {}}
     failed = []
     for part in parts:
+        of = {name: now[name] for name in part.depends()}
         folder = work / part.name
         words = part.arguments(folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder,
                                quick=quick)
-        key = fingerprint((*GATEWARE, *part.on), [*words, *versions()])
+        key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
         found = _kept(folder / KEPT, key) if part.name not in again else None
         if found is None:
             say(f"\n== python -m {' '.join(words)}")
@@ -267,24 +280,43 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
             "command": f"python -m {' '.join(words)}", "seconds": found["seconds"],
-            "resumed": found["resumed"], "facts": found["facts"]}
+            "resumed": found["resumed"], "of": of, "facts": found["facts"]}
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None
     return record | {"versions": versions()}
 
 
-def fingerprint(paths: Iterable[str], words: Iterable[str] = ()) -> str:
-    """Give the hash of some words and of all that is in some files and folders of the project."""
-    key = hashlib.sha256(json.dumps(list(words)).encode())
-    for place in paths:
-        path = ROOT / place
-        files = [path] if path.is_file() else sorted(
-            file for file in path.rglob("*") if file.is_file() and "__pycache__" not in file.parts)
-        for file in files:
-            key.update(file.relative_to(ROOT).as_posix().encode() + b"\0")
-            key.update(hashlib.sha256(file.read_bytes()).digest())
-    return key.hexdigest()
+def stale(record: Mapping) -> dict[str, list[str]]:
+    """Name the parts of a record that are not of what is here now, and of what each is not.
+
+    Parameters
+    ----------
+    record : mapping
+        What ``verification.json`` holds.
+    """
+    now = fingerprints.take(name for part in PARTS.values() for name in part.depends())
+    found = {}
+    for name, part in PARTS.items():
+        of = record["parts"].get(name, {}).get("of", {})
+        if other := [one for one in part.depends() if of.get(one) != now[one]]:
+            found[name] = other
+    return found
+
+
+def _check(folder: Path) -> int:
+    """Say which parts of the record in a folder are stale; give the exit status."""
+    try:
+        record = json.loads((folder / "verification.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserError(f"there is no record in {folder}: {error}") from error
+    found = stale(record)
+    for name, other in found.items():
+        more = f" and {len(other) - 4} more" if len(other) > 4 else ""
+        say(f"stale: {name}, of another {', '.join(other[:4])}{more}")
+    say(f"{len(PARTS) - len(found)} of {len(PARTS)} parts are of what is here"
+        + (f"; run python -m tools.record {' '.join(found)}" if found else ""))
+    return 1 if found else 0
 
 
 @functools.cache

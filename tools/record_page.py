@@ -1,10 +1,11 @@
 """The record of verification as a page, from the figures of the commands and from nothing else."""
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-__all__ = ["page", "summary"]
+__all__ = ["dump", "page", "summary"]
 
 Facts: TypeAlias = Mapping[str, Any]
 
@@ -13,7 +14,8 @@ HEAD = """\
 
 What was checked, with what, and what came of it. `python -m tools.record` wrote this page from the
 figures of the commands named below each heading; `verification.json` beside it has the same figures
-for programs. Nothing here was typed by hand.
+for programs, and fingerprints of the designs, properties, models and stimulus that they are of:
+`python -m tools.record --check` compares these with what is here. Nothing here was typed by hand.
 """
 
 _MUTANTS = ("mutants", "mutants-lines", "mutants-machines", "mutants-more")
@@ -36,6 +38,22 @@ def summary(name: str, figures: Facts) -> Facts:
         What its command wrote.
     """
     return _SHORTER[name](figures) if name in _SHORTER else figures
+
+
+def dump(facts: Any, indent: str = "") -> str:
+    """Write facts as JSON, in a line what holds nothing that holds more."""
+    if not isinstance(facts, list | Mapping) or not any(
+            isinstance(one, list | Mapping)
+            for one in (facts.values() if isinstance(facts, Mapping) else facts)):
+        return json.dumps(facts) + ("" if indent else "\n")
+    inner = f"{indent} "
+    if isinstance(facts, Mapping):
+        lines = [f"{json.dumps(name)}: {dump(value, inner)}" for name, value in facts.items()]
+    else:
+        lines = [dump(value, inner) for value in facts]
+    first, last = "{}" if isinstance(facts, Mapping) else "[]"
+    text = f",\n{inner}".join(lines)
+    return f"{first}\n{inner}{text}\n{indent}{last}" + ("" if indent else "\n")
 
 
 def page(record: Facts) -> str:
@@ -75,29 +93,34 @@ def _engines(*runs: Facts) -> list[str]:
     return text
 
 
-def _contracts(proofs: Facts, controls: Facts) -> list[str]:
+def _contracts(*runs: Facts) -> list[str]:
+    proofs, kills = (next((run for run in runs if all(
+        what in one for one in run["components"].values())), None) for what in ("hold", "killed"))
+    if proofs is None:
+        return []
     rows = []
-    for name in _in_order(proof["component"] for proof in proofs["proofs"]):
-        own = [proof for proof in proofs["proofs"] if proof["component"] == name]
-        bugs = [control for control in controls["controls"] if control["component"] == name]
-        # The seconds of a case are those of all its promises together.
-        cases = {proof["case"]: proof["base"] + proof["induction"] for proof in own}
-        rows.append([name, len({proof["name"] for proof in own}), len(own), _proved(own),
-                     max(proof["k"] for proof in own), f"{sum(cases.values()):.1f}",
-                     _found(bugs)])
-    promises = {(proof["component"], proof["name"]) for proof in proofs["proofs"]}
+    for name, one in proofs["components"].items():
+        own = kills["components"].get(name) if kills else None
+        rows.append([
+            name, one["properties"], one["proofs"], one["hold"], one["k"], f"{one['seconds']:.1f}",
+            f"{own['killed']} of {own['killed'] + len(own['none'])}" if own else "-",
+            own["lemmas"] if own else "-"])
+    found = [[name, one] for name, own in (kills["components"] if kills else {}).items()
+             for one in own["none"]]
     return [
-        _table(["component", "promises", "proofs", "hold", "largest k", "s", "mistakes found"],
-               rows),
-        f"{len(promises)} promises in all. `python -m tools.prove --list` names them; the JSON has "
-        "k and seconds of each proof.", ""]
+        _table(["component", "properties", "proofs", "hold", "largest k", "s",
+                "broken by a mutant", "lemmas"], rows),
+        f"{sum(one['properties'] for one in proofs['components'].values())} properties in all. "
+        "`python -m tools.prove --list` names them"
+        + ("; `properties.json` beside this page has the mutant of each." if kills else "."), "",
+        *(["No mutant was found that breaks these:", "", _table(["component", "property"], found)]
+          if found else [])]
 
 
 def _vhdl(vhdl: Facts) -> list[str]:
     rows = [[one["name"], f"`tb/vhdl/{one['entity']}.vhd`", _many(one["clocks"]),
-             f"`{one['checksum']}`", f"{_proved(one['proofs'])} of {len(one['proofs'])}",
-             max((proof["k"] for proof in one["proofs"]), default="-"), _found(one["controls"])]
-            for one in vhdl["components"]]
+             f"`{one['checksum']}`", f"{one['hold']} of {one['proofs']}", one["k"],
+             f"{one['found']} of {one['mistakes']}"] for one in vhdl["components"]]
     return [_table(["component", "entity", "clocks in step", "checksum", "proofs", "largest k",
                     "mistakes found"], rows)]
 
@@ -159,12 +182,8 @@ def _upsets(*runs: Facts) -> list[str]:
 
 
 def _coverage(coverage: Facts, *others: Facts) -> list[str]:
-    rows = []
-    for name in _in_order(point["component"] for point in coverage["states"]):
-        own = [point for point in coverage["states"] if point["component"] == name]
-        rows.append([name, *(_found([point for point in own if point["kind"] == kind])
-                             for kind in ("state", "transition")),
-                     max(point["clock"] or 0 for point in own)])
+    rows = [[name, one["state"], one["transition"], one["last"]]
+            for name, one in coverage["states"].items()]
     runs = [one["lines"] for one in (coverage, *others)]
     run = [[lines["machine"], _many(lines["clocks"]), what, _many(lines[what]["seen"]),
             _many(lines[what]["all"]), f"{lines[what]['percent']:.2f}", f"{lines[what]['least']:g}"]
@@ -195,8 +214,7 @@ def _design(facts: Facts) -> str:
 def _origin(record: Facts) -> str:
     return "\n".join([
         "## With what", "",
-        f"On {record['cores']} cores, with {', '.join(record['versions'])}. Hash of the gateware, "
-        f"the folder `hdl`: `{record['gateware'][:16]}`.", ""])
+        f"On {record['cores']} cores, with {', '.join(record['versions'])}.", ""])
 
 
 @dataclass(frozen=True)
@@ -217,13 +235,13 @@ every clock is compared.""", ("engines", "pair", "campaign", "engines-single",
              _engines, apart=True),
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
-any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise. A
-mistake planted in the gateware must break each promise. Those that parts keep inside a machine have
-both where the part is by itself.""",
-             ("proofs", "controls"), _contracts),
+any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise.
+That a property can fail is shown by a mutant of the design that breaks it; lemmas are there for an
+induction, and need none.""",
+             ("proofs", "kills"), _contracts, apart=True),
     _Section("The thesis's blocks in VHDL", """\
 Written from the text of the thesis, and compared with the gateware: in step under GHDL, and by
-induction for every input. The mistakes are planted in the VHDL. What the thesis leaves open the
+induction for every input. The mistakes are planted in the gateware. What the thesis leaves open the
 VHDL has from the gateware; `tb/vhdl/__init__.py` lists it.""", ("vhdl",), _vhdl),
     _Section("The netlist", """\
 What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted the check must find
@@ -257,21 +275,50 @@ registers from a code that no state has.""", _COVERAGE, _coverage),
 
 
 def _short_proofs(figures: Facts) -> Facts:
-    keys = ("component", "name", "says", "case", "verdict", "k", "base", "induction", "reached")
-    return {**figures, "proofs": [_only(proof, keys) for proof in figures["proofs"]]}
+    parts = {}
+    for name in _in_order(proof["component"] for proof in figures["proofs"]):
+        own = [proof for proof in figures["proofs"] if proof["component"] == name]
+        # The seconds of a case are those of all its properties together.
+        cases = {proof["case"]: proof["base"] + proof["induction"] for proof in own}
+        parts[name] = {
+            "properties": len({proof["name"] for proof in own}), "proofs": len(own),
+            "hold": _proved(own), "k": max(proof["k"] or 0 for proof in own),
+            "seconds": round(sum(cases.values()), 1)}
+    return {"versions": figures["versions"], "seconds": figures["seconds"], "components": parts}
 
 
-def _short_controls(figures: Facts) -> Facts:
-    keys = ("component", "name", "case", "clock")
-    return {**figures, "controls": [_only(one, keys) for one in figures["controls"]]}
+def _short_kills(figures: Facts) -> Facts:
+    """Count them by component; of each property its mutant, with the case, and the clock."""
+    results = next(value for value in figures.values()
+                   if isinstance(value, list) and value and "mutant" in value[0])
+    parts, mutants = {}, {}
+    for one in results:
+        part = parts.setdefault(one["component"], {"killed": 0, "lemmas": 0, "none": []})
+        if one["mutant"]:
+            part["killed"] += 1
+            mutants.setdefault(one["component"], {})[one["name"]] = (
+                f"{one['mutant']}, {one['case']}, clock {one['clock']}")
+        elif one["lemma"]:
+            part["lemmas"] += 1
+        else:
+            part["none"].append(one["name"])
+    return {"versions": figures["versions"], "seconds": figures["seconds"], "components": parts,
+            "mutants": mutants}
 
 
 def _short_vhdl(figures: Facts) -> Facts:
-    proof, control = ("name", "case", "verdict", "k", "base", "induction"), ("name", "clock")
+    keys = ("name", "entity", "clocks", "checksum")
     return {**figures, "components": [
-        {**one, "proofs": [_only(p, proof) for p in one["proofs"]],
-         "controls": [_only(c, control) for c in one["controls"]]}
+        {**_only(one, keys), "proofs": len(one["proofs"]), "hold": _proved(one["proofs"]),
+         "k": max((proof["k"] or 0 for proof in one["proofs"]), default=0),
+         "mistakes": len(one["controls"]),
+         "found": sum(control["clock"] is not None for control in one["controls"])}
         for one in figures["components"]]}
+
+
+def _short_netlist(figures: Facts) -> Facts:
+    keys = ("check", "design", "control", "says", "good", "seconds")
+    return {**figures, "parts": [_only(part, keys) for part in figures["parts"]]}
 
 
 def _short_mutants(figures: Facts) -> Facts:
@@ -285,8 +332,10 @@ def _short_fuzz(figures: Facts) -> Facts:
 
 
 def _short_flips(figures: Facts) -> Facts:
+    left_out = ("registers", "silent_ones")
     return {**figures, "machines": [
-        {**one, "silent_ones": one["silent_ones"][:10]} for one in figures["machines"]]}
+        {key: value for key, value in one.items() if key not in left_out}
+        for one in figures["machines"]]}
 
 
 def _short_resets(figures: Facts) -> Facts:
@@ -295,8 +344,17 @@ def _short_resets(figures: Facts) -> Facts:
 
 
 def _short_coverage(figures: Facts) -> Facts:
-    never = [point for point in figures["lines"]["never"] if point["kind"] != "toggle"]
-    return {**figures, "lines": {**figures["lines"], "never": never}}
+    lines = {key: value for key, value in figures["lines"].items() if key != "never"}
+    if "states" not in figures:
+        return {"lines": lines}
+    states = {}
+    for name in _in_order(point["component"] for point in figures["states"]):
+        own = [point for point in figures["states"] if point["component"] == name]
+        states[name] = {
+            **{kind: _found([point for point in own if point["kind"] == kind])
+               for kind in ("state", "transition")},
+            "last": max(point["clock"] or 0 for point in own)}
+    return {"states": states, "lines": lines}
 
 
 def _short_build(figures: Facts) -> Facts:
@@ -305,7 +363,8 @@ def _short_build(figures: Facts) -> Facts:
 
 
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
-    "proofs": _short_proofs, "controls": _short_controls, "vhdl": _short_vhdl,
+    "proofs": _short_proofs, "kills": _short_kills, "vhdl": _short_vhdl,
+    "netlist": _short_netlist,
     **dict.fromkeys(_RESETS, _short_resets),
     **dict.fromkeys(_FLIPS, _short_flips),
     **dict.fromkeys(_MUTANTS, _short_mutants),

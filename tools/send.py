@@ -67,10 +67,10 @@ exit status: 0 if all is done, 1 if the mill cannot go on, 2 if the job or the p
 130 if you ended it.
 """
 
-SILENCE = 3.0
+SILENT_AFTER_S = 3.0
 """Seconds without an answer after which that is said."""
 
-PATIENCE = 30.0
+ANSWER_TIMEOUT_S = 30.0
 """Seconds in which a mill that was never heard must answer."""
 
 
@@ -104,10 +104,10 @@ class Watch:
             self._connected, self._since = connected, now
             warn("the line is back" if connected else "the port is gone: waiting for it")
         quiet = now - max(self._since, sender.heard or 0)
-        if sender.heard is None and quiet > PATIENCE:
+        if sender.heard is None and quiet > ANSWER_TIMEOUT_S:
             raise UserError("the mill does not answer: is this its port, is it on, and was it "
                             "built with --orders serial?")
-        silent = connected and quiet > SILENCE
+        silent = connected and quiet > SILENT_AFTER_S
         if silent and not self._silent:
             warn("the mill does not answer: is the line plugged in, and the mill on?")
         self._silent = silent

@@ -34,8 +34,8 @@ ABOUT = """\
 Runs the gateware of the whole board on a picture, from the switches and buttons of the Nexys 2 to
 the coils of the motors, and draws what the tool cut beside what was asked.
 
-The simulation sets SW7 and presses BTN1, as a person would. Motors and tool are played by a plant
-that sees nothing but coil words; what it has cut must be the picture, pixel for pixel, or the exit
+The simulation sets SW7 and presses BTN1. Motors and tool are modelled by a plant that sees coil
+words alone; what it has cut must be the picture, pixel for pixel, or the exit
 status is 1. Only the time from step to step is shortened; the time that the job takes on the real
 machine is worked out from it.
 """
@@ -100,7 +100,7 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
 
 
 def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
-    """Say what came of a cut, in a few lines."""
+    """Describe a cut, in a few lines."""
     facts, plant = cut.facts(), cut.plant
     steps = plant.steps
     lines = [
@@ -125,7 +125,7 @@ def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.simulate", description=ABOUT, epilog=EPILOG)
     parser.add_argument("--image", metavar="FILE", type=Path, default=EXAMPLE,
                         help="picture to mill (default: examples/strawberry.png)")

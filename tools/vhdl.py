@@ -249,7 +249,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
-                        help="leave waveforms of what is not proved there (default: build/vhdl)")
+                        help="leave waveforms of what is not proved there (default: build/vhdl of "
+                             "the checkout)")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)

@@ -10,10 +10,10 @@ from .port import PSEUDO_TERMINALS, Port
 
 __all__ = ["Line", "LineOpener", "ReopenedPort", "deliver"]
 
-AGAIN = 0.5
+RETRY_S = 0.5
 """Seconds from one try to open a port that is gone to the next."""
 
-OLD = 16
+STALE_READS = 16
 """Reads at most of what came before anybody asked."""
 
 
@@ -108,7 +108,7 @@ def deliver(sender: Sender, opener: LineOpener, *,
         try:
             if line is None:
                 line = opener.open()
-                for _ in range(OLD):  # answers to somebody else
+                for _ in range(STALE_READS):  # answers to somebody else
                     if line.waiting:
                         line.read()
                 sender.connected(clock())
@@ -121,4 +121,4 @@ def deliver(sender: Sender, opener: LineOpener, *,
             if line is None and not begun:
                 raise
             line = None
-            rest(AGAIN)
+            rest(RETRY_S)

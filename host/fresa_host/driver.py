@@ -10,7 +10,7 @@ from .errors import LineLost
 from .port import Port
 from .positioner_session import PositionerSession
 from .positioner_state import Message
-from .session import Operation
+from .session import Waiting
 
 __all__ = ["Driver"]
 
@@ -39,10 +39,10 @@ class Driver:
         self._thread = threading.Thread(target=self._listen, daemon=True)
         self._thread.start()
 
-    def run(self, begin: Callable[[PositionerSession, float], Operation[T]]) -> T:
-        """Carry out an operation; return its result, or raise its error."""
+    def run(self, steps: Waiting[T]) -> T:
+        """Carry out an operation of the session; return its result, or raise its error."""
         with self._changed:
-            operation = begin(self._session, time.monotonic())
+            operation = self._session.begin(steps, time.monotonic())
             try:
                 while True:
                     self._send()
@@ -53,8 +53,8 @@ class Driver:
             finally:
                 operation.cancel()
 
-    def do(self, work: Callable[[PositionerSession, float], T]) -> T:
-        """Do something at once; return what it returns.
+    def do(self, work: Callable[..., T], *args: object) -> T:
+        """Do at once what the session does, given the time last; return what it returns.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class Driver:
             If the line is gone.
         """
         with self._changed:
-            result = work(self._session, time.monotonic())
+            result = work(*args, time.monotonic())
             self._send()
             self._changed.notify_all()
             if self._session.lost is not None:

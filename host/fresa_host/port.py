@@ -21,20 +21,20 @@ _GONE = (OSError, TypeError, AttributeError)
 BAUD = 9600
 
 #: Seconds that a read waits for the first byte.
-PATIENCE = 0.05
+READ_TIMEOUT_S = 0.05
 
 #: How names of pseudo-terminals begin. Each is somebody else's when it is gone.
 PSEUDO_TERMINALS = "/dev/pts/"
 
 #: Seconds that a break lasts at least, longer than the bytes take that are in the port itself; and
 #: the bits of it, and of the rest behind it: more than two bytes, and than one.
-BREAK = 0.02
+BREAK_S = 0.02
 BREAK_BITS, REST_BITS = 25, 15
 
 MOST_AT_ONCE = 4096
 
 #: Seconds that a write may wait for a line that takes nothing.
-WRITE_PATIENCE = 2.0
+WRITE_TIMEOUT_S = 2.0
 
 
 class Port:
@@ -65,7 +65,7 @@ class Port:
         self._lock = threading.Lock()
         try:
             self._serial: Any = serial.serial_for_url(
-                name, baudrate=baud, timeout=PATIENCE, write_timeout=WRITE_PATIENCE,
+                name, baudrate=baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S,
                 exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
             raise LineLost(f"{name} cannot be opened: {_why_closed(name, error)}") from error
@@ -117,7 +117,7 @@ class Port:
         """Do so. The simulation's port has a way of its own to it: tools.panel.simulated."""
         with suppress(*_GONE):  # some converters refuse
             self._serial.break_condition = True
-            time.sleep(max(BREAK, BREAK_BITS / self.baud))
+            time.sleep(max(BREAK_S, BREAK_BITS / self.baud))
         with suppress(*_GONE):
             self._serial.break_condition = False
         time.sleep(REST_BITS / self.baud)

@@ -16,7 +16,7 @@ from .port import Port
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
 from .positioner_session import PositionerSession
 from .positioner_state import Message
-from .session import Operation
+from .session import Waiting
 
 __all__ = ["Positioner"]
 
@@ -85,9 +85,9 @@ class Positioner:
         if isinstance(message, Steps):
             self._reported(message)
 
-    def _run(self, begin: Callable[[PositionerSession, float], Operation[T]]) -> T:
+    def _run(self, steps: Waiting[T]) -> T:
         with self._call:
-            return self._driver.run(begin)
+            return self._driver.run(steps)
 
     # The port
 
@@ -102,7 +102,7 @@ class Positioner:
         try:
             if kind is not None:
                 with suppress(LineLost):
-                    self._driver.do(PositionerSession.halt)
+                    self._driver.do(self._session.halt)
                     time.sleep(max(0.0, self._session.sent_at - time.monotonic()))
         finally:
             self.close()
@@ -112,12 +112,12 @@ class Positioner:
     def connect(self) -> Place:
         """Give the motors power, and wait for the first report; give the place."""
         with self._call:
-            self._run(PositionerSession.connect)
+            self._run(self._session.connect())
             return self.position
 
     def disconnect(self) -> None:
         """Take the power from the motors. The machine ends all movement, and reports no more."""
-        self._run(PositionerSession.disconnect)
+        self._run(self._session.disconnect())
 
     @property
     def connected(self) -> bool:
@@ -127,7 +127,7 @@ class Positioner:
     @property
     def steps(self) -> Steps:
         """The place that was reported last, in steps; while connected it is a moment old."""
-        return self._driver.do(PositionerSession.place)
+        return self._driver.do(self._session.place)
 
     @property
     def position(self) -> Place:
@@ -151,22 +151,22 @@ class Positioner:
             raise ValueError(f"speed must be a number of um/s, not {um_per_second}")
         rate = round(um_per_second * STEPS_PER_UM)
         order = lines.speed(axis, rate, self._top_speed)
-        self._run(lambda session, now: session.command(order, now))
+        self._run(self._session.command(order))
         return rate / STEPS_PER_UM
 
-    def jog(self, axis: str, way: int) -> None:
+    def jog(self, axis: str, direction: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
-        self._driver.do(lambda session, now: session.jog(axis, way, now))
+        self._driver.do(self._session.jog, axis, direction)
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""
         axes = AXES if axis is None else (axis,)
-        self._driver.do(lambda session, now: session.stop(axes, now))
+        self._driver.do(self._session.stop, axes)
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
         steps = Place(x, y, z).steps
-        self._run(lambda session, now: session.store(point, steps, now))
+        self._run(self._session.store(point, steps))
 
     def go_to(self, point: int) -> None:
         """Go to a point; do not `wait` until it is reached.
@@ -176,7 +176,7 @@ class Positioner:
         ValueError
             If it was not stored by this object, which would not know where it is.
         """
-        self._run(lambda session, now: session.go_to(point, now))
+        self._run(self._session.go_to(point))
 
     def move_to(self, x: float, y: float, z: float) -> None:
         """Go to a place in um, all axes at once; do not `wait` until they are there."""
@@ -189,7 +189,7 @@ class Positioner:
         self._go_anywhere(Steps(*(a + b for a, b in zip(here, way, strict=True))))
 
     def _go_anywhere(self, there: Steps) -> None:
-        self._run(lambda session, now: session.move_to(SCRATCH, there, now))
+        self._run(self._session.move_to(SCRATCH, there))
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
@@ -200,7 +200,7 @@ class Positioner:
         self._rename(lines.place(Place(x, y, z).steps))
 
     def _rename(self, order: bytes) -> None:
-        self._run(lambda session, now: session.rename(order, now))
+        self._run(self._session.rename(order))
 
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
@@ -225,7 +225,7 @@ class Positioner:
         """
         end = math.inf if timeout is None else time.monotonic() + timeout
         while True:
-            progress = self._run(PositionerSession.progress)
+            progress = self._run(self._session.progress())
             if progress.arrived:
                 return progress.place
             left = end - time.monotonic()
@@ -238,4 +238,4 @@ class Positioner:
     def check(self) -> None:
         """Raise what the machine has complained of since the last call."""
         with self._call:
-            self._driver.do(lambda session, now: session.raise_pending())
+            self._driver.do(self._session.check)

@@ -69,11 +69,11 @@ def read_line(line: str) -> Steps | Refusal | Limit | None:
     return None
 
 
-def jog(axis: str, way: int) -> bytes:
+def jog(axis: str, direction: int) -> bytes:
     """Move an axis up (1) or down (-1), without end."""
-    if way not in (1, -1):
-        raise ValueError(f"way must be 1 or -1, not {way!r}")
-    return f"MOV {_motor(axis)} {'C' if way > 0 else 'CC'}\n".encode()
+    if direction not in (1, -1):
+        raise ValueError(f"direction must be 1 or -1, not {direction!r}")
+    return f"MOV {_motor(axis)} {'C' if direction > 0 else 'CC'}\n".encode()
 
 
 def stop(axes: Iterable[str] = AXES) -> bytes:

@@ -8,7 +8,7 @@ from .errors import LineLost, PositionError, Refused, TimedOut
 from .place import Place
 from .port import BAUD
 from .positioner_lines import AXES, Refusal, Steps
-from .positioner_state import SETTLED, WITNESS, ZERO, Message, PositionerState, Target
+from .positioner_state import RESET_MARKER, SETTLED, ZERO, Message, PositionerState, Target
 from .session import Operation, Waiting
 
 __all__ = ["PositionerSession"]
@@ -94,23 +94,60 @@ class PositionerSession(PositionerState):
 
     # Operations
 
-    def connect(self, now: float) -> Operation[None]:
+    def connect(self) -> Waiting[None]:
         """Give the motors power; end at the first report."""
-        return self.begin(self._connect(), now)
+        self._set_target(None)
+        self._refusals.clear()
+        self._reporting = True
+        seen = self.reports
+        try:
+            yield from self._first_report(seen)
+        except Refused:  # what was typed before was taken for a part of the line
+            yield from self._first_report(seen)
 
-    def disconnect(self, now: float) -> Operation[None]:
+    def _first_report(self, seen: int) -> Waiting[None]:
+        self._send(b"CONNECT\n")
+        end = self.now + self._timeout
+        while self.reports == seen and not self._refusals:
+            if self.now >= end:
+                self._reporting = False
+                raise self._silent()
+            yield end
+        self.raise_pending()
+
+    def disconnect(self) -> Waiting[None]:
         """Take the power from the motors; end when the machine reports no more."""
-        return self.begin(self._stop_if_refused(self._disconnect()), now)
+        return self._stop_if_refused(self._disconnect())
 
-    def command(self, order: bytes, now: float) -> Operation[None]:
+    def _disconnect(self) -> Waiting[None]:
+        connected, self._reporting = self._reporting, False
+        self._set_target(None)
+        try:
+            for _ in range(TRIES):
+                seen = self.reports
+                yield from self.command(b"DISCONNECT\n")
+                if self.reports < seen + SETTLED:  # one may have been on its way
+                    return
+        except Refused:
+            self._reporting = connected
+            raise
+        self._reporting = connected
+        raise TimedOut(f"the machine at {self.name} reports as if it were still connected: it may "
+                       "have power")
+
+    def command(self, order: bytes) -> Waiting[None]:
         """Send an order; end when it was not refused."""
-        return self.begin(self._command(order), now)
+        self._send(order)
+        yield from self._settle()
 
-    def store(self, point: int, steps: Steps, now: float) -> Operation[None]:
+    def store(self, point: int, steps: Steps) -> Waiting[None]:
         """Let the machine keep a point."""
-        return self.begin(self._store(point, lines.store(point, steps), steps), now)
+        order = lines.store(point, steps)
+        self._points.pop(point, None)  # until it is known which it is
+        yield from self.command(order)
+        self._points[point] = steps
 
-    def go_to(self, point: int, now: float) -> Operation[None]:
+    def go_to(self, point: int) -> Waiting[None]:
         """Go to a point; end when that was not refused.
 
         Raises
@@ -121,39 +158,107 @@ class PositionerSession(PositionerState):
         if point not in self._points:
             raise ValueError(f"point {point!r} has not been stored: store it first")
         self._since.clear()
-        return self.begin(self._stop_if_refused(self._go(point), True), now)
+        if self._depart(point):
+            yield from self._stop_if_refused(self._settle(), True)
 
-    def move_to(self, point: int, steps: Steps, now: float) -> Operation[None]:
+    def move_to(self, point: int, steps: Steps) -> Waiting[None]:
         """Store a point, and go there if that was not refused; else it would go to the old one.
 
         Axes that are stopped or jogged before it departs do not go. When attended, it ends with the
-        order to go, and does not depart at all after any other order.
+        order to go.
         """
-        order = lines.store(point, steps)
-        self._call_off()
         self._since.clear()
-        self._departs_to = point
-        self._travel = self.begin(self._move(point, order, steps), now)
-        return self._travel
+        self._clear_limits(*AXES)
+        yield from self._stop_if_refused(self.store(point, steps), True)
+        if self._depart(point) and not self._attended:
+            yield from self._stop_if_refused(self._settle(), True)
 
-    def rename(self, order: bytes, now: float) -> Operation[None]:
+    def _depart(self, point: int) -> bool:
+        """Order axes to go that were not ordered anything since; say whether there are any."""
+        going = [axis for axis in AXES if axis not in self._since]
+        if going:
+            self._send(lines.go_to(point) + b"".join(self._since.values()))
+            self._set_target(self._points[point], *going)
+        return bool(going)
+
+    def rename(self, order: bytes) -> Waiting[None]:
         """Send an order that calls the place something else. It goes nowhere then."""
-        return self.begin(self._stop_if_refused(self._rename(order)), now)
+        return self._stop_if_refused(self._rename(order))
 
-    def progress(self, now: float) -> Operation[Progress]:
+    def _rename(self, order: bytes) -> Waiting[None]:
+        self._set_target(None)
+        yield from self.command(order)
+
+    def progress(self) -> Waiting[Progress]:
         """Look whether the target is reached.
 
         Raises
         ------
         PositionError
-            From the operation, if an axis goes or stands elsewhere; all axes are stopped then.
+            If an axis goes or stands elsewhere; all axes are stopped then.
         """
-        return self.begin(self._stop_if_refused(self._progress()), now)
+        return self._stop_if_refused(self._progress())
 
-    def restore(self, left: Steps, now: float) -> Operation[bool]:
+    def _progress(self) -> Waiting[Progress]:
+        self.raise_pending()
+        steps, target = self.place(self.now), self.target
+        there = Place.of(Steps(*(at if to is None else to
+                                 for at, to in zip(steps, target or steps, strict=True))))
+        progress = Progress(self.in_position, Place.of(steps), there, target, self.reports)
+        if progress.arrived:
+            self._set_target(None)
+            return progress
+        monitors = [order.monitor for order in self._orders.values() if order.monitor]
+        if any(monitor.leads_away for monitor in monitors):
+            yield from self._stop_and_verify()
+            raise PositionError(f"it did not go to {there}, and was stopped at "
+                                f"{Place.of(self.place(self.now))}: the line may be disturbed")
+        if any(monitor.stalled for monitor in monitors):
+            yield from self._stop_and_verify()
+            raise PositionError(f"it stands at {Place.of(steps)}, not at {there}: the line may be "
+                                "disturbed")
+        return progress
+
+    # How it is stopped
+
+    def _stop_if_refused(self, steps: Waiting, going: bool = False) -> Waiting:
+        """Stop all axes if something is refused and they were going to a target, or to be sent."""
+        going = going or self.target is not None
+        try:
+            return (yield from steps)
+        except Refused:
+            if going:
+                yield from self._stop_and_verify()
+            raise
+
+    def _stop_and_verify(self) -> Waiting[bool]:
+        """Stop all axes, again if that is refused or one moves on, and in the end by a break.
+
+        Says whether they stand, as far as is heard. What else is wrong the next call raises.
+        """
+        with suppress(LineLost):
+            for _ in range(TRIES):
+                self.stop(AXES, self.now)
+                if (yield from self._stands()):
+                    return True
+            self.halt(self.now)
+            return (yield from self._stands())
+        return False
+
+    def _stands(self) -> Waiting[bool]:
+        yield from self._reports(SETTLED)
+        before = self.steps
+        yield from self._reports(1)
+        refused = bool(self._refusals)
+        self._refusals.clear()
+        return not refused and (not self._reporting or self.steps == before)
+
+    # How a reset is seen
+
+    def restore(self, left: Steps) -> Waiting[bool]:
         """Connect, stop what moves, and tell the machine its place if a reset has lost that.
 
-        It has if it stands at `ZERO`, was left elsewhere, and has no `WITNESS`: a reset forgets
+        It has if it stands at `ZERO`, was left elsewhere, and has no `RESET_MARKER`: a reset clears
         points, and an origin that was set does not. To ask for that point moves nothing, for that
         is `ZERO` too. If another program has put it elsewhere, the speed is the lowest and the
         order to stop right behind: an axis makes a step at most.
@@ -162,22 +267,73 @@ class PositionerSession(PositionerState):
         ----------
         left : Steps
             Where the machine was left.
-        now : float
-            The time.
 
         Returns
         -------
-        Operation of bool
-            Whether it was told its place. Raises `TimedOut` if no machine reports, or it does not
-            stop, or the line is too bad to know.
-        """
-        return self.begin(self._restore(left), now)
+        bool
+            Whether it was told its place.
 
-    def bring_to_rest(self, now: float) -> Operation[None]:
+        Raises
+        ------
+        TimedOut
+            If no machine reports, or it does not stop, or the line is too bad to know.
+        """
+        self._reporting = self._restoring = True
+        # What was typed before may be taken for the beginning of the first line.
+        self._send(b"CONNECT\n" + lines.stop() + b"CONNECT\n")
+        while self.steps is None:
+            yield from self._next()
+        yield from self._rest()
+        forgot = False
+        if self.steps == ZERO != left:
+            forgot = yield from self._was_reset()
+            yield from self._call_place(left) if forgot else self._rest()
+        self._refusals.clear()
+        self._restoring = False
+        return forgot
+
+    def _was_reset(self) -> Waiting[bool]:
+        """Ask a machine that stands at `ZERO` for its `RESET_MARKER`."""
+        slow = b"".join(lines.speed(axis, 1) for axis in AXES)
+        for _ in range(TRIES):
+            self._send(slow + lines.go_to(RESET_MARKER) + lines.stop() + FENCE)
+            answers, quiet = [], 0
+            while quiet < (SETTLED if answers else MOST_REPORTS):
+                message = yield from self._next()
+                if isinstance(message, Refusal):
+                    answers.append(message.reason)
+                quiet = quiet + 1 if isinstance(message, Steps) else 0
+            if sorted(answers) in (["RANGE"], ["EMPTY", "RANGE"]):
+                return "EMPTY" in answers
+        raise self._disturbed()
+
+    def _call_place(self, steps: Steps) -> Waiting[None]:
+        """Tell it where it is, until it says so itself."""
+        for _ in range(TRIES):
+            self._send(lines.place(steps))
+            for _ in range(MOST_REPORTS):
+                if (yield from self._next()) == steps:
+                    return
+        raise self._disturbed()
+
+    def _disturbed(self) -> TimedOut:
+        return TimedOut(f"the line to the machine at {self.name} is disturbed")
+
+    def bring_to_rest(self) -> Waiting[None]:
         """Halt, and wait until it stands."""
-        self.halt(now)
+        self.halt(self.now)
         self._restoring = True
-        return self.begin(self._rest(), now)
+        yield from self._rest()
+
+    def _rest(self) -> Waiting[None]:
+        """Stop it, and raise `TimedOut` if it is not known to stand."""
+        self._refusals.clear()
+        seen = self.reports
+        stands = yield from self._stop_and_verify()
+        if not stands:
+            raise TimedOut(f"the machine at {self.name} does not stop: it moves")
+        if self.reports <= seen + SETTLED:
+            raise self._silent()
 
     # At once
 
@@ -186,10 +342,25 @@ class PositionerSession(PositionerState):
         return (self.reports > progress.reports or self.target != progress.target
                 or bool(self._refusals or self.lost))
 
+    def travel(self, number: int, steps: Steps, now: float) -> None:
+        """Begin to `move_to` a point; any other order before it departs calls it off."""
+        self._call_off()
+        marked = self._has_marker and number == RESET_MARKER
+        self._behind = lines.store(RESET_MARKER, ZERO) if marked else b""
+        self._departs_to = number
+        self._travel = self.begin(self._send_behind(self.move_to(number, steps)), now)
+
+    def _send_behind(self, travel: Waiting[None]) -> Waiting[None]:
+        """Carry out a travel; then, or if it is called off, send what had to wait for it."""
+        try:
+            yield from travel
+        finally:
+            self._send(self._behind)
+
     def keep_point(self, number: int, steps: Steps, now: float) -> None:
-        """Let the machine keep a point; not the `WITNESS`, which is only stored to go there."""
+        """Let the machine keep a point; not the `RESET_MARKER`, which `travel` stores."""
         self.now = now
-        if number == WITNESS:
+        if number == RESET_MARKER:
             return
         order = lines.store(number, steps)
         if self._travel is not None and not self._travel.done and self._departs_to == number:
@@ -197,10 +368,10 @@ class PositionerSession(PositionerState):
         else:
             self._send(order)
 
-    def keep_witness(self, now: float) -> None:
-        """Store the `WITNESS`, and again whenever it may have been lost."""
-        self.now, self._has_witness = now, True
-        self._send(lines.store(WITNESS, ZERO))
+    def keep_reset_marker(self, now: float) -> None:
+        """Store the `RESET_MARKER`, and again whenever it may have been lost."""
+        self.now, self._has_marker = now, True
+        self._send(lines.store(RESET_MARKER, ZERO))
 
     def call_origin(self, now: float) -> None:
         """Call this place (0, 0, 0). It goes nowhere then."""
@@ -259,186 +430,3 @@ class PositionerSession(PositionerState):
 
     def _silent(self) -> TimedOut:
         return TimedOut(f"no machine reports at {self.name}: is it on?")
-
-    # How operations are carried out
-
-    def _connect(self) -> Waiting[None]:
-        self._set_target(None)
-        self._refusals.clear()
-        self._reporting = True
-        seen = self.reports
-        try:
-            yield from self._first_report(seen)
-        except Refused:  # what was typed before was taken for a part of the line
-            yield from self._first_report(seen)
-
-    def _first_report(self, seen: int) -> Waiting[None]:
-        self._send(b"CONNECT\n")
-        end = self.now + self._timeout
-        while self.reports == seen and not self._refusals:
-            if self.now >= end:
-                self._reporting = False
-                raise self._silent()
-            yield end
-        self.raise_pending()
-
-    def _disconnect(self) -> Waiting[None]:
-        connected, self._reporting = self._reporting, False
-        self._set_target(None)
-        try:
-            for _ in range(TRIES):
-                seen = self.reports
-                yield from self._command(b"DISCONNECT\n")
-                if self.reports < seen + SETTLED:  # one may have been on its way
-                    return
-        except Refused:
-            self._reporting = connected
-            raise
-        self._reporting = connected
-        raise TimedOut(f"the machine at {self.name} reports as if it were still connected: it may "
-                       "have power")
-
-    def _command(self, order: bytes) -> Waiting[None]:
-        self._send(order)
-        yield from self._settle()
-
-    def _store(self, point: int, order: bytes, steps: Steps) -> Waiting[None]:
-        self._points.pop(point, None)  # until it is known which it is
-        yield from self._command(order)
-        self._points[point] = steps
-
-    def _move(self, point: int, order: bytes, steps: Steps) -> Waiting[None]:
-        self._behind = lines.store(WITNESS, ZERO) if self._has_witness and point == WITNESS else b""
-        self._clear_limits(*AXES)
-        try:
-            yield from self._stop_if_refused(self._store(point, order, steps), True)
-            departed = self._depart(point)
-        finally:
-            behind, self._behind = self._behind, b""
-            self._send(behind)
-        if departed and not self._attended:
-            yield from self._stop_if_refused(self._settle(), True)
-
-    def _go(self, point: int) -> Waiting[None]:
-        if self._depart(point):
-            yield from self._settle()
-
-    def _depart(self, point: int) -> bool:
-        """Order axes to go that were not ordered anything since; say whether there are any."""
-        going = [axis for axis in AXES if axis not in self._since]
-        if going:
-            self._send(lines.go_to(point) + b"".join(self._since.values()))
-            self._set_target(self._points[point], *going)
-        return bool(going)
-
-    def _rename(self, order: bytes) -> Waiting[None]:
-        self._set_target(None)
-        yield from self._command(order)
-
-    def _progress(self) -> Waiting[Progress]:
-        self.raise_pending()
-        steps, target = self.place(self.now), self.target
-        there = Place.of(Steps(*(at if to is None else to
-                                 for at, to in zip(steps, target or steps, strict=True))))
-        progress = Progress(self.in_position, Place.of(steps), there, target, self.reports)
-        if progress.arrived:
-            self._set_target(None)
-            return progress
-        monitors = [order.monitor for order in self._orders.values() if order.monitor]
-        if any(monitor.leads_away for monitor in monitors):
-            yield from self._stop_and_verify()
-            raise PositionError(f"it did not go to {there}, and was stopped at "
-                                f"{Place.of(self.place(self.now))}: the line may be disturbed")
-        if any(monitor.stalled for monitor in monitors):
-            yield from self._stop_and_verify()
-            raise PositionError(f"it stands at {Place.of(steps)}, not at {there}: the line may be "
-                                "disturbed")
-        return progress
-
-    # How it is stopped
-
-    def _stop_if_refused(self, steps: Waiting, going: bool = False) -> Waiting:
-        """Stop all axes if something is refused and they were going to a target, or to be sent."""
-        going = going or self.target is not None
-        try:
-            return (yield from steps)
-        except Refused:
-            if going:
-                yield from self._stop_and_verify()
-            raise
-
-    def _stop_and_verify(self) -> Waiting[bool]:
-        """Stop all axes, again if that is refused or one moves on, and in the end by a break.
-
-        Says whether they stand, as far as is heard. What else is wrong the next call raises.
-        """
-        with suppress(LineLost):
-            for _ in range(TRIES):
-                self.stop(AXES, self.now)
-                if (yield from self._stands()):
-                    return True
-            self.halt(self.now)
-            return (yield from self._stands())
-        return False
-
-    def _stands(self) -> Waiting[bool]:
-        yield from self._reports(SETTLED)
-        before = self.steps
-        yield from self._reports(1)
-        refused = bool(self._refusals)
-        self._refusals.clear()
-        return not refused and (not self._reporting or self.steps == before)
-
-    # How a reset is seen
-
-    def _rest(self) -> Waiting[None]:
-        """Stop it, and raise `TimedOut` if it is not known to stand."""
-        self._refusals.clear()
-        seen = self.reports
-        stands = yield from self._stop_and_verify()
-        if not stands:
-            raise TimedOut(f"the machine at {self.name} does not stop: it moves")
-        if self.reports <= seen + SETTLED:
-            raise self._silent()
-
-    def _restore(self, left: Steps) -> Waiting[bool]:
-        self._reporting = self._restoring = True
-        # What was typed before may be taken for the beginning of the first line.
-        self._send(b"CONNECT\n" + lines.stop() + b"CONNECT\n")
-        while self.steps is None:
-            yield from self._next()
-        yield from self._rest()
-        forgot = False
-        if self.steps == ZERO != left:
-            forgot = yield from self._was_reset()
-            yield from self._call_place(left) if forgot else self._rest()
-        self._refusals.clear()
-        self._restoring = False
-        return forgot
-
-    def _was_reset(self) -> Waiting[bool]:
-        """Ask a machine that stands at `ZERO` for its `WITNESS`."""
-        slow = b"".join(lines.speed(axis, 1) for axis in AXES)
-        for _ in range(TRIES):
-            self._send(slow + lines.go_to(WITNESS) + lines.stop() + FENCE)
-            answers, quiet = [], 0
-            while quiet < (SETTLED if answers else MOST_REPORTS):
-                message = yield from self._next()
-                if isinstance(message, Refusal):
-                    answers.append(message.reason)
-                quiet = quiet + 1 if isinstance(message, Steps) else 0
-            if sorted(answers) in (["RANGE"], ["EMPTY", "RANGE"]):
-                return "EMPTY" in answers
-        raise self._disturbed()
-
-    def _call_place(self, steps: Steps) -> Waiting[None]:
-        """Tell it where it is, until it says so itself."""
-        for _ in range(TRIES):
-            self._send(lines.place(steps))
-            for _ in range(MOST_REPORTS):
-                if (yield from self._next()) == steps:
-                    return
-        raise self._disturbed()
-
-    def _disturbed(self) -> TimedOut:
-        return TimedOut(f"the line to the machine at {self.name} is disturbed")

@@ -10,7 +10,7 @@ from .lines import LineSplitter
 from .positioner_lines import AXES, MEANINGS, Limit, Refusal, Steps, read_line
 from .session import Session
 
-__all__ = ["SETTLED", "WITNESS", "ZERO", "Message", "PositionerState", "Target"]
+__all__ = ["SETTLED", "RESET_MARKER", "ZERO", "Message", "PositionerState", "Target"]
 
 #: A message of the machine.
 Message = Steps | Refusal | Limit
@@ -33,13 +33,13 @@ DAMAGED = "DAMAGED"
 BREAK_TIMEOUT_S = 0.5
 
 #: Seconds until a break is on the line.
-BREAK_S = 0.1
+HALT_S = 0.1
 
 ZERO = Steps(0, 0, 0)
 
 #: The point that tells whether the machine was reset: `ZERO`, except on the way to what the user
 #: calls so.
-WITNESS = lines.POINTS[-1]
+RESET_MARKER = lines.POINTS[-1]
 
 
 @dataclass
@@ -99,7 +99,7 @@ class PositionerState(Session):
         self._pending_limits: set[str] = set()
         self._unexpected: set[str] = set()  # axes that moved without an order in the last report
         self._speeds: dict[str, int] = {}
-        self._has_witness = False
+        self._has_marker = False
         self._halted_at = -BREAK_TIMEOUT_S
         self._reporting = self._restoring = False
         self.steps: Steps | None = None
@@ -160,6 +160,11 @@ class PositionerState(Session):
         """Whether it should report and does not: what was reported is no longer true."""
         return self.connected and now > self.reported_at + STALE_AFTER
 
+    def check(self, now: float) -> None:
+        """Raise what is wrong, as `raise_pending` does."""
+        self.now = now
+        self.raise_pending()
+
     def raise_pending(self) -> None:
         """Raise what is wrong, once.
 
@@ -205,7 +210,8 @@ class PositionerState(Session):
         """End all movement: by a break, if the port can, and by order.
 
         The break does not wait for what stands in the line, which is lost; speeds set by
-        `set_speed`, and the `WITNESS`, are sent again. The machine refuses one line, as `DAMAGED`.
+        `set_speed`, and the `RESET_MARKER`, are sent again. The machine refuses one line, as
+        `DAMAGED`.
         """
         self.now = now
         self.halts += 1
@@ -216,11 +222,11 @@ class PositionerState(Session):
             # The line that the break has damaged goes on until the first of these ends it.
             self._send(lines.stop(AXES[:1]) + lines.stop(), after_break=True)
             self._halted_at = now
-            self.sent_at += BREAK_S
+            self.sent_at += HALT_S
             for axis, speed in self._speeds.items():
                 self._send(lines.speed(axis, speed))
-            if self._has_witness:
-                self._send(lines.store(WITNESS, ZERO))
+            if self._has_marker:
+                self._send(lines.store(RESET_MARKER, ZERO))
         self._superseded()
 
     def set_speed(self, axis: str, steps_per_second: int, now: float) -> None:
@@ -258,15 +264,15 @@ class PositionerState(Session):
         Returns
         -------
         list of Message
-            Messages to act on. Not among them is what a break of ours made the machine refuse, nor,
-            when attended, a limit that may be of a movement before.
+            Messages to act on. Not among them is what a break of ours made the machine refuse, nor
+            a limit by which a held jog was sent again, nor what came while it was restored.
         """
         self.now = now
         messages = []
         for line in self._splitter.feed(data):
             if (message := read_line(line)) is None:
                 continue
-            if self._take(message):
+            if self._take(message) and not self._restoring:
                 messages.append(message)
             self._resume(message)
         self._resume(None)

@@ -2,20 +2,23 @@
 
 import threading
 import time
-from typing import Self
+from typing import Self, TypeVar
 
-from .errors import Refused, TimedOut, WasReset
-from .lines import LineSplitter
+from .errors import TimedOut
 from .port import Port
-from .single_lines import GREETING, Reply, frame
+from .session import Waiting
+from .single_lines import frame
+from .single_session import SingleSession
 
 __all__ = ["Single"]
 
-#: Seconds of silence after which nothing of an old answer is still to come.
-SILENCE = 0.3
+T = TypeVar("T")
 
 #: Seconds from one look at the position to the next, while it waits.
-LOOK = 0.05
+POLL_S = 0.05
+
+#: Reads at most of what came before a question.
+STALE_READS = 16
 
 
 class Single:
@@ -54,15 +57,11 @@ class Single:
     """
 
     def __init__(self, port: str | Port, *, timeout: float = 2.0) -> None:
-        self._timeout = timeout
         self._port = Port(port) if isinstance(port, str) else port
+        self._session = SingleSession(name=self._port.name, baud=self._port.baud, timeout=timeout)
         self._lock = threading.Lock()
-        self._lines = LineSplitter()
-        self._late = True  # something that nobody has asked for, or asks for any more, may come
-        self._target: int | None = None
         try:
-            self._drain(SILENCE)  # to the greeting, if the machine was just switched on
-            self._value("v")
+            self._run(self._session.open())
         except BaseException:
             self.close()
             raise
@@ -80,32 +79,31 @@ class Single:
     @property
     def position(self) -> int:
         """Where the motor is, in steps from where it was reset."""
-        return self._value("x")
+        return self._run(self._session.value("x"))
 
     @property
     def speed(self) -> int:
         """Speed in rpm of full steps. May be set while the motor moves, from 1 to 59 999."""
-        return self._value("v")
+        return self._run(self._session.value("v"))
 
     @speed.setter
     def speed(self, rpm: int) -> None:
-        self._ask(frame("v", rpm))
+        self._run(self._session.ask(frame("v", rpm)))
 
     def move_to(self, position: int) -> None:
         """Send the motor to a position, 0 to 9999; do not wait until it is there.
 
         A motor that moves turns round at once if need be; with a ramp, when it has slowed down.
         """
-        self._ask(frame("x", position))
-        self._target = position
+        self._run(self._session.move_to(position))
 
     def power(self, on: bool) -> None:
         """Give the motor power, or take it. Without, it makes no step and keeps its set-point."""
-        self._ask(frame("e", int(on)))
+        self._run(self._session.ask(frame("e", int(on))))
 
     def help(self) -> str:
         """Give what the machine says of its commands."""
-        return "\n".join(self._ask(frame("d")).lines)
+        return "\n".join(self._run(self._session.ask(frame("d"))).lines)
 
     def wait(self, timeout: float | None = None, *, settle: float = 0.1) -> int:
         """Wait until the motor is where it was sent last; give the position.
@@ -129,62 +127,32 @@ class Single:
         while True:
             asked = time.monotonic()
             position = self.position
-            if self._target is None:
+            if self._session.target is None:
                 return position
-            if position == self._target:
+            if position == self._session.target:
                 since = asked if since is None else since
                 if asked - since >= settle:
                     return position
             else:
                 since = None
             if since is None and end is not None and time.monotonic() >= end:
-                raise TimedOut(f"the motor is at {position}, not at {self._target}, "
+                raise TimedOut(f"the motor is at {position}, not at {self._session.target}, "
                                f"after {timeout:g} s")
-            time.sleep(LOOK)
+            time.sleep(POLL_S)
 
-    def _value(self, name: str) -> int:
-        value = self._ask(frame(name, "?")).number(name)
-        if value is None:
-            raise TimedOut("the machine's answer was disturbed: ask again")
-        return value
-
-    def _ask(self, question: bytes) -> Reply:
-        """Ask, and wait for the answer."""
+    def _run(self, steps: Waiting[T]) -> T:
+        """Carry out an operation of the session, and what came before it."""
         with self._lock:
-            # A line by itself would be taken for a part of the answer.
-            if GREETING in self._drain(SILENCE if self._late else 0):
-                self._target = None
-                raise WasReset
-            reply, self._late = Reply(), True
-            self._port.write(question)
-            end = time.monotonic() + self._timeout
-            while time.monotonic() < end:
-                for line in self._lines.feed(self._port.read()):
-                    if self._ends(reply, line):
-                        self._late = False
-                        return reply
-        raise TimedOut(f"the machine at {self._port.name} does not answer")
-
-    def _ends(self, reply: Reply, line: str) -> bool:
-        try:
-            return reply.add(line)
-        except Refused:
-            self._late = False
-            raise
-        except WasReset:
-            self._target = None
-            raise
-
-    def _drain(self, silence: float) -> list[str]:
-        """Give the lines that nobody asked for, until there is nothing for so many seconds."""
-        lines: list[str] = []
-        now = time.monotonic()
-        end, limit = now + silence, now + silence + self._timeout
-        while self._port.waiting or time.monotonic() < min(end, limit):
-            if data := self._port.read():
-                lines += self._lines.feed(data)
-                end = time.monotonic() + silence
-            if time.monotonic() > limit:
-                raise TimedOut(f"the machine at {self._port.name} does not stop talking")
-        self._lines.clear()
-        return lines
+            for _ in range(STALE_READS):
+                if self._port.waiting:
+                    self._session.receive(self._port.read(), time.monotonic())
+            operation = self._session.begin(steps, time.monotonic())
+            try:
+                while True:
+                    for data, _ in self._session.take_outputs():
+                        self._port.write(data)
+                    if operation.done:
+                        return operation.result()
+                    self._session.receive(self._port.read(), time.monotonic())
+            finally:
+                operation.cancel()

@@ -2,7 +2,7 @@
 
 import re
 
-from .errors import Refused, WasReset
+from .errors import Refused
 
 __all__ = ["FASTEST", "GREETING", "HIGHEST", "Reply", "frame"]
 
@@ -61,11 +61,7 @@ class Reply:
         ------
         Refused
             If it says that the frame was not obeyed.
-        WasReset
-            If it is the greeting.
         """
-        if line == GREETING:
-            raise WasReset
         if line == "ok":
             return True
         if refused := re.fullmatch(r"err (\w+)", line):

@@ -63,7 +63,8 @@ def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotmen
             scan_bits=panel.scan_bits(clock) if scan_bits is None else scan_bits)
         m.d.comb += [display.value.eq(levels[allotment.number]), display.enable.eq(1)]
         levels |= {"segments": display.segments, "digits": display.digits}
-    levels[RESET] = reset = Signal()
+    reset = Signal()
+    levels[RESET] = reset
 
     def lead_in(bits: Bits, clean: Value) -> None:
         m.d.comb += [levels[bit.port][bit.index].eq(level)

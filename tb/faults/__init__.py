@@ -1,1 +1,1 @@
-"""Faults from outside: resets at any time, and flip-flops that change by themselves."""
+"""Fault injection: resets at any time, and bit upsets of flip-flops."""

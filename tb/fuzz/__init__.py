@@ -1,4 +1,4 @@
-"""Anything at all on a serial line: what is sent, what may come of it, and whether it did.
+"""Fuzzing of serial lines: random bytes, what may come of them, and whether it did.
 
 What is right is said at the level of lines, from the descriptions of the machines: which line is
 legal, what each is answered, and where the motors may go. Nothing here runs a model clock by clock.

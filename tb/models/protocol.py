@@ -14,33 +14,45 @@ def bits(byte: int, *, stop: int = 1) -> list[int]:
 
 
 class ReceiverModel:
-    """A receiver: who knows when the start bit began looks three times into each bit, and votes."""
+    """A receiver: samples each bit three times, counted from the edge of the start bit, and votes.
+
+    Attributes
+    ----------
+    byte : tuple of int and bool, optional
+        The byte that waits to be taken, and its error.
+    line_break : bool
+        The line is at a break.
+    framing, overrun : bool
+        A stop bit was missing, or a byte was lost, in the last clock.
+    """
 
     def __init__(self, *, period: int) -> None:
         self.period, self.spread = period, period // 16
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew; a line must be high for a moment first."""
+        """Begin anew; the line must be high for a moment first."""
         self.levels: list[int] = []  # since the start bit began
         self.high: int | None = 0  # clocks for which it is, or None when that was long enough
-        self.byte: tuple[int, bool] | None = None  # that waits, and whether it is not to be trusted
+        self.byte: tuple[int, bool] | None = None
         self.lost = False
         self.low = 0  # clocks for which it was low since it should have been high
-        self.line_break = False
+        self.line_break = self.framing = self.overrun = False
 
     def clock(self, rx: int, taken: bool) -> None:
         """Make a clock, in which the byte that waits was taken or not."""
-        found = self._look(rx)
+        found = self._sample(rx)
+        self.framing = found is not None and found[1]
+        self.overrun = found is not None and self.byte is not None and not taken
         if self.byte and not taken:
-            self.lost |= found is not None
+            self.lost |= self.overrun
         elif found:
             self.byte, self.lost = (found[0], found[1] or self.lost), False
         else:
             self.byte = None
 
-    def _look(self, rx: int) -> tuple[int, bool] | None:
-        """Look at the line; return the byte that is complete, and whether its stop bit lacks."""
+    def _sample(self, rx: int) -> tuple[int, bool] | None:
+        """Sample the line; return the byte that is complete, and whether its stop bit lacks."""
         if self.high is not None:
             self.high = self.high + 1 if rx else 0
             self.low += not rx

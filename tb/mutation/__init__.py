@@ -1,4 +1,4 @@
-"""Mutants of the components, and what their benches and their contracts do with them."""
+"""Mutants of the components, and which of their benches and contracts kill them."""
 
 from .judge import Verdict
 from .netlist import Mutant, MutationError

@@ -1,4 +1,4 @@
-"""What is shown of the netlist for the Spartan-3E, by ``python -m tools.netlist``."""
+"""Checks of the netlist for the Spartan-3E: equivalence, unused codes, pins, unknown levels."""
 
 from .checks import CHECKS, Check, Options, Outcome, Task
 

@@ -248,7 +248,8 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
     return task
 
 
-_DIRECT = BOARD.with_mistake(Mistake("mill.stop", lambda right, at: right | at("buttons.i")[3]))
+_DIRECT = BOARD.with_mistake(Mistake("machine.mill.stop",
+                                     lambda right, at: right | at("buttons.i")[3]))
 _INVERTED = BOARD.with_mistake(Mistake("contacts_synchronizer.stage0", lambda right, _: ~right))
 
 
@@ -262,7 +263,7 @@ def _pin_tasks(_: Options) -> list[Task]:
 
     return [_pins("nexys2-500", _as_built, "clk50_0__io"), of(PICTURE), of(SINGLE_BOARD),
             of(POSITIONER_BOARD),
-            of(_DIRECT, "contacts are used as they come"), of(_INVERTED, "inverters at the pins")]
+            of(_DIRECT, "BTN3 stops the machine directly"), of(_INVERTED, "inverters at the pins")]
 
 
 # X
@@ -319,7 +320,7 @@ CHECKS = {
         _code_tasks, _no_yosys),
     "pins": Check(
         "Every input pin of the board reaches logic only through two flip-flops in a row. "
-        "Controls: contacts are used as they come, and inverters are put at the pins.",
+        "Controls: a button is used as it comes, and inverters are put at the pins.",
         _pin_tasks, _no_yosys,
         {MILL.name: "its inputs are no pins, and keep to the clock by contract"}),
     "unknown": Check(

@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The mill in VHDL, written from the thesis, and which block is which.
+"""The mill in VHDL, written from the thesis: which entity answers to which component.
 
 What the thesis leaves open was taken from the gateware, since both must agree in every clock: the
 layout of orders and movements as bits, that a start must fall before it counts again, that a

@@ -28,6 +28,8 @@ class FakePort:
         What was written, line by line, and `BREAK` for a break.
     can_break : bool
         Whether it can send one.
+    pause : float
+        Seconds that a read waits.
     """
 
     name = "fake"
@@ -37,6 +39,7 @@ class FakePort:
         self.answer, self.ends = answer, ends
         self.written: list[bytes] = []
         self.coming = b""
+        self.pause = 0.002
         self.gone = self.closed = self.can_break = False
         self._lock = threading.Lock()
 
@@ -51,7 +54,7 @@ class FakePort:
 
     def idle(self) -> None:
         """Let some time pass."""
-        time.sleep(0.002)
+        time.sleep(self.pause)
 
     def read(self) -> bytes:
         self.idle()

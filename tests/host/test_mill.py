@@ -49,7 +49,7 @@ class Wire:
 def wire(monkeypatch):
     wire = Wire()
     monkeypatch.setattr("fresa_host.delivery.Port", wire)
-    monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
+    monkeypatch.setattr("fresa_host.delivery.RETRY_S", 0.001)
     monkeypatch.setattr("fresa_host.mill.ANSWER_TIME", 0.001)
     monkeypatch.setattr("fresa_host.mill.SILENCE", 0.001)
     monkeypatch.setattr("fresa_host.orders.ANSWER_TIME", 0.001)

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from fresa_host import LineLost, Refused, Single, TimedOut, WasReset
+from fresa_host import LineLost, Refused, Single, TimedOut, WasReset, single_session
 from fresa_host import single as module
 from tests.host.fake import FakePort
 
@@ -39,8 +39,8 @@ class FakeSingle(FakePort):
 
 @pytest.fixture
 def fake(monkeypatch) -> FakeSingle:
-    monkeypatch.setattr(module, "SILENCE", 0.02)
-    monkeypatch.setattr(module, "LOOK", 0.001)
+    monkeypatch.setattr(single_session, "SILENCE_S", 0.02)
+    monkeypatch.setattr(module, "POLL_S", 0.001)
     return FakeSingle()
 
 

@@ -16,6 +16,7 @@ from tb import boards
 from tb.design import Design, Entity
 from tb.engines import AmaranthEngine, EngineError, UnknownLevelError
 from tb.engines.ghdl import GHDLEngine
+from tests.vcd import read_changes
 
 ghdl = pytest.mark.skipif(GHDLEngine.missing() is not None, reason=GHDLEngine.missing() or "")
 pytestmark = pytest.mark.ghdl
@@ -166,16 +167,7 @@ class TestEngine:
             engine.set(go=1, select=3)
             engine.run(2)
             engine.set(select=1)
-        text = path.read_text()
-        names = dict(re.findall(r"\$var reg +(?:1|16) (\S+) (clk|total)\b", text))
-        assert sorted(names.values())[-1] == "total"
-        changes = text.partition("$enddefinitions")[2]
-        code = next(code for code, name in names.items() if name == "total")
-        values = [int(value, 2) for value in re.findall(rf"^b(\d+) {re.escape(code)}$", changes,
-                                                        re.M)]
-        assert values == [3, 6, 9]
-        femtoseconds = [int(time) for time in re.findall(r"^#(\d+)$", changes, re.M)]
-        assert {10_000_000, 30_000_000} <= set(femtoseconds)
+        assert read_changes(path)["total"] == [(0, "11"), (10, "110"), (30, "1001")]
 
     def test_waveform_that_cannot_be_written(self, adder, tmp_path):
         with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):

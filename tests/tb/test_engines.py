@@ -28,6 +28,7 @@ from tb.engines import (
     cache,
     choose,
 )
+from tests.vcd import read_changes
 
 NO_COMPILER = CXXRTLEngine.missing()
 compiler = [
@@ -644,27 +645,6 @@ class TestMadeOn:
                             "takes hundreds of times as long")
 
 
-def waves(path: Path) -> dict[str, list[tuple[int, str]]]:
-    """Read a VCD: name to (nanosecond, value) wherever the value changes."""
-    head, body = path.read_text().split("$enddefinitions $end")
-    scale = 1 if "$timescale 1 ns $end" in head else 10**6
-    names: dict[str, list[str]] = {}
-    for code, name in re.findall(r"\$var \w+ \d+ (\S+) (\S+)", head):
-        names.setdefault(code, []).append(name)
-    read: dict[str, list[tuple[int, str]]] = {}
-    time = 0
-    for line in body.splitlines():
-        if line.startswith("#"):
-            time = int(line[1:]) // scale
-        elif match := re.fullmatch(r"(?:[bs](\S+) |([01]))(\S+)", line):
-            value = (match[1] or match[2]).lstrip("0")
-            for name in names[match[3]]:
-                changes = read.setdefault(name, [])
-                if not changes or changes[-1][1] != value:
-                    changes.append((time, value))
-    return read
-
-
 class TestWaveform:
     def write(self, kind, path) -> dict:
         with kind(machine(), vcd=path) as engine:
@@ -674,7 +654,7 @@ class TestWaveform:
             engine.get("seen_here")
             engine.apply({"go": [0, 0, 1, 0]}, ["busy"])
             engine.set(many=7)
-        return waves(path)
+        return read_changes(path)
 
     @engines
     def test_has_ports_at_their_times(self, kind, tmp_path):
@@ -736,7 +716,7 @@ class TestTrace:
             engine.trace(parts[1])
             engine.run(2)
             last = engine.get("total")
-        read = [waves(path) for path in parts]
+        read = [read_changes(path) for path in parts]
         assert int(read[1]["total"][-1][1], 2) == last
         return read
 
@@ -747,7 +727,7 @@ class TestTrace:
             engine.set(at=7)
             engine.apply({"many": [1, 1, 9, 9]}, ["busy"])
             engine.run(7)
-        return waves(path)
+        return read_changes(path)
 
     @engines
     def test_is_the_part_of_the_whole(self, kind, tmp_path):
@@ -795,8 +775,8 @@ class TestTrace:
             first = (tmp_path / "1.vcd").read_bytes()
             engine.run(4)
         assert (tmp_path / "1.vcd").read_bytes() == first
-        assert [waves(tmp_path / f"{n}.vcd")["clk"][0][0] for n in (1, 2)] == [0, 60]
-        assert waves(tmp_path / "2.vcd")["clk"][-1][0] == 140
+        assert [read_changes(tmp_path / f"{n}.vcd")["clk"][0][0] for n in (1, 2)] == [0, 60]
+        assert read_changes(tmp_path / "2.vcd")["clk"][-1][0] == 140
 
     @engines
     def test_cannot_be_written(self, kind, tmp_path):
@@ -807,7 +787,7 @@ class TestTrace:
             engine.run(5)
             engine.trace(tmp_path / "it.vcd")
             engine.run(5)
-        assert waves(tmp_path / "it.vcd")["clk"][0][0] == 100
+        assert read_changes(tmp_path / "it.vcd")["clk"][0][0] == 100
 
     @engines
     @full
@@ -831,7 +811,7 @@ class TestTrace:
             engine.run(5)
             engine.trace(tmp_path / "it.vcd")
             engine.run(5)
-        assert waves(tmp_path / "it.vcd")["clk"][-1][0] == 300
+        assert read_changes(tmp_path / "it.vcd")["clk"][-1][0] == 300
 
     @engines
     def test_only_if_made_for_it(self, kind, tmp_path):

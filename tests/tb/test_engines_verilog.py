@@ -6,7 +6,6 @@
 import random
 import re
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from tb.engines import icarus as icarus_module
 from tb.engines.icarus import IcarusEngine
 from tb.engines.netlist import NetlistEngine, NetlistIcarusEngine
 from tb.engines.verilator import VerilatorEngine
+from tests.vcd import read_changes
 
 MARKS = {
     "verilator": [pytest.mark.verilator, pytest.mark.compiler],
@@ -304,27 +304,6 @@ class TestUnknown:
         assert seen[0][:5] == [1, 2, 3, 4, 5]
 
 
-def waves(path: Path) -> dict[str, list[tuple[int, str]]]:
-    """Read a VCD: name to (nanosecond, value) wherever the value changes."""
-    head, body = path.read_text().split("$enddefinitions $end")
-    scale = 1 if re.search(r"\$timescale\s+1\s?ns", head) else 1000
-    names: dict[str, set[str]] = {}
-    for code, name in re.findall(r"\$var \w+ +\d+ (\S+) (\S+)", head):
-        names.setdefault(code, set()).add(name)
-    read: dict[str, list[tuple[int, str]]] = {}
-    time = 0
-    for line in body.splitlines():
-        if line.startswith("#"):
-            time = int(line[1:]) // scale
-        elif match := re.fullmatch(r"(?:b(\d+) |([01]))(\S+)", line):
-            value = (match[1] or match[2]).lstrip("0")
-            for name in names[match[3]]:
-                changes = read.setdefault(name, [])
-                if not changes or changes[-1][1] != value:
-                    changes.append((time, value))
-    return read
-
-
 class TestWaveform:
     @engines
     def test_has_ports_at_their_times(self, kind, tmp_path):
@@ -336,7 +315,7 @@ class TestWaveform:
             engine.get("both")
             engine.apply({"go": [0, 1]}, ["both"])
             engine.set(at=2)
-        read = waves(path)
+        read = read_changes(path)
         assert read["clk"][:9] == [(10 * n, "1" if n % 2 else "") for n in range(9)]
         assert read["at"] == [(0, "11"), (40, "1"), (80, "10")]
         assert read["go"] == [(0, "1"), (40, ""), (60, "1")]

@@ -15,17 +15,19 @@ from amaranth import Const, Mux
 
 from tb.engines import source
 from tb.engines.build import missing
-from tb.faults.machines import TIMING, TRAVEL, mill, positioner, single
 from tb.faults.rows import Rows, rows_of_stimulus
-from tb.faults.sessions import BIT, positioner_sessions, single_sessions
+from tb.faults.session import BIT
 from tb.faults.target import FaultTarget
 from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict, WrongReset
-from tb.faults.work import actions, rows_of_actions
 from tb.fuzz.line import decode
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, record
+from tb.machines.mill.faults import TIMING, TRAVEL, actions, rows_of_actions
+from tb.machines.mill.faults import target as mill
 from tb.machines.mill.model import MillInputs, MillModel
 from tb.machines.mill.stimulus import orders, random_rows
+from tb.machines.positioner import faults as positioner_faults
+from tb.machines.single import faults as single_faults
 from tb.mistake import Mistake
 from tb.yosys import YOSYS
 
@@ -62,8 +64,8 @@ class TestWork:
 
     def test_sessions_are_lines(self):
         """All that they say on the line is heard, and each begins with the line at rest."""
-        for sessions, first, end in ((positioner_sessions, b"CONNECT\n", b"\n"),
-                                     (single_sessions, b":v", b"\r")):
+        for sessions, first, end in ((positioner_faults.sessions, b"CONNECT\n", b"\n"),
+                                     (single_faults.sessions, b":v", b"\r")):
             rows = sessions(3)
             begins = np.flatnonzero(rows.begins)
             for begin, stop in pairwise([*begins, len(rows)]):
@@ -198,7 +200,16 @@ class TestResets:
         assert clocks == 500 * 32 and steps > 500
 
 
-ON_A_LINE = {"single": (single, single_sessions), "positioner": (positioner, positioner_sessions)}
+def positioner() -> FaultTarget:
+    return positioner_faults.targets()[0]
+
+
+def single() -> FaultTarget:
+    return single_faults.targets()[0]
+
+
+ON_A_LINE = {"single": (single, single_faults.sessions),
+             "positioner": (positioner, positioner_faults.sessions)}
 
 
 @compiled

@@ -10,7 +10,9 @@ import pytest
 from amaranth import Cat, Mux
 
 from tb.engines.build import missing
-from tb.faults import machines
+from tb.faults.target import FaultTarget
+from tb.machines import machines
+from tb.machines.mill import faults as mill
 from tb.mistake import Mistake
 from tools import build
 from tools.faults import __main__ as faults
@@ -32,6 +34,11 @@ def run_json(path, *arguments: object) -> tuple[int, list[dict]]:
         for name in ("seconds", "flips_per_second"):
             machine.pop(name, None)
     return status, machines
+
+
+def declare(monkeypatch, *builds: FaultTarget) -> None:
+    """Have other builds of the mill."""
+    monkeypatch.setitem(machines(), "mill", replace(machines()["mill"], faults=lambda: builds))
 
 
 @compiled
@@ -63,11 +70,8 @@ class TestFlips:
 
     def test_guard_with_a_gap_is_found(self, tmp_path, monkeypatch, capsys):
         """A guard that compares no positions lets some through; the status says so."""
-        def with_gap(*, guard: bool):
-            machine = machines.mill(guard=guard)
-            return replace(machine, design=GAP.planted(machine.design))
-
-        monkeypatch.setitem(machines.MACHINES, "mill", with_gap)
+        guarded = mill.target(guard=True)
+        declare(monkeypatch, replace(guarded, design=GAP.planted(guarded.design)))
         status, (machine,) = run_json(tmp_path / "it.json", "flips", "--flips", 4000, "--guard")
         assert status == 1
         assert machine["silent"] > 10
@@ -97,10 +101,7 @@ class TestResets:
         assert capsys.readouterr().out.count("every coil word legal, none moved") == 2
 
     def test_mistake_ends_in_status_1(self, monkeypatch, capsys):
-        def forgets(*, guard: bool):
-            return replace(machines.mill(guard=guard), kept=("black", "orange", "rest"))
-
-        monkeypatch.setitem(machines.MACHINES, "mill", forgets)
+        declare(monkeypatch, replace(mill.target(guard=False), kept=("black", "orange", "rest")))
         assert run("resets", "--resets", 1500, "--no-guard") == 1
         assert "started is not as from power-up after a reset" in capsys.readouterr().out
 

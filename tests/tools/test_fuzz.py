@@ -10,7 +10,7 @@ from amaranth import Mux
 
 from fresa.protocol import frames
 from tb.engines import CXXRTLEngine
-from tb.fuzz import TARGETS
+from tb.fuzz import targets
 from tb.mistake import Mistake
 from tools import fuzz
 from tools.fuzz import main
@@ -38,9 +38,9 @@ def test_all_in_order(compiled, tmp_path, capsys):
 
 @pytest.mark.compiler
 def test_something_found(compiled, tmp_path, capsys, monkeypatch):
-    save, target = tmp_path / "found", TARGETS["single"]
-    monkeypatch.setitem(TARGETS, "single", replace(
-        target, design=lambda: OBEYS_REFUSED.planted(target.design())))
+    save, target = tmp_path / "found", targets()["single"]
+    wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()))
+    monkeypatch.setattr(fuzz, "targets", lambda: {"single": wrong})
     assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
                  "--json", str(tmp_path / "f")]) == 1
     output = capsys.readouterr().out

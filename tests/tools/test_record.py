@@ -11,9 +11,9 @@ import pytest
 
 from tb.contracts import COMPONENTS
 from tb.mutation import with_a_bench
-from tools import record
-from tools.record import BEGUN, KEPT, PARTS, Part, fingerprint, main, run
-from tools.record_page import page, summary
+from tools import fingerprints, record
+from tools.record import BEGUN, KEPT, PARTS, Part, main, run
+from tools.record_page import dump, page, summary
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -35,11 +35,18 @@ def check(tmp_path, monkeypatch):
     (tmp_path / "lib" / "its_check.py").write_text(CHECK)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     monkeypatch.setattr(record, "ROOT", tmp_path)
-    (tmp_path / "hdl").mkdir()
-    (tmp_path / "hdl" / "mill.py").write_text("steps = 1")
-    (tmp_path / "tb.py").write_text("")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
-    return lambda status, name="some": Part(name, f"its_check {{folder}} {status}", ("tb.py",))
+    return lambda status, name="some": Part(name, f"its_check {{folder}} {status}", ("run it",))
+
+
+@pytest.fixture(autouse=True)
+def prints(monkeypatch):
+    """Give the fingerprints, of which there are few here, to change them."""
+    found = {"run it": "0123", "contract it": "4567"}
+    monkeypatch.setattr(fingerprints, "names", lambda kind: [
+        name for name in found if name.startswith(f"{kind} ")])
+    monkeypatch.setattr(fingerprints, "take", lambda wanted: {
+        name: found.get(name, "gone") for name in wanted})
+    return found
 
 
 def calls(work: Path, name: str = "some") -> int:
@@ -53,16 +60,27 @@ class TestRun:
         again = run([check(0)], work)
         assert first == again
         assert first["parts"]["some"]["facts"] == {"found": 7, "versions": {"check": "1.0"}}
+        assert first["parts"]["some"]["of"] == {"run it": "0123"}
         assert calls(work) == 1
 
-    @pytest.mark.parametrize("changed", ["hdl/mill.py", "tb.py", "versions", "command"])
+    def test_runs_again_when_what_it_is_of_has_changed(self, check, tmp_path, prints):
+        work = tmp_path / "build"
+        run([check(0)], work)
+        before = (work / "some" / KEPT).read_text()
+        prints["contract it"] = "another"
+        assert run([check(0)], work) is not None
+        assert (work / "some" / KEPT).read_text() == before
+        prints["run it"] = "89ab"
+        facts = run([check(0)], work) or {}
+        assert facts["parts"]["some"]["of"] == {"run it": "89ab"}
+        assert (work / "some" / KEPT).read_text() != before
+
+    @pytest.mark.parametrize("changed", ["versions", "command"])
     def test_runs_again_when_something_has_changed(self, check, tmp_path, monkeypatch, changed):
         work = tmp_path / "build"
         run([check(0)], work)
         if changed == "versions":
             monkeypatch.setattr(record, "versions", lambda: ("Python 4",))
-        elif changed != "command":
-            (tmp_path / changed).write_text("steps = 2")
         before = (work / "some" / KEPT).read_text()
         part = check(0) if changed != "command" else replace(
             check(0), command="its_check {folder} 0 more")
@@ -90,11 +108,12 @@ class TestRun:
         assert (work / "some" / "state.json").exists()
         assert facts["parts"]["some"]["seconds"] >= 1000
 
-    def test_what_remembers_by_itself_loses_nothing_and_the_page_says_so(self, check, tmp_path):
+    def test_what_remembers_by_itself_loses_nothing_and_the_page_says_so(
+            self, check, tmp_path, prints):
         work, part = tmp_path / "build", replace(check(0), remembers=True)
         facts = run([part], work) or {}
         assert not facts["parts"]["some"]["resumed"]
-        (tmp_path / "hdl" / "mill.py").write_text("steps = 2")
+        prints["run it"] = "89ab"
         for _ in range(2):
             facts = run([part], work) or {}
             assert facts["parts"]["some"]["resumed"]
@@ -144,10 +163,38 @@ def interrupted(*args, **kwargs):
     raise KeyboardInterrupt
 
 
-def test_what_parts_depend_on_is_there():
-    for part in PARTS.values():
-        for place in (*record.GATEWARE, *part.on):
-            assert (record.ROOT / place).exists(), place
+class TestFreshness:
+    @pytest.fixture
+    def folder(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(record, "PARTS", {
+            "one": Part("one", "", ("run it",)), "two": Part("two", "", ("contract",))})
+        (tmp_path / "verification.json").write_text(json.dumps({"parts": {
+            "one": {"of": {"run it": "0123"}}, "two": {"of": {"contract it": "4567"}}}}))
+        return tmp_path
+
+    def test_is_fresh(self, folder, capsys):
+        assert main(["--check", "-o", str(folder)]) == 0
+        assert capsys.readouterr().out == "2 of 2 parts are of what is here\n"
+
+    def test_names_what_is_stale(self, folder, prints, capsys):
+        prints["contract it"] = "another"
+        assert main(["--check", "-o", str(folder)]) == 1
+        said = capsys.readouterr().out
+        assert "stale: two, of another contract it\n" in said
+        assert "1 of 2 parts are of what is here; run python -m tools.record two\n" in said
+
+    def test_what_is_new_makes_it_stale(self, folder, prints, capsys):
+        prints["contract new"] = "1111"
+        assert main(["--check", "-o", str(folder)]) == 1
+        assert "stale: two, of another contract new\n" in capsys.readouterr().out
+
+    def test_no_record(self, tmp_path, capsys):
+        assert main(["--check", "-o", str(tmp_path)]) == 2
+        assert "there is no record in" in capsys.readouterr().err
+
+
+def test_each_part_depends_on_something():
+    assert all(part.on for part in PARTS.values())
 
 
 @pytest.fixture
@@ -168,9 +215,10 @@ def test_mutants_are_of_every_component_that_has_a_bench():
 
 class TestPage:
     def test_docs_say_what_the_figures_say(self):
-        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        text = (DOCS / "verification.json").read_text(encoding="utf-8")
+        facts = json.loads(text)
         assert set(facts["parts"]) <= set(PARTS)
-        assert facts["gateware"] == fingerprint(record.GATEWARE), "run python -m tools.record"
+        assert dump(facts) == text and len(text.splitlines()) < 1500
         assert page(facts) == (DOCS / "verification.md").read_text(encoding="utf-8")
 
     def test_mutants_are_added_up(self):
@@ -181,7 +229,7 @@ class TestPage:
             "all": counts, "components": {name: {**counts, "score": 50.0}}, "survivors": []}}
             for name, counts in (("mutants", one), ("mutants-lines", two),
                                  ("mutants-machines", none), ("mutants-more", none))},
-            "cores": 2, "versions": [], "gateware": ""}
+            "cores": 2, "versions": []}
         assert "| **all** | 20 | 4 | 12 | 10 | 12 | 4 | 75.00 |" in page(facts)
 
     def test_every_figure_is_from_the_record(self):
@@ -215,25 +263,24 @@ class TestPage:
         assert f"| {row} |" in (DOCS / "evidence.md").read_text(encoding="utf-8")
 
     def test_every_part_has_its_place(self):
-        text = page({"parts": {}, "cores": 2, "versions": [], "gateware": ""})
+        text = page({"parts": {}, "cores": 2, "versions": []})
         left_out = re.findall(r"^Left out of this record: (.*)\.$", text, re.M)
         assert sorted(PARTS) == sorted(name for names in left_out for name in names.split(", "))
 
     def test_coverage_of_each_machine(self):
         def facts(name: str, **more) -> Any:
             percents = {"seen": 1, "all": 2, "percent": 50.0, "least": 49.5}
-            never = [{"kind": kind, "what": "it"} for kind in ("line", "toggle")]
             return summary(name, more | {"lines": {
-                "machine": f"its {name}", "clocks": 9000, "engine": "Verilator 7", "never": never,
+                "machine": f"its {name}", "clocks": 9000, "engine": "Verilator 7", "never": [9],
                 "lines and branches": percents, "bits": percents}})
 
         names = "coverage", "coverage-single", "coverage-positioner"
         parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
             name, **({"states": []} if name == "coverage" else {}))} for name in names}
-        text = page({"parts": parts, "cores": 2, "versions": [], "gateware": ""})
+        text = page({"parts": parts, "cores": 2, "versions": []})
         for name in names:
             assert f"| its {name} | 9 000 | bits | 1 | 2 | 50.00 | 49.5 |" in text
-            assert parts[name]["facts"]["lines"]["never"] == [{"kind": "line", "what": "it"}]
+            assert "never" not in parts[name]["facts"]["lines"]
 
     def test_each_machine_that_is_struck(self):
         def facts(name: str, **more) -> Any:
@@ -246,13 +293,38 @@ class TestPage:
                  "flips": {"guard": False}, "flips-single": {"machine": "single"}}
         parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
             name, **more)} for name, more in names.items()}
-        text = page({"parts": parts, "cores": 2, "versions": [], "gateware": ""})
+        text = page({"parts": parts, "cores": 2, "versions": []})
         for name in ("mill with guard", "positioner"):
             assert f"| {name} | 500 | 9 000 | 70 | 10 |" in text
         for name in ("mill without guard", "single"):
             assert f"| {name} | 263 | 1 000 | 600 | 300 | 20 | 80 | 8.000 |" in text
         for left_out in ("resets-single", "flips-positioner"):
             assert f"Left out of this record: {left_out}." in text
+
+    def test_each_property_has_its_mutant_or_is_named(self):
+        found = {"component": "coil", "case": "bench", "clock": 7, "lemma": False, "mutant": ""}
+        kills = summary("kills", {"versions": {}, "seconds": 9, "kills": [
+            {**found, "name": "moves", "mutant": "not $3 Y[0] inverted"},
+            {**found, "name": "counts", "lemma": True}, {**found, "name": "rests"}]})
+        assert kills["mutants"] == {"coil": {"moves": "not $3 Y[0] inverted, bench, clock 7"}}
+        proof = {"component": "coil", "name": "moves", "case": "-", "verdict": "proved", "k": 2,
+                 "base": 1.0, "induction": 0.5}
+        proofs = summary("proofs", {"versions": {}, "seconds": 9, "proofs": [
+            proof, {**proof, "name": "rests", "k": 5}]})
+        parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts}
+                 for name, facts in (("proofs", proofs), ("kills", kills))}
+        text = page({"parts": parts, "cores": 2, "versions": []})
+        assert "| coil | 2 | 2 | 2 | 5 | 1.5 | 1 of 2 | 1 |" in text
+        assert "| coil | rests |" in text
+        del parts["kills"]
+        text = page({"parts": parts, "cores": 2, "versions": []})
+        assert "| coil | 2 | 2 | 2 | 5 | 1.5 | - | - |" in text
+        assert "Left out of this record: kills." in text
+
+    def test_json_has_a_line_for_what_holds_nothing_that_holds_more(self):
+        facts = {"a": {"b": 1, "c": [1, 2]}, "d": [], "e": [{"f": 1}, {"g": 2}]}
+        assert json.loads(dump(facts)) == facts
+        assert len(dump(facts).splitlines()) == 10
 
     def test_long_lists_are_left_out(self):
         assert summary("mutants", {"all": {}, "mutants": {"coil": ["many"]}}) == {"all": {}}

@@ -56,7 +56,7 @@ def mill(monkeypatch):
     mill = Mill()
     monkeypatch.setattr("fresa_host.delivery.Port", mill)
     monkeypatch.setattr("fresa_host.orders.QUIET", 0.001)
-    monkeypatch.setattr("fresa_host.delivery.AGAIN", 0.001)
+    monkeypatch.setattr("fresa_host.delivery.RETRY_S", 0.001)
     monkeypatch.setattr("fresa_host.orders.PAUSE", 0.001)
     return mill
 
@@ -162,7 +162,7 @@ class TestSend:
         assert "reset it with BTN0" in capsys.readouterr().out
 
     def test_a_mill_that_never_answers(self, mill, job, monkeypatch, capsys):
-        monkeypatch.setattr(send, "PATIENCE", 0.05)
+        monkeypatch.setattr(send, "ANSWER_TIMEOUT_S", 0.05)
         monkeypatch.setattr(mill.model, "hear", lambda data: b"")
         assert run(job, "--port", "mill") == 2
         assert "does not answer" in capsys.readouterr().err

@@ -54,7 +54,7 @@ steps:
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.board", description=ABOUT, epilog=EPILOG)
     parser.add_argument("--image", metavar="FILE", type=Path, default=EXAMPLE,
                         help="picture to mill (default: examples/strawberry.png)")

@@ -1,4 +1,4 @@
-"""The board as pages have it: what they ask for, what they are told."""
+"""The board as pages have it: their requests, and the state that they show."""
 
 import asyncio
 import importlib.metadata
@@ -85,7 +85,7 @@ class Board:
         self._frames = asyncio.create_task(self._send_frames())
 
     async def close(self) -> None:
-        """Switch off. The pages are told by the site that ends."""
+        """Switch off. The site, which ends, closes the connections of the pages."""
         self._frames.cancel()
         await asyncio.to_thread(self._simulation.stop)
         self.windows.close()
@@ -142,7 +142,7 @@ class Board:
         self._build(replace(job, period=self._wanted.period), "build", "programming the board")
 
     async def cut(self) -> Cut:
-        """Give what has become of the plate.
+        """Return what has become of the plate.
 
         Raises
         ------

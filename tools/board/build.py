@@ -12,7 +12,7 @@ __all__ = ["Builder", "timing_of"]
 
 
 def timing_of(engine: type[Engine]) -> tuple[int, int]:
-    """Give the period, and the bits of the display's scan, at which a person can watch an engine.
+    """Return the period, and the bits of the display's scan, at which a person can watch an engine.
 
     A machine should mill the example in a minute or so. The digits should each have their turn in
     far less than the time of a picture on the page.
@@ -57,7 +57,7 @@ class Builder:
                 threading.Thread(target=self._work, name="board builder", daemon=True).start()
 
     def built(self) -> tuple[int, Job, int, Engine | EngineError] | None:
-        """Give the number, the job with its period, the scan, and what came of it; once."""
+        """Return the number, the job with its period, the scan, and what came of it; once."""
         with self._lock:
             return self._built.pop() if self._built else None
 

@@ -53,7 +53,7 @@ class Lights:
         self._display += (digits * weights[:, None]).T @ segments
 
     def take(self) -> tuple[bytes, bytes] | None:
-        """Give the duty of LEDs and segments since this was last called; None if no clock was made.
+        """Return the duty of LEDs and segments since the last call; None if no clock was made.
 
         Returns
         -------

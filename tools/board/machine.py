@@ -177,12 +177,12 @@ class Machine:
         self._plate.feed(_rows(changes, start, len(changes)))
 
     def _words(self) -> Changes:
-        """Give the coil words as they are."""
+        """Return the coil words as they are."""
         return Changes(np.array([self.clock]),
                        {name: np.array([self._levels[name]]) for name in COILS})
 
     def cut(self, seconds: float = 0.0) -> Cut:
-        """Tell what has become of the plate, at the pace of its last job."""
+        """Return what has become of the plate, at the timing of its last job."""
         self._digest()
         begun, ended = self._job_clocks
         clocks = (self.clock if ended is None else ended) - begun
@@ -208,7 +208,7 @@ class Machine:
         return self._window is not None
 
     def recorded(self, *, whole: bool = True) -> Window | None:
-        """Give the waveform that is complete or has grown too large, once.
+        """Return the waveform that is complete or has grown too large, once.
 
         Parameters
         ----------
@@ -236,7 +236,7 @@ class Machine:
         return Window(str(path), first, self.clock - first, last - first, size)
 
     def look(self, rate: float) -> Snapshot:
-        """Give what has changed since the last look.
+        """Return what has changed since the last look.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class Machine:
 
 
 def _size(path: Path) -> int:
-    """Give the bytes of a file, -1 if there is none."""
+    """Return the bytes of a file, -1 if there is none."""
     try:
         return path.stat().st_size
     except OSError:

@@ -1,4 +1,4 @@
-"""What the page's server and the simulation, two processes, tell each other."""
+"""Messages between the page's server and the simulation, two processes."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 __all__ = ["CORNER", "PIXEL", "Job", "Snapshot", "Window"]
 
-#: A corner of the tool's way, in steps; bit 0 of the flags says that the way to it was cut.
+#: A corner of the tool's path, in steps; bit 0 of the flags: the line to it was cut.
 CORNER = np.dtype([("x", "<i4"), ("y", "<i4"), ("flags", "u1")])
 
 #: Number of a pixel: row * columns + column.

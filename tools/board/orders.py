@@ -1,4 +1,4 @@
-"""What pages ask for, checked: a page may say anything."""
+"""Requests of pages, checked: a page may send anything."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -21,7 +21,7 @@ SPEEDS = (0.1, 1e9)
 
 
 def read_order(name: str, message: Message) -> int | float | tuple[int, int] | None:
-    """Give what an order is about: levels, a number of clocks, a speed; None if nothing.
+    """Return what an order is about: levels, a number of clocks, a speed; None if nothing.
 
     Of switches it is a mask of those that are put, and their levels: what a page knows of the
     others may be old.

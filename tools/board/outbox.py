@@ -1,4 +1,4 @@
-"""Orders on their way to another process, which may be too busy to take them."""
+"""A queue of orders for another process, which may be too busy to take them."""
 
 import threading
 from collections import deque
@@ -13,7 +13,7 @@ MOST_WAITING = 64
 
 
 class Outbox:
-    """Sends orders by a thread of its own, so that whoever gives them never waits.
+    """Sends orders by a thread of its own, so that the caller never waits.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A plate under the tool: what is milled, and what of that has been told."""
+"""A plate under the tool: what is milled, and what of that has been sent."""
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class Plate:
             self._corners, self._path_anew = 0, True
 
     def take_path(self) -> tuple[bytes, bytes, bool]:
-        """Give the corners fixed since this was last called, the tool's place, and if all are new.
+        """Return the corners fixed since the last call, the tool's place, and if all are new.
 
         Both are `CORNER`; corners of the plane, so that what moves only up or down has none.
         """
@@ -76,7 +76,7 @@ class Plate:
         return corners[fixed][moved[fixed]].tobytes(), corners[-1:].tobytes(), anew
 
     def take_cut(self) -> tuple[bytes, bool]:
-        """Give the pixels cut since this was last called, as `PIXEL`, and if all are new."""
+        """Return the pixels cut since the last call, as `PIXEL`, and if all are new."""
         milled = self.plant.milled_from(self._milled)
         self._milled += len(milled)
         anew, self._cut_anew = self._cut_anew, False

@@ -72,7 +72,7 @@ class SceneView:
         self._tip = b""
 
     def frame(self) -> bytes | None:
-        """Give what the page has not got yet, and count it as got; None if nothing."""
+        """Return what the page has not got yet, and count it as got; None if nothing."""
         scene, mask, parts = self._scene, 0, []
         if "time" not in scene.fixed:
             return None
@@ -136,7 +136,7 @@ def unpack(frame: bytes) -> dict[str, bytes | tuple[int, bytes]]:
 
 
 def _take(grows: _List, got: tuple[int, int]) -> tuple[int, bytes, tuple[int, int], bool]:
-    """Give the index of the next items, the items, what was got with them, and if all is new."""
+    """Return the index of the next items, the items, what was got with them, and if all is new."""
     generation, first = got
     if anew := generation != grows.generation:
         first = 0

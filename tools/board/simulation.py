@@ -28,8 +28,8 @@ class Simulation:
     engine : str, optional
         The engine; None for the fastest that runs here.
     heard : callable
-        Called in the event loop with what the process says, the tuples of `tools.board.worker`;
-        with ``("ended", status)`` when it is gone.
+        Called in the event loop with the messages of the process, the tuples of
+        `tools.board.worker`, and with ``("ended", status)`` when it is gone.
     folder : str
         A folder that the process deletes if this one is killed.
     """
@@ -42,7 +42,7 @@ class Simulation:
 
     @property
     def alive(self) -> bool:
-        """Whether it can be told something."""
+        """Whether it takes messages."""
         return self._connection is not None
 
     @property
@@ -64,13 +64,13 @@ class Simulation:
             ours, process, asyncio.get_running_loop(), self._hear)).start()
 
     def tell(self, *order: Any) -> None:
-        """Send an order. If the process is gone nothing happens; that has been told, or will be."""
+        """Send an order. If the process is gone nothing happens; its end is reported by itself."""
         if self._outbox is not None:
             self._outbox.put(*order)
 
     def _hear(self, connection: Connection, *message: Any) -> None:
         if connection is not self._connection:
-            return  # it was ended, and what it said before does not count any more
+            return  # it was ended: its earlier messages are void
         if message[0] == "ended":
             if self._outbox is not None:
                 self._outbox.close()

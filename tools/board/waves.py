@@ -19,13 +19,13 @@ from .messages import Window
 
 __all__ = ["MOST_CLOCKS", "Windows"]
 
-#: Clocks of a window at most. How many signals a drawing can have is for `tools.wave` to say.
+#: Clocks of a window at most. `tools.wave` limits the signals of a drawing.
 MOST_CLOCKS = 1_000_000
 
 #: Seconds that looking into a window may take.
 PATIENCE = 60
 
-#: What only somebody at a terminal can do. On the page the signals are listed.
+#: Advice that needs a terminal. On the page the signals are listed.
 ADVICE = re.compile("; python -m tools\\.wave .*")
 
 ROOT = Path(__file__).parents[2]
@@ -56,7 +56,7 @@ class Windows:
         return self._folder.name
 
     def place(self) -> Path:
-        """Give a place for a new window."""
+        """Return a place for a new window."""
         self._number += 1
         return Path(self._folder.name) / f"{self._number}.vcd"
 

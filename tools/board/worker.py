@@ -1,6 +1,6 @@
 """The process that the gateware runs in: obeys orders, and runs clocks in between.
 
-It runs for some milliseconds at a time, so that nobody who clicks has to wait.
+It runs for some milliseconds at a time, so that a click never waits longer.
 """
 
 import os
@@ -24,7 +24,7 @@ __all__ = ["work"]
 SLICE = 0.006
 FIRST_SLICE = 100
 
-#: Seconds after which pages are told of a new state that nobody asked for.
+#: Seconds after which a new state is sent without a request.
 REPORT = 0.03
 
 #: Orders that are obeyed before it runs again, however many there are.
@@ -82,7 +82,7 @@ class Worker:
         self._told: dict[str, object] = {}
 
     def serve(self) -> None:
-        """Obey and run, until the other end is closed or says so."""
+        """Obey and run, until the other end is closed or asks for the end."""
         while True:
             wait, obeyed = self._wait(), False
             for _ in range(MOST_ORDERS):

@@ -7,12 +7,11 @@ from importlib.metadata import version
 
 from amaranth.back import rtlil
 
-from fresa.machines.mill import Mill
 from tb.engines import EngineError
 from tb.engines.build import missing
-from tb.faults.machines import MACHINES
 from tb.faults.target import Coils, FaultTarget
 from tb.faults.verdicts import Verdict
+from tb.machines import machines
 
 from ..console import Progress, UserError, check_output, command, say, write_atomically
 from ..synthesis import PASSES, Resources, synthesise
@@ -29,8 +28,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = make_parser().parse_args(argv)
     check_output(args.json)
     if args.run != "cost":
-        if args.machine != "mill" and args.guard is not None:
-            raise UserError(f"leave out --guard: {args.machine} has none")
         if reason := missing():
             raise UserError(reason)
     facts: dict[str, object] = {"command": args.run}
@@ -46,11 +43,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _machines(args: argparse.Namespace) -> list[FaultTarget]:
-    """Make the machines."""
-    if args.machine != "mill":
-        return [MACHINES[args.machine]()]
-    return [MACHINES[args.machine](guard=guard)
-            for guard in ([False, True] if args.guard is None else [args.guard])]
+    """Make the builds of a machine that are asked for."""
+    declared = machines()[args.machine].faults
+    builds = list(declared() if declared else ())
+    if args.guard is None:
+        return builds
+    if all(build.guard is None for build in builds):
+        raise UserError(f"leave out --guard: {args.machine} has none")
+    return [build for build in builds if build.guard == args.guard]
 
 
 def _called(machine: FaultTarget) -> str:
@@ -114,7 +114,7 @@ def _print_upsets(done: Upsets) -> None:
 
 def _cost(args: argparse.Namespace, facts: dict[str, object]) -> bool:
     with Progress(2 * PASSES, "passes", "counting resources") as progress:
-        cost = _count_cost(progress.advance)
+        cost = _count_cost(args.machine, progress.advance)
     for guard, resources in cost.items():
         say(f"{_guarded(guard):14} {resources.luts} LUTs, {resources.flip_flops} flip-flops")
     say(f"counted by {cost[True].tool}")
@@ -122,10 +122,11 @@ def _cost(args: argparse.Namespace, facts: dict[str, object]) -> bool:
     return True
 
 
-def _count_cost(advance: Callable[[int], None]) -> dict[bool, Resources]:
-    """Count what the raw machine takes without its guard and with it, at its real timing."""
-    return {guard: synthesise(rtlil.convert(Mill(guard=guard), name="mill", emit_src=False), "mill",
-                              advance) for guard in (False, True)}
+def _count_cost(name: str, advance: Callable[[int], None]) -> dict[bool, Resources]:
+    """Count what a raw machine takes without its guard and with it, at its real timing."""
+    return {guard: synthesise(
+        rtlil.convert(machines()[name].make(guard=guard), name=name, emit_src=False), name, advance)
+        for guard in (False, True)}
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import argparse
 import os
 from pathlib import Path
 
-from tb.faults.machines import MACHINES
+from tb.machines import machines
 
 from ..console import Parser, whole
 
@@ -15,51 +15,51 @@ RESETS, UPSETS, UPSETS_ON_A_LINE = 10_000, 1_000_000, 20_000
 
 ABOUT = """\
 Injects faults into a raw machine while it works, on CXXRTL: resets at any time, or bit upsets of
-flip-flops (SEU), as radiation and bad supplies cause them. And says what the guard of the mill,
-which makes them visible, takes of an FPGA.
+flip-flops (SEU), as radiation and bad supplies cause them. And says what a guard, which makes them
+visible, takes of an FPGA.
 """
 
 EPILOG = """\
 examples:
   python -m tools.faults resets
-      10 000 resets of the mill; no motor may move for one.
+      10 000 resets of {first}; no motor may move for one.
 
-  python -m tools.faults resets --machine positioner
-      And of the positioner, while lines come in: no pulse may begin, or be cut, for one.
+  python -m tools.faults resets --machine {last}
+      And of {last}.
 
   python -m tools.faults upsets
-      A million upsets of the mill without its guard, and a million with it; a minute or two.
+      A million upsets of each build of {first}, without its guard and with it; a minute or two.
 
   python -m tools.faults upsets --guard --upsets 10000000 --seed 7
-      Others, and more of them, of the mill with its guard alone.
+      Others, and more of them, of the build with a guard alone.
 
   python -m tools.faults cost
-      Look-up tables and flip-flops of the mill with and without the guard.
+      Look-up tables and flip-flops with and without the guard.
 
-python -m tools.build --guard builds the mill with its guard. The other machines have none.
+python -m tools.build --guard builds a machine with its guard, if it has one.
 """
 
 ABOUT_RESETS = """\
-Resets come at any time, for 1 to 30 clocks, while a machine is kept busy: the mill by orders, jogs,
-stops and pins at random; single and positioner by lines which move their motors soon after each
-reset, and by anything at all on the line, with switches pressed at random.
+Resets come at any time, for 1 to 30 clocks, while a machine is kept busy: by orders, and by pins at
+random; or, if it has a serial line, by lines which move its motors soon after each reset, and by
+fuzzing the line, with switches pressed at random.
 
 In every clock each coil word must be one of the motor's table, and the one of the clock before or a
 neighbour of it, or none where there is no power; each pulse as long as its driver module needs, and
 DIR and ENABLE still around it. A reset must move no motor, begin no pulse and cut none. After it
 all registers must be as from power-up but those that shall outlive it: what stands at the pins of
-the motors, and since when; switches as they were seen; what memories gave last; of the mill that
-start has been taken. Behind one reset of twenty a machine on a line must do what it is asked then,
-and say so. The exit status is 1 if any of that is not so.
+the motors, and since when; switches as they were seen; what memories gave last; orders that were
+taken. After one reset of twenty a machine on a line must do what it is asked then, and say so.
+The exit status is 1 if any of that is not so.
 """
 
 ABOUT_UPSETS = """\
 In a random clock of work a random flip-flop changes. The work is done once without, and then from
-there on with the upset: for the mill jogs, orders of every kind, stops, resets and mode changes;
-for the others lines that go to places, change speeds, stop movements or are wrong, and breaks,
-switches and resets. All of it waits for the machine where people and order sources do. After 400
-clocks or more, 6000 and 12 000 for machines on a line, where the machine rests, or as soon as its
-state is again what it would be, it came to one of
+there on with the upset: orders of every kind, stops, resets, and what else people do; over a line
+commands that go to places, change speeds, stop movements or are wrong, breaks, switches and resets.
+All of it waits for the machine where people and order sources do. Some hundred clocks later, or
+some thousand of a machine on a line, where the machine rests, or as soon as its state is again what
+it would be, it came to one of
 
   harmless   the motors are where they would be, and the counters say so
   visible    a fault was shown, outside a reset, where it would not have been, or for ever where the
@@ -73,19 +73,21 @@ hand that comes too late, and so is not made before the switch is off, is silent
 endless movement that is stopped in another place because it was slower. Bits of memories are not
 upset, and reports of positions are no answers.
 
-The exit status is 1 if an upset of the mill with its guard is silent. Without a guard the silent
+The exit status is 1 if an upset of a machine with a guard is silent. Without a guard the silent
 ones are counted, no more.
 """
 
 ABOUT_COST = """\
-Counts the look-up tables and flip-flops of a Spartan-3E that the raw mill takes with and without
+Counts the look-up tables and flip-flops of a Spartan-3E that a raw machine takes with and without
 its guard, by Yosys.
 """
 
 
 def make_parser() -> argparse.ArgumentParser:
     """Make it."""
-    parser = Parser(prog="python -m tools.faults", description=ABOUT, epilog=EPILOG)
+    names = [name for name, machine in machines().items() if machine.faults]
+    parser = Parser(prog="python -m tools.faults", description=ABOUT, machines=True,
+                    epilog=EPILOG.format(first=names[0], last=names[-1]))
     kinds = parser.add_subparsers(dest="what", metavar="FAULT", required=True,
                                   help="resets, upsets (or flips) or cost; each has a --help")
     for name, aliases, about, count in [
@@ -95,19 +97,21 @@ def make_parser() -> argparse.ArgumentParser:
         kind = kinds.add_parser(name, prog=f"{parser.prog} {name}", aliases=aliases,
                                 description=about)
         kind.set_defaults(run=name)
-        kind.add_argument("--machine", metavar="NAME", choices=MACHINES, default="mill",
-                          help=f"{', '.join(MACHINES)} (default: %(default)s)")
+        kind.add_argument("--machine", metavar="NAME", choices=names, default=names[0],
+                          help=f"{', '.join(names)} (default: %(default)s)")
         kind.add_argument(f"--{name}", *(f"--{alias}" for alias in aliases), metavar="N",
                           type=whole(1), help=f"how many, for each machine (default: {count})")
         kind.add_argument("--seed", metavar="S", type=whole(0, (1 << 32) - 1), default=1,
                           help="of all chance: the same seed, the same result (default: 1)")
         kind.add_argument("--guard", action=argparse.BooleanOptionalAction,
-                          help="the mill with its guard alone, or without it alone "
+                          help="a machine with its guard alone, or without it alone "
                                "(default: both)")
         kind.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                           help="cores to use (default: all)")
-    kinds.add_parser("cost", prog=f"{parser.prog} cost", description=ABOUT_COST).set_defaults(
-        run="cost")
+    cost = kinds.add_parser("cost", prog=f"{parser.prog} cost", description=ABOUT_COST)
+    # The first machine whose component has a guard to be built with.
+    cost.set_defaults(run="cost", machine=next(name for name, machine in machines().items() if any(
+        options.get("guard") for options in machine.builds.values())))
     for kind in set(kinds.choices.values()):
         kind.add_argument("--json", metavar="FILE", type=Path, help="write all figures there")
     return parser

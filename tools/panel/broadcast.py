@@ -71,7 +71,8 @@ class Broadcast:
             "connected": machine.connected, "doing": busy.doing, "ports": ports.offered,
             "port": ports.chosen(settings.port), "note": self.note, "bad": self._bad,
             "silent": self.silent, "limits": sorted(machine.limits), "goal": moves.goal,
-            "ways": moves.ways, "pressed": self._switches.pressed if self._switches else []})
+            "directions": moves.directions,
+            "pressed": self._switches.pressed if self._switches else []})
         self._pages.tell("place", {"um": Place.of(settings.steps), "steps": settings.steps,
                                    "reports": self._reports})
         self._pages.tell("settings", {"speeds": settings.speeds, "points": settings.points})

@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import TypeVar
 
 from fresa_host import LineLost, MachineError, Port
-from fresa_host.session import Operation
+from fresa_host.session import Waiting
 
 from .line import Line
 from .settings import Settings
@@ -100,7 +100,7 @@ class Machine:
             attended=True)
         self._line, self.steps = Line(opened, self._receive, self._lose), None
         try:
-            forgot = await self._run(session.restore(settings.steps, self._loop.time()))
+            forgot = await self._run(session.restore(settings.steps))
         except BaseException:
             await self._let_go()
             raise
@@ -109,8 +109,7 @@ class Machine:
             self.set_speed(axis, speed)
         for number, point in enumerate(settings.points, start=1):
             self.store(number, point)
-        session.keep_witness(self._loop.time())
-        self._send()
+        self._do(session.keep_reset_marker)
         return forgot
 
     async def disconnect(self) -> None:
@@ -121,21 +120,21 @@ class Machine:
             return
         self.connected = False
         with suppress(MachineError):
-            await self._run(self._session.bring_to_rest(self._loop.time()))
+            await self._run(self._session.bring_to_rest())
             self.steps = self._session.steps
         await self._let_go()
 
     async def _let_go(self) -> None:
         """Leave the machine still and without power, if it hears that, and the port to others."""
         self.connected = False
-        self._session.leave(self._loop.time())
-        self._send()
+        self._do(self._session.leave)
         await asyncio.sleep(self._session.sent_at - self._loop.time())
         line, self._line = self._line, None
         if line is not None:
             await asyncio.to_thread(line.close)
 
-    async def _run(self, operation: Operation[T]) -> T:
+    async def _run(self, steps: Waiting[T]) -> T:
+        operation = self._session.begin(steps, self._loop.time())
         try:
             self._send()
             while not operation.done:
@@ -150,37 +149,36 @@ class Machine:
     def jog(self, axis: str, direction: int) -> None:
         """Move an axis up (1) or down (-1), or end that (0). It departs to no point then."""
         if direction:
-            self._session.jog(axis, direction, self._loop.time())
+            self._do(self._session.jog, axis, direction)
         else:
-            self._session.stop([axis], self._loop.time())
-        self._send()
+            self._do(self._session.stop, [axis])
 
     def stop(self) -> None:
         """End all movement, whatever stands in the line."""
-        self._session.halt(self._loop.time())
-        self._send()
+        self._do(self._session.halt)
 
     def set_speed(self, axis: str, um_per_second: float) -> None:
         """Set the speed of an axis."""
-        self._session.set_speed(axis, round(um_per_second * STEPS_PER_UM), self._loop.time())
-        self._send()
+        self._do(self._session.set_speed, axis, round(um_per_second * STEPS_PER_UM))
 
     def store(self, number: int, point: Sequence[float | None]) -> None:
         """Let the machine keep a point, if it is whole."""
         if (steps := _steps(point)) is not None:
-            self._session.keep_point(number, steps, self._loop.time())
-            self._send()
+            self._do(self._session.keep_point, number, steps)
 
     def go(self, number: int, point: Sequence[float | None]) -> Steps | None:
         """Go to a point, if it is whole; give its steps then."""
         if (steps := _steps(point)) is not None:
-            self._session.move_to(number, steps, self._loop.time())
-            self._send()
+            self._do(self._session.travel, number, steps)
         return steps
 
     def origin(self) -> None:
         """Call this place (0, 0, 0)."""
-        self._session.call_origin(self._loop.time())
+        self._do(self._session.call_origin)
+
+    def _do(self, work: Callable[..., None], *args: object) -> None:
+        """Do at once what the session does, given the time last."""
+        work(*args, self._loop.time())
         self._send()
 
     def _send(self) -> None:
@@ -197,8 +195,7 @@ class Machine:
     # What is heard, in the event loop
 
     def _tick(self) -> None:
-        self._session.tick(self._loop.time())
-        self._send()
+        self._do(self._session.tick)
 
     def _receive(self, data: bytes) -> None:
         messages = self._session.receive(data, self._loop.time())

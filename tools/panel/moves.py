@@ -30,8 +30,8 @@ class Moves:
 
     Attributes
     ----------
-    ways : tuple of int
-        Which way each axis is held.
+    directions : tuple of int
+        In which direction each axis is held.
     goal : int or None
         The point that is being gone to.
     """
@@ -54,9 +54,9 @@ class Moves:
 
     # Holding
 
-    def hold(self, who: Hashable, ways: tuple[int, ...]) -> None:
+    def hold(self, who: Hashable, directions: tuple[int, ...]) -> None:
         """Let somebody hold each axis up (1), down (-1), or not (0)."""
-        self._jogging.hold(who, ways, self._loop.time())
+        self._jogging.hold(who, directions, self._loop.time())
         self.follow()
 
     def refresh(self, who: Hashable) -> None:
@@ -70,12 +70,12 @@ class Moves:
 
     def follow(self) -> None:
         """Let each axis move as it is held; tell the machine only what is new."""
-        ways = self._jogging.ways(self._loop.time())
-        for axis, before, way in zip(AXES, self.ways, ways, strict=True):
-            if way != before:
-                self._machine.jog(axis, way)
+        directions = self._jogging.directions(self._loop.time())
+        for axis, before, direction in zip(AXES, self.directions, directions, strict=True):
+            if direction != before:
+                self._machine.jog(axis, direction)
                 self.end_going()
-        self.ways = ways
+        self.directions = directions
 
     def stop(self) -> None:
         """End all movement, whoever holds what, and whatever stands in the line."""
@@ -85,7 +85,7 @@ class Moves:
 
     def _release(self) -> None:
         """Hold nothing any more."""
-        self.ways, self._jogging = NOWHERE, Jogging()
+        self.directions, self._jogging = NOWHERE, Jogging()
         self._halts = self._machine.halts
 
     # Going to points, and speeds

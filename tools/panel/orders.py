@@ -7,7 +7,7 @@ from .settings import FASTEST, SLOWEST, Point, um, whole
 from .stage import AXES, POINTS
 
 __all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_switch",
-           "read_ways"]
+           "read_directions"]
 
 Message = Mapping[str, object]
 
@@ -59,13 +59,13 @@ def read_switch(message: Message) -> tuple[str, bool]:
     return end[:LONGEST_NAME], pressed
 
 
-def read_ways(message: Message) -> tuple[int, ...]:
-    """Give which way each axis shall move: 1, -1, or 0."""
-    ways = message.get("ways")
-    if not isinstance(ways, list) or len(ways) != len(AXES) or not all(
-            isinstance(way, int) and way in (-1, 0, 1) for way in ways):
-        raise UserError("ways must be three of -1, 0 and 1")
-    return tuple(map(int, ways))
+def read_directions(message: Message) -> tuple[int, ...]:
+    """Give in which direction each axis shall move: 1, -1, or 0."""
+    directions = message.get("directions")
+    if not isinstance(directions, list) or len(directions) != len(AXES) or not all(
+            isinstance(direction, int) and direction in (-1, 0, 1) for direction in directions):
+        raise UserError("directions must be three of -1, 0 and 1")
+    return tuple(map(int, directions))
 
 
 def read_point(message: Message) -> Point:

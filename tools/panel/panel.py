@@ -15,12 +15,12 @@ from .machine import Machine
 from .moves import Moves
 from .orders import (
     read_axis,
+    read_directions,
     read_name,
     read_number,
     read_point,
     read_speed,
     read_switch,
-    read_ways,
 )
 from .ports import Ports
 from .settings import TRAVEL, load, save
@@ -30,7 +30,7 @@ from .stage import Message, Place
 __all__ = ["Panel"]
 
 #: Seconds from one look at who holds what, and whether the machine still reports, to the next.
-LOOK = 0.1
+POLL_S = 0.1
 
 #: Seconds from one writing of the file to the next, at least.
 SAVE = 0.5
@@ -112,7 +112,7 @@ class Panel:
             case "disconnect":
                 self._busy.begin("disconnecting", self._disconnect())
             case "jog":
-                self._jog(view, read_ways(message))
+                self._jog(view, read_directions(message))
             case "holding":
                 self._moves.refresh(view)
             case "stop":
@@ -156,12 +156,12 @@ class Panel:
         self._take_place()
         self._forget()
 
-    def _jog(self, view: View, ways: tuple[int, ...]) -> None:
-        if any(ways):
+    def _jog(self, view: View, directions: tuple[int, ...]) -> None:
+        if any(directions):
             self._needed()
             self._moves.tell_speeds(self.settings.speeds)
             self._broadcast.say("")
-        self._moves.hold(view, ways)
+        self._moves.hold(view, directions)
 
     def _origin(self) -> None:
         self._needed()
@@ -217,7 +217,7 @@ class Panel:
 
     async def _look(self) -> None:
         while True:
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(POLL_S)
             self._moves.follow()
             self._moves.tell_speeds(self.settings.speeds)
             self._broadcast.silent = self._machine.silent

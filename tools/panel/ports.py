@@ -10,7 +10,7 @@ from ..console import UserError
 __all__ = ["Ports"]
 
 #: Seconds from one look for ports to the next.
-LOOK = 2.0
+POLL_S = 2.0
 
 
 class Ports:
@@ -55,4 +55,4 @@ class Ports:
         while not self._only:
             if wanted():
                 self._found = await asyncio.to_thread(find_ports)
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(POLL_S)

@@ -1,1 +1,1 @@
-"""Waveforms read, asked, measured, compared and drawn; `python -m tools.wave` is the command."""
+"""Waveforms: read, searched, measured, compared, drawn; `python -m tools.wave` is the command."""

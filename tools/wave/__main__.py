@@ -34,7 +34,7 @@ examples:
       What a subcommand does, its options, and examples.
 
 exit status: 0 if all went well, 1 if find found nothing, diff a difference or steps a fault, 2 if
-the command cannot be carried out, {LEFT} if whoever reads the output leaves early, as head does.
+the command cannot be carried out, {LEFT} if the reader of the output leaves early, as head does.
 """
 
 SUBCOMMANDS = (look.list_signals, look.at, look.table, measure.find, measure.stats,
@@ -43,7 +43,7 @@ SUBCOMMANDS = (look.list_signals, look.at, look.table, measure.find, measure.sta
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.wave", description=ABOUT, epilog=EPILOG)
     subparsers = parser.add_subparsers(title="subcommands", metavar="SUBCOMMAND", required=True)
     for subcommand in SUBCOMMANDS:

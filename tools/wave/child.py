@@ -30,7 +30,7 @@ def go_on_in_child() -> None:
         return
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda number, _: os.kill(child, number))
-    # Control-C reaches the child as well, which says what is to be said.
+    # Control-C reaches the child as well, which prints the message.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
     if status < 0:
@@ -57,6 +57,6 @@ def _died(number: int) -> int:
     else:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
-        return 128 + number  # where this process is told not to mind it
+        return 128 + number  # where this process ignores the signal
     print(colour("error:", 31, sys.stderr), f"the file cannot be read: {why}", file=sys.stderr)
     return 2

@@ -40,11 +40,11 @@ examples:
       A signal that has another name there.
 
 exit status: 0 if they agree; 1 if values or widths differ, or a signal that is named by SIGNAL is
-in one wave only; 2 if they cannot be compared; {LEFT} if whoever reads the output leaves early.
+in one wave only; 2 if they cannot be compared; {LEFT} if the reader of the output leaves early.
 """
 
 SHOWN = 20
-"""Differences that are told, the first ones."""
+"""Most differences that are printed, the first ones."""
 
 
 def diff(subparsers) -> None:
@@ -92,7 +92,7 @@ def _diff(args: argparse.Namespace) -> int:
 def _found(
     asked: Asked, other: Wave, pairs: Sequence[Pair], window: tuple[int, int]
 ) -> tuple[list[Difference], int]:
-    """Give the pairs that differ, in the order of time, and their ticks in one of the first's."""
+    """Return the pairs that differ, in the order of time, and their ticks in one of the first's."""
     tick = _common(asked.wave.tick, other.tick)
     scale = (int(asked.wave.tick / tick), int(other.tick / tick))
     if max(asked.wave.span[1] * scale[0], other.span[1] * scale[1]) > LATEST:
@@ -155,6 +155,6 @@ def _facts(asked: Asked, difference: Difference, scale: int) -> dict[str, Any]:
 
 
 def _common(one: Fraction, two: Fraction) -> Fraction:
-    """Give the longest tick of which both are multiples."""
+    """Return the longest tick of which both are multiples."""
     return Fraction(gcd(one.numerator * two.denominator, two.numerator * one.denominator),
                     one.denominator * two.denominator) if one != two else one

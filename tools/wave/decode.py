@@ -79,7 +79,7 @@ def from_pulses(asked: Asked, step: Signal, direction: Signal) -> list[Axis]:
         level = np.where(pulses.codes >= 0, -1, pulses.numbers.astype(np.uint64) >> np.uint64(bit)
                          & np.uint64(1)).astype(np.int64)
         times = pulses.times[1:][(level[:-1] == 0) & (level[1:] == 1)]
-        # An unknown direction is told as -1, and as a step forward.
+        # An unknown direction is -1, and counts as a step forward.
         way = np.where(ways.codes >= 0, -1, ways.numbers.astype(np.uint64) >> np.uint64(bit)
                        & np.uint64(1)).astype(np.int64)
         way = np.append(way, -1)

@@ -81,7 +81,7 @@ def compared(
 
 
 def _common_codes(traces: tuple[Trace, Trace]) -> list[NDArray[np.int64]]:
-    """Give the words of two traces common numbers; -1 is no word, and the last of each unknown."""
+    """Number the words of two traces alike; -1 is no word, and the last of each unknown."""
     table: dict[str, int] = {}
     # All bits unknown is unknown, be it written X, U or -.
     codes = [[table.setdefault("x" if not trace.named and not set(word) & set("01hl") else word,

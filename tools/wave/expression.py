@@ -48,7 +48,7 @@ class Condition:
     event: bool
 
     def stretches(self, end: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Give the times where it begins to hold and where it ends to; `end` if it never does.
+        """Return the times where it begins to hold and where it ends to; `end` if it never does.
 
         Those of an event are the same.
         """

@@ -25,7 +25,7 @@ TICK = 80.0
 """Pixels from one number of the axis to the next, at least; clocks are half as far apart."""
 
 FINEST = 7.0
-"""Pixels between two clocks that are told apart."""
+"""Least pixels between two clocks that can be seen as two."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,6 @@ def _draw_axis(scene: Scene, frame: Frame, axis: Axis, top: float, bottom: float
 
 
 def _nice(least: float) -> float:
-    """Give the smallest of 1, 2 and 5 times a power of ten that is not less."""
+    """Return the smallest of 1, 2 and 5 times a power of ten that is not less."""
     power = 10.0 ** floor(log10(least)) if least > 0 else 1.0
     return next(n * power for n in (1, 2, 5, 10) if n * power >= least * (1 - 1e-9))

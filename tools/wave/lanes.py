@@ -74,7 +74,7 @@ class Frame:
     end: int
 
     def x(self, time: float) -> float:
-        """Give the place of a time in pixels."""
+        """Return the place of a time in pixels."""
         return self.left + (time - self.start) / (self.end - self.start) * (self.right - self.left)
 
 
@@ -146,7 +146,7 @@ class _Lane:
             return
         room = int((segment.width - 2 * lean - 2) / CHARACTER)
         text = self._row.text(segment.value)
-        # A part of a name still says something, a part of a number something wrong.
+        # A name that is cut off can still be read; a number would be wrong.
         if len(text) > room:
             text = short(text, room) if names and room >= 3 else ""
         if text:

@@ -97,7 +97,7 @@ def _list(args: argparse.Namespace) -> int:
 
 
 def _tree(signals: list[Signal]) -> Iterator[tuple[str, str]]:
-    """Give a line for each scope and signal: its name, moved to the right, and its width."""
+    """Return a line for each scope and signal: its name, moved to the right, and its width."""
     last: tuple[str, ...] = ()
     for signal in signals:
         same = len(os.path.commonprefix([last, signal.parts[:-1]]))
@@ -156,7 +156,7 @@ def _table(args: argparse.Namespace) -> int:
 def _changes(
     traces: list[Trace], start: int, end: int
 ) -> Iterator[tuple[int, list[int], list[bool]]]:
-    """Give each time of a change, the row of each trace, and which have changed."""
+    """Return each time of a change, the row of each trace, and which have changed."""
     last = [-2] * len(traces)
     for some in moments(traces, start, end):
         rows = np.array([trace.rows(some) for trace in traces]).T
@@ -166,7 +166,7 @@ def _changes(
 
 
 def _widest(asked: Asked, signal: Signal, trace: Trace) -> int:
-    """Give the width of the widest value; numbers are as wide as their bits allow."""
+    """Return the width of the widest value; numbers are as wide as their bits allow."""
     texts = [asked.radixes.text(signal, word) for word in trace.words]
     if signal.kind in ("bits", "signed"):
         half = 1 << max(signal.bits - 1, 0)

@@ -47,7 +47,7 @@ examples:
       Steps of X backwards.
 
 exit status: 0 if it is found, 1 if it never is, 2 if something is wrong with the question,
-{LEFT} if whoever reads the output leaves early, as head does.
+{LEFT} if the reader of the output leaves early, as head does.
 """
 
 STATS_ABOUT = """\
@@ -175,7 +175,7 @@ def measured(asked: Asked, signal: Signal, start: int, end: int) -> dict[str, An
 def _spread(
     asked: Asked, begins: NDArray[np.int64], ends: NDArray[np.int64], clocked: bool
 ) -> dict[str, Any]:
-    """Give the least, the mean and the most of the times from begins to ends."""
+    """Return the least, the mean and the most of the times from begins to ends."""
     sizes: dict[str, dict[str, Any]] = {"least": {}, "mean": {}, "most": {}}
 
     def note(name: str, apart: NDArray) -> None:

@@ -45,7 +45,7 @@ def one(wave: Wave, name: str) -> Signal:
 
 
 def ending(wave: Wave, name: str) -> list[Signal]:
-    """Give the signals whose path ends so."""
+    """Return the signals whose path ends so."""
     wanted = _parts(name)
     return [signal for signal in wave.signals if signal.parts[-len(wanted):] == wanted]
 
@@ -77,14 +77,14 @@ def several(wave: Wave, names: Sequence[str]) -> list[Signal]:
 
 
 def matching(wave: Wave, pattern: str) -> list[Signal]:
-    """Give the signals whose path, or the end of it, is like a pattern with ``*``, ``?``, ``[``."""
+    """Return the signals whose path, or its end, matches a pattern with ``*``, ``?``, ``[``."""
     pattern = pattern.replace("\\", "")
     return [signal for signal in wave.signals
             if fnmatchcase(signal.path, pattern) or fnmatchcase(signal.path, f"*.{pattern}")]
 
 
 def heads(signals: list[Signal]) -> list[str]:
-    """Give each signal the shortest end of its path that no other here has."""
+    """Return for each signal the shortest end of its path that no other here has."""
     lengths = range(1, DEEPEST)
     ends = Counter(signal.parts[-n:] for signal in signals for n in lengths
                    if n < len(signal.parts))

@@ -19,12 +19,12 @@ __all__ = ["LEFT", "Asked", "add_file", "add_format", "add_window", "plain", "sa
 
 
 LEFT = 141
-"""Exit status if whoever reads the output has left: what shells tell of programs that it ends."""
+"""Exit status if the reader of the output has left: that of SIGPIPE in a shell."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A wave, and how its times and values are told.
+    """A wave, and how its times and values are written.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Asked:
         return cls(wave, Timeline(wave, args.clock), Radixes(wave, args.radix))
 
     def moment(self, ticks: int) -> dict[str, Any]:
-        """Give a time for JSON: in seconds, in words, and in clocks if there are any."""
+        """Return a time for JSON: in seconds, in words, and in clocks if there are any."""
         known = {"seconds": float(ticks * self.wave.tick), "time": self.timeline.text(ticks)}
         if len(self.timeline.rises):
             known["clock"] = int(self.timeline.clocks(ticks))
@@ -55,7 +55,7 @@ class Asked:
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
-    """Add the file, and what is told of every file."""
+    """Add the arguments that every subcommand has: the file, and JSON."""
     parser.add_argument("file", metavar="FILE", type=Path, help="a waveform: VCD, FST or GHW")
     parser.add_argument("--json", action="store_true", help="answer in JSON")
 
@@ -75,7 +75,7 @@ def add_window(parser: argparse.ArgumentParser) -> None:
 
 
 def plain(value: Value) -> Value:
-    """Give a value for JSON, which has no infinite numbers."""
+    """Return a value for JSON, which has no infinite numbers."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -24,7 +24,7 @@ def muffled() -> Iterator[None]:
         sink = os.open(os.devnull, os.O_WRONLY)
         try:
             for number in (1, 2):
-                with suppress(OSError):  # closed by whoever called
+                with suppress(OSError):  # closed by the caller
                     kept[number] = os.dup(number)
                     os.dup2(sink, number)
             yield

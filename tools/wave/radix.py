@@ -53,7 +53,7 @@ class Radixes:
                 self._asked[signal.path] = radix
 
     def of(self, signal: Signal) -> str:
-        """Give the radix of a signal."""
+        """Return the radix of a signal."""
         # Amaranth numbers a second signal of the same name: count$3.
         name = re.sub(r"\$\d+$", "", signal.name)
         usual = ("signed" if signal.kind == "signed" or name in SIGNED or is_graph(signal)

@@ -106,7 +106,7 @@ class Wave:
         self.path = Path(path)
         if self.path.exists() and not self.path.is_file():
             raise UserError(f"cannot read {self.path}: it is not a file")
-        with self.path.open("rb"):  # says best what is wrong, if it cannot be read
+        with self.path.open("rb"):  # its error is the clearest, if the file cannot be read
             pass
         # Threads of its own make it no faster, and their panics could not be kept quiet.
         with self._reading():
@@ -119,7 +119,7 @@ class Wave:
         self._widest = max((signal.bits for signal in self.signals), default=0)
 
     def trace(self, signal: Signal, *, keep: bool = True) -> Trace:
-        """Give all changes of a signal.
+        """Return all changes of a signal.
 
         Parameters
         ----------

@@ -154,7 +154,7 @@ def _number(value: float) -> str:
 
 
 def _rules(used: set[str], page: int) -> list[str]:
-    """Give the colours of the styles that are used."""
+    """Return the colours of the styles that are used."""
     rules = []
     for name, style in STYLES.items():
         if name not in used:

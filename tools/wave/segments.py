@@ -46,7 +46,7 @@ class Segment:
         return self.right - self.left
 
     def extremes(self, signed: int) -> Sequence[float] | None:
-        """Give its least, most and last number, or its only one; None if one is unknown."""
+        """Return its least, most and last number, or its only one; None if one is unknown."""
         numbers = _finite(self.numbers, signed)
         if not len(numbers):
             return None
@@ -103,7 +103,7 @@ def segments(
 
 
 def extent(trace: Trace, start: int, end: int, signed: int) -> tuple[float, float]:
-    """Give the least and the most of 0 and all numbers that are known in this time."""
+    """Return the least and the most of 0 and all numbers that are known in this time."""
     first, last = trace.rows(np.array([start, end]))
     rows = np.arange(max(int(first), 0), int(last) + 1)
     numbers = _finite(trace.numbers[rows[trace.codes[rows] < 0]], signed)

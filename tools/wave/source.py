@@ -70,7 +70,7 @@ class Source:
         return cls(trace, bits <= 64 and radixes.of(signal) == "signed", words)
 
     def column(self, times: NDArray[np.int64]) -> Column:
-        """Give what the signal is at these times."""
+        """Return what the signal is at these times."""
         trace, words = self.trace, self.words
         if not len(trace):
             return Column("number", np.zeros(len(times), np.uint64),
@@ -104,6 +104,6 @@ def _extended(values: NDArray, bits: int, signed: bool) -> NDArray:
 
 
 def _word_bits(word: str) -> tuple[int, int]:
-    """Give a word of levels as two numbers: ones where it is 1, ones where it is not 0 or 1."""
+    """Return a word of levels as two numbers: ones where it is 1, ones where it is not 0 or 1."""
     return (int("0" + "".join("01"[level == "1"] for level in word), 2),
             int("0" + "".join("01"[level not in "01"] for level in word), 2))

@@ -21,7 +21,7 @@ from .rates import counted, line
 __all__ = ["steps"]
 
 ABOUT = f"""\
-Decodes what a motor is told to steps: time, axis, direction, position after the step.
+Decodes the signals of a motor into steps: time, axis, direction, position after the step.
 
   coil words   {", ".join(f"{word:04b}" for word in WORDS)}, and again: a step forward; the other
                way round a step back. A word that is not in the table, or is two further on, is a
@@ -44,13 +44,13 @@ examples:
       Pulses and directions of two axes; only the rates.
 
 exit status: 0 if no fault is found, 1 if there are faults, 2 if the question is wrong,
-{LEFT} if whoever reads the output leaves early.
+{LEFT} if the reader of the output leaves early.
 """
 
 AXES = ("axis_x", "axis_y", "axis_z")
 
 SHOWN = 20
-"""Faults that are told, the first ones."""
+"""Most faults that are printed, the first ones."""
 
 
 def steps(subparsers) -> None:
@@ -114,7 +114,7 @@ def _axes(asked: Asked, pairs: Sequence[str], signals: Sequence[str]) -> list[Ax
 
 
 def _usual(asked: Asked) -> list[str]:
-    """Give those of the usual axes that the wave has."""
+    """Return those of the usual axes that the wave has."""
     found = [name for name in AXES if names.found(asked.wave, name)]
     if not found:
         raise UserError(f"{asked.wave.path} has none of {', '.join(AXES)}: name its coil words, or "
@@ -129,7 +129,7 @@ def _clock(row: dict[str, Any]) -> str:
 def _rows(
     asked: Asked, axes: Sequence[Axis], start: int, end: int
 ) -> Iterator[dict[str, Any]]:
-    """Give the steps of all axes in the order of their times."""
+    """Return the steps of all axes in the order of their times."""
     times = np.concatenate([axis.times for axis in axes])
     place = np.repeat(np.arange(len(axes)), [len(axis.times) for axis in axes])
     signs = np.concatenate([axis.signs for axis in axes])

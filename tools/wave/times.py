@@ -124,7 +124,7 @@ class Timeline:
     def text(self, ticks: float | Fraction) -> str:
         """Tell a time exactly, in the largest unit of which there is at least one.
 
-        A mean, which is a `float`, is told with four digits.
+        A mean, which is a `float`, has four digits.
         """
         seconds = Fraction(ticks) * self.wave.tick
         exact = not isinstance(ticks, float)

@@ -66,11 +66,11 @@ class Trace:
         return np.zeros(len(self), bool) if self.named else self.codes >= 0
 
     def rows(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Give the row that holds at each time, -1 before the first."""
+        """Return the row that holds at each time, -1 before the first."""
         return np.searchsorted(self.times, times, side="right") - 1
 
     def value(self, row: int) -> Value:
-        """Give the value of a row; before the first it is unknown."""
+        """Return the value of a row; before the first it is unknown."""
         if row < 0:
             return UNKNOWN
         if self.codes[row] >= 0:
@@ -79,11 +79,11 @@ class Trace:
         return float(value) if self.kind == "real" else int(value)
 
     def at(self, time: int) -> Value:
-        """Give the value that holds at a time."""
+        """Return the value that holds at a time."""
         return self.value(int(np.searchsorted(self.times, time, side="right")) - 1)
 
     def edges(self, *, rising: bool) -> NDArray[np.int64]:
-        """Give the times of changes of one bit from 0 to 1, or back. Unknown is neither."""
+        """Return the times of changes of one bit from 0 to 1, or back. Unknown is neither."""
         before, after = (0, 1) if rising else (1, 0)
         known = self.codes < 0
         low, high = known & (self.numbers == before), known & (self.numbers == after)
@@ -154,7 +154,7 @@ def unlike(one: NDArray, other: NDArray) -> NDArray[np.bool_]:
 def moments(
     traces: Sequence[Trace], start: int, end: int, scale: Sequence[int] | None = None
 ) -> Iterator[NDArray[np.int64]]:
-    """Give the times at which any of the traces changes, each once and ascending, in blocks.
+    """Return the times at which any of the traces changes, each once and ascending, in blocks.
 
     Parameters
     ----------
@@ -181,13 +181,13 @@ def moments(
 
 
 def each(*columns: NDArray) -> Iterator[tuple]:
-    """Give the rows of arrays of one length as Python's own values."""
+    """Return the rows of arrays of one length as Python's own values."""
     for start in range(0, len(columns[0]), BLOCK):
         yield from zip(*(column[start:start + BLOCK].tolist() for column in columns), strict=True)
 
 
 def _shape(kind: Kind, bits: int) -> type:
-    """Give the smallest type of array that holds the values: there may be millions."""
+    """Return the smallest type of array that holds the values: there may be millions."""
     if kind == "real":
         return np.float64
     return next((shape for shape in (np.uint8, np.uint16, np.uint32, np.uint64)

@@ -1,4 +1,4 @@
-"""What any page of ours needs: a server on the loopback, and pages that are shown a state."""
+"""What pages share: a server on the loopback, and a state that is sent to each page."""
 
 from .redirect import redirect
 from .session import FRAME_INTERVAL, Pages, Shown, View

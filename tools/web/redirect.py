@@ -1,4 +1,4 @@
-"""A way to an address that other people on the same machine cannot read.
+"""A redirection to an address that other users of the computer cannot read.
 
 What is given to a browser when it is started can be read by all of them, in the list of processes.
 """
@@ -23,7 +23,7 @@ PAGE = """\
 
 @contextmanager
 def redirect(address: str) -> Iterator[str]:
-    """Give the address of a file that leads to `address`, which is there while the body runs.
+    """Yield the address of a file that leads to `address`, which is there while the body runs.
 
     Only who has made the file can read it.
     """

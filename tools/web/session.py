@@ -1,6 +1,6 @@
-"""Pages that are shown a state. Each takes what it can, and none holds anybody up.
+"""Pages that are sent a state. Each takes frames as it can, and none delays another.
 
-A page has at most one frame on its way. When it says ``next``, it gets what has changed since, in
+A page has at most one frame on its way. When it sends ``next``, it gets what has changed since, in
 one frame, however long that took. Texts, which are rare, are kept by what they are about: a page
 that has not taken one yet gets the newest in its place.
 """
@@ -31,10 +31,10 @@ HEARTBEAT = 30
 
 
 class View(Protocol):
-    """What one page has been shown."""
+    """What one page has been sent."""
 
     def frame(self) -> bytes | None:
-        """Give what the page has not been shown yet, and count it as shown; None if nothing."""
+        """Return what the page has not been sent yet, and count it as sent; None if nothing."""
         ...
 
 
@@ -42,7 +42,7 @@ class Shown(Protocol):
     """What pages look at."""
 
     def view(self) -> View:
-        """Begin a page, which has been shown nothing."""
+        """Begin a page, which has been sent nothing."""
         ...
 
     def left(self, view: View) -> None:
@@ -55,7 +55,7 @@ class Shown(Protocol):
         Raises
         ------
         UserError
-            If it cannot be done. The page is told.
+            If it cannot be done. The page shows the message.
         """
         ...
 
@@ -92,7 +92,7 @@ class Pages:
     Attributes
     ----------
     texts : dict of str to str
-        What each new page is told first, by what it is about. Set by `tell`.
+        Messages that each new page gets first, by topic. Set by `tell`.
     """
 
     def __init__(self, shown: Shown, changed: Callable[[], None] = lambda: None) -> None:
@@ -110,7 +110,7 @@ class Pages:
         return any(page.ready for page in self._pages)
 
     def tell(self, about: str, fields: Mapping[str, object]) -> None:
-        """Say something to all pages, and to those that come."""
+        """Send a message to all pages, and to those that connect later."""
         text = json.dumps({"say": about, **fields})
         if self.texts.get(about) == text:
             return
@@ -125,7 +125,7 @@ class Pages:
             page.woken.set()
 
     async def close(self) -> None:
-        """Say goodbye to all."""
+        """Close every connection."""
         await asyncio.gather(*(
             socket.close(code=WSCloseCode.GOING_AWAY, message=b"the server has ended")
             for socket in list(self._pages.values())))

@@ -1,4 +1,4 @@
-"""A server for one person on one machine: nobody else gets in, and nothing comes from elsewhere.
+"""A server for one user on one computer: no one else gets in, and no request of another site.
 
 It listens on the loopback only. That keeps out other machines but not the pages of other sites,
 which the person's browser also shows, and not other people on the same machine. So every address
@@ -33,7 +33,7 @@ DEFAULT_PORT = 80
 LONGEST_ADDRESS = 1 << 16
 
 HEADERS = {
-    # Only what the server itself sends, and nobody may frame it or learn its address.
+    # Only content of this server, never in a frame of another page; its address goes to no one.
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; "
     "style-src 'self' 'unsafe-inline'; connect-src 'self' ws://127.0.0.1:* ws://localhost:*; "
     "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
@@ -43,7 +43,7 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
-#: Python asks the system for types, and some systems know these wrongly.
+#: Python takes types from the system, where some of these are wrong.
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
          ".html": "text/html", ".png": "image/png"}
 
@@ -53,7 +53,7 @@ _PORT = web.AppKey("port", list[int])
 
 
 class Refused(UserError):
-    """A request that cannot be served; its text says in one line what to do instead.
+    """A request that cannot be served; its text, one line, is what to do instead.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ _WHY = {errno.EADDRINUSE: "in use", errno.EACCES: "not allowed"}
 
 @asynccontextmanager
 async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
-    """Serve a site while the body runs; give its address.
+    """Serve a site while the body runs; yield its address.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
 
 @contextmanager
 def stopping() -> Iterator[asyncio.Event]:
-    """Give an event that Ctrl-C and SIGTERM set, instead of what they do otherwise."""
+    """Yield an event that Ctrl-C and SIGTERM set, instead of what they do otherwise."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -86,6 +86,12 @@ def _fuzz():
     return TARGET
 
 
+def _faults():
+    from .faults import targets
+
+    return targets()
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes on a board, mills your picture (docs/board.md)",
     make=Mill,
@@ -95,7 +101,7 @@ MACHINE = Machine(
     real=_real,
     serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                 _served, {"switches": AUTOMATIC}),
-    fuzz=_fuzz,
+    fuzz=_fuzz, faults=_faults,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "mill",

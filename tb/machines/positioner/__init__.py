@@ -102,6 +102,12 @@ def _fuzz():
     return TARGET
 
 
+def _faults():
+    from .faults import targets
+
+    return targets()
+
+
 MACHINE = Machine(
     name="positioner", order=2,
     about="three axes of a micropositioner, on the same line (docs/positioner.md)",
@@ -115,7 +121,7 @@ MACHINE = Machine(
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; commands such as  CONNECT  and line feed",
                 switches=lambda *, limit_ends, **options: limit_ends),
-    fuzz=_fuzz,
+    fuzz=_fuzz, faults=_faults,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "positioner",

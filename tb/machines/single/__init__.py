@@ -90,6 +90,12 @@ def _fuzz():
     return TARGET
 
 
+def _faults():
+    from .faults import targets
+
+    return targets()
+
+
 MACHINE = Machine(
     name="single", order=1,
     about="one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)",
@@ -104,7 +110,7 @@ MACHINE = Machine(
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("one motor; commands such as  :x100  and Return"),
-    fuzz=_fuzz,
+    fuzz=_fuzz, faults=_faults,
     scenarios=_scenarios,
     diagrams=(Diagram(
         "single",

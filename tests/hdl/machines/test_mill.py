@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The mill: every output at every clock as the model says, and promises that need no model."""
+"""The mill: every output at every clock as its model, and checks of the pins that need none."""
 
 import gc
 import re
@@ -33,10 +33,7 @@ class Timing(NamedTuple):
     scan_bits: int = 3
 
 
-PACES = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(11, 2), Timing(16,
-                                                                                                4,
-                                                                                                17,
-                                                                                                5)]
+TIMINGS = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(16, 4, 17, 5)]
 
 
 def lockstep(kind, timing: Timing) -> Lockstep:
@@ -55,7 +52,7 @@ def lockstep(kind, timing: Timing) -> Lockstep:
     )
 
 
-@pytest.fixture(scope="module", params=PACES, ids=str)
+@pytest.fixture(scope="module", params=TIMINGS, ids=str)
 def timing(request) -> Timing:
     return request.param
 
@@ -76,7 +73,7 @@ def fast(timing):
     steps.engine.close()
 
 
-def keeps_promises(trace: Trace, timing: Timing) -> None:
+def check_pins(trace: Trace, timing: Timing) -> None:
     """Check what holds at every clock, from the pins alone."""
     rst, mode, stop = (trace[name].astype(bool) for name in ("rst", "mode", "stop"))
     clocks = np.arange(len(trace))
@@ -159,253 +156,81 @@ scripts = st.lists(actions, min_size=1, max_size=10).map(lambda tail: [Mode(1), 
 
 SCRIPTS = {
     "square": [Mode(1), *(Order(x, y) for x, y in [(9, 0), (9, 9), (0, 9), (0, 0)])],
-    "diagonal then straight": [
-        Mode(1),
-        Select(1),
-        Order(9, 4),
-        Select(2),
-        Order(2, 8),
-        Select(0),
-        Order(0, 8),
-        Order(3, 0),
-    ],
-    "lower, mill in 8 directions, raise": [
-        Mode(1),
-        Order(4, 4),
-        LOWER,
-        *(
-            Order(4 + x, 4 + y)
-            for x, y in [
-                (1, 0),
-                (0, 0),
-                (0, 1),
-                (0, 0),
-                (-1, 0),
-                (0, 0),
-                (0, -1),
-                (0, 0),
-                (1, 1),
-                (0, 0),
-                (1, -1),
-                (0, 0),
-                (-1, 1),
-                (0, 0),
-                (-1, -1),
-                (0, 0),
-                (3, 3),
-                (3, 0),
-                (-4, 0),
-            ]
-        ),
-        RAISE,
-    ],
-    "refused when lowered": [
-        Mode(1),
-        LOWER,
-        Order(2, 1),
-        Hold(9),
-        Order(1, 2),
-        Order(2, 2),
-        Order(4, 3),
-        RAISE,
-        Order(4, 3),
-    ],
+    "diagonal then straight": [Mode(1), Select(1), Order(9, 4), Select(2), Order(2, 8),
+        Select(0), Order(0, 8), Order(3, 0)],
+    "lower, mill in 8 directions, raise": [Mode(1), Order(4, 4), LOWER, *(Order(4 + x, 4 + y)
+        for x, y in [(1, 0), (0, 0), (0, 1), (0, 0), (-1, 0), (0, 0), (0, -1), (0, 0), (1, 1),
+        (0, 0), (1, -1), (0, 0), (-1, 1), (0, 0), (-1, -1), (0, 0), (3, 3), (3, 0), (-4, 0)]),
+        RAISE],
+    "refused when lowered": [Mode(1), LOWER, Order(2, 1), Hold(9), Order(1, 2), Order(2, 2),
+        Order(4, 3), RAISE, Order(4, 3)],
     "up and down together": [Mode(1), Order(up=1, down=1), Hold(5), Order(1, 1)],
-    "nowhere to go": [
-        Mode(1),
-        Order(0, 0),
-        RAISE,
-        Hold(3),
-        LOWER,
-        LOWER,
-        Order(0, 0),
-        RAISE,
-        RAISE,
-    ],
+    "nowhere to go": [Mode(1), Order(0, 0), RAISE, Hold(3), LOWER, LOWER, Order(0, 0), RAISE,
+        RAISE],
     "held start": [Mode(1), Order(3, 0, start=200), Order(0, 3, start=1)],
-    "a second start while busy": [
-        Mode(1),
-        Order(9, 0, wait=3),
-        Order(1, 1, wait=3),
-        Order(2, 2),
-        Hold(20),
-        Order(1, 1),
-    ],
-    "a tool order while busy": [Mode(1), Order(9, 0, wait=3), Order(up=1, wait=300), Order(1, 1)],
-    "a start that comes too early": [
-        Mode(1),
-        Order(5, 0, wait=3),
-        Order(7, 7, start=200),
-        Hold(9),
-        Order(7, 7),
-    ],
-    "wrap of X down": [
-        Mode(1),
-        Select(1),
-        Together((("position_x", 0),)),
-        Order(3, 0),
-        Order(65535, 3, wait=900),
-        Mode(0),
-        Hold(2),
-        Mode(1),
-        Order(2, 0),
-    ],
+    "a second start while busy": [Mode(1), Order(9, 0, wait=3), Order(1, 1, wait=3),
+        Order(2, 2), Hold(20), Order(1, 1)],
+    "a tool order while busy": [Mode(1), Order(9, 0, wait=3), Order(up=1, wait=300),
+        Order(1, 1)],
+    "a start that comes too early": [Mode(1), Order(5, 0, wait=3), Order(7, 7, start=200),
+        Hold(9), Order(7, 7)],
+    "wrap of X down": [Mode(1), Select(1), Together((("position_x", 0),)), Order(3, 0),
+        Order(65535, 3, wait=900), Mode(0), Hold(2), Mode(1), Order(2, 0)],
     "jog each axis": [Hold(2), *(Jog(1 << bit, 40) for bit in range(6))],
     "jog all together": [Hold(2), *(Jog(mask, 9) for mask in range(64))],
-    "a switch on at entry": [
-        Together((("jog", 0b010101),)),
-        Mode(1),
-        Hold(5),
-        Mode(0),
-        Jog(0b010101, 20),
-        Jog(0b000101, 20),
-        Jog(0b010101, 20),
-        Hold(2),
-        Jog(0b010101, 20),
-    ],
-    "switches put on in automatic mode": [
-        Mode(1),
-        Hold(3),
-        Jog(0b010101, 5, False),
-        Mode(0),
-        Hold(20),
-        Jog(0, 1),
-        Jog(0b010101, 20),
-    ],
-    "reset with switches on": [
-        Hold(2),
-        Jog(0b111111, 20, False),
-        Reset(1),
-        Hold(20),
-        Jog(0, 1),
-        Jog(1, 9),
-    ],
-    "mode change under way": [
-        Mode(1),
-        Order(9, 4, wait=25),
-        Mode(0),
-        Hold(1),
-        Mode(1),
-        Order(9, 4, wait=31),
-        Mode(0),
-        Hold(1),
-        Jog(9, 20),
-        Mode(1),
-        Order(2, 2),
-    ],
-    "jog switches in automatic": [
-        Together((("mode", 1), ("jog", 63)), 5),
-        Order(3, 3),
-        Mode(0),
-        Hold(20),
-    ],
+    "a switch on at entry": [Together((("jog", 0b010101),)), Mode(1), Hold(5), Mode(0),
+        Jog(0b010101, 20), Jog(0b000101, 20), Jog(0b010101, 20), Hold(2), Jog(0b010101, 20)],
+    "switches put on in automatic mode": [Mode(1), Hold(3), Jog(0b010101, 5, False), Mode(0),
+        Hold(20), Jog(0, 1), Jog(0b010101, 20)],
+    "reset with switches on": [Hold(2), Jog(0b111111, 20, False), Reset(1), Hold(20), Jog(0, 1),
+        Jog(1, 9)],
+    "mode change under way": [Mode(1), Order(9, 4, wait=25), Mode(0), Hold(1), Mode(1),
+        Order(9, 4, wait=31), Mode(0), Hold(1), Jog(0b001001, 20), Mode(1), Order(2, 2)],
+    "jog switches in automatic": [Together((("mode", 1), ("jog", 0b111111)), 5), Order(3, 3),
+        Mode(0), Hold(20)],
     "orders in manual": [Order(3, 3), Order(up=1, down=1), Hold(4), Mode(1), Hold(9)],
-    "start held through a mode change": [
-        Together((("start", 1), ("position_x", 3)), 5),
-        Mode(1),
-        Hold(40),
-        Reset(2),
-        Hold(40),
-    ],
-    "start held through a reset and manual mode": [
-        Mode(1),
-        Together((("start", 1), ("position_x", 3)), 8),
-        Reset(2),
-        Hold(40),
-        Mode(0),
-        Hold(5),
-        Mode(1),
-        Hold(40),
-        Together((("start", 0),), 1),
-        Together((("start", 1),), 40),
-        Together((("start", 0),), 1),
-    ],
-    "reset under way": [
-        Mode(1),
-        Order(9, 4, wait=25),
-        Reset(1),
-        Order(9, 4, wait=29),
-        Reset(3),
-        LOWER,
-        Order(2, 2),
-        Reset(1),
-        Order(4, 2),
-    ],
-    "stop under way": [
-        Mode(1),
-        Order(9, 4, wait=25),
-        Stop(1),
-        Hold(50),
-        Order(1, 1, wait=20),
-        Mode(0),
-        Jog(63, 20),
-        Hold(2),
-        Jog(63, 20),
-        Mode(1),
-        Hold(50),
-        Reset(1),
-        Order(2, 1),
-    ],
-    "reset between two steps": [
-        *(
-            action
-            for gap in range(1, 6)
-            for action in (Hold(20), Jog(1, 2 * gap), Reset(1), Hold(gap), Jog(1, 30))
-        )
-    ],
-    "stop while a count shows": [
-        action
-        for count, order in [(1, Order(90, 0, wait=25)), (2, Order(90, 90, wait=25))]
-        for action in (Mode(1), Select(count), order, Stop(1), Hold(50), Reset(1))
-    ],
-    "stop while jogging": [
-        Hold(2),
-        Jog(0b001001, 20, False),
-        Stop(1),
-        Hold(20),
-        Reset(),
-        Hold(9),
-        Jog(0, 2),
-        Jog(9, 9),
-    ],
-    "stop with an order": [
-        Mode(1),
-        Together((("start", 1), ("stop", 1), ("position_x", 2))),
-        Together((("start", 0), ("stop", 0)), 40),
-        Reset(),
-        Order(2, 0),
-    ],
-    "reset with an order": [
-        Mode(1),
-        Together((("start", 1), ("rst", 1), ("position_x", 2))),
-        Together((("rst", 0),), 40),
-        Together((("start", 0),), 4),
-        Order(3, 0),
-    ],
-    "every count": [
-        Mode(1),
-        Order(3, 5),
-        LOWER,
-        *(a for n in range(4) for a in (Select(n), Hold(200))),
-    ],
+    "start held through a mode change": [Together((("start", 1), ("position_x", 3)), 5),
+        Mode(1), Hold(40), Reset(2), Hold(40)],
+    "start held through a reset and manual mode": [Mode(1),
+        Together((("start", 1), ("position_x", 3)), 8), Reset(2), Hold(40), Mode(0), Hold(5),
+        Mode(1), Hold(40), Together((("start", 0),), 1), Together((("start", 1),), 40),
+        Together((("start", 0),), 1)],
+    "reset under way": [Mode(1), Order(9, 4, wait=25), Reset(1), Order(9, 4, wait=29), Reset(3),
+        LOWER, Order(2, 2), Reset(1), Order(4, 2)],
+    "stop under way": [Mode(1), Order(9, 4, wait=25), Stop(1), Hold(50), Order(1, 1, wait=20),
+        Mode(0), Jog(0b111111, 20), Hold(2), Jog(0b111111, 20), Mode(1), Hold(50), Reset(1),
+        Order(2, 1)],
+    "reset between two steps": [*(action for gap in range(1, 6) for action in (Hold(20),
+        Jog(1, 2 * gap), Reset(1), Hold(gap), Jog(1, 30)))],
+    "stop while a count shows": [action for count, order in [(1, Order(90, 0, wait=25)), (2,
+        Order(90, 90, wait=25))] for action in (Mode(1), Select(count), order, Stop(1),
+        Hold(50), Reset(1))],
+    "stop while jogging": [Hold(2), Jog(0b001001, 20, False), Stop(1), Hold(20), Reset(),
+        Hold(9), Jog(0, 2), Jog(0b001001, 9)],
+    "stop with an order": [Mode(1), Together((("start", 1), ("stop", 1), ("position_x", 2))),
+        Together((("start", 0), ("stop", 0)), 40), Reset(), Order(2, 0)],
+    "reset with an order": [Mode(1), Together((("start", 1), ("rst", 1), ("position_x", 2))),
+        Together((("rst", 0),), 40), Together((("start", 0),), 4), Order(3, 0)],
+    "every count": [Mode(1), Order(3, 5), LOWER, *(a for n in range(4) for a in (Select(n),
+        Hold(200)))],
 }
 
 
 class TestModel:
     @pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
     def test_scenario(self, machine, timing, script):
-        keeps_promises(machine.apply(script), timing)
+        check_pins(machine.apply(script), timing)
 
-    @settings(RANDOM, max_examples=50)
+    @settings(RANDOM, max_examples=20)
     @given(script=scripts)
     def test_random(self, machine, timing, script):
-        keeps_promises(machine.apply(script), timing)
+        check_pins(machine.apply(script), timing)
 
     @pytest.mark.compiler
     @settings(RANDOM, max_examples=200)
     @given(script=scripts)
     def test_random_fast(self, fast, timing, script):
-        keeps_promises(fast.apply(script), timing)
+        check_pins(fast.apply(script), timing)
 
     @pytest.mark.compiler
     def test_noise(self, fast, timing):
@@ -427,7 +252,7 @@ class TestModel:
             }
             chosen = tuple((name, int(level)) for name, level in pins.items() if rng.random() < 0.7)
             script.append(Together(chosen, int(rng.choice([1, 1, 2, 5, 30]))))
-        keeps_promises(fast.apply(script), timing)
+        check_pins(fast.apply(script), timing)
 
     @pytest.mark.compiler
     def test_wrap_of_the_counters(self):
@@ -448,16 +273,10 @@ class TestModel:
                 ]
             )
         assert trace["count"].max() == 65535
-        keeps_promises(trace, Timing(1, 1))
+        check_pins(trace, Timing(1, 1))
 
 
 class TestSteps:
-    def test_exactly_a_period_apart_within_a_movement(self, machine, timing):
-        trace = machine.apply([Mode(1), Order(9, 9), Order(2, 9), LOWER])
-        for axis in AXES:
-            apart = np.diff(trace.steps(axis))
-            assert np.count_nonzero(apart != timing.period) <= 1  # between the movements of X
-            assert (apart >= timing.period).all()
 
     @pytest.mark.parametrize(
         "order",
@@ -487,50 +306,12 @@ class TestSteps:
         back += [(max(0, x - n), max(0, y - n)) for n in range(both + 1, max(x, y) + 1)]
         assert path == there + back
 
-    def test_z_travels_as_far_down_as_up(self, machine, timing):
-        trace = machine.apply([Mode(1), LOWER, Hold(3), RAISE, Hold(3)])
-        z = trace.position("axis_z")
-        assert (z.min(), z[-1], z.max()) == (-timing.z_travel, 0, 0)
-        assert len(trace.steps("axis_z")) == 2 * timing.z_travel
-
     def test_jogging_goes_at_its_rate(self, machine, timing):
         trace = machine.apply([Hold(timing.period), Jog(0b100101, 200)])
         expected = -(-timing.period // timing.jog_period) * timing.jog_period
         for axis, sign in zip(AXES, (1, 1, -1), strict=True):
             assert set(np.diff(trace.steps(axis))) == {expected}
             assert np.sign(trace.position(axis)[-1]) == sign
-
-    def test_mode_changes_keep_motors_apart(self, machine, timing):
-        """Jog, and order at once after it: the first step waits for the last one's period."""
-        for gap in range(timing.period + 2):
-            trace = machine.apply(
-                [
-                    Hold(2),
-                    Jog(0b000101, 2 * timing.jog_period + gap),
-                    Mode(1),
-                    Order(3, 3),
-                    Mode(0),
-                    Hold(1),
-                    Jog(0b000101, 30),
-                ]
-            )
-            keeps_promises(trace, timing)
-
-    def test_a_refused_step_is_counted_by_nobody(self, machine, timing):
-        """An order right behind jogging asks too soon if its divider is shorter than the rest."""
-        for gap in range(1, 12):
-            trace = machine.apply(
-                [
-                    Hold(2),
-                    Jog(0b01, 3 * timing.jog_period + gap, False),
-                    Mode(1),
-                    Select(1),
-                    Order(4, 0),
-                    Hold(9),
-                ]
-            )
-            keeps_promises(trace, timing)
-            assert trace["count"][-1] == 4
 
 
 class TestHandshake:
@@ -552,20 +333,6 @@ class TestHandshake:
         assert ready[-1] == 1
 
     @pytest.mark.parametrize(
-        "order", [Order(3, 0), Order(0, 0), Order(up=1), Order(up=1, down=1)], ids=str
-    )
-    def test_start_held_takes_one_order(self, machine, order):
-        held = Order(order.x, order.y, order.up, order.down, start=300)
-        ready = machine.apply([Mode(1), held])["ready"]
-        assert np.count_nonzero(np.diff(ready) == -1) == 1
-        assert ready[-1] == 1
-
-    def test_second_start_is_not_queued(self, machine):
-        trace = machine.apply([Mode(1), Order(6, 0, wait=2), Order(0, 5, wait=400)])
-        assert [int(trace.position(axis)[-1]) for axis in AXES] == [6, 0, 0]
-        assert not trace["error"].any()
-
-    @pytest.mark.parametrize(
         "refused",
         [
             [Order(up=1, down=1)],
@@ -583,33 +350,6 @@ class TestHandshake:
             assert trace["error"][begun : begun + 30].all()
             assert not trace["error"][-1]
 
-    def test_refused_orders_move_nothing(self, machine, timing):
-        trace = machine.apply(
-            [Mode(1), LOWER, Hold(3), Order(2, 1), Hold(9), Order(up=1, down=1), Hold(9)]
-        )
-        assert [int(trace.position(axis)[-1]) for axis in AXES] == [0, 0, -timing.z_travel]
-        assert trace["error"][-1] and trace["ready"][-1]
-
-    def test_stop_lasts_until_reset(self, machine):
-        trace = machine.apply(
-            [
-                Mode(1),
-                Order(9, 9, wait=12),
-                Stop(1),
-                Hold(40),
-                Order(1, 1, wait=40),
-                Mode(0),
-                Hold(2),
-                Jog(63, 40),
-                Mode(1),
-                Hold(40),
-            ]
-        )
-        begun = int(np.argmax(trace["stop"]))
-        assert not trace["ready"][begun:].any()
-        for axis in AXES:
-            assert len(set(trace[axis][begun:])) == 1
-
 
 class TestPowerUp:
     def test_state_1_and_nothing_under_way(self):
@@ -619,17 +359,8 @@ class TestPowerUp:
             engine.set(mode=1)
             assert engine.get("ready", "error") == (1, 0)
 
-    def test_reset_and_mode_keep_every_phase(self, machine):
-        for phase in range(4):
-            trace = machine.apply(
-                [Mode(1), Order(phase + 1, phase + 2), Reset(2), Mode(0), Hold(2), Mode(1), Hold(2)]
-            )
-            begun = trace.recording.actions[2][0]
-            for axis in AXES:
-                assert len(set(trace[axis][begun:])) == 1
 
-
-class TestPace:
+class TestTiming:
     def test_defaults_are_the_machine_of_the_thesis(self):
         timing = MillTiming.real()
         assert timing.period == ceil(50_000_000 / Fraction("101.376")) == 493_214
@@ -703,7 +434,7 @@ class TestPace:
         assert said == message
 
     @pytest.mark.compiler
-    def test_the_real_pace(self):
+    def test_the_real_timing(self):
         """The thesis's N: three steps of a jog and three of an order, 493 214 clocks apart."""
         if NO_COMPILER:
             pytest.skip(NO_COMPILER)

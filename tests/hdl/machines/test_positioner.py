@@ -385,7 +385,7 @@ class TestModel:
         assert NO_COMPILER or np.count_nonzero(np.diff(seen["step"])) > 40
 
 
-class TestPace:
+class TestTiming:
     def test_real(self):
         assert PositionerTiming.real() == PositionerTiming(
             clock=50_000_000, baud=9600, top_speed=1500, width=95, low=95, setup=33, hold=33,

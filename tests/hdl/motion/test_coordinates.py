@@ -158,8 +158,8 @@ class TestAgain:
             tool.start()
             tool.finish()
 
-    @pytest.mark.parametrize("orders", [0, 1, 2, 3, 5, 9])
-    @pytest.mark.parametrize("clocks", [0, 1, 2, 3, 30])
+    @pytest.mark.parametrize("orders", [0, 1, 3, 9])
+    @pytest.mark.parametrize("clocks", [0, 1, 2, 30])
     def test_after_a_job_broken_off(self, orders, clocks):
         tool = Tool(PICTURES["ring"], 4)
         tool.start()

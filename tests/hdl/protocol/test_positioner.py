@@ -108,7 +108,7 @@ class TestPositionerCommands:
         assert [shown(order)[0] for order in check(lines, 2)] == [
             "LONG", "DAMAGED", "NONE", "DAMAGED", "LONG", "DAMAGED"]
 
-    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("seed", range(3))
     def test_is_its_model_in_every_clock(self, seed):
         """Also where lines are mutated, items come late, and orders are taken late."""
         rng = random.Random(seed)
@@ -122,12 +122,12 @@ class TestPositionerCommands:
             lines.append([*line, rng.choice([GOOD] * 9 + [LONG, DAMAGED])])
         assert len(check(lines, seed, haste=rng.choice([1, 0.9, 0.3]))) == 60
 
-    @settings(deadline=None, database=None, derandomize=True, max_examples=60)
+    @settings(deadline=None, database=None, derandomize=True, max_examples=25)
     @given(st.lists(st.lists(st.sampled_from(b"MOVT123C PGO-+09"), max_size=14), max_size=6))
     def test_any_line_is_one_order(self, lines):
         assert len(check([[*line, GOOD] for line in lines], 0)) == len(lines)
 
-    @pytest.mark.parametrize("clocks", range(24))
+    @pytest.mark.parametrize("clocks", range(0, 24, 3))
     def test_reset_begins_a_line_anew(self, clocks):
         with AmaranthEngine(component("commands", PositionerCommands(top_speed=TOP))) as engine:
             items = items_of(["MOV MOT2 C", "VEL MOT1 x"])

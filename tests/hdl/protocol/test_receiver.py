@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The receiver, against a model that knows when to look and counts votes."""
+"""The receiver, against its model."""
 
 import random
 
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fresa.protocol import UARTReceiver
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.protocol import bits
+from tb.models.protocol import ReceiverModel, bits
 
 OUTPUTS = ("bytes_valid", "bytes_payload", "framing", "overrun", "line_break", "fault")
 
@@ -23,62 +23,16 @@ def wave(levels: list[int], period: float, *, start: float = 0.0) -> list[int]:
             for clock in range(length)]
 
 
-def frames(line: list[int], period: int):
-    """Find the bytes in a line: clock of the last look, byte, stop bit, when it looks for more."""
-    spread = period // 16
-
-    def last_look(bit: int) -> int:
-        return began + bit * period + period // 2 + spread
-
-    def vote(bit: int) -> int:
-        return int(sum(line[last_look(bit) - n * spread] for n in range(3)) >= 2)
-
-    now = settled(line, 0, spread)
-    while True:
-        began = next((n for n in range(now + 1, len(line)) if not line[n]), len(line))
-        if last_look(9) >= len(line):
-            return
-        if vote(0):
-            now = last_look(0)
-            continue
-        now = last_look(9)
-        stop = vote(9)
-        last = now
-        if not stop:
-            now = settled(line, now + 1, spread)
-        yield last, sum(vote(n + 1) << n for n in range(8)), stop, now
-
-
-def settled(line: list[int], clock: int, spread: int) -> int:
-    """Return the last of the first clocks in which the line is high for long enough."""
-    return next((n for n in range(clock + 2 * spread, len(line))
-                 if all(line[n - 2 * spread:n + 1])), len(line))
-
-
 def model(line, ready, period):
     """Yield the outputs of each clock."""
-    found = {last: (byte, stop) for last, byte, stop, _ in frames(line, period)}
-    high = {again for _, _, stop, again in frames(line, period) if not stop}
-    high.add(settled(line, 0, period // 16))
-    valid = payload = lost = broken = low = 0
-    waiting = True
-    for clock, taken in enumerate(ready):
-        byte, stop = found.get(clock, (None, 1))
-        framing = int(not stop)
-        overrun = int(byte is not None and valid and not taken)
-        yield valid, payload, framing, overrun, broken, 0
-        if overrun:
-            lost = 1
-        elif byte is not None:
-            valid, payload, lost = 1, byte | (framing or lost) << 8, 0
-        elif taken:
-            valid = 0
-        low = low + 1 - line[clock] if waiting else 0
-        broken |= low >= 10 * period
-        if byte is not None:
-            broken, waiting = int(framing and byte == 0), bool(framing)
-        elif clock in high:
-            broken, waiting = 0, False
+    receiver, payload = ReceiverModel(period=period), 0
+    for rx, taken in zip(line, ready, strict=True):
+        valid, line_break = receiver.byte is not None, receiver.line_break
+        if receiver.byte:
+            byte, error = receiver.byte
+            payload = byte | error << 8
+        receiver.clock(rx, taken)
+        yield valid, payload, receiver.framing, receiver.overrun, line_break, 0
 
 
 def run(line, ready, period):

@@ -15,7 +15,7 @@ def fake(monkeypatch) -> FakePositioner:
     monkeypatch.setattr(line, "Writer", Direct)
     monkeypatch.setattr(panel, "Port", lambda name: fake)
     monkeypatch.setattr(ports, "find_ports", list)
-    monkeypatch.setattr(panel, "LOOK", 0.01)
+    monkeypatch.setattr(panel, "POLL_S", 0.01)
     monkeypatch.setattr(panel, "SAVE", 0.01)
     return fake
 

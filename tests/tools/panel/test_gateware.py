@@ -95,14 +95,14 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypat
                     return engine.get("moving") != 0
 
                 do("speed", axis=0, speed=26)
-                do("jog", ways=[1, 0, 0])
+                do("jog", directions=[1, 0, 0])
                 await until(moves)
                 # By a break alone: whoever holds the button goes on holding it.
                 send_break()
                 await until(lambda: not moves())
-                do("jog", ways=[0, 0, 0])
+                do("jog", directions=[0, 0, 0])
                 await until(lambda: "DAMAGED" in panel._broadcast.note)
-                do("jog", ways=[1, 0, 0])
+                do("jog", directions=[1, 0, 0])
                 await until(moves)
                 assert not breaks
                 do("stop")
@@ -110,7 +110,7 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypat
                 assert len(breaks) == 1
                 await asyncio.sleep(0.3)  # what the panel has damaged by its own is nobody's matter
                 assert "refused" not in panel._broadcast.note
-                do("jog", ways=[1, 0, 0])
+                do("jog", directions=[1, 0, 0])
                 do("limit", end="X+", pressed=True)
                 await until(lambda: "limit switch stopped X" in panel._broadcast.note)
                 assert not moves()
@@ -151,7 +151,7 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
         async with switched_on() as port, connected(path, port) as (do, panel):
             assert "reset" in panel._broadcast.note
             assert panel._machine.steps == (170, -114, 57)
-            do("jog", ways=[1, 0, 0])
+            do("jog", directions=[1, 0, 0])
             await until(lambda: (panel._machine.steps or (0,))[0] > 200)
             # What nobody stops when the panel is gone, the next one does.
             line, panel._machine._line = panel._machine._line, None

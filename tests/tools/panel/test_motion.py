@@ -72,7 +72,7 @@ def test_going_elsewhere_is_ended_and_told(fake, path, monkeypatch):
 
 
 @pytest.mark.parametrize("between", [
-    lambda site: site.do("stop"), lambda site: site.do("jog", ways=[0, 0, 1]),
+    lambda site: site.do("stop"), lambda site: site.do("jog", directions=[0, 0, 1]),
     lambda site: site.do("origin"), lambda site: site.do("go", number=2)])
 def test_what_comes_before_it_departs_calls_it_off(fake, path, between):
     async def what(site):
@@ -140,8 +140,8 @@ def test_a_limit_that_was_on_its_way_does_not_end_the_way_back(fake, path):
     async def what(site):
         await site.connect()
         fake.answer = obey
-        site.do("jog", ways=[1, 0, 0])
-        site.do("jog", ways=[-1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
+        site.do("jog", directions=[-1, 0, 0])
         await settle(site)
         assert site.told("state")["limits"] == [] and fake.target[0] == -10**6
         assert fake.written[-2:] == [b"MOV MOT1 CC\n"] * 2

@@ -6,13 +6,13 @@ from hypothesis import strategies as st
 
 from tools.console import UserError
 from tools.panel import orders
-from tools.panel.jogging import PATIENCE, Jogging
+from tools.panel.jogging import HOLD_TIMEOUT_S, Jogging
 
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=4))
 READERS = [orders.read_axis, orders.read_speed, orders.read_number, orders.read_name,
-           orders.read_ways, orders.read_point, orders.read_switch]
+           orders.read_directions, orders.read_point, orders.read_switch]
 
 
 class TestOrders:
@@ -21,7 +21,7 @@ class TestOrders:
         assert orders.read_speed({"speed": 26}) == 26
         assert orders.read_number({"number": 1}) == 1
         assert orders.read_name({"port": "COM3"}) == "COM3"
-        assert orders.read_ways({"ways": [-1, 0, 1]}) == (-1, 0, 1)
+        assert orders.read_directions({"directions": [-1, 0, 1]}) == (-1, 0, 1)
         assert orders.read_switch({"end": "X+", "pressed": True}) == ("X+", True)
         assert orders.read_point({"place": [1, None, -14_000]}) == (1.0, None, -14_000.0)
 
@@ -35,9 +35,9 @@ class TestOrders:
         (orders.read_number, {}, "number must be"),
         (orders.read_name, {"port": ""}, "choose a port first"),
         (orders.read_name, {"port": "x" * 201}, "choose a port first"),
-        (orders.read_ways, {"ways": [0, 0]}, "ways must be three of -1, 0 and 1"),
-        (orders.read_ways, {"ways": [0, 0, 2]}, "ways must be three"),
-        (orders.read_ways, {"ways": [0, 0, 0.0]}, "ways must be three"),
+        (orders.read_directions, {"directions": [0, 0]}, "directions must be three of -1, 0 and 1"),
+        (orders.read_directions, {"directions": [0, 0, 2]}, "directions must be three"),
+        (orders.read_directions, {"directions": [0, 0, 0.0]}, "directions must be three"),
         (orders.read_switch, {"end": 0, "pressed": True}, "has an end"),
         (orders.read_switch, {"end": "X+", "pressed": 1}, "pressed or not"),
         (orders.read_point, {"place": [0, 0]}, "place must be three numbers of um"),
@@ -50,7 +50,7 @@ class TestOrders:
             read(message)
 
     @given(st.sampled_from(READERS), st.dictionaries(
-        st.sampled_from(["axis", "speed", "number", "port", "ways", "place"]), ANYTHING))
+        st.sampled_from(["axis", "speed", "number", "port", "directions", "place"]), ANYTHING))
     def test_any_message_can_be_read(self, read, message):
         try:
             read(message)
@@ -62,20 +62,20 @@ class TestJogging:
     def test_two_axes_make_a_diagonal_and_opposite_ways_stand_still(self):
         jogging = Jogging()
         jogging.hold("one", (1, 1, 0), 0.0)
-        assert jogging.ways(0.1) == (1, 1, 0)
+        assert jogging.directions(0.1) == (1, 1, 0)
         jogging.hold("two", (-1, 1, -1), 0.1)
-        assert jogging.ways(0.2) == (0, 1, -1)
+        assert jogging.directions(0.2) == (0, 1, -1)
         jogging.hold("one", (0, 0, 0), 0.2)
-        assert jogging.ways(0.3) == (-1, 1, -1)
+        assert jogging.directions(0.3) == (-1, 1, -1)
         jogging.leave("two")
         jogging.leave("nobody")
-        assert jogging.ways(0.4) == (0, 0, 0)
+        assert jogging.directions(0.4) == (0, 0, 0)
 
     def test_who_falls_silent_holds_no_longer(self):
         jogging = Jogging()
         jogging.hold("one", (1, 0, 0), 0.0)
-        jogging.refresh("one", 0.9 * PATIENCE)
-        assert jogging.ways(1.8 * PATIENCE) == (1, 0, 0)
-        assert jogging.ways(1.9 * PATIENCE) == (0, 0, 0)
-        jogging.refresh("one", 2 * PATIENCE)
-        assert jogging.ways(2 * PATIENCE) == (0, 0, 0)
+        jogging.refresh("one", 0.9 * HOLD_TIMEOUT_S)
+        assert jogging.directions(1.8 * HOLD_TIMEOUT_S) == (1, 0, 0)
+        assert jogging.directions(1.9 * HOLD_TIMEOUT_S) == (0, 0, 0)
+        jogging.refresh("one", 2 * HOLD_TIMEOUT_S)
+        assert jogging.directions(2 * HOLD_TIMEOUT_S) == (0, 0, 0)

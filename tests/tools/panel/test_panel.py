@@ -175,7 +175,7 @@ def test_a_place_that_was_told_does_not_freeze(fake, path):
 
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
         assert time.monotonic() < begun + machine.REPORT_TIMEOUT_S / 2
@@ -202,10 +202,10 @@ def test_a_port_that_is_lost_while_it_connects_is_named(fake, path):
 def test_what_needs_a_machine_says_so(fake, path):
     async def what(site):
         for name, fields in [("origin", {}), ("go", {"number": 1}), ("here", {"number": 1}),
-                             ("jog", {"ways": [1, 0, 0]})]:
+                             ("jog", {"directions": [1, 0, 0]})]:
             with pytest.raises(UserError, match="not connected"):
                 site.do(name, **fields)
-        site.do("jog", ways=[0, 0, 0])
+        site.do("jog", directions=[0, 0, 0])
         site.do("stop")
         with pytest.raises(UserError, match="there is no port /etc/passwd: choose one of the list"):
             site.do("connect", port="/etc/passwd")
@@ -222,10 +222,10 @@ def test_what_the_machine_complains_of_is_told(fake, path):
     async def what(site):
         await site.connect()
         fake.blocked = [b"MOV MOT1 C\n"]
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         await site.until(lambda: site.told("state")["limits"] == ["x"])
         assert site.told("state")["bad"] and "limit switch stopped X" in site.told("state")["note"]
-        site.do("jog", ways=[-1, 0, 0])
+        site.do("jog", directions=[-1, 0, 0])
         assert site.told("state")["limits"] == []
         fake.say(b"! RANGE\n")
         await site.until(lambda: "RANGE" in site.told("state")["note"])
@@ -286,7 +286,7 @@ def test_a_disk_that_is_full_is_told_and_stops_nothing(fake, path, monkeypatch):
         monkeypatch.setattr(panel, "save", full)
         site.do("speed", axis=0, speed=9)
         await site.until(lambda: "Nothing is kept" in site.told("state")["note"])
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         assert b"MOV MOT1 C\n" in fake.written
 
     session(path, what)

@@ -16,11 +16,11 @@ def test_what_is_held_moves_and_what_is_let_go_stops(fake, path):
     async def what(site):
         await site.connect()
         begun = len(fake.written)
-        site.do("jog", ways=[1, -1, 0])
-        site.do("jog", ways=[0, -1, 0])
-        site.do("jog", ways=[0, 0, 1])
-        site.do("jog", ways=[0, 0, 1])
-        assert site.told("state")["ways"] == [0, 0, 1]
+        site.do("jog", directions=[1, -1, 0])
+        site.do("jog", directions=[0, -1, 0])
+        site.do("jog", directions=[0, 0, 1])
+        site.do("jog", directions=[0, 0, 1])
+        assert site.told("state")["directions"] == [0, 0, 1]
         site.panel.left(site.page)
         assert fake.written[begun:] == [
             b"MOV MOT1 C\n", b"MOV MOT2 CC\n", b"STOP MOT1\n", b"STOP MOT2\n", b"MOV MOT3 C\n",
@@ -30,15 +30,15 @@ def test_what_is_held_moves_and_what_is_let_go_stops(fake, path):
 
 
 def test_a_page_that_hangs_holds_nothing(fake, path, monkeypatch):
-    monkeypatch.setattr(jogging, "PATIENCE", 60)
+    monkeypatch.setattr(jogging, "HOLD_TIMEOUT_S", 60)
 
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         await asyncio.sleep(0.05)
         site.do("holding")
         assert fake.written[-1] == b"MOV MOT1 C\n"
-        monkeypatch.setattr(jogging, "PATIENCE", 0.01)
+        monkeypatch.setattr(jogging, "HOLD_TIMEOUT_S", 0.01)
         await site.until(lambda: fake.written[-1] == b"STOP MOT1\n")
         site.do("holding")  # too late: it must be pressed again
         await asyncio.sleep(0.05)
@@ -50,7 +50,7 @@ def test_a_page_that_hangs_holds_nothing(fake, path, monkeypatch):
 def test_stop_stops_what_others_hold(fake, path):
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         site.panel.do(site.panel.view(), "stop", {})
         site.do("holding")
         await asyncio.sleep(0.05)
@@ -86,12 +86,12 @@ def test_a_machine_that_does_not_stop_is_not_connected(fake, path, monkeypatch):
     session(path, what)
 
 
-@pytest.mark.parametrize("stop", [lambda site: site.do("jog", ways=[0, 0, 0]),
+@pytest.mark.parametrize("stop", [lambda site: site.do("jog", directions=[0, 0, 0]),
                                   lambda site: site.do("stop")])
 def test_an_order_to_stop_that_is_lost_is_repeated(fake, path, stop):
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[0, 1, 0])
+        site.do("jog", directions=[0, 1, 0])
         await site.until(lambda: fake.steps[1] > 5000)
         fake.deaf = [STOP[1]] * 3
         stop(site)
@@ -108,7 +108,7 @@ def test_what_is_on_its_way_or_held_is_not_stopped(fake, path):
         site.do("go", number=1)
         await site.until(lambda: fake.steps[2] == fake.target[2] != 0)
         await asyncio.sleep(0.05)
-        site.do("jog", ways=[0, 1, 0])
+        site.do("jog", directions=[0, 1, 0])
         await site.until(lambda: site.told("place")["steps"][0] == fake.target[0] == 56761)
         assert not any(line.startswith(b"STOP") for line in fake.written[begun:])
         # Once there it has no business to move.
@@ -126,7 +126,7 @@ def test_stop_sends_a_break_and_tells_again_what_that_may_have_damaged(fake, pat
         await site.connect()
         assert BREAK not in fake.written  # of an answer to it nobody knew yet
         site.do("speed", axis=0, speed=26)
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         await site.until(lambda: fake.steps[0] > 0)
         begun = len(fake.written)
         note = site.told("state")["note"]
@@ -149,13 +149,13 @@ def test_stop_sends_a_break_and_tells_again_what_that_may_have_damaged(fake, pat
 
 
 @pytest.mark.parametrize("let_go", [
-    lambda site: site.do("jog", ways=[0, 0, 0]), lambda site: site.panel.left(site.page)])
+    lambda site: site.do("jog", directions=[0, 0, 0]), lambda site: site.panel.left(site.page)])
 def test_an_axis_that_does_not_hear_that_it_is_let_go_of_is_stopped_by_a_break(fake, path, let_go):
     fake.can_break = True
 
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[0, 1, 0])
+        site.do("jog", directions=[0, 1, 0])
         await site.until(lambda: fake.steps[1] > 5000)
         fake.deaf = [STOP[1]] * 1000
         let_go(site)
@@ -171,10 +171,10 @@ def test_a_break_ends_nothing_that_is_held(fake, path):
 
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[1, 1, 0])
+        site.do("jog", directions=[1, 1, 0])
         await site.until(lambda: fake.steps[1] > 5000)
         fake.deaf = [STOP[1]] * 5
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         await site.until(lambda: not fake.deaf and fake.target[1] != 10**6)
         assert BREAK not in fake.written and not fake.resting
 
@@ -182,11 +182,11 @@ def test_a_break_ends_nothing_that_is_held(fake, path):
 
 
 def test_a_slider_does_not_hold_up_a_stop(fake, path, monkeypatch):
-    monkeypatch.setattr(panel, "LOOK", 0.1)
+    monkeypatch.setattr(panel, "POLL_S", 0.1)
 
     async def what(site):
         await site.connect()
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         begun = len(fake.written)
         for speed in range(1, 27):
             site.do("speed", axis=0, speed=speed)
@@ -213,7 +213,7 @@ def test_a_port_that_takes_nothing_is_lost_and_holds_nobody_up(fake, path, monke
     async def what(site):
         fake.write = write
         await site.connect()
-        site.do("jog", ways=[1, 0, 0])
+        site.do("jog", directions=[1, 0, 0])
         await site.until(lambda: b"MOV MOT1 C\n" in fake.written)
         full.set()
         begun = time.monotonic()

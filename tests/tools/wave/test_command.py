@@ -223,7 +223,8 @@ class TestManners:
             with pytest.raises(SystemExit):
                 main([*words, "--help"])
             assert LEFT not in (0, 1, 2)  # which have a meaning
-            assert f"{LEFT} if whoever reads" in " ".join(capsys.readouterr().out.split())
+            shown = " ".join(capsys.readouterr().out.split())
+            assert f"{LEFT} if the reader of the output leaves" in shown
 
     @pytest.fixture
     def hangs_up(self):

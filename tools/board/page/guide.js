@@ -13,7 +13,7 @@ import { BUTTON } from "./machine.js";
 export function situation({ connected, state, job, machine, notice }) {
   if (!connected) {
     return { step: 0, tone: "bad", text: "The connection is lost; the page tries again by itself. "
-      + "If python -m tools.board was started anew, open the address that it printed." };
+      + "If the program was started anew, open the address that it printed." };
   }
   if (state.building) {
     const what = typeof state.building === "string" ? state.building : "preparing the gateware";

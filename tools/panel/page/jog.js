@@ -3,19 +3,19 @@
 /** Milliseconds after which the server is told again that something is still held. */
 const AGAIN = 300;
 
-/** The six ways to move, the key of each, and what it is called. */
-export const WAYS = [
-  { name: "yp", axis: 1, way: 1, key: "w", label: "Y +", arrow: "↑" },
-  { name: "ym", axis: 1, way: -1, key: "s", label: "Y −", arrow: "↓" },
-  { name: "xm", axis: 0, way: -1, key: "a", label: "X −", arrow: "←" },
-  { name: "xp", axis: 0, way: 1, key: "d", label: "X +", arrow: "→" },
-  { name: "zm", axis: 2, way: -1, key: "q", label: "Z −", arrow: "⇩" },
-  { name: "zp", axis: 2, way: 1, key: "e", label: "Z +", arrow: "⇧" },
+/** The six directions to move, the key of each, and what it is called. */
+export const DIRECTIONS = [
+  { name: "yp", axis: 1, sign: 1, key: "w", label: "Y +", arrow: "↑" },
+  { name: "ym", axis: 1, sign: -1, key: "s", label: "Y −", arrow: "↓" },
+  { name: "xm", axis: 0, sign: -1, key: "a", label: "X −", arrow: "←" },
+  { name: "xp", axis: 0, sign: 1, key: "d", label: "X +", arrow: "→" },
+  { name: "zm", axis: 2, sign: -1, key: "q", label: "Z −", arrow: "⇩" },
+  { name: "zp", axis: 2, sign: 1, key: "e", label: "Z +", arrow: "⇧" },
 ];
 
-/** What is held, and what becomes of it: opposite ways of an axis make it stand still. */
+/** What is held, and what becomes of it: opposite directions of an axis make it stand still. */
 export class Jog {
-  #holders = new Map(WAYS.map((way) => [way, new Set()]));
+  #holders = new Map(DIRECTIONS.map((direction) => [direction, new Set()]));
   #said = "0,0,0";
   #again = 0;
 
@@ -28,22 +28,24 @@ export class Jog {
     this.shown = shown;
   }
 
-  /** Whether a way is held, whatever becomes of it. */
-  holds(way) { return this.#holders.get(way).size > 0; }
+  /** Whether a direction is held, whatever becomes of it. */
+  holds(direction) { return this.#holders.get(direction).size > 0; }
 
-  get ways() {
-    const ways = [0, 0, 0];
-    for (const way of WAYS) if (this.holds(way)) ways[way.axis] += way.way;
-    return ways;
+  get directions() {
+    const directions = [0, 0, 0];
+    for (const direction of DIRECTIONS) {
+      if (this.holds(direction)) directions[direction.axis] += direction.sign;
+    }
+    return directions;
   }
 
-  press(way, holder) {
-    this.#holders.get(way).add(holder);
+  press(direction, holder) {
+    this.#holders.get(direction).add(holder);
     this.#tell();
   }
 
-  release(way, holder) {
-    if (this.#holders.get(way).delete(holder)) this.#tell();
+  release(direction, holder) {
+    if (this.#holders.get(direction).delete(holder)) this.#tell();
   }
 
   /** Let go of everything: the window has lost the keyboard, or the machine shall stop. */
@@ -53,12 +55,12 @@ export class Jog {
   }
 
   #tell() {
-    const { ways } = this;
-    if (String(ways) !== this.#said) {
-      this.#said = String(ways);
-      this.send("jog", { ways });
+    const { directions } = this;
+    if (String(directions) !== this.#said) {
+      this.#said = String(directions);
+      this.send("jog", { directions });
     }
-    const held = ways.some((way) => way);
+    const held = directions.some((direction) => direction);
     if (held && !this.#again) this.#again = setInterval(() => this.send("holding"), AGAIN);
     if (!held && this.#again) this.#again = clearInterval(this.#again) ?? 0;
     this.shown();

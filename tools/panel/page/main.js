@@ -1,7 +1,7 @@
 /** Joins the parts of the panel. */
 
 import { bindButton, isTyping } from "./hold.js";
-import { Jog, WAYS } from "./jog.js";
+import { Jog, DIRECTIONS } from "./jog.js";
 import { Link } from "./link.js";
 import { Points } from "./points.js";
 import { Switches } from "./switches.js";
@@ -18,7 +18,8 @@ class Panel {
 
   constructor() {
     this.hello = { axes: ["x", "y", "z"], slowest: 1, fastest: 26, travel: 14000 };
-    this.state = { connected: false, doing: "connecting", ports: [], limits: [], ways: [0, 0, 0] };
+    this.state = { connected: false, doing: "connecting", ports: [], limits: [],
+      directions: [0, 0, 0] };
     this.notice = "";
     this.lost = false;
     const send = (name, fields) => this.link.send(name, fields);
@@ -36,7 +37,7 @@ class Panel {
 
   #build(send) {
     this.axes = this.hello.axes.map((axis) => this.#axis(axis));
-    this.buttons = WAYS.map((way) => this.#jogButton(way));
+    this.buttons = DIRECTIONS.map((direction) => this.#jogButton(direction));
     this.speeds = this.hello.axes.map((axis, index) => this.#speed(axis, index, send));
     find("port-form").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -57,14 +58,14 @@ class Panel {
     return { row, place, unit, mark };
   }
 
-  #jogButton(way) {
-    const button = create("button", { type: "button", id: `jog-${way.name}` });
-    button.style.gridArea = way.name;
-    button.append(create("span", { textContent: `${way.arrow} ${way.label}` }),
-      create("small", { textContent: way.key.toUpperCase() }));
-    button.setAttribute("aria-keyshortcuts", way.key);
+  #jogButton(direction) {
+    const button = create("button", { type: "button", id: `jog-${direction.name}` });
+    button.style.gridArea = direction.name;
+    button.append(create("span", { textContent: `${direction.arrow} ${direction.label}` }),
+      create("small", { textContent: direction.key.toUpperCase() }));
+    button.setAttribute("aria-keyshortcuts", direction.key);
     button.setAttribute("aria-pressed", "false");
-    bindButton(button, way, this.jog);
+    bindButton(button, direction, this.jog);
     find("jog").append(button);
     return button;
   }
@@ -85,16 +86,16 @@ class Panel {
   }
 
   #bindKeys() {
-    const ways = new Map(WAYS.map((way) => [way.key, way]));
+    const directions = new Map(DIRECTIONS.map((direction) => [direction.key, direction]));
     addEventListener("keydown", (event) => {
       if (event.key === "Escape") this.#stop();
-      const way = ways.get(event.key.toLowerCase());
-      if (!way || event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
-      if (find("keys").checked && !isTyping(event.target)) this.jog.press(way, "key");
+      const direction = directions.get(event.key.toLowerCase());
+      if (!direction || event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
+      if (find("keys").checked && !isTyping(event.target)) this.jog.press(direction, "key");
     });
     addEventListener("keyup", ({ key }) => {
-      const way = ways.get(key.toLowerCase());
-      if (way) this.jog.release(way, "key");
+      const direction = directions.get(key.toLowerCase());
+      if (direction) this.jog.release(direction, "key");
     });
     addEventListener("blur", () => this.jog.releaseAll());
     document.addEventListener("visibilitychange", () => {
@@ -184,9 +185,9 @@ class Panel {
     find("port").disabled = connected || Boolean(state.doing);
     find("origin").disabled = !connected;
     find("place-note").textContent = connected ? "" : "as it was left";
-    WAYS.forEach((way, index) => {
+    DIRECTIONS.forEach((direction, index) => {
       this.buttons[index].disabled = !connected;
-      this.buttons[index].setAttribute("aria-pressed", String(this.jog.holds(way)));
+      this.buttons[index].setAttribute("aria-pressed", String(this.jog.holds(direction)));
     });
     this.axes.forEach(({ row, mark }, index) => {
       const limit = state.limits.includes(this.hello.axes[index]);
@@ -205,7 +206,7 @@ class Panel {
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
     const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
-      + " itself. If python -m tools.panel was started anew, open the address that it printed."
+      + " itself. If the program was started anew, open the address that it printed."
       : "";
     const text = lost || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);

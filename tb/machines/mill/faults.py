@@ -1,17 +1,58 @@
-"""Work for the mill that upsets or resets are to disturb."""
+"""Fault injection into the mill: its motors, what a reset keeps, and work."""
 
 import random
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple, replace
+from itertools import islice
 
-from ..machines.mill.actions import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
-from ..machines.mill.model import MillInputs
-from .rows import Row, Rows
+from fresa.machines.mill import MillTiming
+from tb import boards
+from tb.faults.rows import Row, Rows, rows_of_stimulus
+from tb.faults.target import Coils, FaultTarget
+from tb.plant import WORDS
 
-__all__ = ["actions", "rows_of_actions"]
+from .actions import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
+from .model import MillInputs
+from .stimulus import orders, random_rows
+
+__all__ = ["TIMING", "TRAVEL", "actions", "rows_of_actions", "target", "targets"]
+
+TIMING = MillTiming(period=4, scan_bits=3)
+TRAVEL = 6
+"""Short, so that much happens in few clocks."""
 
 REACH = 24
 """Farthest coordinate of an order, in steps."""
+
+
+def targets() -> tuple[FaultTarget, ...]:
+    """Return the machine without its guard, and with it."""
+    return target(guard=False), target(guard=True)
+
+
+def target(*, guard: bool) -> FaultTarget:
+    """Return the raw machine, with its guard or without, with every time shortened.
+
+    A reset does not set where its motors stand, how long ago they stepped, and that `start` has
+    been taken; and of the guard what it must remember over a reset.
+    """
+    design = boards.mill(timing=TIMING, z_travel=TRAVEL, guard=guard)
+    main = "main " if guard else ""
+
+    def to_reset(seed: int, number: int) -> Rows:
+        """Orders that wait for the machine in one chunk, pins at random in the next."""
+        if number % 2:
+            return rows_of_stimulus(random_rows(seed, number, 40_000), design.inputs)
+        return rows_of_actions(islice(orders(seed * 1_000_003 + number), 200))
+
+    return FaultTarget(
+        "mill", design, tuple(Coils(axis, f"controller {main}automatic {axis} count",
+                                    f"axis_{axis}", WORDS) for axis in "xyz"),
+        idle=("ready", 1), fault="error", origin={"rst": 1, "mode": 0},
+        kept=("black", "orange", "rest", "started", "fault", "seen", "apart_x_before",
+              "apart_y_before", "apart_z_before"),
+        work=lambda seed: rows_of_actions(actions(seed, 150)), work_to_reset=to_reset,
+        gap=120, window=400, timeout=2000, ignored=("monitor.",), guard=guard)
 
 
 def actions(seed: int, count: int) -> Iterator[Action]:

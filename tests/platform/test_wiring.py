@@ -1,0 +1,121 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportInvalidTypeForm=false
+
+"""The wiring, on a machine whose roles no real one has yet."""
+
+import gc
+
+import pytest
+from amaranth import Module
+from amaranth.lib import io
+from amaranth.lib.wiring import In, Out
+
+from fresa.machines import MillStation, Positioner, SerialOrders, Single
+from fresa.motion import SquareGenerator
+from fresa.roles import BUTTON, DIRECTION, LIMIT, RX, STATUS, STEP, Machine
+from fresa_boards.board import Allotment
+from fresa_boards.wiring import simulation_ports, wire
+from tb.design import Design
+from tb.engines import AmaranthEngine
+
+pytestmark = pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
+
+
+@pytest.fixture(autouse=True)
+def unused():
+    """Collect machines that were made for their roles alone while their warning is ignored."""
+    yield
+    gc.collect()
+
+
+class Wires(Machine):
+    """Outputs that are inputs."""
+
+    stop: In(1)
+    limits: In(2)
+    line: In(1)
+    step: Out(2)
+    direction: Out(1)
+    lights: Out(3)
+
+    roles = {"stop": BUTTON, "limits": LIMIT, "line": RX, "step": STEP.resting(0b01),
+             "direction": DIRECTION, "lights": STATUS}
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.d.comb += [self.step.eq(self.limits), self.direction.eq(self.line),
+                     self.lights[0].eq(self.stop), self.lights[2].eq(1)]
+        return m
+
+
+ALLOTMENT = Allotment(header={"limits": "A1 A2", "step": "A3 A4", "direction": "A5"},
+                      panel={"buttons": "- stop", "rx": "line", "leds": "lights - limits"})
+OUTPUTS = ["step", "direction", "leds"]
+
+
+def engine(allotment=ALLOTMENT, *, low: tuple[str, ...] = (), **options) -> AmaranthEngine:
+    """Run the machine; `low` are pins that the board has inverted."""
+    machine = Wires()
+    ports = {name: ~port if name in low else port
+             for name, port in simulation_ports(machine, allotment).items()}
+    top = wire(machine, ports, allotment, clock=50_000_000, debounce=2, **options)
+    inputs = {name: port.i for name, port in ports.items() if port.direction is io.Direction.Input}
+    return AmaranthEngine(Design(
+        "wires", top, inputs.pop("clk"), inputs,
+        {name: port.o for name, port in ports.items() if port.direction is io.Direction.Output}))
+
+
+class TestLevels:
+    def test_at_rest_from_the_first_clock_on(self):
+        with engine() as it:
+            seen = it.apply({"limits": [0b11] * 4, "rx": [1] * 4, "buttons": [0] * 4}, OUTPUTS)
+        assert seen["step"].tolist() == [1, 0, 0, 0]  # at rest, then as the machine says
+        assert seen["direction"].tolist() == [0, 1, 1, 1]  # the line is high before its pin is seen
+        assert set(seen["leds"]) == {0b000100}
+
+    def test_an_input_comes_two_clocks_later_and_an_output_three(self):
+        with engine() as it:
+            seen = it.apply({"limits": [0b10] + [0b11] * 7, "rx": [1] * 8}, OUTPUTS)
+        assert seen["leds"].tolist() == [4, 4, 4 + 16, 4, 4, 4, 4, 4]
+        assert seen["step"].tolist() == [1, 0, 0, 1, 0, 0, 0, 0]
+
+    def test_a_contact_passes_the_debouncer(self):
+        with engine() as it:
+            bounce = it.apply({"buttons": [2] + [0] * 11, "limits": [3] * 12, "rx": [1] * 12},
+                              OUTPUTS)
+            held = it.apply({"buttons": [2] * 12, "limits": [3] * 12, "rx": [1] * 12}, OUTPUTS)
+        assert not (bounce["leds"] & 1).any() and held["leds"][-1] & 1
+
+    def test_pins_that_are_on_at_the_other_level(self):
+        with engine(inverted=("limits", "step")) as it:
+            seen = it.apply({"limits": [0b01] * 8, "rx": [1] * 8}, OUTPUTS)
+        assert seen["step"].tolist() == [0b10, 0b11, 0b11] + [0b10] * 5
+        assert seen["leds"].tolist() == [4, 4] + [4 + 16] * 6  # a LED is not turned with its pin
+
+    def test_a_board_whose_buttons_and_leds_are_low(self):
+        with engine(low=("buttons", "leds")) as it:
+            seen = it.apply({"buttons": [3] * 12, "limits": [3] * 12, "rx": [1] * 12}, ["leds"])
+            pressed = it.apply({"buttons": [1] * 12, "limits": [3] * 12, "rx": [1] * 12}, ["leds"])
+        assert set(seen["leds"]) == {0b111011} and pressed["leds"][-1] == 0b111010
+
+
+class TestRoles:
+    @pytest.mark.parametrize("machine", [
+        lambda: MillStation(source=SquareGenerator(side=1)),
+        lambda: MillStation(source=SerialOrders(period=16)), Single, Positioner])
+    def test_every_port_has_one(self, machine):
+        made = machine()
+        assert {*made.roles} == {*made.signature.members}
+
+    def test_an_input_without_a_pin_stays_at_rest(self):
+        class Quiet(Wires):
+            roles = {**Wires.roles, "line": STATUS.resting(1)}
+
+        machine = Quiet()
+        allotment = Allotment(header=ALLOTMENT.header, panel={"buttons": "- stop"})
+        ports = simulation_ports(machine, allotment)
+        top = wire(machine, ports, allotment, clock=50_000_000, debounce=2)
+        design = Design("quiet", top, ports["clk"].i, {"limits": ports["limits"].i},
+                        {"direction": ports["direction"].o})
+        with AmaranthEngine(design) as it:
+            assert it.apply({"limits": [3] * 3}, ["direction"])["direction"].tolist() == [0, 1, 1]
