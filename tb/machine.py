@@ -1,3 +1,5 @@
+# amaranth: UnusedElaboratable=no
+
 """The declaration of a machine: all that commands and checks ask about it, in one value.
 
 Parts that are heavy to import, such as a model, are functions that import when they are called. All
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from .fuzz import FuzzTarget
     from .netlist.part import NetlistPart
 
-__all__ = ["Coverage", "Machine", "Model", "Options"]
+__all__ = ["Coverage", "Machine", "Model", "Option", "Options", "Serve"]
 
 Options = Mapping[str, Any]
 """Keyword arguments of a machine's `make`."""
@@ -61,6 +63,73 @@ class Coverage:
     explore: Callable[[Engine], object] | None = None
 
 
+@dataclass(frozen=True)
+class Option:
+    """What people choose when a machine is built or served: an option of these commands.
+
+    Attributes
+    ----------
+    name : str
+        That of the argument of `Machine.real`.
+    help : str
+        What it does; ``%(default)s`` stands for its default.
+    default : object
+        Its value unless given. An option whose default is False is a switch.
+    least, most : int, optional
+        Range of a whole number, if it is one.
+    metavar : str or tuple of str, optional
+        How help shows its value; of a tuple, it takes as many values.
+    choices : sequence of str
+        The values that there are, if only some.
+    aliases : tuple of str
+        Further names, with their dashes.
+    serve : bool
+        Offered also where the machine is served: it changes what its line does.
+    """
+
+    name: str
+    help: str
+    default: Any
+    least: int | None = None
+    most: int | None = None
+    metavar: str | tuple[str, ...] | None = None
+    choices: Sequence[str] = ()
+    aliases: tuple[str, ...] = ()
+    serve: bool = False
+
+
+@dataclass(frozen=True)
+class Serve:
+    """How a machine is served, with its serial line ``rx`` and ``tx``.
+
+    Attributes
+    ----------
+    about : str
+        What it is and how one speaks to it, in a line.
+    design : callable, optional
+        Makes its design for a clock in Hz, ``baud`` and the values of its options; without one it
+        is the machine by its own pins.
+    levels : mapping of str to int
+        Its other inputs, where they are not 0.
+    switches : callable, optional
+        Gives, of the values of its options, the ends of its axes that have a limit switch, such as
+        ``X+``, by the bits of its input ``limits``.
+    """
+
+    about: str
+    design: Callable[..., Design] | None = None
+    levels: Mapping[str, int] = field(default_factory=dict)
+    switches: Callable[..., Sequence[str]] | None = None
+
+
+def _no_options(clock: int) -> Options:
+    return {}
+
+
+def _values_alone(clock: int, made: Options, **values: Any) -> tuple[dict[str, Any], str]:
+    return values, f"clock {clock / 1e6:g} MHz"
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Machine:
     """A machine. What it does not have is None, and commands say so.
@@ -89,6 +158,18 @@ class Machine:
         Gives its description in VHDL, of the same options.
     without : mapping of str to str
         Engines that cannot run it, and why.
+    options : sequence of Option
+        What people choose when it is built or served.
+    real : callable
+        Gives the arguments of `make` in real times, of a clock in Hz and the values of `options`.
+        It raises `ValueError` if these do not go together.
+    inverted : callable, optional
+        Gives, of the values of `options`, the ports whose pins have the other level.
+    figures : callable
+        Gives, of a clock, what `real` gave and the values of `options`, what the report of a build
+        has of it, ready for JSON, and the same in a line. Without it these are the values.
+    serve : Serve, optional
+        How it is served, if it has a serial line.
     scenarios : callable, optional
         Gives its benches.
     diagrams : sequence of Diagram
@@ -115,6 +196,11 @@ class Machine:
     random: Callable[..., Mapping[str, NDArray]]
     vhdl: Callable[..., Entity] | None = None
     without: Mapping[str, str] = field(default_factory=dict)
+    options: Sequence[Option] = ()
+    real: Callable[..., Options] = _no_options
+    inverted: Callable[..., Sequence[str]] | None = None
+    figures: Callable[..., tuple[dict[str, Any], str]] = _values_alone
+    serve: Serve | None = None
     scenarios: Callable[[], Sequence[Bench]] | None = None
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None

@@ -22,6 +22,7 @@ from fresa.motion import CoordinateGenerator
 
 from .boards import board
 from .engines import Engine
+from .machines.mill import AUTOMATIC
 from .plant import Plant
 
 __all__ = ["AUTOMATIC", "BUTTON", "DEBOUNCE", "LED", "SETTLE", "Cut", "mill_picture", "press",
@@ -29,9 +30,6 @@ __all__ = ["AUTOMATIC", "BUTTON", "DEBOUNCE", "LED", "SETTLE", "Cut", "mill_pict
 
 BUTTON = {"reset": 1 << 0, "start": 1 << 1, "stop": 1 << 3}
 LED = {"busy": 1 << 5, "error": 1 << 6, "ready": 1 << 7}
-AUTOMATIC = 1 << 7
-"""Switch SW7."""
-
 DEBOUNCE = 2
 """Clocks for which a contact must be still in simulation; people take 500 000 times as long."""
 

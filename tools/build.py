@@ -7,6 +7,7 @@ from pathlib import Path
 
 from fresa_boards.board import Capacity
 from fresa_boards.nexys2 import NEXYS2_500
+from tb.machines import machines
 
 from .console import (
     FIRST_TIME,
@@ -17,7 +18,7 @@ from .console import (
     say,
     write_folder_atomically,
 )
-from .machines import BOARDS, MACHINES
+from .machines import BOARDS, Kind, kinds
 from .synthesis import PASSES, Resources, synthesise
 
 __all__ = ["main"]
@@ -34,10 +35,10 @@ Writes a folder with everything that Xilinx ISE 14.7 needs to make a bitstream f
   report.json                            the figures that are printed
 
 machines:
-  mill         mills your picture; picture.png and cut.png are what was asked, and what it will cut,
-               made by running that same gateware
-  single       one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)
-  positioner   three axes of a micropositioner, on the same line (docs/positioner.md)
+{machines}
+
+Of the mill, picture.png and cut.png are what was asked, and what it will cut, made by running that
+same gateware.
 
 With --board pins it is MACHINE.v and report.json alone: the raw machine, for other boards and for
 simulators.
@@ -67,9 +68,6 @@ examples:
 
   python -m tools.build --machine single --full-step
       A controller for one motor in full steps, into build/single-nexys2-500.
-
-  python -m tools.build --machine positioner --top-speed 3000
-      Three axes whose motors follow 3000 steps a second, into build/positioner-nexys2-500.
 
   python -m tools.build --guard
       A machine that watches itself: where a position may be wrong it stops and shows an error. See
@@ -116,10 +114,10 @@ def resource_lines(resources: Resources, capacity: Capacity) -> list[str]:
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     # Each machine has options of its own: which one it is must be known before they are.
-    parser = Parser(prog=PROG, add_help=False, allow_abbrev=False)
-    chosen, _ = _which(parser).parse_known_args(argv)
-    args = _parser(chosen.machine).parse_args(argv)
-    job = MACHINES[args.machine].job(args)
+    parser, known = Parser(prog=PROG, add_help=False, allow_abbrev=False), kinds()
+    chosen, _ = _which(parser, known).parse_known_args(argv)
+    args = _parser(chosen.machine, known).parse_args(argv)
+    job = known[args.machine].job(args)
     built, facts = job.built, job.facts
     folder = args.output or Path("build", f"{args.machine}-{args.board}")
 
@@ -154,23 +152,24 @@ def main(argv: list[str] | None = None) -> int:
     return status
 
 
-def _which(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    parser.add_argument("--machine", metavar="NAME", choices=MACHINES, default="mill",
-                        help=f"one of: {', '.join(MACHINES)} (default: %(default)s); with --help "
+def _which(parser: argparse.ArgumentParser, known: Mapping[str, Kind]) -> argparse.ArgumentParser:
+    parser.add_argument("--machine", metavar="NAME", choices=known, default=next(iter(known)),
+                        help=f"one of: {', '.join(known)} (default: %(default)s); with --help "
                              "it shows the options of that machine")
     return parser
 
 
-def _parser(machine: str) -> argparse.ArgumentParser:
-    parser = _which(Parser(prog=PROG, description=ABOUT, epilog=EPILOG,
-                           allow_abbrev=False))
+def _parser(machine: str, known: Mapping[str, Kind]) -> argparse.ArgumentParser:
+    listed = "\n".join(f"  {name:<12} {each.about}" for name, each in machines().items())
+    parser = _which(Parser(prog=PROG, machines=True, description=ABOUT.format(machines=listed),
+                           epilog=EPILOG, allow_abbrev=False), known)
     parser.add_argument("--board", metavar="NAME", choices=BOARDS, default="nexys2-500",
                         help=f"one of: {', '.join(BOARDS)} (default: %(default)s)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,
                         help="folder to write to (default: build/MACHINE-BOARD, where you are)")
     parser.add_argument("--no-report", dest="report", action="store_false",
                         help="write the sources alone: no count of resources, no simulated cut")
-    MACHINES[machine].add_options(parser)
+    known[machine].add_options(parser)
     return parser
 
 

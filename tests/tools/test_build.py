@@ -15,12 +15,12 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillTiming, step_period
-from fresa.machines.positioner import PositionerTiming
-from fresa.machines.single import SingleTiming
 from fresa_boards.verilog import from_rtlil
+from tb.machines import machines
 from tools import build
 from tools.cut_picture import duration
-from tools.machines import mill, positioner, single
+from tools.machines import mill
+from tools.machines.job import build as build_declared
 from tools.synthesis import Resources, synthesise
 
 REPOSITORY = Path(__file__).parents[2]
@@ -353,7 +353,7 @@ class TestSize:
 
     @pytest.mark.long
     def test_single_on_its_board(self):
-        built = single.build_single("nexys2-500", timing=SingleTiming.real())
+        built = build_declared("nexys2-500", machines()["single"])
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 900
         assert resources.block_rams == 2  # frames, and texts
@@ -361,7 +361,7 @@ class TestSize:
 
     @pytest.mark.long
     def test_positioner_on_its_board(self):
-        built = positioner.build_positioner("nexys2-500", timing=PositionerTiming.real())
+        built = build_declared("nexys2-500", machines()["positioner"])
         resources = synthesise(built.rtlil, built.top)
         assert resources.luts <= 2600
         assert on_the_page(resources)

@@ -1,15 +1,20 @@
-"""The machines that ``python -m tools.build`` builds: one module and one entry each."""
+"""The machines that ``python -m tools.build`` builds: as declared, or in a way of their own.
 
-from .job import BOARDS, Built, Job, Kind
-from .mill import MILL
-from .positioner import POSITIONER
-from .single import SINGLE
+A machine that is made of more than options, such as a picture, has a module here with its name, in
+which ``KIND`` says how it is built.
+"""
 
-__all__ = ["BOARDS", "MACHINES", "Built", "Job", "Kind"]
+from importlib import import_module
+from importlib.util import find_spec
 
-MACHINES: dict[str, Kind] = {
-    "mill": MILL,
-    "single": SINGLE,
-    "positioner": POSITIONER,
-}
-"""How each is built, by its name."""
+from tb.machines import machines
+
+from .job import BOARDS, Built, Job, Kind, declared_kind
+
+__all__ = ["BOARDS", "Built", "Job", "Kind", "kinds"]
+
+
+def kinds() -> dict[str, Kind]:
+    """Return how each machine is built, by its name."""
+    return {name: import_module(f"{__name__}.{name}").KIND if find_spec(f"{__name__}.{name}")
+            else declared_kind(machine) for name, machine in machines().items()}

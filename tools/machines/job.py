@@ -1,20 +1,28 @@
+# amaranth: UnusedElaboratable=no
+
 """What is built, whichever machine it is."""
 
 import argparse
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
+from fresa.machines.mill import CLOCK
 from fresa.roles import Machine
 from fresa_boards.board import Board, pin_table
 from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.verilog import from_rtlil
 from fresa_boards.wiring import prepare
+from tb import machine as declared
 
-__all__ = ["BOARDS", "Built", "Job", "Kind", "on_board", "raw"]
+from ..console import UserError
+from .options import add_options, values_of
+
+__all__ = ["BOARDS", "Built", "Job", "Kind", "build", "declared_kind", "on_board", "raw"]
 
 BOARDS: dict[str, Board | None] = {
     **{board.name: board for board in (NEXYS2_500, NEXYS2_1200)}, "pins": None}
@@ -111,3 +119,54 @@ def on_board(board: Board, name: str, machine: Machine, inverted: Collection[str
     plan = prepare(board, name, machine, inverted=inverted)
     table = pin_table(board, machine, board.allotment(name))
     return Built({**plan.files, "pins.md": table.encode()}, plan.rtlil, name)
+
+
+def build(board: str, machine: declared.Machine, **given: Any) -> Built:
+    """Build a machine as it is declared.
+
+    Parameters
+    ----------
+    board : str
+        One of `BOARDS`.
+    machine : Machine
+        Its declaration.
+    given
+        Values of its options; the others have their defaults.
+
+    Raises
+    ------
+    ValueError
+        If they do not go together, or want pins where there are none, or if the board has no pins
+        for the machine.
+    """
+    where = BOARDS[board]
+    values = {**values_of(argparse.Namespace(), machine.options), **given}
+    inverted = machine.inverted(**values) if machine.inverted else ()
+    if where is None and inverted:
+        raise ValueError("without a board the machine has no pins: invert "
+                         f"{' and '.join(inverted)} where you wire it, not by an option")
+    made = machine.make(**machine.real(where.clock if where else CLOCK, **values))
+    if where is None:
+        return raw(machine.name, made)
+    if not isinstance(made, Machine):
+        raise ValueError(f"{machine.name} names no roles of its ports, so that no board has pins "
+                         "for it: build it with --board pins")
+    return on_board(where, machine.name, made, inverted)
+
+
+def declared_kind(machine: declared.Machine) -> Kind:
+    """Say how a machine is built of which no more is known than its declaration."""
+    def job(args: argparse.Namespace) -> Job:
+        values = values_of(args, machine.options)
+        where = BOARDS[args.board]
+        clock = where.clock if where else CLOCK
+        try:
+            built = build(args.board, machine, **values)
+            facts, says = machine.figures(clock, machine.real(clock, **values), **values)
+        except ValueError as error:
+            raise UserError(str(error)) from error
+        return Job(built, {"machine": machine.name, "board": args.board,
+                           "files": sorted(built.files), "clock_hz": clock, **facts}, says)
+
+    return Kind(lambda parser: add_options(
+        parser.add_argument_group(machine.name), machine.options), job)

@@ -24,7 +24,7 @@ from ..picture import Prepared, encode
 from ..simulate import EXAMPLE, report, simulate, step_rate
 from .job import BOARDS, Built, Job, Kind, Write, on_board, raw
 
-__all__ = ["MILL", "build_mill"]
+__all__ = ["KIND", "build_mill"]
 
 SQUARE_SIDE = 20 * PIXEL_STEPS
 """Side of the square that BTN1 walks, in steps: 11 mm, the thesis gives none."""
@@ -145,4 +145,4 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_picture_arguments(parser)
 
 
-MILL = Kind(add_options, job)
+KIND = Kind(add_options, job)

@@ -14,11 +14,11 @@ from fresa_host.positioner_lines import (
 from fresa_host.positioner_session import PositionerSession as StageSession
 from fresa_host.positioner_state import Message
 
-from ..serve import MACHINES
+from ..serve import servable
 
 __all__ = ["AXES", "MACHINE", "MEANINGS", "POINTS", "SERVED", "STEPS_PER_UM", "TOP_SPEED", "Limit",
            "Message", "Place", "Refusal", "StageSession", "Steps"]
 
 #: Its name in `tools.serve`, and what that runs.
 MACHINE = "positioner"
-SERVED = MACHINES[MACHINE]
+SERVED = servable()[MACHINE]

@@ -1,8 +1,8 @@
 """Machines that run in simulation, with their serial lines on this computer."""
 
-from .machines import MACHINES, Served, build
+from .machines import Served, build, servable
 from .running import Running
 from .service import Service
 from .switches import Switches
 
-__all__ = ["MACHINES", "Running", "Served", "Service", "Switches", "build"]
+__all__ = ["Running", "Served", "Service", "Switches", "build", "servable"]

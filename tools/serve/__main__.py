@@ -8,7 +8,7 @@ from tb.engines import Engine
 
 from ..console import Parser, UserError, command, known, say, whole
 from ..web import stopping
-from .machines import BAUD, MACHINES, Served, build
+from .machines import BAUD, Served, build, servable
 from .service import HOST, Service, check_port
 from .switches import Switches
 from .typed import Typed
@@ -27,14 +27,14 @@ What the machine says while nobody listens is lost. Ctrl-C ends it.
 
 What is typed here, a line each, happens to the machine:
 
-  limit x on    presses the limit switch of an axis of the positioner; limit x off releases it
+  limit x on    presses the limit switch of an axis, if it has any; limit x off releases it
   break         holds the line to the machine low for two bytes' time: neither a pseudo-terminal
                 nor TCP carries a break that a program sends
 """
 
-EPILOG = f"""\
+EPILOG = """\
 machines:
-{chr(10).join(f"  {name:<12}{served.about}" for name, served in MACHINES.items())}
+{machines}
 
 Options of the machine are as for python -m tools.build:  python -m tools.serve single --help  shows
 those of one.
@@ -42,7 +42,7 @@ those of one.
 examples:
   python -m tools.serve single
       Open the path that it prints, in another terminal:  picocom --echo /dev/pts/7
-      Type :x100 and Return: the motor goes to 100, and it answers ok. For the positioner, whose
+      Type :x100 and Return: the motor goes to 100, and it answers ok. For a machine whose
       lines end with line feed:  picocom --echo --omap crlf /dev/pts/7
 
   python -m tools.serve positioner --tcp 4000
@@ -51,16 +51,16 @@ examples:
 
   python -m tools.serve single --ramp 1000 --top-speed 600
   python -m tools.serve positioner --backlash 4 4 0 --limit-ends X- Y- Z-
-      Machines with a ramp, with play in two axes, and with switches at other ends.
+      Machines with a ramp, with backlash in two axes, and with switches at other ends.
 
-  python -m tools.serve positioner --speed 10
+  python -m tools.serve single --speed 10
       Ten seconds of the machine in one, if the computer can do that; max is as fast as it can.
 
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
   amaranth   Amaranth's own simulator; always there; slower than real time
 
-The simulated clock is lower than the board's, so a bit takes fewer clocks: the line has {BAUD} baud
+The simulated clock is lower than the board's, so a bit takes fewer clocks: the line has {baud} baud
 all the same, and a motor its speed.
 """
 
@@ -70,8 +70,11 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     # Each machine has options of its own: which one it is must be known before they are.
     given = sys.argv[1:] if argv is None else argv
-    named = next((name for name in given if name in MACHINES), None)
-    parser = Parser(prog="python -m tools.serve", description=ABOUT, epilog=EPILOG)
+    served_by_name = servable()
+    named = next((name for name in given if name in served_by_name), None)
+    listed = "\n".join(f"  {name:<12}{each.how.about}" for name, each in served_by_name.items())
+    parser = Parser(prog="python -m tools.serve", machines=True, description=ABOUT,
+                    epilog=EPILOG.format(machines=listed, baud=BAUD))
     parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
                         help="also listen there; 0 for any port that is free")
@@ -80,9 +83,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest that runs here)")
     if named is not None:
-        MACHINES[named].add_options(parser.add_argument_group(named))
+        served_by_name[named].add_options(parser.add_argument_group(named))
     args, unknown = parser.parse_known_args(given)
-    served = MACHINES[known(args.machine, MACHINES, "machine")]
+    served = served_by_name[known(args.machine, served_by_name, "machine")]
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     served = served.chosen(args)

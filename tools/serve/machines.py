@@ -3,26 +3,20 @@
 """The machines that can be served: how each is built, and at which clock it runs here."""
 
 import argparse
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
-from fresa.machines import MillStation, SerialOrders
-from fresa.machines.mill import MillTiming
-from fresa.machines.positioner import LIMIT_ENDS, TOP_SPEED, Positioner, PositionerTiming
-from fresa.machines.single import TURN, Single, SingleTiming
-from fresa.panel import debounce_period
-from fresa.protocol import BAUD, bit_period
-from tb.boards import board, component
+from fresa.protocol import BAUD
 from tb.design import Design
 from tb.engines import AmaranthEngine, Engine, EngineError, build_with_fallback, why_slow
-from tb.milling import AUTOMATIC
+from tb.machine import Machine, Option, Serve
+from tb.machines import machines
 
 from ..console import FIRST_TIME, Progress, UserError, warn
-from ..machines import positioner, single
+from ..machines.options import add_options, values_of
 
-__all__ = ["BAUD", "MACHINES", "Served", "build"]
+__all__ = ["BAUD", "Served", "build", "servable"]
 
 #: Clocks of a bit: enough to see a step's place in it, and few enough for real time. On the slow
 #: engine as few as a receiver can do with.
@@ -36,61 +30,52 @@ class Served:
 
     Attributes
     ----------
-    about : str
-        What it is, for `--help`.
-    design : callable
-        Makes its design, with ``rx`` and ``tx``, for a clock in Hz and a number of baud, and with
-        its options; raises `ValueError` if they cannot be.
-    levels : mapping of str to int
-        Its other inputs, where they are not 0.
-    switches : tuple of str
-        The ends of its axes that have a limit switch, such as ``X+``, by the bits of its input
-        ``limits``.
-    add_options : callable
-        Adds the options that only it has to a parser.
-    options : callable
-        Reads them; raises `UserError` if they do not go together.
+    machine : Machine
+        Its declaration.
+    how : Serve
+        What that says of serving it.
+    values : mapping of str to object
+        Of the options by which it is built.
     """
 
-    about: str
-    design: Callable[..., Design]
-    levels: Mapping[str, int] = field(default_factory=dict)
-    switches: tuple[str, ...] = ()
-    add_options: Callable[[argparse._ArgumentGroup], None] = lambda group: None
-    options: Callable[[argparse.Namespace], dict[str, Any]] = lambda args: {}
+    machine: Machine
+    how: Serve
+    values: Mapping[str, Any]
+
+    def add_options(self, group: argparse._ArgumentGroup) -> None:
+        """Add the options that only it has to a parser."""
+        add_options(group, self._options)
+
+    def options(self, args: argparse.Namespace) -> dict[str, Any]:
+        """Return the values of these that were parsed."""
+        return values_of(args, self._options)
 
     def chosen(self, args: argparse.Namespace) -> "Served":
         """Return it with the options that were parsed."""
-        options = self.options(args)
-        return replace(self, design=partial(self.design, **options),
-                       switches=options.get("limit_ends", self.switches))
+        return replace(self, values={**self.values, **self.options(args)})
+
+    @property
+    def switches(self) -> tuple[str, ...]:
+        """The ends of its axes that have a limit switch, by the bits of its input ``limits``."""
+        return tuple(self.how.switches(**self.values)) if self.how.switches else ()
+
+    def design(self, clock: int, baud: int) -> Design:
+        """Make its design for a clock in Hz; raises `ValueError` if its options cannot be."""
+        values = {**self.values, "baud": baud}
+        if self.how.design:
+            return self.how.design(clock, **values)
+        return self.machine.design(**self.machine.real(clock, **values))
+
+    @property
+    def _options(self) -> list[Option]:
+        return [option for option in self.machine.options if option.serve]
 
 
-def _single(clock: int, baud: int, *, turn: int = TURN, **options: Any) -> Design:
-    timing = SingleTiming.real(clock=clock, baud=baud, turn=turn)
-    return component("single", Single(timing=timing, **options))
-
-
-def _positioner(clock: int, baud: int, *, top_speed: int = TOP_SPEED, **options: Any) -> Design:
-    timing = PositionerTiming.real(clock=clock, baud=baud, top_speed=top_speed)
-    return component("positioner", Positioner(timing=timing, **options))
-
-
-def _mill(clock: int, baud: int) -> Design:
-    machine = MillStation(source=SerialOrders(period=bit_period(clock, baud)),
-                          timing=MillTiming.real(clock=clock))
-    return board("mill", machine, debounce=debounce_period(clock))
-
-
-MACHINES = {
-    "single": Served("one motor; commands such as  :x100  and Return", _single,
-                     add_options=single.add_machine_options, options=single.machine_options),
-    "positioner": Served("three axes; commands such as  CONNECT  and line feed", _positioner,
-                         switches=LIMIT_ENDS, add_options=positioner.add_machine_options,
-                         options=positioner.machine_options),
-    "mill": Served("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
-                   _mill, {"switches": AUTOMATIC}),
-}
+def servable() -> dict[str, Served]:
+    """Return the machines that can be served, by name."""
+    return {name: Served(machine, machine.serve, {each.name: each.default
+                                                  for each in machine.options})
+            for name, machine in machines().items() if machine.serve}
 
 
 def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
@@ -125,5 +110,5 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
 def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:
     bit = SLOW_BIT if kind is AmaranthEngine else BIT
     engine = kind(served.design(bit * BAUD, BAUD))
-    engine.set(**served.levels)
+    engine.set(**served.how.levels)
     return engine, bit

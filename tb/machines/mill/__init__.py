@@ -6,9 +6,12 @@ from fresa.machines.mill import Mill, MillTiming
 
 from ...diagram import Diagram
 from ...engines import Engine
-from ...machine import Coverage, Machine
+from ...machine import Coverage, Machine, Serve
 
 __all__ = ["MACHINE"]
+
+#: The switch of the board that selects automatic mode, SW7.
+AUTOMATIC = 1 << 7
 
 
 def _model(*, timing: MillTiming, z_travel: int, guard: bool = False):
@@ -54,6 +57,23 @@ def _travel_far(engine: Engine) -> None:
             engine.run(1 << 16)
 
 
+def _real(clock: int):
+    return {"timing": MillTiming.real(clock=clock)}
+
+
+def _served(clock: int, *, baud: int):
+    """Make the mill on a board, with orders from its line."""
+    from fresa.machines import MillStation, SerialOrders
+    from fresa.panel import debounce_period
+    from fresa.protocol import bit_period
+
+    from ...boards import board
+
+    machine = MillStation(source=SerialOrders(period=bit_period(clock, baud)),
+                          timing=MillTiming.real(clock=clock))
+    return board("mill", machine, debounce=debounce_period(clock))
+
+
 def _scenarios():
     from .scenarios import mill
 
@@ -79,10 +99,14 @@ def _netlist():
 
 
 MACHINE = Machine(
-    name="mill", order=0, about="three axes, mills a picture", make=Mill,
+    name="mill", order=0, about="three axes on a board, mills your picture (docs/board.md)",
+    make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
+    real=_real,
+    serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
+                _served, {"switches": AUTOMATIC}),
     fuzz=_fuzz, faults=_faults, netlist=_netlist,
     scenarios=_scenarios,
     diagrams=(Diagram(

@@ -1,11 +1,22 @@
 """`positioner`: three motors behind a serial line."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from fresa.machines.positioner import Positioner, PositionerTiming
+from fresa.drive import MAX_PULSE
+from fresa.machines.mill import CLOCK
+from fresa.machines.positioner import (
+    ENDS,
+    LIMIT_ENDS,
+    TOP_SPEED,
+    Positioner,
+    PositionerTiming,
+)
+from fresa.motion import MAX_BACKLASH
+from fresa.protocol import BAUD, bit_period
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine
+from ...machine import Coverage, Machine, Option, Options, Serve
 
 __all__ = ["MACHINE"]
 
@@ -29,9 +40,54 @@ def _random(seed: int, block: int, rows: int, *, timing: PositionerTiming, **opt
 
 
 def _bit(timing: PositionerTiming) -> int:
-    from fresa.protocol import bit_period
-
     return bit_period(timing.clock, timing.baud)
+
+
+#: Times of the driver modules, in ns: those of the DRV8825, and what they say.
+TIMES = {"width_ns": (1900, "STEP is high"), "low_ns": (1900, "STEP is low"),
+         "setup_ns": (650, "DIR is still before STEP"), "hold_ns": (650, "DIR is still after STEP")}
+
+
+def _real(clock: int, *, baud: int, top_speed: int, width_ns: int, low_ns: int, setup_ns: int,
+          hold_ns: int, inverted: bool, backlash: Sequence[int], limit_ends: Sequence[str],
+          **pins: bool):
+    timing = PositionerTiming.real(clock=clock, baud=baud, top_speed=top_speed, width_ns=width_ns,
+                                   low_ns=low_ns, setup_ns=setup_ns, hold_ns=hold_ns)
+    return {"timing": timing, "inverted": inverted, "backlash": tuple(backlash),
+            "limit_ends": tuple(limit_ends)}
+
+
+def _inverted(*, enable_low: bool, normally_closed: bool, **options: Any):
+    return ["enable"] * enable_low + ["limits"] * normally_closed
+
+
+def _figures(clock: int, made: Options, *, baud: int, top_speed: int, **options: Any):
+    bit = bit_period(clock, baud)
+    facts = {"baud_asked": baud, "baud": round(clock / bit, 3), "bit_clocks": bit,
+             "top_speed": top_speed, **options}
+    return facts, (f"clock {clock / 1e6:g} MHz; {clock / bit:.0f} baud, {bit} clocks a bit; up to "
+                   f"{top_speed} steps/s")
+
+
+OPTIONS = (
+    Option("baud", "bits a second of the serial line, some 6 200 at least: a report and an answer "
+           "must fit into 0.1 s (default: %(default)s)", BAUD, least=1, metavar="N"),
+    *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
+             most=MAX_PULSE * 10**9 // CLOCK, metavar="NS")
+      for name, (time, says) in TIMES.items()),
+    Option("inverted", "STEP and DIR go through optocouplers that invert them", False),
+    Option("enable_low", "ENABLE gives power where it is low, as a DRV8825 without an inverter "
+           "wants it", False),
+    Option("normally_closed", "the limit switches open where they are pressed; a wire that is "
+           "broken counts as pressed", False),
+    Option("top_speed", "most steps a second of a motor (default: %(default)s)", TOP_SPEED,
+           least=1, metavar="N", serve=True),
+    Option("backlash", "steps of backlash that each axis takes up at a reversal (default: 0 0 0)",
+           (0, 0, 0), least=0, most=MAX_BACKLASH, metavar=("X", "Y", "Z"), serve=True),
+    Option("limit_ends", "the end at which the switch of each limit input is, of "
+           f"{', '.join(ENDS)} (default: {' '.join(LIMIT_ENDS)})", LIMIT_ENDS,
+           metavar=("END1", "END2", "END3"), choices=ENDS, aliases=("--guards",), serve=True),
+)
 
 
 def _scenarios():
@@ -59,7 +115,8 @@ def _netlist():
 
 
 MACHINE = Machine(
-    name="positioner", order=2, about="three axes of a micropositioner, on a serial line",
+    name="positioner", order=2,
+    about="three axes of a micropositioner, on the same line (docs/positioner.md)",
     make=Positioner,
     short={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3,
                                       setup=2, hold=4, settle=30, report=10_000),
@@ -67,6 +124,9 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
+    serve=Serve("three axes; commands such as  CONNECT  and line feed",
+                switches=lambda *, limit_ends, **options: limit_ends),
     fuzz=_fuzz, faults=_faults, netlist=_netlist,
     scenarios=_scenarios,
     diagrams=(Diagram(

@@ -2,10 +2,13 @@
 
 from typing import Any
 
-from fresa.machines.single import FINE, TOP_SPEED, Single, SingleTiming
+from fresa.machines.single import FINE, TOP_SPEED, TURN, Single, SingleTiming
+from fresa.motion import MAX_ACCELERATION
+from fresa.protocol import BAUD
+from fresa.protocol.frames import SPEEDS
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine
+from ...machine import Coverage, Machine, Option, Options, Serve
 
 __all__ = ["MACHINE"]
 
@@ -36,6 +39,45 @@ def _random(seed: int, block: int, rows: int, *, timing: SingleTiming, **options
     return random_rows(timing.bit, seed, block, rows)
 
 
+def _real(clock: int, *, baud: int, turn: int, ramp: int, top_speed: int, **options: Any):
+    if top_speed != TOP_SPEED and not ramp:
+        raise ValueError("leave out --top-speed: without --ramp every speed is made")
+    timing = SingleTiming.real(clock=clock, baud=baud, turn=turn)
+    return {"timing": timing, "ramp": ramp, "top_speed": top_speed, **options}
+
+
+def _figures(clock: int, made: Options, *, baud: int, turn: int, ramp: int, top_speed: int,
+             **options: Any):
+    timing = made["timing"]
+    real = clock / timing.bit
+    facts = {"baud_asked": baud, "baud": round(real, 3), "bit_clocks": timing.bit,
+             "steps_a_turn": turn, "modulus_clocks": timing.modulus,
+             "steps_in_it_at_1_rpm": timing.rate, **options}
+    says = (f"clock {clock / 1e6:g} MHz; {real:.0f} baud, {timing.bit} clocks a bit; at 1 rpm "
+            f"{timing.rate} steps in {timing.modulus} clocks")
+    if ramp:
+        facts |= {"ramp_steps_per_s2": ramp, "top_speed_rpm": top_speed}
+        says += f"; {ramp} steps/s² up to {top_speed} rpm"
+    return facts, says
+
+
+OPTIONS = (
+    Option("baud", "bits a second of the serial line (default: %(default)s)", BAUD, least=1,
+           metavar="N"),
+    Option("turn", "steps of a turn of the motor, by which rpm are counted; in half steps these "
+           "are twice as many for the shaft's own rpm (default: %(default)s)", TURN, least=1,
+           most=10_000, metavar="STEPS", serve=True),
+    Option("ramp", "speed up and slow down by N steps/s², so that a motor with a load can follow; "
+           "0 for none (default: %(default)s)", 0, least=0, most=MAX_ACCELERATION, metavar="N",
+           serve=True),
+    Option("top_speed", "with --ramp, the speed at which the ramp ends: a higher one is made as "
+           "this (default: %(default)s)", TOP_SPEED, least=1, most=SPEEDS - 1, metavar="RPM",
+           serve=True),
+    Option("full_step", "full steps, both windings on, instead of half steps", False, serve=True),
+    Option("unipolar", "coil words for a unipolar motor instead of a bipolar one", False),
+)
+
+
 def _scenarios():
     from .scenarios import single
 
@@ -61,7 +103,9 @@ def _netlist():
 
 
 MACHINE = Machine(
-    name="single", order=1, about="one motor on a serial line", make=Single,
+    name="single", order=1,
+    about="one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)",
+    make=Single,
     short={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"!\r\n",
            "help_text": b"?\r\n"},
     variants={"single-ramp": {
@@ -70,6 +114,8 @@ MACHINE = Machine(
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
+    options=OPTIONS, real=_real, figures=_figures,
+    serve=Serve("one motor; commands such as  :x100  and Return"),
     fuzz=_fuzz, faults=_faults, netlist=_netlist,
     scenarios=_scenarios,
     diagrams=(Diagram(

@@ -18,7 +18,7 @@ from tools.console import UserError
 from tools.panel import Panel
 from tools.panel.settings import load
 from tools.panel.simulated import Simulated
-from tools.serve import MACHINES, Service, Switches, build
+from tools.serve import Service, Switches, build, servable
 from tools.serve.machines import BAUD
 
 pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
@@ -27,7 +27,7 @@ pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'
 @asynccontextmanager
 async def switched_on():
     """Give the port of a machine that has just been switched on."""
-    engine, period = build(MACHINES["positioner"], "cxxrtl")
+    engine, period = build(servable()["positioner"], "cxxrtl")
     async with Service(engine, period, speed=period * BAUD) as service:
         yield service.path
 
@@ -84,9 +84,9 @@ def test_a_break_and_limit_switches_in_simulation(tmp_path, libraries, monkeypat
         pytest.skip(reason)
 
     async def session():
-        engine, period = build(MACHINES["positioner"], "cxxrtl")
+        engine, period = build(servable()["positioner"], "cxxrtl")
         async with Service(engine, period, speed=period * BAUD) as service:
-            switches = Switches(MACHINES["positioner"].switches, service)
+            switches = Switches(servable()["positioner"].switches, service)
             simulated = Simulated(service, switches)
             send_break, breaks = service.send_break, []
             monkeypatch.setattr(service, "send_break", lambda: (breaks.append(1), send_break()))

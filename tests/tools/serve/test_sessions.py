@@ -13,7 +13,7 @@ import pytest
 from fresa_host import Kind, Mill, Order, Place, Positioner, Refused, Single
 from tb.engines import ENGINES
 from tests.tools.process import PATIENCE, ROOT, command
-from tools.serve import MACHINES
+from tools.serve import servable
 from tools.serve.__main__ import main
 
 serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
@@ -176,7 +176,7 @@ def test_a_port_that_is_taken_is_told_before_anything_is_built(monkeypatch, caps
 
 
 def test_switches_are_at_the_ends_that_are_asked_for():
-    served, parser = MACHINES["positioner"], argparse.ArgumentParser()
+    served, parser = servable()["positioner"], argparse.ArgumentParser()
     served.add_options(parser.add_argument_group())
     ends = ["Y-", "X+", "Z-"]
     assert served.chosen(parser.parse_args(["--guards", *ends])).switches == tuple(ends)
