@@ -179,7 +179,8 @@ class Machine:
     fuzz : callable, optional
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
     faults : callable, optional
-        Gives its builds for fault injection, each a `tb.faults.target.FaultTarget`.
+        Returns what makes its builds for fault injection, each a `tb.faults.target.FaultTarget`,
+        by whether they have a guard; None for a machine that can have none.
     netlist : callable, optional
         Gives what of it is checked as a netlist, a `tb.netlist.part.NetlistPart`.
     order : int
@@ -205,7 +206,7 @@ class Machine:
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
-    faults: "Callable[[], Sequence[FaultTarget]] | None" = None
+    faults: "Callable[[], Mapping[Any, Callable[[], FaultTarget]]] | None" = None
     netlist: "Callable[[], NetlistPart] | None" = None
     order: int = 100
 

@@ -94,7 +94,8 @@ def _fuzz(name: str) -> Iterator[str]:
 
 def _faults(name: str) -> Iterator[str]:
     builds = machines()[name].faults
-    for build in builds() if builds else ():
+    for make in (builds() if builds else {}).values():
+        build = make()
         yield _design(build.design)
         for rows in (build.work(1), build.work_to_reset(1, 0), build.work_to_reset(1, 1)):
             yield _rows({"levels": rows.levels, "clocks": rows.clocks, "waits": rows.waits})

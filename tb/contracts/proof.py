@@ -33,7 +33,7 @@ _PREPARE = ("{read}; {applied}{free}prep -top top -flatten; async2sync; memory -
             "memory_map; opt_expr; opt_clean; chformal -lower; dffunmap; opt_clean; "
             "design -save all; delete c:property:restrict-covers; opt_clean; "
             "write_smt2 -wires design.smt2; design -load all; "
-            "chformal -assert -remove; opt_clean; write_smt2 -wires covers.smt2")
+            "chformal -assert -remove; opt_clean; write_smt2 {wires}covers.smt2")
 _FREE = "setattr -unset init top.*/w:*; "
 
 
@@ -253,10 +253,11 @@ def prepare(folder: Path, *, upset: bool, read: str = "read_rtlil design.il",
     read : str
         Command of Yosys that reads it.
     applied : str
-        Commands of Yosys that change it, after that.
+        Commands of Yosys that change it, after that. Then wires have names in ``covers.smt2``, too,
+        which slows the solver down.
     """
     script = _PREPARE.format(read=read, applied=f"{applied}; " if applied else "",
-                             free=_FREE if upset else "")
+                             free=_FREE if upset else "", wires="-wires " if applied else "")
     Path(folder, "prepare.ys").write_text(script.replace("; ", "\n") + "\n")
     _run([*YOSYS, "-q", "prepare.ys"], folder, {0})
 

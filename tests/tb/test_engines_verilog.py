@@ -363,6 +363,7 @@ class TestMissing:
 
     def test_compiler(self, monkeypatch):
         monkeypatch.setattr(shutil, "which", lambda name: "/it" if name == "verilator" else None)
+        monkeypatch.setattr(verilator.importlib.util, "find_spec", lambda name: None)
         assert (VerilatorEngine.missing() or "").startswith("Verilator needs a C++ compiler: ")
 
     @pytest.mark.parametrize("kind", [NetlistEngine, NetlistIcarusEngine])

@@ -201,11 +201,11 @@ class TestResets:
 
 
 def positioner() -> FaultTarget:
-    return positioner_faults.targets()[0]
+    return positioner_faults.target()
 
 
 def single() -> FaultTarget:
-    return single_faults.targets()[0]
+    return single_faults.target()
 
 
 ON_A_LINE = {"single": (single, single_faults.sessions),

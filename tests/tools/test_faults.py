@@ -38,7 +38,8 @@ def run_json(path, *arguments: object) -> tuple[int, list[dict]]:
 
 def declare(monkeypatch, *builds: FaultTarget) -> None:
     """Have other builds of the mill."""
-    monkeypatch.setitem(machines(), "mill", replace(machines()["mill"], faults=lambda: builds))
+    makers = {build.guard: lambda build=build: build for build in builds}
+    monkeypatch.setitem(machines(), "mill", replace(machines()["mill"], faults=lambda: makers))
 
 
 @compiled

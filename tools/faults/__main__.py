@@ -45,12 +45,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _machines(args: argparse.Namespace) -> list[FaultTarget]:
     """Make the builds of a machine that are asked for."""
     declared = machines()[args.machine].faults
-    builds = list(declared() if declared else ())
+    builds = declared() if declared else {}
     if args.guard is None:
-        return builds
-    if all(build.guard is None for build in builds):
+        return [make() for make in builds.values()]
+    if args.guard not in builds:
         raise UserError(f"leave out --guard: {args.machine} has none")
-    return [build for build in builds if build.guard == args.guard]
+    return [builds[args.guard]()]
 
 
 def _called(machine: FaultTarget) -> str:

@@ -1,5 +1,6 @@
 """Fault injection into the mill: its motors, what a reset keeps, and work."""
 
+import functools
 import random
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple, replace
@@ -15,7 +16,7 @@ from .actions import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
 from .model import MillInputs
 from .stimulus import orders, random_rows
 
-__all__ = ["TIMING", "TRAVEL", "actions", "rows_of_actions", "target", "targets"]
+__all__ = ["TARGETS", "TIMING", "TRAVEL", "actions", "rows_of_actions", "target"]
 
 TIMING = MillTiming(period=4, scan_bits=3)
 TRAVEL = 6
@@ -23,11 +24,6 @@ TRAVEL = 6
 
 REACH = 24
 """Farthest coordinate of an order, in steps."""
-
-
-def targets() -> tuple[FaultTarget, ...]:
-    """Return the machine without its guard, and with it."""
-    return target(guard=False), target(guard=True)
 
 
 def target(*, guard: bool) -> FaultTarget:
@@ -53,6 +49,10 @@ def target(*, guard: bool) -> FaultTarget:
               "apart_y_before", "apart_z_before"),
         work=lambda seed: rows_of_actions(actions(seed, 150)), work_to_reset=to_reset,
         gap=120, window=400, timeout=2000, ignored=("monitor.",), guard=guard)
+
+
+TARGETS = {guard: functools.partial(target, guard=guard) for guard in (False, True)}
+"""Its builds for fault injection, by whether they have the guard."""
 
 
 def actions(seed: int, count: int) -> Iterator[Action]:

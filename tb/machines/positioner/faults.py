@@ -12,7 +12,7 @@ from tb.faults.target import FaultTarget, Line, Pulses
 
 from .fuzz import TARGET
 
-__all__ = ["sessions", "targets"]
+__all__ = ["TARGETS", "target"]
 
 REPORT = 40 * BYTE
 """Within so many clocks an answer is out, be it behind a report."""
@@ -21,7 +21,7 @@ OF_MEMORIES = "lines.items__payload", "texts.fetch__data", "points.read__data"
 """Registers that memories have at their outputs: block RAM gives something in every clock."""
 
 
-def targets() -> tuple[FaultTarget, ...]:
+def target() -> FaultTarget:
     """Return the machine, with the lowest of clocks.
 
     A reset does not set the pins of its driver modules and the timers of these; the times since the
@@ -33,7 +33,7 @@ def targets() -> tuple[FaultTarget, ...]:
                           settle=30, report=20_000)
     design = boards.component("positioner", Positioner(timing=timing))
     times = timing.width, timing.low, timing.setup, timing.hold
-    return (FaultTarget(
+    return FaultTarget(
         "positioner", design,
         tuple(Pulses(name, f"{name} move position", bit, times) for bit, name in enumerate("xyz")),
         idle=("moving", 0), fault="fault", origin={"rst": 1},
@@ -43,7 +43,11 @@ def targets() -> tuple[FaultTarget, ...]:
               "limits.divider.count", *OF_MEMORIES),
         work=lambda seed: _work(seed, 20),
         work_to_reset=sessions_and_fuzz(list(design.inputs), TARGET, sessions),
-        gap=12_000, window=12_000, timeout=20_000, line=Line(BIT, b"!", _question())),)
+        gap=12_000, window=12_000, timeout=20_000, line=Line(BIT, b"!", _question()))
+
+
+TARGETS = {None: target}
+"""Its builds for fault injection; it has no guard."""
 
 
 def _work(seed: int, count: int) -> Rows:

@@ -91,9 +91,9 @@ def _fuzz():
 
 
 def _faults():
-    from .faults import targets
+    from .faults import TARGETS
 
-    return targets()
+    return TARGETS
 
 
 def _netlist():

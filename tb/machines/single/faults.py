@@ -13,7 +13,7 @@ from tb.faults.target import Coils, FaultTarget, Line
 from .fuzz import TARGET
 from .fuzz.session import PHASES
 
-__all__ = ["sessions", "targets"]
+__all__ = ["TARGETS", "target"]
 
 ANSWER = 12 * BYTE
 """Within so many clocks an answer is out."""
@@ -22,7 +22,7 @@ OF_MEMORIES = "lines.items__payload", "texts.fetch__data"
 """Registers that memories have at their outputs: block RAM gives something in every clock."""
 
 
-def targets() -> tuple[FaultTarget, ...]:
+def target() -> FaultTarget:
     """Return the machine, with every time shortened.
 
     A reset does not set the row and the coils of its motor, and the times since the last step; nor
@@ -32,14 +32,18 @@ def targets() -> tuple[FaultTarget, ...]:
     assert timing.bit == BIT
     design = boards.component("single", Single(timing=timing, greeting=b"!\r\n",
                                                help_text=b"?\r\n"))
-    return (FaultTarget(
+    return FaultTarget(
         "single", design,
         (Coils("the motor", "move position", "coils", PHASES, "enable"),),
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=("driver.row", "driver.coils", "driver.rest", "accumulator", *OF_MEMORIES),
         work=lambda seed: _work(seed, 30),
         work_to_reset=sessions_and_fuzz(list(design.inputs), TARGET, sessions),
-        gap=6000, window=6000, timeout=20_000, line=Line(BIT, b"oe", _question())),)
+        gap=6000, window=6000, timeout=20_000, line=Line(BIT, b"oe", _question()))
+
+
+TARGETS = {None: target}
+"""Its builds for fault injection; it has no guard."""
 
 
 def _work(seed: int, count: int) -> Rows:
