@@ -20,7 +20,7 @@ from tb.engines import source
 from tb.fuzz import targets
 from tb.fuzz.inputs import random_inputs
 from tb.machines import machines
-from tb.netlist import subject
+from tb.netlist.subject import Subject
 from tb.rtlil import canonical, fingerprint
 from tb.runners import ModelRunner, duts, stimuli
 
@@ -118,8 +118,9 @@ def _rows(rows: Mapping) -> str:
 
 
 @functools.cache
-def _subjects() -> dict[str, subject.Subject]:
-    return {one.name: one for one in vars(subject).values() if isinstance(one, subject.Subject)}
+def _subjects() -> dict[str, Subject]:
+    parts = [machine.netlist() for machine in machines().values() if machine.netlist]
+    return {one.name: one for part in parts for one in (*part.equal, *part.codes, *part.pins)}
 
 
 _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable[str]]]] = {
