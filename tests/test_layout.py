@@ -28,8 +28,9 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
         "what is at its pins": "pins plant uart waves",
         "what is proved, and compared with VHDL": "contracts vhdl",
         "boards, benches and stimulus, in general": "bench boards compare diagram stimulus",
-        "machines, each declared once": "machine machines faults fuzz netlist scoreboard",
-        "what runs them all alike": "benches milling runners",
+        "machines, each declared once, and what runs them":
+            "machine machines faults fuzz netlist runners scoreboard",
+        "benches of them all, and a whole job of the mill": "benches milling",
         "checks of them all": "cosim coverage mutation shrink",
         "the command": "__main__",
     },
