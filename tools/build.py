@@ -71,7 +71,7 @@ examples:
 
   python -m tools.build --guard
       A machine that watches itself: where a position may be wrong it stops and shows an error. See
-      python -m tools.faults flips --help for what that is worth.
+      python -m tools.faults upsets --help for what that is worth.
 """
 
 

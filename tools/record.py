@@ -34,7 +34,8 @@ _MODULES = {"z3-solver": "z3"}
 
 ABOUT = """\
 Runs the commands that check the machine, one after the other, and writes their figures as a page
-and as JSON: docs/verification.md, docs/verification.json. Nothing in them is typed by hand.
+and as JSON: docs/verification.md, docs/verification.json, and docs/properties.json with the mutant
+that breaks each property. Nothing in them is typed by hand.
 
 What a command found is kept in build/record. It is not run again while the command, the versions of
 the tools, and the designs, properties, models and stimulus that it looks at are the same, unless it
@@ -214,6 +215,7 @@ def main(argv: list[str] | None = None) -> int:
     facts = run(parts, work, again=args.parts, quick=args.quick)
     if facts is None:
         return 1
+    facts["left_out"] = [name for name in PARTS if name in args.leave_out]
     # A line for each property: by itself, since people read it, and nothing else does.
     kills = facts["parts"].get("kills", {}).get("facts", {}).pop("mutants", None)
     write_files_atomically({
@@ -290,18 +292,19 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
 def stale(record: Mapping) -> dict[str, list[str]]:
     """Name the parts of a record that are not of what is here now, and of what each is not.
 
-    Parts that the record leaves out, as its page says, cannot be stale.
+    Parts that the record says it leaves out cannot be stale; any other that is not there is.
 
     Parameters
     ----------
     record : mapping
         What ``verification.json`` holds.
     """
-    parts = {name: part for name, part in PARTS.items() if name in record["parts"]}
+    left_out = record.get("left_out", ())
+    parts = {name: part for name, part in PARTS.items() if name not in left_out}
     now = fingerprints.take(name for part in parts.values() for name in part.depends())
     found = {}
     for name, part in parts.items():
-        of = record["parts"][name].get("of", {})
+        of = record["parts"].get(name, {}).get("of", {})
         if other := [one for one in part.depends() if of.get(one) != now[one]]:
             found[name] = other
     return found
@@ -317,7 +320,7 @@ def _check(folder: Path) -> int:
     for name, other in found.items():
         more = f" and {len(other) - 4} more" if len(other) > 4 else ""
         say(f"stale: {name}, of another {', '.join(other[:4])}{more}")
-    left_out = [name for name in PARTS if name not in record["parts"]]
+    left_out = record.get("left_out", [])
     if left_out:
         say(f"left out: {', '.join(left_out)}")
     say(f"{len(PARTS) - len(left_out) - len(found)} of {len(PARTS)} parts are of what is here"

@@ -1,12 +1,12 @@
 """Contract of the coil driver, and what every contract with motors in it says of them."""
 
-from amaranth import Cat, Mux, Signal, Value
+from amaranth import Cat, Mux, Signal
 
 from fresa.drive import FULL_STEP, CoilDriver
 
 from .contract import Bits, Case, Component, Contract
 
-__all__ = ["COIL", "coil_of", "is_neighbour", "phase_of", "watch_spacing"]
+__all__ = ["COIL", "is_neighbour", "phase_of", "watch_spacing"]
 
 
 def phase_of(c: Contract, coils: Bits) -> tuple[Bits, Bits]:
@@ -18,14 +18,6 @@ def phase_of(c: Contract, coils: Bits) -> tuple[Bits, Bits]:
             with c.m.Case(word):
                 c.m.d.comb += [phase.eq(row), legal.eq(1)]
     return phase, legal
-
-
-def coil_of(phase: Bits) -> Bits:
-    """Return the coil word of a row of the motor's table."""
-    word = Value.cast(FULL_STEP[0])
-    for row in (1, 2, 3):
-        word = Mux(phase == row, FULL_STEP[row], word)
-    return word
 
 
 def is_neighbour(before: Bits, after: Bits) -> Bits:

@@ -14,8 +14,6 @@ __all__ = ["POSITIONING"]
 SHOWN = 4
 """Longest queue of reasons that is looked into; a longer one has the same logic."""
 
-MOVES = "self.run & ~self.there & ~stopped"
-
 
 def describe(c: Contract, dut: Positioning) -> None:
     """Nothing moves that was not ordered, and what is not obeyed changes nothing."""

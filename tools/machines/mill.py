@@ -38,7 +38,7 @@ def build_mill(board: str, *, timing: MillTiming, picture: Prepared | None = Non
     ----------
     board : str
         One of `BOARDS`.
-    timing : MillPace
+    timing : MillTiming
         Times, in clocks.
     picture : Prepared, optional
         What to mill. Without one a board walks a square; the raw machine has no order source.

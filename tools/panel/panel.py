@@ -59,7 +59,7 @@ class Panel:
     ----------
     pages : Pages
         The pages that are open.
-    settings : Kept
+    settings : Settings
         What is kept.
 
     Raises
