@@ -158,7 +158,7 @@ PARTS = {part.name: part for part in (
          _of(_OF_OTHER_MACHINES), f"tools.mutate points --mutants 30 {_STATE} {_JSON}",
          remembers=True),
     Part("mutants-more", f"tools.mutate {_OF_MORE} --mutants 300 {_STATE} {_JSON}",
-         _of(_OF_MORE), f"tools.mutate ramp --mutants 30 {_STATE} {_JSON}", remembers=True),
+         _of(_OF_MORE), f"tools.mutate reporter --mutants 30 {_STATE} {_JSON}", remembers=True),
     Part("resets", f"tools.faults resets {_JSON}", ("faults mill",)),
     Part("flips", f"tools.faults flips {_JSON}", ("faults mill",),
          f"tools.faults flips --flips 20000 {_JSON}"),
