@@ -11,7 +11,7 @@ import pytest
 from fresa.machines import MillStation, Positioner, SerialOrders, Single
 from fresa_boards.board import Allotment, pin_table
 from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
-from fresa_boards.wiring import check_names, prepare
+from fresa_boards.wiring import check_names, prepare, simulation_ports
 
 pytestmark = pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
 
@@ -119,13 +119,28 @@ def test_documented_motors_of_the_mill():
 
 def test_what_shows_a_bit_to_a_check():
     def names(machine: str) -> dict[str, str]:
-        return check_names(MACHINES[machine](), NEXYS2_500.allotment(machine))
+        made, allotment = MACHINES[machine](), NEXYS2_500.allotment(machine)
+        return check_names(made, simulation_ports(NEXYS2_500, made, allotment), allotment)
 
     mill = names("mill")
     assert [mill[bit] for bit in ("error", "automatic", "reset", "axis_y[3]", "rx")] == [
         "leds[6]", "debouncer.level[7]", "debouncer.level[8]", "axis_y[3]", "rx"]
     assert names("single")["reset"] == "debouncer.o"
     assert names("positioner")["fault"] == "leds[6]"
+    # What a LED shows too is checked on its own pin.
+    assert [names("single")[bit] for bit in ("coils[2]", "enable")] == ["coils[2]", "enable"]
+    assert names("positioner")["limits[1]"] == "limits[1]"
+
+
+@pytest.mark.parametrize("board", [NEXYS2_500, NEXYS2_1200], ids=lambda board: board.name)
+def test_display_is_active_low_once(board):
+    """The ports are declared inverted, and so is what goes in: the pads are as the machine."""
+    machine, allotment = MACHINES["mill"](), board.allotment("mill")
+    for ports in (board.request(board.platform(), machine, allotment),
+                  simulation_ports(board, machine, allotment)):
+        low = {name for name, port in ports.items() if any(port.invert)}
+        assert low == {"segments", "digits"}
+        assert all(all(ports[name].invert) for name in low)
 
 
 def test_no_pins_for_a_machine():
