@@ -3,15 +3,11 @@
 
 """The wiring, on a machine whose roles no real one has yet."""
 
-import gc
-
 import pytest
 from amaranth import Module
 from amaranth.lib import io
 from amaranth.lib.wiring import In, Out
 
-from fresa.machines import MillStation, Positioner, SerialOrders, Single
-from fresa.motion import SquareGenerator
 from fresa.roles import BUTTON, DIRECTION, LIMIT, RX, STATUS, STEP, MachineComponent
 from fresa_boards.board import Allotment
 from fresa_boards.nexys2 import NEXYS2_500
@@ -19,14 +15,7 @@ from fresa_boards.wiring import check_names, simulation_ports, wire
 from tb.design import Design
 from tb.engines import AmaranthEngine
 
-pytestmark = pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
-
-
-@pytest.fixture(autouse=True)
-def unused():
-    """Collect machines that were made for their roles alone while their warning is ignored."""
-    yield
-    gc.collect()
+pytestmark = pytest.mark.usefixtures("unused")
 
 
 class Wires(MachineComponent):
@@ -100,8 +89,8 @@ class TestLevels:
         assert set(seen["leds"]) == {0b111011} and pressed["leds"][-1] == 0b111010
 
 
-def test_a_check_finds_a_contact_on_a_header_behind_the_debouncer():
-    """Whatever place of a board an input has: what is debounced is looked for there."""
+def test_where_checks_find_the_bits_of_a_machine():
+    """A contact on a header behind the debouncer; what a LED shows too on its own pin."""
     machine = Wires()
     allotment = Allotment(
         header={"stop": "JA10", "limits": "JA1 JA2", "step": "JA3 JA4", "direction": "JA7"},
@@ -111,16 +100,18 @@ def test_a_check_finds_a_contact_on_a_header_behind_the_debouncer():
         "stop": "debouncer.o", "limits[0]": "limits[0]", "limits[1]": "limits[1]",
         "step[0]": "step[0]", "step[1]": "step[1]", "direction": "direction", "line": "rx",
         **{f"lights[{bit}]": f"leds[{bit + 3}]" for bit in range(3)}}
+    allotment = Allotment(header={**ALLOTMENT.header, "step": "JA3 JA4"},
+                          panel={"buttons": "- stop", "rx": "line", "leds": "step lights"})
+    names = check_names(machine, simulation_ports(NEXYS2_500, machine, allotment), allotment)
+    assert names["stop"] == "debouncer.level[1]" and names["step[1]"] == "step[1]"
+
+
+def test_no_pins_for_a_machine():
+    with pytest.raises(ValueError, match=r"^nexys2-500 has no pins allotted to lathe$"):
+        NEXYS2_500.allotment("lathe")
 
 
 class TestRoles:
-    @pytest.mark.parametrize("machine", [
-        lambda: MillStation(source=SquareGenerator(side=1)),
-        lambda: MillStation(source=SerialOrders(period=16)), Single, Positioner])
-    def test_every_port_has_one(self, machine):
-        made = machine()
-        assert {*made.roles} == {*made.signature.members}
-
     def test_an_input_without_a_pin_stays_at_rest(self):
         class Quiet(Wires):
             roles = {**Wires.roles, "line": STATUS.resting(1)}
