@@ -14,7 +14,6 @@ from dataclasses import asdict, dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 
-from tb.contracts import COMPONENTS
 from tb.contracts.proof import missing, versions
 from tb.mutation import (
     Measure,
@@ -27,6 +26,7 @@ from tb.mutation import (
     with_a_bench,
 )
 from tb.mutation.survivors import EXPLAINED
+from tb.registry import components
 
 from .console import (
     Parser,
@@ -322,7 +322,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes (default: all cores)")
     args = parser.parse_args(argv)
-    names = [known(name, COMPONENTS, "component") for name in dict.fromkeys(args.components)]
+    names = [known(name, components(), "component") for name in dict.fromkeys(args.components)]
     check_output(args.json)
     if lacking := missing():
         raise UserError(lacking)

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from fresa.machines import Mill
 
 from ..bench import Bench
-from ..contracts import COMPONENTS
 from ..contracts.proof import versions
 from ..machines.mill.model import MillModel
+from ..registry import components
 from ..rtlil import fingerprint
 from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model
 from .judge import Judge, Verdict, by_chance
@@ -82,7 +82,7 @@ class Trial:
 
 def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]:
     """Set up a component as its bench does, or as its contract does if it has no bench."""
-    component = COMPONENTS[name]
+    component = components()[name]
     bench = bench_of(kind_of(component))
     dut = component_of(bench) if bench else component.make(**component.cases[0].parameters)
     return Mutable(component, dut, checked=checked), bench
@@ -90,7 +90,7 @@ def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]
 
 def with_a_bench() -> list[str]:
     """Name the components that have a bench."""
-    return [name for name, component in COMPONENTS.items() if bench_of(kind_of(component))]
+    return [name for name, component in components().items() if bench_of(kind_of(component))]
 
 
 def measure(name: str) -> Measure:
@@ -109,7 +109,7 @@ def measure(name: str) -> Measure:
 
 def _model(name: str, mutable: Mutable) -> MillModel | None:
     """Return the model that the whole machine is compared with."""
-    if kind_of(COMPONENTS[name]) is not Mill:
+    if kind_of(components()[name]) is not Mill:
         return None
     controller, monitor = mutable.part("controller"), mutable.part("monitor")
     return MillModel(period=controller.period, jog_period=controller.jog_period,

@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from tb.contracts import COMPONENTS
 from tb.contracts.proof import missing
 from tb.mutation import Measure, Verdict
 from tb.mutation.survivors import EXPLAINED
+from tb.registry import components
 from tools import mutate
 from tools.console import UserError
 from tools.mutate import Findings, State, load, shares
@@ -149,7 +149,7 @@ class TestReport:
 
     def test_words_are_of_components(self):
         for (component, mutant), words in EXPLAINED.items():
-            assert component in COMPONENTS and words.endswith(".")
+            assert component in components() and words.endswith(".")
             assert re.fullmatch(r"([\w.]+: )?\w+ \d+: [A-Z]+\[\d+\] (inverted|stuck at).*", mutant)
 
 

@@ -6,7 +6,7 @@ from fresa.machines.mill import Mill, MillTiming
 
 from ...diagram import Diagram
 from ...engines import Engine
-from ...machine import Coverage, Machine, Serve
+from ...machine import Coverage, Machine, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -74,30 +74,6 @@ def _served(clock: int, *, baud: int):
     return board("mill", machine, debounce=debounce_period(clock))
 
 
-def _scenarios():
-    from .scenarios import mill
-
-    return [mill]
-
-
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
-def _faults():
-    from .faults import TARGETS
-
-    return TARGETS
-
-
-def _netlist():
-    from .netlist import NETLIST
-
-    return NETLIST
-
-
 MACHINE = Machine(
     name="mill", order=0, about="three axes on a board, mills your picture (docs/board.md)",
     make=Mill,
@@ -107,12 +83,11 @@ MACHINE = Machine(
     real=_real,
     serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                 _served, {"switches": AUTOMATIC}),
-    fuzz=_fuzz, faults=_faults, netlist=_netlist,
-    scenarios=_scenarios,
     diagrams=(Diagram(
         "mill",
         "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
         "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
         "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
         "axis_z positions: x.count y.count z.count", 0, 115),),
-    coverage=Coverage(300_000, 98, 98, _travel_far))
+    coverage=Coverage(300_000, 98, 98, _travel_far),
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))

@@ -78,3 +78,6 @@ def mill(run: Run) -> str:
         f"controller.automatic.{axis}.count" for axis in "xyz"))
     return ("to (5, 2), tool down, a cut to (8, 5), home; two orders refused; stopped after 4 "
             "steps of 9; after every order the counts and the coils agreed")
+
+
+SCENARIOS = [mill]

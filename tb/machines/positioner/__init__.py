@@ -16,7 +16,7 @@ from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve
+from ...machine import Coverage, Machine, Option, Options, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -90,30 +90,6 @@ OPTIONS = (
 )
 
 
-def _scenarios():
-    from .scenarios import positioner
-
-    return [positioner]
-
-
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
-def _faults():
-    from .faults import TARGETS
-
-    return TARGETS
-
-
-def _netlist():
-    from .netlist import NETLIST
-
-    return NETLIST
-
-
 MACHINE = Machine(
     name="positioner", order=2,
     about="three axes of a micropositioner, on the same line (docs/positioner.md)",
@@ -127,12 +103,11 @@ MACHINE = Machine(
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; commands such as  CONNECT  and line feed",
                 switches=lambda *, limit_ends, **options: limit_ends),
-    fuzz=_fuzz, faults=_faults, netlist=_netlist,
-    scenarios=_scenarios,
     diagrams=(Diagram(
         "positioner",
         "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
         "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
         "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
         "y.move.position pins: enable moving rx", 9_480, 9_700),),
-    coverage=Coverage(3_000_000, 96, 95))
+    coverage=Coverage(3_000_000, 96, 95),
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))

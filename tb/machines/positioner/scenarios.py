@@ -78,3 +78,6 @@ def positioner(run: Run) -> str:
                  monitor(run, dut.tx, bit, received), count, deadline=90_000)
     return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
             "pulses agreed all the while, and every clock was as the model has it")
+
+
+SCENARIOS = [positioner]

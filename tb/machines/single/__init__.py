@@ -8,7 +8,7 @@ from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve
+from ...machine import Coverage, Machine, Option, Options, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -78,30 +78,6 @@ OPTIONS = (
 )
 
 
-def _scenarios():
-    from .scenarios import single
-
-    return [single]
-
-
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
-def _faults():
-    from .faults import TARGETS
-
-    return TARGETS
-
-
-def _netlist():
-    from .netlist import NETLIST
-
-    return NETLIST
-
-
 MACHINE = Machine(
     name="single", order=1,
     about="one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)",
@@ -116,8 +92,6 @@ MACHINE = Machine(
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("one motor; commands such as  :x100  and Return"),
-    fuzz=_fuzz, faults=_faults, netlist=_netlist,
-    scenarios=_scenarios,
     diagrams=(Diagram(
         "single",
         "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
@@ -125,4 +99,5 @@ MACHINE = Machine(
         "of this bench, or 11 now and then. `tx` falls when the answer begins.",
         "line: rx tx outputs: moving coils position enable", 11940, 12040,
         radix=("position=dec",)),),
-    coverage=Coverage(3_000_000, 98, 93))
+    coverage=Coverage(3_000_000, 98, 93),
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))

@@ -61,3 +61,6 @@ def single(run: Run) -> str:
     return (f"{len(SESSION)} frames, each answered once: 5 half steps forward, 3 back when power "
             "came again; none that was wrong changed anything; a reset made no step; every clock "
             "was as the model has it")
+
+
+SCENARIOS = [single]

@@ -6,8 +6,7 @@ from amaranth import Cat, Const, Mux
 
 from fresa.motion import Positioning, positioning
 from fresa.protocol.positioner import Answer, Command
-
-from .contract import Bits, Case, Component, Contract
+from tb.contracts.contract import Bits, Case, Component, Contract
 
 __all__ = ["POSITIONING"]
 
