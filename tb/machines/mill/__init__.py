@@ -74,6 +74,22 @@ def _served(clock: int, *, baud: int):
     return board("mill", machine, debounce=debounce_period(clock))
 
 
+DIAGRAMS = (
+    Diagram(
+        "serial-orders",
+        "Lines come and answers go, 34 bytes and 33, of 16 clocks a bit here: a session is opened, "
+        "order 1 is taken and carried out, order 2 comes damaged, and then undamaged.",
+        "line: rx tx orders: orders_valid orders_ready orders_payload.x orders_payload.up "
+        "numbers: ledger.taken ledger.done", 0, 45_000),
+    Diagram(
+        "mill",
+        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
+        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
+        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
+        "axis_z positions: x.count y.count z.count", 0, 115),
+)
+
+
 MACHINE = Machine(
     name="mill", order=0, about="three axes on a board, mills your picture (docs/board.md)",
     make=Mill,
@@ -83,11 +99,6 @@ MACHINE = Machine(
     real=_real,
     serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                 _served, {"switches": AUTOMATIC}),
-    diagrams=(Diagram(
-        "mill",
-        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
-        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
-        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
-        "axis_z positions: x.count y.count z.count", 0, 115),),
+    diagrams=DIAGRAMS,
     coverage=Coverage(300_000, 98, 98, _travel_far),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))

@@ -5,6 +5,7 @@ from fresa.machines.mill import MillTiming
 
 from ...bench import Run, bench
 from ...plant import WORDS
+from .parts import serial_orders
 
 
 @bench
@@ -80,4 +81,4 @@ def mill(run: Run) -> str:
             "steps of 9; after every order the counts and the coils agreed")
 
 
-SCENARIOS = [mill]
+SCENARIOS = [serial_orders, mill]

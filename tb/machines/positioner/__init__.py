@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from fresa.clock import CLOCK
 from fresa.drive import MAX_PULSE
-from fresa.machines.mill import CLOCK
 from fresa.machines.positioner import (
     ENDS,
     LIMIT_ENDS,
@@ -90,6 +90,36 @@ OPTIONS = (
 )
 
 
+DIAGRAMS = (
+    Diagram(
+        "positioner-commands",
+        "`MOV MOT1 C`, a byte a clock where it is read; two clocks after its last letter a word is "
+        "known. With the end of the line the order is there.",
+        "line: items_valid items_ready items_payload.byte items_payload.end order: orders_valid "
+        "orders_payload.answer orders_payload.command orders_payload.motor "
+        "orders_payload.clockwise inside: dut.commands_state_state", 0, 22),
+    Diagram(
+        "positioning",
+        "`MOV` and `GOTO` are refused, the first before `CONNECT`, the second to a point never "
+        "stored; each is answered once, and changes nothing. Then a point is stored, and all "
+        "motors go there.",
+        "inputs: orders_valid orders_payload.command orders_payload.point "
+        "outputs: orders_ready connected run target_0 answers_valid answers_payload", 0, 14),
+    Diagram(
+        "reporter",
+        "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "
+        "would not be over by then waits. Here one is said, and the next waits for the report.",
+        "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
+        "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
+    Diagram(
+        "positioner",
+        "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
+        "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
+        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
+        "y.move.position pins: enable moving rx", 9_480, 9_700),
+)
+
+
 MACHINE = Machine(
     name="positioner", order=2,
     about="three axes of a micropositioner, on the same line (docs/positioner.md)",
@@ -103,11 +133,6 @@ MACHINE = Machine(
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; commands such as  CONNECT  and line feed",
                 switches=lambda *, limit_ends, **options: limit_ends),
-    diagrams=(Diagram(
-        "positioner",
-        "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
-        "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
-        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
-        "y.move.position pins: enable moving rx", 9_480, 9_700),),
+    diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 96, 95),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))

@@ -8,6 +8,7 @@ from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard, ticks
 from ...uart import encode
 from .model import PositionerModel
+from .parts import positioner_commands, positioning, reporter
 
 
 @bench
@@ -80,4 +81,4 @@ def positioner(run: Run) -> str:
             "pulses agreed all the while, and every clock was as the model has it")
 
 
-SCENARIOS = [positioner]
+SCENARIOS = [positioner_commands, positioning, reporter, positioner]

@@ -78,6 +78,25 @@ OPTIONS = (
 )
 
 
+DIAGRAMS = (
+    Diagram(
+        "frame-interpreter",
+        "The frame `x57`, in which a word is read, a number and the end. The set-point is there "
+        "with the clock after the end was taken, and not before; then `ok` and the end of the line "
+        "are sent.",
+        "frames: items_valid items_ready items_payload.byte items_payload.end "
+        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 1268, 1288,
+        radix=("items_payload.byte=hex", "bytes_payload=hex", "target=dec")),
+    Diagram(
+        "single",
+        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
+        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
+        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
+        "line: rx tx outputs: moving coils position enable", 11940, 12040,
+        radix=("position=dec",)),
+)
+
+
 MACHINE = Machine(
     name="single", order=1,
     about="one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)",
@@ -92,12 +111,6 @@ MACHINE = Machine(
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("one motor; commands such as  :x100  and Return"),
-    diagrams=(Diagram(
-        "single",
-        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
-        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
-        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
-        "line: rx tx outputs: moving coils position enable", 11940, 12040,
-        radix=("position=dec",)),),
+    diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 98, 93),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))

@@ -7,6 +7,7 @@ from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard
 from ...uart import encode
 from .model import SingleModel
+from .parts import frame_interpreter
 
 BIT = 16
 HELLO, HELP = b"hi\r\n", b"help\r\n"
@@ -63,4 +64,4 @@ def single(run: Run) -> str:
             "was as the model has it")
 
 
-SCENARIOS = [single]
+SCENARIOS = [frame_interpreter, single]

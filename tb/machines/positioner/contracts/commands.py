@@ -2,8 +2,15 @@
 
 from amaranth import Array, Cat, Mux, Value
 
-from fresa.protocol import LineEnd, PositionerCommands
-from fresa.protocol.positioner import ARGUMENTS, POINTS, Answer, Command, Kind
+from fresa.protocol import LineEnd
+from fresa.protocol.positioner import (
+    ARGUMENTS,
+    POINTS,
+    Answer,
+    Command,
+    Kind,
+    PositionerCommands,
+)
 from tb.contracts.contract import Bits, Case, Component, Contract
 
 from .read import watch_read
