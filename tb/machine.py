@@ -157,6 +157,9 @@ class Machine:
         Options with which much happens in few clocks, for simulations of every clock.
     variants : mapping of str to mapping
         Other builds that are simulated likewise, by name: what differs from `short`.
+    benched : mapping of str to object, optional
+        Options with which its bench makes it; `short`, unless given. Its mutants meet that bench,
+        and the model with these options.
     model : callable, optional
         Makes its `Model` of the same options.
     directed : callable
@@ -190,6 +193,9 @@ class Machine:
         What the page of timing diagrams shows of them.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
+    survivors : callable, optional
+        Gives why nothing kills some mutants of its own components: a sentence by component and
+        mutant, as `tools.mutate` writes it.
     fuzz : callable, optional
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
     faults : callable, optional
@@ -206,6 +212,7 @@ class Machine:
     make: Callable[..., wiring.Component]
     short: Options
     variants: Mapping[str, Options] = field(default_factory=dict)
+    benched: Options | None = None
     model: Callable[..., Model] | None = None
     directed: Callable[..., Mapping[str, NDArray]]
     random: Callable[..., Mapping[str, NDArray]]
@@ -220,6 +227,7 @@ class Machine:
     scenarios: Callable[[], Sequence[Bench]] | None = None
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
+    survivors: Callable[[], Mapping[tuple[str, str], str]] | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
     faults: "Callable[[], Mapping[Any, Callable[[], FaultTarget]]] | None" = None
     netlist: "Callable[[], NetlistPart] | None" = None
@@ -238,9 +246,9 @@ class Machine:
         return replace(component(self.name, self.make(**options)),
                        vhdl=self.vhdl(**options) if self.vhdl else None)
 
-    def dut(self, name: str) -> Dut:
-        """Return one of its `builds`, to be cosimulated."""
-        options = self.builds[name]
+    def dut(self, name: str, options: Options | None = None) -> Dut:
+        """Return a build, to be cosimulated: of its `builds`, unless it has other options."""
+        options = self.builds[name] if options is None else options
         ghdl = {} if self.vhdl else {"ghdl": "it has no description in VHDL"}
         return Dut(
             name, partial(self.design, **options),

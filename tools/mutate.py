@@ -25,7 +25,7 @@ from tb.mutation import (
     measure,
     with_a_bench,
 )
-from tb.mutation.survivors import EXPLAINED
+from tb.mutation.survivors import explained
 from tb.registry import components
 
 from .console import (
@@ -134,7 +134,7 @@ class Findings:
     def outdated(self, name: str) -> list[str]:
         """List mutants that are explained as survivors of a component, and are none."""
         return [*self.gone, *(mutant for number, mutant in enumerate(self.mutants)
-                              if (name, mutant) in EXPLAINED
+                              if (name, mutant) in explained()
                               and number in self.verdicts and number not in self.survivors)]
 
     @property
@@ -346,7 +346,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
         say(_line(name, counts))
         survivors += [{"component": name, "mutant": found.mutants[number],
                        "command": found.commands[number],
-                       "explained": EXPLAINED.get((name, found.mutants[number]), "")}
+                       "explained": explained().get((name, found.mutants[number]), "")}
                       for number in found.survivors]
     say(_line("all", every))
     for survivor in survivors:

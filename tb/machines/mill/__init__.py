@@ -95,10 +95,12 @@ MACHINE = Machine(
     make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
+    benched={"timing": MillTiming(period=4, scan_bits=3), "z_travel": 6},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
     real=_real,
     serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                 _served, {"switches": AUTOMATIC}),
     diagrams=DIAGRAMS,
     coverage=Coverage(300_000, 98, 98, _travel_far),
-    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
+            "survivors"))

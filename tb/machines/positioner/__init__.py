@@ -127,6 +127,9 @@ MACHINE = Machine(
     short={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3,
                                       setup=2, hold=4, settle=30, report=10_000),
            "backlash": (3, 0, 12), "limit_ends": ("X-", "Y+", "X+")},
+    benched={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2,
+                                        setup=2, hold=2, settle=5, report=10_000),
+             "backlash": (3, 0, 0)},
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
@@ -135,4 +138,5 @@ MACHINE = Machine(
                 switches=lambda *, limit_ends, **options: limit_ends),
     diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 96, 95),
-    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
+            "survivors"))

@@ -1,13 +1,12 @@
 """Scenarios of `positioner`: a session on its line."""
 
-from fresa.machines import Positioner
-from fresa.machines.positioner import ANSWERS, PositionerTiming
+from fresa.machines.positioner import ANSWERS
 from fresa.protocol.positioner import Answer
 
 from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard, ticks
 from ...uart import encode
-from .model import PositionerModel
+from . import MACHINE
 from .parts import positioner_commands, positioning, reporter
 
 
@@ -15,11 +14,7 @@ from .parts import positioner_commands, positioning, reporter
 def positioner(run: Run) -> str:
     """A session on the line: points, jogging, a limit, errors, the origin."""
     bit = 16
-    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2,
-                              hold=2,
-                          settle=5, report=10_000)
-    dut = Positioner(timing=timing, backlash=(3, 0, 0))
-    model = PositionerModel(timing=timing, bit=bit, backlash=(3, 0, 0))
+    dut, model = MACHINE.make(**MACHINE.benched), MACHINE.model(**MACHINE.benched)
     received = bytearray()
     motors = [0, 0, 0]
 

@@ -106,6 +106,8 @@ MACHINE = Machine(
     variants={"single-ramp": {
         "timing": SingleTiming.real(clock=240_000, baud=15_000, turn=5), "ramp": 150_000,
         "top_speed": 25_000}},
+    benched={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"hi\r\n",
+             "help_text": b"help\r\n"},
     model=_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
@@ -113,4 +115,5 @@ MACHINE = Machine(
     serve=Serve("one motor; commands such as  :x100  and Return"),
     diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 98, 93),
-    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios"))
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
+            "survivors"))
