@@ -8,7 +8,9 @@ that concern one build of the machine take the keyword arguments of `make` for i
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from amaranth.lib import wiring
 from numpy.typing import NDArray
@@ -17,30 +19,18 @@ from .bench import Bench
 from .design import Design, Entity
 from .diagram import Diagram
 from .engines import Engine
+from .runners import Dut, Model
 
 if TYPE_CHECKING:
+    from .contracts import Component
     from .faults.target import FaultTarget
     from .fuzz import FuzzTarget
     from .netlist.part import NetlistPart
 
-__all__ = ["Coverage", "Machine", "Model", "Option", "Options", "Serve"]
+__all__ = ["Coverage", "Machine", "Option", "Options", "Serve", "parts"]
 
 Options = Mapping[str, Any]
 """Keyword arguments of a machine's `make`."""
-
-
-class Model(Protocol):
-    """A machine in plain Python, clock by clock."""
-
-    Inputs: ClassVar[type]
-    """A dataclass of its input pins, all 0 unless given."""
-
-    def outputs(self, pins, /) -> object:
-        """Return the outputs in this clock, as attributes."""
-        ...
-
-    def edge(self, pins, /) -> None:
-        """Go to the next clock."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +112,27 @@ class Serve:
     switches: Callable[..., Sequence[str]] | None = None
 
 
+def parts(package: str, *modules: str) -> dict[str, Any]:
+    """Return the parts of a `Machine` that modules of its folder hold.
+
+    Parameters
+    ----------
+    package : str
+        The machine's, ``__name__`` of its declaration.
+    modules : str
+        Such as ``fuzz``, whose value ``FUZZ`` is the part of that name.
+
+    Returns
+    -------
+    dict of str to callable
+        For `Machine`, each by its name: imports the module when it is called.
+    """
+    def value(module: str) -> Any:
+        return getattr(import_module(f"{package}.{module}"), module.upper())
+
+    return {module: partial(value, module) for module in modules}
+
+
 def _no_options(clock: int) -> Options:
     return {}
 
@@ -146,6 +157,9 @@ class Machine:
         Options with which much happens in few clocks, for simulations of every clock.
     variants : mapping of str to mapping
         Other builds that are simulated likewise, by name: what differs from `short`.
+    benched : mapping of str to object, optional
+        Options with which its bench makes it; `short`, unless given. Its mutants meet that bench,
+        and the model with these options.
     model : callable, optional
         Makes its `Model` of the same options.
     directed : callable
@@ -170,12 +184,18 @@ class Machine:
         has of it, ready for JSON, and the same in a line. Without it these are the values.
     serve : Serve, optional
         How it is served, if it has a serial line.
+    contracts : callable, optional
+        Gives what is proved of it and of the parts that it alone has: components by name, with the
+        machine itself by its own name.
     scenarios : callable, optional
-        Gives its benches.
+        Gives the benches of the machine and of the parts that it alone has.
     diagrams : sequence of Diagram
         What the page of timing diagrams shows of them.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
+    survivors : callable, optional
+        Gives why nothing kills some mutants of its own components: a sentence by component and
+        mutant, as `tools.mutate` writes it.
     fuzz : callable, optional
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
     faults : callable, optional
@@ -192,6 +212,7 @@ class Machine:
     make: Callable[..., wiring.Component]
     short: Options
     variants: Mapping[str, Options] = field(default_factory=dict)
+    benched: Options | None = None
     model: Callable[..., Model] | None = None
     directed: Callable[..., Mapping[str, NDArray]]
     random: Callable[..., Mapping[str, NDArray]]
@@ -202,9 +223,11 @@ class Machine:
     inverted: Callable[..., Sequence[str]] | None = None
     figures: Callable[..., tuple[dict[str, Any], str]] = _values_alone
     serve: Serve | None = None
+    contracts: "Callable[[], Mapping[str, Component]] | None" = None
     scenarios: Callable[[], Sequence[Bench]] | None = None
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
+    survivors: Callable[[], Mapping[tuple[str, str], str]] | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
     faults: "Callable[[], Mapping[Any, Callable[[], FaultTarget]]] | None" = None
     netlist: "Callable[[], NetlistPart] | None" = None
@@ -222,3 +245,13 @@ class Machine:
 
         return replace(component(self.name, self.make(**options)),
                        vhdl=self.vhdl(**options) if self.vhdl else None)
+
+    def dut(self, name: str, options: Options | None = None) -> Dut:
+        """Return a build, to be cosimulated: of its `builds`, unless it has other options."""
+        options = self.builds[name] if options is None else options
+        ghdl = {} if self.vhdl else {"ghdl": "it has no description in VHDL"}
+        return Dut(
+            name, partial(self.design, **options),
+            directed=partial(self.directed, **options), random=partial(self.random, **options),
+            model=partial(self.model, **options) if self.model else None,
+            without={**ghdl, **self.without})

@@ -10,7 +10,8 @@ from pathlib import Path
 from tb.cosim import Finding, compare, lockstep
 from tb.engines import ENGINES, EngineError
 from tb.pins import write_pins
-from tb.runners import FAST, MODEL, Dut, close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import FAST, MODEL, Dut, close_all, make_runners, stimuli
 from tb.shrink import Shrunk, script, shrink
 from tb.stimulus import Stimulus, last_rows
 

@@ -14,15 +14,14 @@ from itertools import islice
 
 import numpy as np
 
-from tb.contracts import COMPONENTS
 from tb.design import Design
 from tb.engines import source
-from tb.fuzz import targets
 from tb.fuzz.inputs import random_inputs
 from tb.machines import machines
 from tb.netlist.subject import Subject
+from tb.registry import components, duts, fuzz_targets, netlist_parts
 from tb.rtlil import canonical, fingerprint
-from tb.runners import ModelRunner, duts, stimuli
+from tb.runners import ModelRunner, stimuli
 
 __all__ = ["names", "take"]
 
@@ -65,9 +64,9 @@ def _one(name: str) -> str:
 
 
 def _contract(name: str) -> Iterator[str]:
-    for case in COMPONENTS[name].cases:
+    for case in components()[name].cases:
         yield str(case)
-        yield canonical(COMPONENTS[name].contract(case).rtlil())
+        yield canonical(components()[name].contract(case).rtlil())
 
 
 def _run(name: str) -> Iterator[str]:
@@ -85,7 +84,7 @@ def _run(name: str) -> Iterator[str]:
 
 
 def _fuzz(name: str) -> Iterator[str]:
-    target = targets()[name]
+    target = fuzz_targets()[name]
     for one in (target, *target.others):
         yield _design(one.design())
     for item in islice(random_inputs(target.protocol, 1, ROWS, target.period), INPUTS):
@@ -119,14 +118,14 @@ def _rows(rows: Mapping) -> str:
 
 @functools.cache
 def _subjects() -> dict[str, Subject]:
-    parts = [machine.netlist() for machine in machines().values() if machine.netlist]
-    return {one.name: one for part in parts for one in (*part.equal, *part.codes, *part.pins)}
+    return {one.name: one for part in netlist_parts().values()
+            for one in (*part.equal, *part.codes, *part.pins)}
 
 
 _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable[str]]]] = {
-    "contract": (lambda: COMPONENTS, _contract),
+    "contract": (components, _contract),
     "run": (duts, _run),
-    "fuzz": (targets, _fuzz),
+    "fuzz": (fuzz_targets, _fuzz),
     "faults": (
         lambda: [name for name, machine in machines().items() if machine.faults], _faults),
     "netlist": (_subjects, _netlist),

@@ -14,7 +14,6 @@ from dataclasses import asdict, dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 
-from tb.contracts import COMPONENTS
 from tb.contracts.proof import missing, versions
 from tb.mutation import (
     Measure,
@@ -26,7 +25,8 @@ from tb.mutation import (
     measure,
     with_a_bench,
 )
-from tb.mutation.survivors import EXPLAINED
+from tb.mutation.survivors import explained
+from tb.registry import components
 
 from .console import (
     Parser,
@@ -134,7 +134,7 @@ class Findings:
     def outdated(self, name: str) -> list[str]:
         """List mutants that are explained as survivors of a component, and are none."""
         return [*self.gone, *(mutant for number, mutant in enumerate(self.mutants)
-                              if (name, mutant) in EXPLAINED
+                              if (name, mutant) in explained()
                               and number in self.verdicts and number not in self.survivors)]
 
     @property
@@ -322,7 +322,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes (default: all cores)")
     args = parser.parse_args(argv)
-    names = [known(name, COMPONENTS, "component") for name in dict.fromkeys(args.components)]
+    names = [known(name, components(), "component") for name in dict.fromkeys(args.components)]
     check_output(args.json)
     if lacking := missing():
         raise UserError(lacking)
@@ -346,7 +346,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
         say(_line(name, counts))
         survivors += [{"component": name, "mutant": found.mutants[number],
                        "command": found.commands[number],
-                       "explained": EXPLAINED.get((name, found.mutants[number]), "")}
+                       "explained": explained().get((name, found.mutants[number]), "")}
                       for number in found.survivors]
     say(_line("all", every))
     for survivor in survivors:
