@@ -100,9 +100,10 @@ SWITCHES = {  # what is found, the mistake
         "x.limits.allowed", lambda _, at: at("x.limits.step"))),
     "a movement that goes on": ("answer", Mistake(
         "positioning.run", lambda right, at: right | at("positioning.stopped"))),
-    "a switch that is not told of": ("answer", Mistake("positioning.hits", lambda *_: Const(0))),
+    "a switch that is not told of": ("answer", Mistake("positioning.pending_limits",
+                                                       lambda *_: Const(0))),
     "a switch that is told of again": ("answer", Mistake(
-        "positioning.hits", lambda right, at: right | at("positioning.hits"))),
+        "positioning.pending_limits", lambda right, at: right | at("positioning.pending_limits"))),
     "no buzzer": ("pins", Mistake("buzzer", lambda *_: Const(0))),
 }
 
