@@ -157,9 +157,9 @@ class Machine:
         Options with which much happens in few clocks, for simulations of every clock.
     variants : mapping of str to mapping
         Other builds that are simulated likewise, by name: what differs from `short`.
-    benched : mapping of str to object, optional
-        Options with which its bench makes it; `short`, unless given. Its mutants meet that bench,
-        and the model with these options.
+    benched : mapping of str to object
+        The build that its bench runs: what differs from `short`. Its mutants meet that bench, and
+        its model of the same build.
     model : callable, optional
         Makes its `Model` of the same options.
     directed : callable
@@ -212,7 +212,7 @@ class Machine:
     make: Callable[..., wiring.Component]
     short: Options
     variants: Mapping[str, Options] = field(default_factory=dict)
-    benched: Options | None = None
+    benched: Options = field(default_factory=dict)
     model: Callable[..., Model] | None = None
     directed: Callable[..., Mapping[str, NDArray]]
     random: Callable[..., Mapping[str, NDArray]]
@@ -238,6 +238,11 @@ class Machine:
         """What is simulated: the options of the machine and of its variants, by name."""
         return {self.name: self.short, **{
             name: {**self.short, **changes} for name, changes in self.variants.items()}}
+
+    @property
+    def bench_options(self) -> Options:
+        """The options of the build that its bench runs."""
+        return {**self.short, **self.benched}
 
     def design(self, **options: Any) -> Design:
         """Return its design for engines: it by its own pins, and its VHDL if it has some."""

@@ -21,7 +21,8 @@ from ...machine import Coverage, Machine, Option, Options, Serve, parts
 __all__ = ["MACHINE"]
 
 
-def _model(*, timing: PositionerTiming, **options: Any):
+def make_model(*, timing: PositionerTiming, **options: Any):
+    """Make the model of a build."""
     from .model import PositionerModel
 
     return PositionerModel(timing=timing, bit=_bit(timing), **options)
@@ -129,8 +130,8 @@ MACHINE = Machine(
            "backlash": (3, 0, 12), "limit_ends": ("X-", "Y+", "X+")},
     benched={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2,
                                         setup=2, hold=2, settle=5, report=10_000),
-             "backlash": (3, 0, 0)},
-    model=_model, directed=_directed, random=_random,
+             "backlash": (3, 0, 0), "limit_ends": LIMIT_ENDS},
+    model=make_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
