@@ -16,7 +16,7 @@ from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve, parts
+from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -139,5 +139,9 @@ MACHINE = Machine(
                 switches=lambda *, limit_ends, **options: limit_ends),
     diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 96, 95),
+    recorded=Recorded(
+        sizes={"positioner": ("", "netlist nexys2-positioner")}, quick_mutants="reporter",
+        unmutated="There are none of `positioner` as a whole: nearly all of them would be in its "
+                  "parts, and its bench is too short to show each of them once more."),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
             "survivors"))

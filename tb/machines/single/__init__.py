@@ -8,7 +8,7 @@ from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve, parts
+from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -115,5 +115,7 @@ MACHINE = Machine(
     serve=Serve("one motor; commands such as  :x100  and Return"),
     diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 98, 93),
+    recorded=Recorded(sizes={"single": ("", "netlist nexys2-single"),
+                             "single-ramp": ("--ramp 1000", "run single-ramp")}),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
             "survivors"))
