@@ -139,7 +139,7 @@ def parts() -> dict[str, Part]:
                (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
           for name in fuzz_targets()),
         Part("mutants", f"tools.mutate --general --mutants {GENERAL_MUTANTS} {_STATE} {_JSON}",
-             tuple(f"contract {name}" for name in GENERAL),
+             _of(GENERAL),
              "tools.mutate divider coil counter axes phase rate position points --mutants 330 "
              f"{_STATE} {_JSON}", remembers=True),
         *(_mutants(machine, machine.contracts()) for machine in known if machine.contracts),
@@ -172,12 +172,17 @@ def _runs(machine: Machine) -> Iterator[Part]:
                    (f"run {machine.name}",), f"{begin} {clocks // 50} {_STATE} {_COSIM}")
 
 
+def _of(components: Iterable[str]) -> tuple[str, ...]:
+    """Name what mutants of components meet."""
+    return *(f"contract {name}" for name in components), "bench"
+
+
 def _mutants(machine: Machine, own: Iterable[str]) -> Part:
     """Return the part about mutants of the components that a machine alone has."""
     quick = machine.recorded.quick_mutants
     return Part(f"mutants-{machine.name}",
                 f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {_STATE} {_JSON}",
-                tuple(f"contract {name}" for name in own),
+                _of(own),
                 f"tools.mutate {quick} --mutants 30 {_STATE} {_JSON}" if quick else "",
                 remembers=True, about=machine.recorded.unmutated)
 
@@ -207,7 +212,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.list:
         for part in every.values():
             words = part.arguments(Path("FOLDER"), quick=args.quick)
-            say(f"{part.name:20} python -m {' '.join(words)}")
+            say(f"{part.name:20} {_spelt(words)}")
         return 0
     if args.check:
         return _check(args.output or ROOT / "docs")
@@ -256,7 +261,7 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
         key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
         found = _kept(folder / KEPT, key) if part.name not in again else None
         if found is None:
-            say(f"\n== python -m {' '.join(words)}")
+            say(f"\n== {_spelt(words)}")
             before = _read(folder / BEGUN)
             if part.name in again or before.get("key") != key:
                 # What a command had done of another gateware, or is to do again, is of no use.
@@ -284,7 +289,7 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
                      "facts": summary(part.name, figures)}
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
-            "command": f"python -m {' '.join(words)}", "seconds": found["seconds"],
+            "command": _spelt(words), "seconds": found["seconds"],
             "resumed": found["resumed"], "of": of, "facts": found["facts"],
             **({"about": part.about} if part.about else {})}
     if failed:
@@ -294,7 +299,7 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
 
 
 def stale(record: Mapping) -> dict[str, list[str]]:
-    """Name the parts of a record that are not of what is here now, and of what each is not.
+    """Name the parts of a record that are not of what is here now, and what of each is not.
 
     Parts that the record says it leaves out cannot be stale; any other that is not there is.
 
@@ -308,10 +313,19 @@ def stale(record: Mapping) -> dict[str, list[str]]:
     now = fingerprints.take(name for part in wanted.values() for name in part.depends())
     found = {}
     for name, part in wanted.items():
-        of = record["parts"].get(name, {}).get("of", {})
-        if other := [one for one in part.depends() if of.get(one) != now[one]]:
+        there = record["parts"].get(name, {})
+        of = there.get("of", {})
+        other = [one for one in part.depends() if of.get(one) != now[one]]
+        if there.get("command") != _spelt(part.arguments(Path("build", "record", name),
+                                                         quick=False)):
+            other.insert(0, "command")
+        if other:
             found[name] = other
     return found
+
+
+def _spelt(words: Sequence[str]) -> str:
+    return f"python -m {' '.join(words)}"
 
 
 def _check(folder: Path) -> int:

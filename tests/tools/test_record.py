@@ -165,9 +165,11 @@ class TestFreshness:
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
         monkeypatch.setattr(record, "parts", lambda: {
-            "one": Part("one", "", ("run it",)), "two": Part("two", "", ("contract it",))})
+            "one": Part("one", "its_check {folder}", ("run it",)),
+            "two": Part("two", "another", ("contract",))})
         (tmp_path / "verification.json").write_text(json.dumps({"parts": {
-            "one": {"of": {"run it": "0123"}}, "two": {"of": {"contract it": "4567"}}}}))
+            "one": {"command": "python -m its_check build/record/one", "of": {"run it": "0123"}},
+            "two": {"command": "python -m another", "of": {"contract it": "4567"}}}}))
         return tmp_path
 
     def test_is_fresh(self, folder, capsys):
@@ -181,11 +183,16 @@ class TestFreshness:
         assert "stale: two, of another contract it\n" in said
         assert "1 of 2 parts are of what is here; run python -m tools.record two\n" in said
 
-    def test_what_is_new_makes_it_stale(self, folder, prints, monkeypatch, capsys):
+    def test_what_is_new_makes_it_stale(self, folder, prints, capsys):
         prints["contract new"] = "1111"
-        monkeypatch.setattr(record, "parts", lambda: {"two": Part("two", "", ("contract",))})
         assert main(["--check", "-o", str(folder)]) == 1
         assert "stale: two, of another contract new\n" in capsys.readouterr().out
+
+    def test_another_command_makes_it_stale(self, folder, monkeypatch, capsys):
+        monkeypatch.setattr(record, "parts", lambda: {
+            "two": Part("two", "another one", ("contract",))})
+        assert main(["--check", "-o", str(folder)]) == 1
+        assert "stale: two, of another command\n" in capsys.readouterr().out
 
     def test_no_record(self, tmp_path, capsys):
         assert main(["--check", "-o", str(tmp_path)]) == 2
@@ -198,7 +205,7 @@ def test_each_part_depends_on_something():
 
 def test_mutants_are_of_every_component():
     named = [name for part in parts().values() if "tools.mutate" in part.command
-             for name in part.depends()]
+             for name in part.on if name != "bench"]
     assert sorted(named) == sorted(f"contract {name}" for name in components())
 
 
