@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .fuzz import FuzzTarget
     from .netlist.part import NetlistPart
 
-__all__ = ["Coverage", "Machine", "Option", "Options", "Serve", "parts"]
+__all__ = ["Coverage", "Machine", "Option", "Options", "Recorded", "Serve", "parts"]
 
 Options = Mapping[str, Any]
 """Keyword arguments of a machine's `make`."""
@@ -112,6 +112,29 @@ class Serve:
     switches: Callable[..., Sequence[str]] | None = None
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """What the record of verification has of a machine beside what it has of every machine.
+
+    Attributes
+    ----------
+    sizes : mapping of str to (str, str)
+        Builds whose resources are counted, by name: the arguments of `tools.build`, but for the
+        machine, and what decides the resources, as `tools.fingerprints` names it.
+    campaign : int
+        Clocks of a campaign; 0 for none.
+    unmutated : str
+        Why there are no mutants of the machine as a whole, if there are none.
+    quick_mutants : str
+        Of its components the one whose mutants are tried where there is little time.
+    """
+
+    sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    campaign: int = 0
+    unmutated: str = ""
+    quick_mutants: str = ""
+
+
 def parts(package: str, *modules: str) -> dict[str, Any]:
     """Return the parts of a `Machine` that modules of its folder hold.
 
@@ -133,8 +156,9 @@ def parts(package: str, *modules: str) -> dict[str, Any]:
     return {module: partial(value, module) for module in modules}
 
 
-def _no_options(clock: int) -> Options:
-    return {}
+def _as_short(clock: int, **values: Any) -> Options:
+    """Stand for the times of `Machine.short`."""
+    raise NotImplementedError
 
 
 def _values_alone(clock: int, made: Options, **values: Any) -> tuple[dict[str, Any], str]:
@@ -157,17 +181,17 @@ class Machine:
         Options with which much happens in few clocks, for simulations of every clock.
     variants : mapping of str to mapping
         Other builds that are simulated likewise, by name: what differs from `short`.
-    benched : mapping of str to object, optional
-        Options with which its bench makes it; `short`, unless given. Its mutants meet that bench,
-        and the model with these options.
+    benched : mapping of str to object
+        The build that its bench runs: what differs from `short`. Its mutants meet that bench, and
+        its model of the same build.
     model : callable, optional
         Makes its `Model` of the same options.
     directed : callable
         Gives, of a seed, a number of clocks and options, at most so many clocks of stimulus that
-        goes through what there is to see.
+        goes through what there is to see: a column for every input, ``rst`` among them.
     random : callable
         Gives, of a seed, the number of a block, a number of rows and options, the first rows of
-        that block of random stimulus.
+        that block of random stimulus, likewise.
     vhdl : callable, optional
         Gives its description in VHDL, of the same options.
     without : mapping of str to str
@@ -176,7 +200,7 @@ class Machine:
         What people choose when it is built or served.
     real : callable
         Gives the arguments of `make` in real times, of a clock in Hz and the values of `options`.
-        It raises `ValueError` if these do not go together.
+        It raises `ValueError` if these do not go together. Without it they are `short`.
     inverted : callable, optional
         Gives, of the values of `options`, the ports whose pins have the other level.
     figures : callable
@@ -203,6 +227,8 @@ class Machine:
         by whether they have a guard; None for a machine that can have none.
     netlist : callable, optional
         Gives what of it is checked as a netlist, a `tb.netlist.part.NetlistPart`.
+    recorded : Recorded
+        What the record of verification has of it alone.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -212,14 +238,14 @@ class Machine:
     make: Callable[..., wiring.Component]
     short: Options
     variants: Mapping[str, Options] = field(default_factory=dict)
-    benched: Options | None = None
+    benched: Options = field(default_factory=dict)
     model: Callable[..., Model] | None = None
     directed: Callable[..., Mapping[str, NDArray]]
     random: Callable[..., Mapping[str, NDArray]]
     vhdl: Callable[..., Entity] | None = None
     without: Mapping[str, str] = field(default_factory=dict)
     options: Sequence[Option] = ()
-    real: Callable[..., Options] = _no_options
+    real: Callable[..., Options] = _as_short
     inverted: Callable[..., Sequence[str]] | None = None
     figures: Callable[..., tuple[dict[str, Any], str]] = _values_alone
     serve: Serve | None = None
@@ -231,13 +257,23 @@ class Machine:
     fuzz: "Callable[[], FuzzTarget] | None" = None
     faults: "Callable[[], Mapping[Any, Callable[[], FaultTarget]]] | None" = None
     netlist: "Callable[[], NetlistPart] | None" = None
+    recorded: Recorded = Recorded()
     order: int = 100
+
+    def __post_init__(self) -> None:
+        if self.real is _as_short:
+            object.__setattr__(self, "real", lambda clock, **values: self.short)
 
     @property
     def builds(self) -> dict[str, Options]:
         """What is simulated: the options of the machine and of its variants, by name."""
         return {self.name: self.short, **{
             name: {**self.short, **changes} for name, changes in self.variants.items()}}
+
+    @property
+    def bench_options(self) -> Options:
+        """The options of the build that its bench runs."""
+        return {**self.short, **self.benched}
 
     def design(self, **options: Any) -> Design:
         """Return its design for engines: it by its own pins, and its VHDL if it has some."""

@@ -128,7 +128,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _target(name: str, known_targets: Mapping[str, FuzzTarget]) -> FuzzTarget:
     if name in machines() and name not in known_targets:
-        raise UserError(f"{name} has no serial line that is fuzzed")
+        raise UserError(f"{name} has no serial line")
     return known_targets[known(name, known_targets, "machine")]
 
 

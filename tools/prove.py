@@ -163,7 +163,7 @@ def line(proof: Proof) -> str:
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.prove", description=ABOUT, epilog=EPILOG)
+    parser = Parser(prog="python -m tools.prove", description=ABOUT, epilog=EPILOG, machines=True)
     parser.add_argument("components", metavar="COMPONENT", nargs="*", help="what to prove; all")
     parser.add_argument("--mutants", "--controls", action="store_true",
                         help="find a mutant that breaks each property, instead of proving")

@@ -112,7 +112,7 @@ def _compared(name: str) -> Dut | None:
     machine = machines().get(name)
     if machine is None or machine.model is None:
         return None
-    return machine.dut(name, machine.benched or machine.short)
+    return machine.dut(name, machine.bench_options)
 
 
 def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:

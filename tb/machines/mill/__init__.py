@@ -6,7 +6,7 @@ from fresa.machines.mill import Mill, MillTiming
 
 from ...diagram import Diagram
 from ...engines import Engine
-from ...machine import Coverage, Machine, Serve, parts
+from ...machine import Coverage, Machine, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -102,5 +102,10 @@ MACHINE = Machine(
                 _served, {"switches": AUTOMATIC}),
     diagrams=DIAGRAMS,
     coverage=Coverage(300_000, 98, 98, _travel_far),
+    recorded=Recorded(campaign=10**9, sizes={
+        "mill": ("--board pins", "netlist mill"),
+        "mill-guard": ("--board pins --guard", "netlist mill-guarded"),
+        "mill-serial": ("--orders serial", "fuzz mill"),
+        "mill-picture": ("--size 400x400 --enlarge", "netlist nexys2-picture")}),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
             "survivors"))

@@ -9,7 +9,7 @@ from .parts import serial_orders
 @bench
 def mill(run: Run) -> str:
     """A tour: by hand to the origin, tool down, a cut, two refusals, home, stop."""
-    dut = MACHINE.make(**MACHINE.benched)
+    dut = MACHINE.make(**MACHINE.bench_options)
     hand = [0, 0, 0]
 
     async def there(ctx, main, *place):

@@ -16,12 +16,13 @@ from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve, parts
+from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
 
-def _model(*, timing: PositionerTiming, **options: Any):
+def make_model(*, timing: PositionerTiming, **options: Any):
+    """Make the model of a build."""
     from .model import PositionerModel
 
     return PositionerModel(timing=timing, bit=_bit(timing), **options)
@@ -129,8 +130,8 @@ MACHINE = Machine(
            "backlash": (3, 0, 12), "limit_ends": ("X-", "Y+", "X+")},
     benched={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2,
                                         setup=2, hold=2, settle=5, report=10_000),
-             "backlash": (3, 0, 0)},
-    model=_model, directed=_directed, random=_random,
+             "backlash": (3, 0, 0), "limit_ends": LIMIT_ENDS},
+    model=make_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
@@ -138,5 +139,9 @@ MACHINE = Machine(
                 switches=lambda *, limit_ends, **options: limit_ends),
     diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 96, 95),
+    recorded=Recorded(
+        sizes={"positioner": ("", "netlist nexys2-positioner")}, quick_mutants="reporter",
+        unmutated="There are none of `positioner` as a whole: nearly all of them would be in its "
+                  "parts, and its bench is too short to show each of them once more."),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
             "survivors"))

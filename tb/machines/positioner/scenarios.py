@@ -6,7 +6,7 @@ from fresa.protocol.positioner import Answer
 from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard, ticks
 from ...uart import encode
-from . import MACHINE
+from . import MACHINE, make_model
 from .parts import positioner_commands, positioning, reporter
 
 
@@ -14,7 +14,8 @@ from .parts import positioner_commands, positioning, reporter
 def positioner(run: Run) -> str:
     """A session on the line: points, jogging, a limit, errors, the origin."""
     bit = 16
-    dut, model = MACHINE.make(**MACHINE.benched), MACHINE.model(**MACHINE.benched)
+    options = MACHINE.bench_options
+    dut, model = MACHINE.make(**options), make_model(**options)
     received = bytearray()
     motors = [0, 0, 0]
 

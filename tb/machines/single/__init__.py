@@ -8,12 +8,12 @@ from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve, parts
+from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
 
-def _model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, greeting: bytes,
+def make_model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, greeting: bytes,
            help_text: bytes):
     """Make a model, which counts rates in the unit of the ramp, if there is one."""
     from fresa.motion import ramp_rates
@@ -30,7 +30,7 @@ def _model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, g
 def _directed(seed: int, clocks: int, **options: Any):
     from .stimulus import directed
 
-    return directed(_model(**options), seed, clocks)
+    return directed(make_model(**options), seed, clocks)
 
 
 def _random(seed: int, block: int, rows: int, *, timing: SingleTiming, **options: Any):
@@ -108,12 +108,14 @@ MACHINE = Machine(
         "top_speed": 25_000}},
     benched={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"hi\r\n",
              "help_text": b"help\r\n"},
-    model=_model, directed=_directed, random=_random,
+    model=make_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("one motor; commands such as  :x100  and Return"),
     diagrams=DIAGRAMS,
     coverage=Coverage(3_000_000, 98, 93),
+    recorded=Recorded(sizes={"single": ("", "netlist nexys2-single"),
+                             "single-ramp": ("--ramp 1000", "run single-ramp")}),
     **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
             "survivors"))

@@ -5,7 +5,7 @@ from fresa.machines.single import PHASES
 from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard
 from ...uart import encode
-from . import MACHINE
+from . import MACHINE, make_model
 from .parts import frame_interpreter
 
 BIT = 16
@@ -23,7 +23,8 @@ SESSION = [
 @bench
 def single(run: Run) -> str:
     """A session at a terminal: every command and error, power off and on, a reset."""
-    dut, model = MACHINE.make(**MACHINE.benched), MACHINE.model(**MACHINE.benched)
+    options = MACHINE.bench_options
+    dut, model = MACHINE.make(**options), make_model(**options)
     received = bytearray()
 
     async def receive(ctx, text):
