@@ -8,7 +8,6 @@ from dataclasses import replace
 from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
-from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
 from fresa.roles import Machine
 from fresa_boards.board import Board
 from fresa_boards.nexys2 import NEXYS2_500
@@ -17,7 +16,7 @@ from fresa_boards.wiring import check_names, simulation_ports, wire
 from .design import Design
 from .vhdl import REFERENCES
 
-__all__ = ["board", "component", "described", "mill"]
+__all__ = ["board", "component", "described"]
 
 
 def component(name: str, dut: wiring.Component) -> Design:
@@ -44,14 +43,6 @@ def described(name: str, **parameters: int | bool) -> Design:
     parameters = parameters or dict(reference.cases[0])
     design = component(reference.entity, reference.component(**parameters))
     return replace(design, vhdl=reference.described(parameters))
-
-
-def mill(*, timing: MillTiming, z_travel: int = Z_TRAVEL, guard: bool = False) -> Design:
-    """Return the raw machine. Its VHDL has no guard: it has nothing that could be upset."""
-    design = component("mill", Mill(timing=timing, z_travel=z_travel, guard=guard))
-    return replace(design, vhdl=REFERENCES["mill"].described({
-        "period": timing.period, "scan_bits": timing.scan_bits, "jog_period": timing.jog_period,
-        "z_travel": z_travel}))
 
 
 def board(name: str, machine: Machine, *, debounce: int | None = None,

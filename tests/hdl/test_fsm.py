@@ -15,8 +15,9 @@ from fresa.fsm import leave_unused_codes
 from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from tb.boards import board, mill
+from tb.boards import board
 from tb.design import Design
+from tb.machines.mill import MACHINE
 
 TIMING = MillTiming(period=3, scan_bits=3)
 PICTURE = [[True] * 9] * 9
@@ -32,7 +33,7 @@ def station(source) -> Design:
 
 
 MACHINES = {
-    "mill": lambda: mill(timing=TIMING, z_travel=5),
+    "mill": lambda: MACHINE.design(timing=TIMING, z_travel=5),
     "square": lambda: station(SquareGenerator(side=500)),
     "picture": lambda: station(CoordinateGenerator(PICTURE, pixel_steps=4)),
     "serial": lambda: station(SerialOrders(period=16)),

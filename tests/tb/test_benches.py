@@ -3,8 +3,10 @@
 
 """The benches: they pass, they can fail, and their waveforms can be read."""
 
+import importlib
 import inspect
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -100,8 +102,11 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
 
 def test_every_component_and_machine_has_a_bench():
     words = r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
-    names = {re.sub(words, "-", name).lower() for room in (drive, motion, protocol, panel, machines)
-             for name in room.__all__ if inspect.isclass(part := getattr(room, name))
+    modules = [importlib.import_module(f"{room.__name__}.{found.name}")
+               for room in (drive, motion, protocol, panel, machines)
+               for found in pkgutil.iter_modules(room.__path__)]
+    names = {re.sub(words, "-", name).lower() for module in modules for name in module.__all__
+             if inspect.isclass(part := getattr(module, name))
              and issubclass(part, wiring.Component)}
     found = groups()
     assert list(found) == ["components", "machine", "board"]

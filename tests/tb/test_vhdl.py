@@ -15,7 +15,8 @@ from tb.cosim import lockstep
 from tb.engines import AmaranthEngine, EngineError, source
 from tb.engines.ghdl import GHDLEngine
 from tb.mistake import Mistake
-from tb.runners import close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import close_all, make_runners, stimuli
 from tb.stimulus import bursts
 from tb.vhdl import FOLDER, REFERENCES, Reference
 from tb.vhdl.miter import MITERS, Miter, check, synthesized

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fresa.machines.mill import MillTiming
-from tb import boards
 from tb.cosim import lockstep
 from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, source
+from tb.machines import machines
 from tb.machines.mill.model import MillModel
-from tb.runners import MODEL, ModelRunner, close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import MODEL, ModelRunner, close_all, make_runners, stimuli
 from tb.shrink import script, shrink
 from tb.stimulus import BLOCK, cut, last_rows, random_blocks
 from tb.vhdl import REFERENCES
@@ -289,7 +289,8 @@ class TestCommand:
     @needs("icarus")
     def test_constant_changed_in_the_verilog(self, tmp_path, monkeypatch, capsys):
         """The tool travels 6 steps, not 5: it must differ just where a model that does so does."""
-        wrong = boards.mill(timing=MillTiming(period=3, scan_bits=4, jog_period=2), z_travel=6)
+        mill = machines()["mill"]
+        wrong = mill.design(**{**mill.short, "z_travel": 6})
         bug = type("Bug", (ENGINES["icarus"],), {
             "_sources": classmethod(lambda cls, design: {"design.v": source.verilog(wrong)})})
         monkeypatch.setitem(ENGINES, "icarus", bug)

@@ -15,12 +15,12 @@ from amaranth.lib.wiring import In, Out
 from fresa.fsm import leave_unused_codes
 from tb import coverage
 from tb.boards import component
-from tb.contracts import COMPONENTS, Component
+from tb.contracts import Component
 from tb.contracts.proof import missing
 from tb.engines.coverage import CoverageEngine
 from tb.machine import Coverage
 from tb.machines import machines
-from tb.runners import duts
+from tb.registry import components, duts
 from tools.coverage import main
 
 needs_verilator = pytest.mark.skipif(CoverageEngine.missing() is not None,
@@ -71,7 +71,7 @@ class TestStates:
 
     @needs_prover
     def test_tells_what_is_reached_and_when_from_what_is_not(self, monkeypatch, tmp_path):
-        monkeypatch.setitem(COMPONENTS, "lamp", LAMP)
+        monkeypatch.setitem(components(), "lamp", LAMP)
         points = coverage.cover_states("lamp", tmp_path, threading.Lock())
         assert {(point.kind, point.name): (point.clock is not None, point.upset)
                 for point in points} == {
@@ -92,7 +92,7 @@ class TestStates:
 
     @needs_prover
     def test_fails_when_one_is_not_reached(self, monkeypatch, capsys):
-        monkeypatch.setitem(COMPONENTS, "lamp", LAMP)
+        monkeypatch.setitem(components(), "lamp", LAMP)
         monkeypatch.setattr("tools.coverage.with_state_machine", lambda: ["lamp"])
         assert main(["states", "--verbose"]) == 1
         said = capsys.readouterr().out

@@ -11,7 +11,7 @@ from typing import Any
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
-from fresa.machines.mill import CLOCK
+from fresa.clock import CLOCK
 from fresa.roles import Machine
 from fresa_boards.board import Board, pin_table
 from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200

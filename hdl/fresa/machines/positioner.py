@@ -7,18 +7,19 @@ from amaranth import Module
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
+from ..clock import CLOCK
 from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
-from ..motion import MAX_BACKLASH, Axis, Positioning
+from ..motion import MAX_BACKLASH, Axis
+from ..motion.positioner import Positioning
 from ..protocol import (
     BAUD,
     LineReader,
-    PositionerCommands,
     Reporter,
     UARTReceiver,
     UARTTransmitter,
     bit_period,
 )
-from ..protocol.positioner import MOTORS, Answer
+from ..protocol.positioner import MOTORS, Answer, PositionerCommands
 from ..roles import (
     BUZZER,
     DIRECTION,
@@ -30,7 +31,6 @@ from ..roles import (
     TX,
     Machine,
 )
-from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
            "PositionerTiming"]

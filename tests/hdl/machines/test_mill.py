@@ -14,12 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fresa.machines import Mill
-from fresa.machines.mill import MillTiming, step_period
-from tb.boards import mill
+from fresa.machines.mill import Z_TRAVEL, MillTiming, step_period
 from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.machines.mill import MACHINE
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Select, Stop, Together
-from tb.machines.mill.lockstep import AXES, Lockstep, Trace
 from tb.machines.mill.model import MillModel
+from tests.machines.mill.lockstep import AXES, Lockstep, Trace
 
 NO_COMPILER = CXXRTLEngine.missing()
 RAISE, LOWER = Order(up=1), Order(down=1)
@@ -37,7 +37,7 @@ TIMINGS = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timi
 
 
 def lockstep(kind, timing: Timing) -> Lockstep:
-    design = mill(
+    design = MACHINE.design(
         timing=MillTiming(timing.period, timing.scan_bits, timing.jog_period),
         z_travel=timing.z_travel
     )
@@ -353,7 +353,7 @@ class TestHandshake:
 
 class TestPowerUp:
     def test_state_1_and_nothing_under_way(self):
-        with AmaranthEngine(mill(timing=MillTiming(1, 3))) as engine:
+        with AmaranthEngine(MACHINE.design(timing=MillTiming(1, 3), z_travel=Z_TRAVEL)) as engine:
             assert engine.get("axis_x", "axis_y", "axis_z") == (0b0110,) * 3
             assert engine.get("ready", "error", "count", "leds", "digits") == (0, 0, 0, 0b0110, 0xF)
             engine.set(mode=1)
@@ -438,7 +438,7 @@ class TestTiming:
         """The thesis's N: three steps of a jog and three of an order, 493 214 clocks apart."""
         if NO_COMPILER:
             pytest.skip(NO_COMPILER)
-        with CXXRTLEngine(mill(timing=MillTiming.real())) as engine:
+        with CXXRTLEngine(MACHINE.design(timing=MillTiming.real(), z_travel=Z_TRAVEL)) as engine:
             engine.run(600_000, AXES)
             engine.set(jog=0b000101)
             changes = engine.run(3 * 493_214, AXES)

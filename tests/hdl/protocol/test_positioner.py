@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fresa.protocol import PositionerCommands
-from fresa.protocol.positioner import Answer, Command
+from fresa.protocol.positioner import Answer, Command, PositionerCommands
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.machines.positioner.model import CommandsModel

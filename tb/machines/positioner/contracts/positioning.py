@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 from amaranth import Cat, Const, Mux
 
-from fresa.motion import Positioning, positioning
+from fresa.motion import positioner as positioning
+from fresa.motion.positioner import Positioning
 from fresa.protocol.positioner import Answer, Command
-
-from .contract import Bits, Case, Component, Contract
+from tb.contracts.contract import Bits, Case, Component, Contract
 
 __all__ = ["POSITIONING"]
 
