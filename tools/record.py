@@ -139,7 +139,7 @@ def parts() -> dict[str, Part]:
                (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
           for name in fuzz_targets()),
         Part("mutants", f"tools.mutate --general --mutants {GENERAL_MUTANTS} {_STATE} {_JSON}",
-             (*(f"contract {name}" for name in GENERAL), "bench"),
+             _of(GENERAL),
              "tools.mutate divider coil counter axes phase rate position points --mutants 330 "
              f"{_STATE} {_JSON}", remembers=True),
         *(_mutants(machine, machine.contracts()) for machine in known if machine.contracts),
@@ -172,12 +172,17 @@ def _runs(machine: Machine) -> Iterator[Part]:
                    (f"run {machine.name}",), f"{begin} {clocks // 50} {_STATE} {_COSIM}")
 
 
+def _of(components: Iterable[str]) -> tuple[str, ...]:
+    """Name what mutants of components meet."""
+    return *(f"contract {name}" for name in components), "bench"
+
+
 def _mutants(machine: Machine, own: Iterable[str]) -> Part:
     """Return the part about mutants of the components that a machine alone has."""
     quick = machine.recorded.quick_mutants
     return Part(f"mutants-{machine.name}",
                 f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {_STATE} {_JSON}",
-                (*(f"contract {name}" for name in own), "bench"),
+                _of(own),
                 f"tools.mutate {quick} --mutants 30 {_STATE} {_JSON}" if quick else "",
                 remembers=True, about=machine.recorded.unmutated)
 
