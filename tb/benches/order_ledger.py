@@ -9,7 +9,7 @@ from ..bench import Run, bench
 def order_ledger(run: Run) -> str:
     """Each order once and in its turn; whatever is not the next does nothing."""
     dut = OrderLedger(depth=2)
-    tell, open_, go, up = (RequestKind.TELL, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
+    tell, open_, go, up = (RequestKind.QUERY, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
 
     async def ask(ctx, outcome, kind, session=7, number=0, x=0, good=1, **now):
         ctx.set(dut.requests.p, {"good": good, "value": {
@@ -56,11 +56,11 @@ def order_ledger(run: Run) -> str:
         run.see(ctx, dut, busy=0)
         run.see(ctx, dut.orders, valid=0)
         ctx.set(dut.error, 1)
-        await ask(ctx, Outcome.TOLD, tell, taken=7, done=7, error=1)
+        await ask(ctx, Outcome.REPORTED, tell, taken=7, done=7, error=1)
         ctx.set(dut.enable, 0)
         await ctx.tick()
         await ask(ctx, Outcome.CLOSED, go, number=8)
-        await ask(ctx, Outcome.TOLD, tell, taken=0, done=0)
+        await ask(ctx, Outcome.REPORTED, tell, taken=0, done=0)
 
     run.simulate(dut, test)
     return ("orders 5, 6 and 7 of a session, each offered once; 5 again, 7 too early, a damaged 6 "

@@ -238,6 +238,7 @@ SUBTLE = [
     ("counter", Mistake("count", reset_less=True), "count"),
     ("divider", Mistake("count", reset_less=True), "tick"),
     ("coil", Mistake("moved", lambda _, at: at("step") & at("rested")), "moved"),
+    ("coil", Mistake("rest", init=-2), "moved"),  # at power-up
     ("order_control", Mistake("direction", reset_less=True), "direction"),
     ("sequencer", Mistake("started", reset_less=False), "ready"),
 ]
