@@ -1,5 +1,6 @@
 """The mill that takes its orders over a serial line, from Python."""
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from typing import Self
@@ -34,7 +35,7 @@ class Mill:
 
     Parameters
     ----------
-    port : str
+    port : str or path
         The serial port, such as ``/dev/ttyUSB0``; see `Port`. It is locked meanwhile.
     timeout : float
         Seconds for which the mill may be silent, or its port gone; at least 2, for it is asked
@@ -56,7 +57,7 @@ class Mill:
     ...                     Order(Kind.UP), Order(Kind.GO, 0, 0)])
     """
 
-    def __init__(self, port: str, *, timeout: float = 5.0) -> None:
+    def __init__(self, port: str | os.PathLike[str], *, timeout: float = 5.0) -> None:
         if not timeout >= LEAST_TIMEOUT:
             raise ValueError(f"timeout must be at least {LEAST_TIMEOUT:g} s, not {timeout!r}")
         self._port, self._timeout = ReopenedPort(port), timeout

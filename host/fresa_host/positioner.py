@@ -1,6 +1,7 @@
 """`positioner`: three axes of a micropositioner behind a serial line, from Python."""
 
 import math
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -12,7 +13,7 @@ from . import positioner_lines as lines
 from .driver import Driver
 from .errors import LineLost, TimedOut
 from .place import Place
-from .port import Port
+from .port import Port, opened
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
 from .positioner_session import PositionerSession
 from .positioner_state import Message
@@ -36,7 +37,7 @@ class Positioner:
 
     Parameters
     ----------
-    port : str or Port
+    port : str, path or Port
         The serial port, such as ``/dev/ttyUSB0``; see `Port`.
     timeout : float
         Seconds within which the machine must be heard. While connected it reports ten times in one.
@@ -71,12 +72,12 @@ class Positioner:
     ...     positioner.wait(timeout=60)
     """
 
-    def __init__(self, port: str | Port, *, timeout: float = 2.0, top_speed: int = FASTEST,
-                 reported: Callable[[Steps], None] | None = None) -> None:
+    def __init__(self, port: str | os.PathLike[str] | Port, *, timeout: float = 2.0,
+                 top_speed: int = FASTEST, reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout, self._top_speed = timeout, top_speed
         self._reported = reported or (lambda steps: None)
         self._call = threading.RLock()  # held by one call: what is refused meanwhile is of that
-        port = Port(port) if isinstance(port, str) else port
+        port = opened(port)
         self._session = PositionerSession(name=port.name, baud=port.baud, can_break=port.can_break,
                                           timeout=timeout)
         self._driver = Driver(port, self._session, self._heard)

@@ -1,5 +1,7 @@
 """What machines say, in lines: right, half, wrong, and noise."""
 
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,7 +10,7 @@ from fresa_host import Place, Refused
 from fresa_host import positioner_lines as positioner
 from fresa_host.lines import LONGEST, LineSplitter
 from fresa_host.positioner_lines import Limit, Refusal, Steps, read_line
-from fresa_host.single_lines import MOST_LINES, Reply, frame
+from fresa_host.single_lines import MOST_LINES, Reply, frame, question
 
 WORDS = st.text(st.sampled_from("abc:#!? 0123-xv\x00\xff"), min_size=1, max_size=20)
 NUMBERS = st.integers(-2**31, 2**31 - 1)
@@ -100,16 +102,19 @@ class TestPositioner:
 
 class TestSingle:
     @pytest.mark.parametrize(("made", "expected"), [
-        (frame("x", "?"), b":x?\r"), (frame("x", 0), b":x0\r"), (frame("x", 9999), b":x9999\r"),
+        (question("x"), b":x?\r"), (frame("x", 0), b":x0\r"), (frame("x", 9999), b":x9999\r"),
         (frame("v", 1), b":v1\r"), (frame("v", 59_999), b":v59999\r"), (frame("e", 1), b":e1\r"),
         (frame("d"), b":d\r")])
     def test_frames_are_those_of_the_machine(self, made, expected):
         assert made == expected
 
-    @pytest.mark.parametrize(("command", "value"), [
-        ("x", -1), ("x", 10_000), ("v", 0), ("v", 60_000), ("e", 2)])
-    def test_what_the_machine_would_refuse_is_not_sent(self, command, value):
-        with pytest.raises(ValueError, match=f"{command} takes .*, not {value}"):
+    @pytest.mark.parametrize(("command", "value", "says"), [
+        ("x", -1, "position in steps must be 0 to 9999"), ("x", 10_000, "position in steps"),
+        ("v", 0, "speed in rpm must be 1 to 59999"), ("v", 60_000, "speed in rpm"),
+        ("e", 2, "power must be 0 to 1"), ("x", 1.5, "position in steps must be a whole number"),
+        ("v", "7", "whole number"), ("x", None, "whole number"), ("x", "?", "whole number")])
+    def test_what_the_machine_would_refuse_is_not_sent(self, command, value, says):
+        with pytest.raises(ValueError, match=f"{says}.*, not {re.escape(repr(value))}"):
             frame(command, value)
 
     def test_a_value_comes_before_ok(self):
