@@ -1,11 +1,22 @@
 """Places in um."""
 
-import math
 from typing import NamedTuple
 
-from .positioner_lines import STEPS_PER_UM, Steps
+from .arguments import check_number
+from .positioner_lines import AXES, STEPS_PER_UM, Steps
 
-__all__ = ["Place"]
+__all__ = ["Place", "steps_of"]
+
+
+def steps_of(axis: str, um: float) -> int:
+    """Return the steps of an axis that are nearest to a place in um.
+
+    Raises
+    ------
+    ValueError
+        If it is not a finite number.
+    """
+    return round(check_number(f"{axis} in um", um) * STEPS_PER_UM)
 
 
 class Place(NamedTuple):
@@ -18,9 +29,7 @@ class Place(NamedTuple):
     @property
     def steps(self) -> Steps:
         """The nearest place that the motors can go to."""
-        if not all(map(math.isfinite, self)):
-            raise ValueError(f"a place is three numbers of um, not {tuple(self)}")
-        return Steps(*(round(um * STEPS_PER_UM) for um in self))
+        return Steps(*map(steps_of, AXES, self))
 
     @classmethod
     def of(cls, steps: Steps) -> "Place":

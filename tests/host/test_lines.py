@@ -86,7 +86,7 @@ class TestPositioner:
         (lambda: positioner.go_to(0), "point must be 1 to 7, not 0"),
         (lambda: positioner.store(8, Steps(0, 0, 0)), "point must be 1 to 7, not 8"),
         (lambda: positioner.place(Steps(0, 2**31, 0)), "y is out of the machine's reach"),
-        (lambda: Place(float("nan"), 0, 0).steps, "a place is three numbers of um"),
+        (lambda: Place(float("nan"), 0, 0).steps, "x in um must be a number, not nan"),
     ])
     def test_what_the_machine_would_refuse_is_not_sent(self, make, message):
         with pytest.raises(ValueError, match=message):
