@@ -17,12 +17,12 @@ from .errors import (
 )
 from .mill import Mill
 from .order_lines import Answer, Kind, Order
-from .orders import JobRefused, NotReady, OrderRefused
+from .orders import JobHalfDone, JobRefused, JobStopped, NotReady, OrderRefused
 from .place import Place
 from .port import Port
 from .positioner import Positioner
 from .single import Single
 
-__all__ = ["Answer", "Astray", "JobRefused", "Kind", "LimitReached", "LineLost", "MachineError",
-           "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port", "PositionError",
-           "Positioner", "Refused", "Single", "TimedOut", "WasReset"]
+__all__ = ["Answer", "Astray", "JobHalfDone", "JobRefused", "JobStopped", "Kind", "LimitReached",
+           "LineLost", "MachineError", "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port",
+           "PositionError", "Positioner", "Refused", "Single", "TimedOut", "WasReset"]
