@@ -213,7 +213,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
 
     Each is written beside its place first, and all are renamed once all are written. A single file
     is replaced in one step of the system; of several, a power cut may leave some old and some new,
-    but each of them whole.
+    but each of them whole. What begins with ``#!`` may be run by all who may read it.
 
     Raises
     ------
@@ -233,11 +233,14 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
             else:
                 staged[path] = _beside(path)
                 _write(staged[path], data)
+                if path.exists():
+                    shutil.copymode(path, staged[path])
+                if data.startswith(b"#!"):
+                    _make_executable(staged[path])
         for number, (path, new) in enumerate(staged.items(), start=1):
             if not path.exists():
                 created.append(path)
             else:
-                shutil.copymode(path, new)
                 # The last one needs no way back: when it is in place, everything is.
                 if number < len(staged):
                     saved[path] = _beside(path)
@@ -475,6 +478,11 @@ def _write(path: Path, data: bytes) -> None:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _make_executable(path: Path) -> None:
+    mode = path.stat().st_mode
+    path.chmod(mode | (mode & 0o444) >> 2)
 
 
 def _discard(path: Path) -> None:

@@ -142,6 +142,13 @@ class TestWriteAtomically:
         write_atomically(path, b"two")
         assert path.stat().st_mode & 0o777 == 0o750
 
+    def test_a_script_may_be_run(self, tmp_path):
+        path = tmp_path / "build.sh"
+        path.write_bytes(b"written before, and not to be run")
+        path.chmod(0o640)
+        write_atomically(path, b"#!/bin/sh\n")
+        assert path.stat().st_mode & 0o777 == 0o750
+
     def test_link_stays(self, tmp_path):
         (tmp_path / "link").symlink_to(tmp_path / "file")
         write_atomically(tmp_path / "link", b"data")
