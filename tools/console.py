@@ -20,6 +20,8 @@ from typing import NoReturn, TextIO
 import platformdirs
 from tqdm import tqdm
 
+from fresa_boards.programs import ProgramError
+
 __all__ = [
     "FIRST_TIME",
     "Parser",
@@ -113,8 +115,8 @@ def _note(kind: str, code: int, text: str) -> None:
 def command(main: Callable[..., int]) -> Callable[..., int]:
     """Make a `main` whose foreseen errors are one line on stderr and an exit status.
 
-    The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
-    a mistake of ours and keeps its traceback.
+    The status is 2 for a `UserError`, a `ProgramError` or an `OSError`, and 130 for control-C. Any
+    other exception is a mistake of ours and keeps its traceback.
 
     The machines of ``--machines FOLDER``, and of the variable that stands for it, are known before
     `main` begins; it is given a command line without that option.
@@ -126,7 +128,7 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             argv = sys.argv[1:] if argv is None else argv
             with _machines(argv) as argv, _cache():
                 return main(argv, *args, **kwargs)
-        except UserError as error:
+        except (UserError, ProgramError) as error:
             message, status = str(error), 2
         except BrokenPipeError:
             # The reader of our output has left. Python flushes stdout at exit: give it a sink.

@@ -18,9 +18,9 @@ Turns any picture into the pixels that the machine mills: dark is cut, light sta
 
 The result is a PNG of one bit a pixel, black where the tool cuts. python -m tools.build and
 python -m tools.simulate take it as it is: whatever has two values and fits is never altered.
-A pixel is 128 steps, 0.56 mm; the machine takes 400 x 400 of them. The nearest pixel is milled next,
-which leaves some in the corners of filled figures for later: a rectangle of 17 x 13 takes 6 plunges
-of 22.7 s each, and with --outline one.
+A pixel is 128 steps, 0.56 mm; the machine takes 400 x 400 of them. The nearest pixel is milled
+next, which leaves some in the corners of filled figures for later: a rectangle of 17 x 13 takes 6
+plunges of 22.7 s each, and with --outline one.
 """
 
 EXAMPLES = """\

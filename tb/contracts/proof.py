@@ -17,6 +17,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
+from fresa_boards.programs import ProgramError
+
 from ..yosys import YOSYS
 from .contract import Case, Component, Contract
 
@@ -37,7 +39,7 @@ _PREPARE = ("{read}; {applied}{free}prep -top top -flatten; async2sync; memory -
 _FREE = "setattr -unset init top.*/w:*; "
 
 
-class ProofError(Exception):
+class ProofError(ProgramError):
     """A prover did not do its work; its message is what it wrote."""
 
 

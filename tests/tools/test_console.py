@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from fresa_boards.programs import ProgramError
 from tools import console
 from tools.console import (
     Parser,
@@ -57,6 +58,7 @@ class TestCommand:
             (UserError("two\nlines of it"), 2, "error: two lines of it\n"),
             (PermissionError(13, "Permission denied", "x"), 2, "error: x: Permission denied\n"),
             (OSError("odd"), 2, "error: odd\n"),
+            (ProgramError("Yosys failed:\nno"), 2, "error: Yosys failed: no\n"),
             (KeyboardInterrupt(), 130, "error: interrupted\n"),
         ],
     )
