@@ -11,11 +11,11 @@ from typing import Self, TypeVar
 
 from . import positioner_lines as lines
 from .arguments import check_number
-from .driver import Driver
 from .errors import LineLost, TimedOut
-from .place import Place, steps_of
 from .port import Port, opened
+from .positioner_driver import Driver
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
+from .positioner_place import Place, steps_of
 from .positioner_session import PositionerSession
 from .positioner_state import Message
 from .session import Waiting

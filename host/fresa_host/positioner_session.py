@@ -5,9 +5,10 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from . import positioner_lines as lines
-from .errors import LimitReached, LineLost, PositionError, Refused, TimedOut
-from .place import Place
+from .errors import LimitReached, LineLost, Refused, TimedOut
+from .positioner_errors import PositionError
 from .positioner_lines import AXES, Refusal, Steps
+from .positioner_place import Place
 from .positioner_state import RESET_MARKER, SETTLED, ZERO, Message, PositionerState, Target
 from .session import BAUD, Operation, Waiting
 

@@ -6,7 +6,7 @@ import time
 from contextlib import suppress
 from typing import Self, SupportsIndex, TypeVar
 
-from .errors import LineLost, MachineError, PositionError, TimedOut, WasReset
+from .errors import LineLost, MachineError, Stalled, TimedOut, WasReset
 from .port import Port, opened
 from .session import Waiting
 from .single_lines import frame
@@ -190,7 +190,7 @@ class Single:
         ------
         TimedOut
             If it is not there by then. It goes on.
-        PositionError
+        Stalled
             If it is not there and has no power, as this object knows, or makes no step for 5 s and
             a turn's time: another program may have taken its power.
         """
@@ -209,12 +209,12 @@ class Single:
             else:
                 since = None
                 if self._session.powered is False:
-                    raise PositionError(f"the motor is at {position}, not at {target}, and has no "
-                                        "power: power(True) first")
+                    raise Stalled(f"the motor is at {position}, not at {target}, and has no "
+                                  "power: power(True) first")
                 if (still := stands.seconds(position)) > STALLED_AFTER_S and (
                         still > STALLED_AFTER_S + TURN_S / self.speed):
-                    raise PositionError(f"the motor stands at {position}, not at {target}: it may "
-                                        "have no power; power(True) gives it")
+                    raise Stalled(f"the motor stands at {position}, not at {target}: it may "
+                                  "have no power; power(True) gives it")
             if since is None and end is not None and time.monotonic() >= end:
                 raise TimedOut(f"the motor is at {position}, not at {target}, "
                                f"after {timeout:g} s")

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fresa_host import LineLost, Mill, Port, Positioner, Single
+import fresa_host
+from fresa_host import LineLost, Port
 
 pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
 if not hasattr(os, "openpty"):
@@ -24,7 +25,10 @@ def name() -> Iterator[str]:
     os.close(machine)
 
 
-@pytest.mark.parametrize("other", [Port, Single, Positioner, Mill])
+OPENED = [each for each in vars(fresa_host).values() if hasattr(each, "close")]
+
+
+@pytest.mark.parametrize("other", OPENED)
 def test_two_never_have_it_open(name, other, tmp_path):
     port = Port(name)
     link = tmp_path / "port"

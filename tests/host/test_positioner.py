@@ -17,7 +17,8 @@ from fresa_host import (
     axis_monitor,
     positioner_session,
 )
-from tests.host.fake import BREAK, FakePositioner
+from tests.host.fake import BREAK
+from tests.host.fake_positioner import FakePositioner
 
 STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 

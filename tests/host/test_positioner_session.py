@@ -9,7 +9,8 @@ from fresa_host.axis_monitor import STILL
 from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
 from fresa_host.positioner_session import REFUSAL_TIMEOUT_S, PositionerSession
 from fresa_host.positioner_state import BREAK_TIMEOUT_S, STALE_AFTER
-from tests.host.fake import BREAK, FakePositioner
+from tests.host.fake import BREAK
+from tests.host.fake_positioner import FakePositioner
 
 STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 HERE = Steps(0, 0, 0)

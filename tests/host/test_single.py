@@ -7,15 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fresa_host import (
-    LineLost,
-    PositionError,
-    Refused,
-    Single,
-    TimedOut,
-    WasReset,
-    single_session,
-)
+from fresa_host import LineLost, Refused, Single, Stalled, TimedOut, WasReset, single_session
 from fresa_host import single as module
 from tests.host.fake import FakePort
 
@@ -216,7 +208,7 @@ def test_waiting_without_power_ends(fake, monkeypatch):
     with opened(fake) as motor:
         motor.power(False)
         motor.move_to(50)
-        with pytest.raises(PositionError, match=r"at 0, not at 50, and has no power: power\("):
+        with pytest.raises(Stalled, match=r"at 0, not at 50, and has no power: power\("):
             motor.wait()
         assert not motor.is_moving()
         motor.power(True)
@@ -225,7 +217,7 @@ def test_waiting_without_power_ends(fake, monkeypatch):
         motor.move_to(0)
         monkeypatch.setattr(module, "STALLED_AFTER_S", 0.02)
         monkeypatch.setattr(module, "TURN_S", 1.0)
-        with pytest.raises(PositionError, match="stands at 50, not at 0: it may have no power"):
+        with pytest.raises(Stalled, match="stands at 50, not at 0: it may have no power"):
             motor.wait()
 
 
