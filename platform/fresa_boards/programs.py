@@ -7,12 +7,14 @@ class ProgramError(RuntimeError):
     """A program cannot start, or fails; the text says which, and why, in a line or a few."""
 
 
-def last_words(output: str) -> str:
-    """Return the line of a program's output that says why it failed.
+def last_words(output: str, lines: int = 1) -> str:
+    """Return what of a program's output says why it failed.
 
-    It is the last that begins with ``ERROR``, as Yosys writes; or else the last, which of a
-    traceback of Python is its error.
+    It is the last line that begins with ``ERROR``, as Yosys writes; or else the last lines, up to
+    so many, of which a traceback of Python has one: its error.
     """
-    lines = [line.strip() for line in output.splitlines() if line.strip()]
-    errors = [line for line in lines if line.startswith("ERROR")]
-    return (errors or lines or ["it says nothing"])[-1]
+    said = [line.strip() for line in output.splitlines() if line.strip()]
+    errors = [line for line in said if line.startswith("ERROR")]
+    if "Traceback (most recent call last):" in said:
+        lines = 1
+    return "\n".join(errors[-1:] or said[-lines:]) or "it says nothing"

@@ -25,7 +25,7 @@ from amaranth.hdl._ir import PortDirection
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
-from fresa_boards.programs import ProgramError
+from fresa_boards.programs import ProgramError, last_words
 
 from ..contracts import Component
 from ..contracts.contract import Bits, Contract, State
@@ -330,7 +330,7 @@ def _run(folder: Path, script: str) -> None:
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           encoding="utf-8", check=False)
     if done.returncode:
-        raise MutationError("\n".join(done.stdout.splitlines()[-3:]))
+        raise MutationError(last_words(done.stdout, 3))
 
 
 def _read_mutants(text: str, module: Mapping) -> list[Mutant]:
