@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.host.fake import FakePositioner
+from tests.host.fake_positioner import FakePositioner
 from tests.tools.panel.session import Direct
 from tools.panel import line, panel, ports
 
