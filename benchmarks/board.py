@@ -39,7 +39,7 @@ class Page:
         self._socket = socket
         self.clock, self.leds, self.frames = 0, bytes(8), 0
 
-    async def tell(self, name: str, **fields: object) -> None:
+    async def send(self, name: str, **fields: object) -> None:
         """Ask for something."""
         await self._socket.send_json({"do": name, **fields})
 
@@ -54,7 +54,7 @@ class Page:
         if isinstance(leds := parts.get("leds"), bytes):
             self.leds = leds
         self.frames += 1
-        await self.tell("next")
+        await self.send("next")
 
     async def watch(self, seconds: float) -> tuple[float, float]:
         """Take frames for so long; give clocks and frames a second."""
@@ -67,7 +67,7 @@ class Page:
 
     async def automatic(self, on: bool) -> None:
         """Put SW7 on or off, and leave the other switches alone."""
-        await self.tell("switches", mask=AUTOMATIC, value=AUTOMATIC if on else 0)
+        await self.send("switches", mask=AUTOMATIC, value=AUTOMATIC if on else 0)
 
     async def click(self, on: bool) -> float:
         """Put SW7 on or off, and give the seconds until LD7, ready, says so too."""
@@ -98,13 +98,13 @@ async def measure(address: str, seconds: float, engine: Engine) -> None:
         await page.automatic(True)
         await page.watch(0.2)
         for level in (BUTTON["start"], 0):
-            await page.tell("buttons", value=level)
+            await page.send("buttons", value=level)
             await page.watch(0.2)
         boards, frames, engines = [], [], []
         for _ in range(ROUNDS):
-            await page.tell("run")
+            await page.send("run")
             speed, rate = await page.watch(seconds)
-            await page.tell("pause")
+            await page.send("pause")
             boards.append(speed)
             frames.append(rate)
             engines.append(alone(engine, seconds))
@@ -114,7 +114,7 @@ async def measure(address: str, seconds: float, engine: Engine) -> None:
               f"{statistics.median(frames):.1f} frames/s")
         print(f"board : alone     {statistics.median(ratios):.3f}, each round "
               f"{' '.join(f'{ratio:.2f}' for ratio in ratios)}")
-        await page.tell("run")
+        await page.send("run")
         await page.automatic(False)
         await page.watch(0.5)
         waits = sorted([await page.click(n % 2 == 1) for n in range(1, CLICKS + 1)])

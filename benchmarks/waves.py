@@ -85,8 +85,8 @@ def main() -> int:
             files = 1 + rest.count(OTHER)
             seconds, memory = run("tools.wave", name, str(vcd),
                                   *(str(vcd) if word == OTHER else word for word in rest))
-            asked = " ".join((name, *rest))
-            print(f"{asked:69} {seconds:5.2f} s, {seconds / read / files:4.0f} x reading; "
+            words = " ".join((name, *rest))
+            print(f"{words:69} {seconds:5.2f} s, {seconds / read / files:4.0f} x reading; "
                   f"{memory / 1e6:4.0f} MB, {memory / size / files:.2f} x the file")
     return 0
 

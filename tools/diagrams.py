@@ -20,7 +20,7 @@ WIDTH = 960
 """Width of a diagram in pixels."""
 
 PAGE, FOLDER = "timing.md", "timing"
-"""The page, and the folder of its pictures beside it."""
+"""The page, and the folder of its pictures."""
 
 ABOUT = """\
 Runs the bench of each component on Amaranth's simulator, and draws a part of its waveform:
@@ -34,9 +34,9 @@ examples:
       Draw them all again.
 
   python -m tools.diagrams --check
-      Only say which are not as the gateware is now.
+      List those that are out of date.
 
-exit status: 0 if all went well, 1 if one is stale or a bench fails, 2 if they cannot be written.
+exit status: 0 on success, 1 if one is stale or a bench fails, 2 if they cannot be written.
 """
 
 HEAD = """\

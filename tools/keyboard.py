@@ -1,4 +1,4 @@
-"""Somebody at a keyboard, while a command goes on for long."""
+"""Pause, continue and end a long job from the keyboard."""
 
 import contextlib
 import queue
@@ -11,16 +11,16 @@ __all__ = ["Ended", "Keyboard"]
 
 
 class Ended(Exception):
-    """Whoever is at the keyboard wants no more."""
+    """The user has ended the job."""
 
 
 class Keyboard:
-    """Someone who may pause a job, go on, or end it.
+    """A user who may pause, continue or end a job.
 
     Attributes
     ----------
     interrupts : int
-        Times that Ctrl-C was pressed, since the last Return.
+        Number of times that Ctrl-C was pressed since the last Return.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Keyboard:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Count Ctrl-C instead of breaking off, and read lines if there is a terminal."""
+        """Count Ctrl-C instead of raising, and read lines if there is a terminal."""
         def count(*_) -> None:
             self.interrupts += 1
 
@@ -46,12 +46,12 @@ class Keyboard:
             self._lines.put(line.strip().lower())
 
     def paused(self, paused: bool) -> bool:
-        """Return whether the job is paused from now on.
+        """Return whether the job is paused now.
 
         Raises
         ------
         Ended
-            If it was paused and Ctrl-C came again, or for ``q``.
+            If Ctrl-C was pressed while paused, or ``q`` was entered.
         """
         while not self._lines.empty():
             line = self._lines.get()

@@ -182,9 +182,9 @@ def square(run: Run) -> str:
 @bench
 def image(run: Run) -> str:
     """BTN1 mills a figure; the plate is compared with it, pixel by pixel."""
-    asked = np.array([[pixel == "#" for pixel in row] for row in FIGURE])
-    plant = Plant(asked, pitch=PIXEL, travel=Z_TRAVEL)
-    source = CoordinateGenerator(asked.tolist(), pixel_steps=PIXEL)
+    target = np.array([[pixel == "#" for pixel in row] for row in FIGURE])
+    plant = Plant(target, pitch=PIXEL, travel=Z_TRAVEL)
+    source = CoordinateGenerator(target.tolist(), pixel_steps=PIXEL)
     with nexys2(run, source, plant, counts=True) as board:
         board.switch(AUTOMATIC)
         board.press("start")
@@ -192,10 +192,10 @@ def image(run: Run) -> str:
         board.wait(lambda: not board.lit("busy"), "LD5", "dark", within=20_000)
         run.expect("LD6, error", board.lit("error"), False)
         board.clocks(2)  # what is still on its way to the pins
-        for pixel in np.ndindex(asked.shape):
-            cut, ask = ("milled" if plate[pixel] else "left" for plate in (plant.cut, asked))
-            run.expect(f"pixel {pixel}", cut, ask)
+        for pixel in np.ndindex(target.shape):
+            cut, goal = ("milled" if plate[pixel] else "left" for plate in (plant.cut, target))
+            run.expect(f"pixel {pixel}", cut, goal)
         run.expect("steps in the plate beside the figure", plant.wrong, [])
         run.expect("position at the end", plant.position, (0, 0, 0))
-    return (f"{plant.cut.sum()} of {asked.sum()} pixels milled in {plant.lifts} strokes, nothing "
+    return (f"{plant.cut.sum()} of {target.sum()} pixels milled in {plant.lifts} strokes, nothing "
             "beside them; back at the origin, raised")

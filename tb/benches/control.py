@@ -15,11 +15,11 @@ def automatic_control(run: Run) -> str:
     made = [0, 0, 0]
 
     async def motors(ctx):
-        asked = 0
+        requests = 0
         while True:
             step = ctx.get(dut.step)
-            asked += step != 0
-            moved = 0 if asked == 2 else step  # the second is too soon for the motors
+            requests += step != 0
+            moved = 0 if requests == 2 else step  # the second is too soon for the motors
             ctx.set(dut.moved, moved)
             direction = ctx.get(dut.direction)
             await ctx.tick()
