@@ -74,7 +74,7 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     c.implication("adds-nothing", "What is left is never more than that.",
                   when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number,
                                                                  number)[:len(left)])
-    c.implication("written-counts", "It knows whether a digit was written.",
+    c.implication("written-counts", "The state agrees with whether a digit was written.",
                   when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
                   & (digits + place < dut.digits))
     if dut.shape.width <= WATCHED:

@@ -80,10 +80,10 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
                   "other byte, and its line came whole.", when=waits & good, then=right)
     c.implication("right-is-good", "A line that has all of that is good.", when=waits & right,
                   then=good)
-    c.implication("says-what-was-said", "What is good is the digits of the line.",
+    c.implication("says-what-was-said", "Good data are the digits of the line.",
                   when=waits & good,
                   then=Cat(reversed(said)) == value)
-    c.invariant("knows-the-line", "It knows how much has come, and whether all of it were digits.",
+    c.invariant("knows-the-line", "It counts the items, and remembers whether all were digits.",
                 (c.signal("count") == Mux(count > longest, longest, count))
                 & (c.signal("wrong") == (other | (count > longest)))
                 & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
@@ -144,7 +144,7 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
         0, *(min(place, dut.digits) for place in range(length))))
     c.implication("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
                   then=(rest == 0) & register.all())
-    c.invariant("knows-the-place", "It knows what is left of the line.",
+    c.invariant("knows-the-place", "It counts the rest of the line.",
                 (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
                 & (~sending | (register == Cat(reversed(crc))))
                 & (rest == Mux(sending, behind[sent], 0)),

@@ -66,7 +66,7 @@ def describe(c: Contract, dut: LineReader) -> None:
                   then=dut.items.valid & (payload == c.past(payload)))
     c.implication("reset-forgets", "Reset forgets every line.", when=c.past(c.rst),
                   then=~dut.items.valid & dut.bytes.ready)
-    c.invariant("knows-the-line", "It knows how long the line is, and what is wrong with it.",
+    c.invariant("knows-the-line", "It holds the length of the line and its errors.",
                 (c.signal("count") == count) & (c.signal("long") == long)
                 & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
                 & (c.signal("cr") == cr) & (~cr | (count > 0))

@@ -32,9 +32,9 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
                   then=(before == _word(c, dut, place - 1)) & (dut.coils == _word(c, dut, place)))
     c.implication("back", "A step with direction 0 goes back.", when=moved & ~up,
                   then=(before == _word(c, dut, place + 1)) & (dut.coils == _word(c, dut, place)))
-    c.implication("asked", "A step is made only where it is asked for, with power and without "
+    c.implication("asked", "A step is made only where it is requested, with power and without "
                   "reset.", when=dut.moved, then=dut.step & dut.enable & ~c.rst)
-    c.implication("ready-is-kept", "When it is ready the step that is asked for is made.",
+    c.implication("ready-is-kept", "When it is ready the step that is requested is made.",
                   when=dut.ready & dut.step, then=dut.moved)
 
     rested = watch_spacing(c, dut.moved, dut.period)

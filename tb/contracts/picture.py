@@ -1,7 +1,7 @@
 """Contract of the pixels of a picture: each that is set is milled once, and no other.
 
 What makes it so is that a search never passes a pixel that is left to mill: then it meets all of
-them, and ends before its coordinates mean nothing any more. So the contract knows the whole spiral
+them, and ends before its coordinates mean nothing any more. So the contract has the whole spiral
 and looks into the memories. In the cases of :class:`AnyPicture` the memory of the picture holds,
 from the first clock on, whatever the prover likes.
 """

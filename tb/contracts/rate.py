@@ -11,7 +11,7 @@ __all__ = ["RATE", "watch_spaced"]
 
 
 def describe(c: Contract, dut: RateGenerator) -> None:
-    """The steps are the sum of the rates, for ever, and never closer than the highest allows."""
+    """The steps are the sum of the rates, and never closer than the highest allows."""
     made = dut.due & dut.moved
     given = Mux(dut.rate > dut.max_rate, dut.max_rate, dut.rate)
     # All rates of the clocks in which none waited, less a modulus a step: there are bits enough
@@ -20,7 +20,7 @@ def describe(c: Contract, dut: RateGenerator) -> None:
     c.m.d.sync += owed.eq(owed + Mux(made | ~dut.due, given, 0) - Mux(made, dut.modulus, 0))
 
     c.invariant("no-drift", "The rates that were given, less a modulus for each step that was "
-                "made, are less than a step that is due and a clock, for ever.",
+                "made, are less than a step that is due and a clock.",
                 (owed >= 0) & (owed < dut.modulus + dut.max_rate), cover=made)
     c.invariant("due-when-owed", "A step is due when the rates come to a modulus, and not before.",
                 dut.due == (owed >= dut.modulus), cover=dut.due)

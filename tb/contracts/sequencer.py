@@ -11,7 +11,7 @@ __all__ = ["SEQUENCER"]
 
 
 def describe(c: Contract, dut: MotionSequencer) -> None:
-    """Orders are taken, split, offered and refused as the table of the states says."""
+    """Orders are taken, split, offered and refused as in the table of states."""
     state = c.state("motion_state")
     moves, order = dut.moves, dut.order
     was_reset, known = c.past(c.rst), c.past(1)

@@ -75,7 +75,7 @@ def _watch_words(c: Contract, dut: SerialOrders, reader, ledger, writer) -> None
                   & reader.messages.valid)
     answer, sends = ledger.answers.p, writer.messages
     status = Cat(dut.error, dut.stopped, ~dut.enable, 0)
-    c.implication("lines-are-answers", "A line that begins says the outcome, how the machine is "
+    c.implication("lines-are-answers", "A line begins with the outcome, the machine state "
                   "now, the session, and the last orders that were taken and done.",
                   when=sends.valid,
                   then=ledger.answers.valid & (sends.payload == Cat(

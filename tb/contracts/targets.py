@@ -80,7 +80,7 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
         (c.signal(f"steps_{name}") == _distance(place, goal))
         & (c.signal(f"ascending_{name}") == (goal > place))
         for name, place, goal in zip("xy", at, asked, strict=False)).all()
-    c.implication("sets-out", "Before it moves it is where it was, and knows the way.",
+    c.implication("sets-out", "Before it moves it is where it was, and has the direction.",
                   when=motion("DECIDE", "TOGETHER", "DIAGONAL", "TOOL"),
                   then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | knows_the_way)
                   & ~(motion("TOGETHER") & (far[0] != far[1]))

@@ -18,7 +18,7 @@ LINE = (
 
 
 def describe(c: Contract, dut: UARTReceiver) -> None:
-    """What a sender within 2 % puts on the line is received, and what is wrong with it is told."""
+    """What a sender within 2 % puts on the line is received, and errors in it are reported."""
     state, time, word = c.state("receiver_state"), c.signal("time"), c.signal("word")
     period, first = dut.period, dut.period // 2 + dut.spread
     payload = dut.bytes.payload.as_value()

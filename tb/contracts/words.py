@@ -50,7 +50,7 @@ def describe(c: Contract, dut: WordReader) -> None:
                   when=c.past(waits & ~dut.words.ready & ~c.rst),
                   then=waits & (payload == c.past(payload)))
     for number, (word, found) in enumerate(zip(dut.table, is_word, strict=True)):
-        c.implication(f"word-{number}", f"Where it is {word.decode()} that is told.",
+        c.implication(f"word-{number}", f"Where it is {word.decode()} it is recognised.",
                       when=waits & found, then=known & (index == number))
     c.implication("no-other", "Every other word is not known.", when=waits & ~Cat(is_word).any(),
                   then=~known)
