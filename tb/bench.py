@@ -189,11 +189,11 @@ class Bench:
         if vcd is None:
             return self.function(Run())
         failure = None
-        says = ""
+        result = ""
         with staged(vcd) as (wave, save):
             run = Run(wave)
             try:
-                says = self.function(run)
+                result = self.function(run)
             except CheckFailed as error:
                 failure = error
             assert run.layout is not None
@@ -201,7 +201,7 @@ class Bench:
                       mark=failure.clock if failure else None)
         if failure:
             raise failure
-        return says
+        return result
 
 
 def bench(function: Callable[[Run], str]) -> Bench:

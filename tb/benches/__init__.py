@@ -1,4 +1,4 @@
-"""The benches: of components and boards, a module a room; of machines, their scenarios."""
+"""Benches of components and boards, by topic; benches of machines are their scenarios."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -29,7 +29,7 @@ COMPONENTS = (drive, motion, control, guard, orders, serial_orders, panel, axis,
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:
-    """Return the benches by group, in the order in which they are best read."""
+    """Return the benches by group, in reading order."""
     return _groups(tuple(machines().values()))
 
 

@@ -1,4 +1,4 @@
-"""Manual mode, automatic mode, and both."""
+"""Benches of manual mode, automatic mode, and both."""
 
 from fresa.motion import AutomaticControl, ManualControl, NumericalController
 
@@ -81,7 +81,7 @@ def manual_control(run: Run) -> str:
 
 @bench
 def numerical_controller(run: Run) -> str:
-    """To automatic mode and back, a reset and a stop: no coil ever jumps."""
+    """To automatic mode and back, a reset and a stop: no coil word ever jumps."""
     dut = NumericalController(period=3, z_travel=4)
 
     async def coils(ctx, x, y):

@@ -1,4 +1,4 @@
-"""The guard: what upsets a flip-flop is made here, which no pin of the machine can do."""
+"""Bench of the guard, with an upset flip-flop, which no pin of the machine can cause."""
 
 from amaranth import Fragment, Module, Signal
 from amaranth.lib import wiring
@@ -12,13 +12,13 @@ from ..plant import WORDS
 class Struck(wiring.Component):
     """A guarded controller with its pins, and a register in it that a bench may upset.
 
-    A netlist has no such register to offer: so this is another component, and mutants of the guard
-    itself are for its contract alone.
+    A netlist has no such register: so this is a component of its own, and mutants of the guard are
+    for its contract alone.
 
     Attributes
     ----------
     register : Signal
-        Where the controller that drives the motors counts the steps of X. There once this is
+        The counter of steps of X in the controller that drives the motors. It exists once this is
         elaborated.
     """
 

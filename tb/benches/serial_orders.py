@@ -1,4 +1,4 @@
-"""Orders that come over a serial line."""
+"""Benches of orders over a serial line."""
 
 from fresa.machines import SerialOrders
 from fresa.motion import OrderLedger, Outcome, RequestKind
@@ -11,11 +11,11 @@ from ..uart import encode
 
 @bench
 def order_ledger(run: Run) -> str:
-    """Each order once and in its turn; whatever is not the next does nothing."""
+    """Each order once and in sequence; a request with another number does nothing."""
     dut = OrderLedger(depth=2)
-    tell, open_, go, up = (RequestKind.QUERY, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
+    query, open_, go, up = (RequestKind.QUERY, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
 
-    async def ask(ctx, outcome, kind, session=7, number=0, x=0, good=1, **now):
+    async def request(ctx, outcome, kind, session=7, number=0, x=0, good=1, **now):
         ctx.set(dut.requests.p, {"good": good, "value": {
             "kind": kind, "session": session, "number": number, "x": x}})
         ctx.set(dut.requests.valid, 1)
@@ -39,32 +39,32 @@ def order_ledger(run: Run) -> str:
 
     async def test(ctx):
         ctx.set(dut.answers.ready, 1)
-        await ask(ctx, Outcome.MANUAL, open_, manual=1)
+        await request(ctx, Outcome.MANUAL, open_, manual=1)
         ctx.set(dut.enable, 1)
-        await ask(ctx, Outcome.CLOSED, go, session=0, number=1)
-        await ask(ctx, Outcome.OPENED, open_, number=4, session=7, taken=4, done=4)
-        await ask(ctx, Outcome.TAKEN, go, number=5, x=50, taken=5, done=4)
-        await ask(ctx, Outcome.AGAIN, go, number=5, x=99, taken=5)
-        await ask(ctx, Outcome.OPENED, open_, number=0, taken=5)
-        await ask(ctx, Outcome.DAMAGED, go, number=6, good=0, taken=5)
-        await ask(ctx, Outcome.UNEXPECTED, go, number=7, taken=5)
-        await ask(ctx, Outcome.TAKEN, up, number=6, x=60, taken=6)
-        await ask(ctx, Outcome.FULL, go, number=7, taken=6)
-        await ask(ctx, Outcome.BUSY, open_, session=8, taken=6)
+        await request(ctx, Outcome.CLOSED, go, session=0, number=1)
+        await request(ctx, Outcome.OPENED, open_, number=4, session=7, taken=4, done=4)
+        await request(ctx, Outcome.TAKEN, go, number=5, x=50, taken=5, done=4)
+        await request(ctx, Outcome.AGAIN, go, number=5, x=99, taken=5)
+        await request(ctx, Outcome.OPENED, open_, number=0, taken=5)
+        await request(ctx, Outcome.DAMAGED, go, number=6, good=0, taken=5)
+        await request(ctx, Outcome.UNEXPECTED, go, number=7, taken=5)
+        await request(ctx, Outcome.TAKEN, up, number=6, x=60, taken=6)
+        await request(ctx, Outcome.FULL, go, number=7, taken=6)
+        await request(ctx, Outcome.BUSY, open_, session=8, taken=6)
         run.see(ctx, dut, busy=1)
         await carry_out(ctx, 50)
-        await ask(ctx, Outcome.TAKEN, go, number=7, x=70, taken=7, done=5)
+        await request(ctx, Outcome.TAKEN, go, number=7, x=70, taken=7, done=5)
         run.expect("tool", ctx.get(dut.orders.p.up), 1)
         await carry_out(ctx, 60)
         await carry_out(ctx, 70)
         run.see(ctx, dut, busy=0)
         run.see(ctx, dut.orders, valid=0)
         ctx.set(dut.error, 1)
-        await ask(ctx, Outcome.REPORTED, tell, taken=7, done=7, error=1)
+        await request(ctx, Outcome.REPORTED, query, taken=7, done=7, error=1)
         ctx.set(dut.enable, 0)
         await ctx.tick()
-        await ask(ctx, Outcome.CLOSED, go, number=8)
-        await ask(ctx, Outcome.REPORTED, tell, taken=0, done=0)
+        await request(ctx, Outcome.CLOSED, go, number=8)
+        await request(ctx, Outcome.REPORTED, query, taken=0, done=0)
 
     run.simulate(dut, test)
     return ("orders 5, 6 and 7 of a session, each offered once; 5 again, 7 too early, a damaged 6 "
@@ -77,7 +77,7 @@ def serial_orders(run: Run) -> str:
     dut = SerialOrders(period=16)
     received = bytearray()
 
-    async def ask(ctx, digits, answer, *, damage=None):
+    async def request(ctx, digits, answer, *, damage=None):
         text = bytearray(f":{checked(digits)}\r".encode())
         if damage is not None:
             text[damage] ^= 1
@@ -92,17 +92,18 @@ def serial_orders(run: Run) -> str:
         ctx.set(dut.rx, 1)
         ctx.set(dut.enable, 1)
         await ctx.tick().repeat(9)
-        await ask(ctx, "01C0FFEE01" "000000" "00000000", "10C0FFEE01" "000000" "000000")
-        await ask(ctx, "02C0FFEE01" "000001" "00800100", "20C0FFEE01" "000001" "000000")
+        await request(ctx, "01C0FFEE01" "000000" "00000000", "10C0FFEE01" "000000" "000000")
+        await request(ctx, "02C0FFEE01" "000001" "00800100", "20C0FFEE01" "000001" "000000")
         run.see(ctx, dut.orders, valid=1)
         order = ctx.get(dut.orders.payload)
         run.expect("order", (order.x, order.y), (128, 256))
         ctx.set(dut.orders.ready, 1)
         await ctx.tick()
         ctx.set(dut.orders.ready, 0)
-        await ask(ctx, "03C0FFEE01" "000002" "00000000", "90C0FFEE01" "000001" "000001", damage=9)
+        await request(ctx, "03C0FFEE01" "000002" "00000000", "90C0FFEE01" "000001" "000001",
+                      damage=9)
         run.see(ctx, dut.orders, valid=0)
-        await ask(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
+        await request(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
         run.expect("tool", ctx.get(dut.orders.p.up), 1)
         run.expect("answers", received.count(b"\n"), 4)
 
