@@ -21,7 +21,7 @@ from amaranth.lib import wiring
 
 from .design import Design
 
-__all__ = ["Find", "Mistake"]
+__all__ = ["Find", "Mistake", "connections"]
 
 Find = Callable[[str], Any]
 """Returns a signal of the design by its path."""
@@ -155,15 +155,30 @@ def _driver(fragment: Fragment, signal: Signal, path: str) -> tuple[Fragment, st
     raise LookupError(f"nothing assigns {path!r} in this design")
 
 
-def _named(fragment: Fragment) -> Iterator[tuple[str, Signal]]:
-    """Name registers, ports of components, and other assigned signals."""
-    ports: dict[int, tuple[str, Any]] = {}
+def connections(fragment: Fragment) -> dict[str, Signal]:
+    """Return the ports in a design, by path, that are connected or combinational."""
+    assigned = {id(signal) for _, inside in _walk(fragment)
+                for signal in inside.statements.get("comb", _ast._StatementList())._lhs_signals()}
+    found: dict[str, Signal] = {}
+    for path, port in _ports(fragment):
+        if isinstance(port, Signal) and id(port) in assigned:
+            found.setdefault(path, port)
+    return found
+
+
+def _ports(fragment: Fragment) -> Iterator[tuple[str, Value]]:
     for path, inside in _walk(fragment):
         for origin in inside.origins or ():
             if isinstance(origin, wiring.Component):
                 for names, _, value in origin.signature.flatten(origin):
-                    port = Value.cast(value)
-                    ports.setdefault(id(port), (f"{path}{'__'.join(map(str, names))}", port))
+                    yield f"{path}{'__'.join(map(str, names))}", Value.cast(value)
+
+
+def _named(fragment: Fragment) -> Iterator[tuple[str, Signal]]:
+    """Name registers, ports of components, and other assigned signals."""
+    ports: dict[int, tuple[str, Any]] = {}
+    for path, port in _ports(fragment):
+        ports.setdefault(id(port), (path, port))
     assigned = [(domain, id(signal), (f"{path}{signal.name}", signal))
                 for path, inside in _walk(fragment)
                 for domain, statements in inside.statements.items()

@@ -1,33 +1,43 @@
-"""What the record is of: designs, properties, models and stimulus by what they are and do.
+"""What the record is of: designs, properties, models, stimulus and benches by what they do.
 
 Nothing here depends on how a source file is written. Of a design and of properties the RTLIL in its
-canonical form counts; of a model and of stimulus some thousand rows of what they give.
+canonical form counts; of a model and of stimulus some ten thousand rows of what they give; of a
+bench the levels of the inputs that it drives, and what it expects; of the check of a session with a
+serial line what it finds where the machine is silent.
 """
 
 import functools
 import hashlib
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import islice
+from typing import TypeVar
 
 import numpy as np
+from amaranth import Value
+from amaranth.lib import wiring
 
+from tb.bench import Run
+from tb.benches import benches, groups
 from tb.contracts import COMPONENTS
 from tb.design import Design
 from tb.engines import source
-from tb.fuzz import targets
+from tb.fuzz import FuzzTarget, targets
 from tb.fuzz.inputs import random_inputs
 from tb.machines import machines
-from tb.netlist.subject import Subject
+from tb.netlist.subject import Subject, elaborate
+from tb.netlist.unknown import Runnable
 from tb.rtlil import canonical, fingerprint
 from tb.runners import ModelRunner, duts, stimuli
 
 __all__ = ["names", "take"]
 
-ROWS, INPUTS = 2000, 200
-"""Rows of stimulus, and inputs to a serial line, that are looked at."""
+T = TypeVar("T", Subject, Runnable)
+
+ROWS, INPUTS, CLOCKS = 30_000, 500, 1000
+"""Rows of stimulus, inputs to a serial line, and clocks for a netlist, that are taken."""
 
 
 def names(kind: str) -> list[str]:
@@ -36,15 +46,16 @@ def names(kind: str) -> list[str]:
     Parameters
     ----------
     kind : str
-        ``contract``: a component with its properties, in every case; ``run``: a design that is
-        cosimulated, with its model and its stimulus; ``fuzz``, ``faults``: a design with what is
-        done to it; ``netlist``: a design with the times that are built.
+        ``contract``: a component with its properties, in every case; ``bench``: what a bench of a
+        component or a machine does; ``run``: a design that is cosimulated, with its model and its
+        stimulus; ``fuzz``, ``faults``: a design with what is done to it; ``netlist``: a design that
+        is checked as a netlist.
     """
     return [f"{kind} {name}" for name in _KINDS[kind][0]()]
 
 
 def take(wanted: Iterable[str], jobs: int | None = None) -> dict[str, str]:
-    """Return the fingerprint of each, in hexadecimal; takes a second each at most.
+    """Return the fingerprint of each, in hexadecimal; takes seconds each at most.
 
     Parameters
     ----------
@@ -70,6 +81,36 @@ def _contract(name: str) -> Iterator[str]:
         yield canonical(COMPONENTS[name].contract(case).rtlil())
 
 
+class _RecordedRun(Run):
+    """A run of a bench, of which the inputs and the checks are recorded."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.record: list[str] = []
+
+    def simulate(self, dut: wiring.Component, test: Callable, *runners: Callable,
+                 inside: Sequence[str] = (), deadline: int = 10_000) -> None:
+        ports = [Value.cast(port) for _, member, port in dut.signature.flatten(dut)
+                 if member.flow == wiring.In]
+
+        async def record(ctx) -> None:
+            while True:
+                self.record.append(str([ctx.get(port) for port in ports]))
+                await ctx.tick()
+
+        super().simulate(dut, test, *runners, record, inside=inside, deadline=deadline)
+
+    def expect(self, what: str, seen: object, expected: object, *, bits: int | None = None) -> None:
+        self.record.append(f"{self.clock} {what} {expected!r}")
+        super().expect(what, seen, expected, bits=bits)
+
+
+def _bench(name: str) -> Iterator[str]:
+    run = _RecordedRun()
+    benches()[name].function(run)
+    yield from run.record
+
+
 def _run(name: str) -> Iterator[str]:
     dut = duts()[name]
     yield _design(dut.shared)
@@ -88,8 +129,21 @@ def _fuzz(name: str) -> Iterator[str]:
     target = targets()[name]
     for one in (target, *target.others):
         yield _design(one.design())
+        yield from _findings(one)
     for item in islice(random_inputs(target.protocol, 1, ROWS, target.period), INPUTS):
         yield _rows({"levels": item.levels})
+
+
+def _findings(target: FuzzTarget) -> Iterator[str]:
+    """Give what the check of a session finds where it is silent and nothing moves."""
+    inputs = random_inputs(target.protocol, 1, INPUTS, target.period)
+    line = np.concatenate([item.levels for item in inputs])
+    seen = {name: np.full(len(line), name == "tx", np.int64) for name in target.outputs}
+    if target.switches is not None:
+        seen[target.switches[0]] = np.zeros(len(line), np.int64)
+    found = target.check(line, seen)
+    yield repr((found.bytes, found.lines, found.answers))
+    yield from map(repr, found.failures)
 
 
 def _faults(name: str) -> Iterator[str]:
@@ -102,7 +156,15 @@ def _faults(name: str) -> Iterator[str]:
 
 
 def _netlist(name: str) -> Iterator[str]:
-    yield _design(_subjects()[name].make())
+    subjects, runnables = _subjects()
+    for subject in subjects.get(name, ()):
+        yield _design(elaborate(subject.make, subject.mistake))
+        yield repr((subject.running, subject.shows, subject.rams))
+    for runnable in runnables.get(name, ()):
+        yield _design(runnable.make())
+        for resets in (True, False):
+            for rows, _ in zip(runnable.stimulus(1, CLOCKS, resets), range(2), strict=False):
+                yield _rows(rows)
 
 
 def _design(design: Design) -> str:
@@ -118,16 +180,33 @@ def _rows(rows: Mapping) -> str:
 
 
 @functools.cache
-def _subjects() -> dict[str, Subject]:
+def _subjects() -> tuple[dict[str, list[Subject]], dict[str, list[Runnable]]]:
+    """Return all designs that are checked as netlists, and what is run of them, by name.
+
+    What a tool flow is given of a board is made of the design that is among them by itself.
+    """
     parts = [machine.netlist() for machine in machines().values() if machine.netlist]
-    return {one.name: one for part in parts for one in (*part.equal, *part.codes, *part.pins)}
+    subjects = [subject for part in parts for subject in (
+        *part.equal, *part.codes, *part.pins, *(subject for subject, _ in part.flipped),
+        *(subject for found in part.mistakes.values() for subject, _ in found))]
+    return (_by_name(dict.fromkeys(subjects)),
+            _by_name(runnable for part in parts for runnable in part.unknown))
+
+
+def _by_name(items: Iterable[T]) -> dict[str, list[T]]:
+    found: dict[str, list[T]] = {}
+    for item in items:
+        found.setdefault(item.name, []).append(item)
+    return found
 
 
 _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable[str]]]] = {
     "contract": (lambda: COMPONENTS, _contract),
+    "bench": (lambda: [bench.name for group in ("components", "machine")
+                       for bench in groups()[group]], _bench),
     "run": (duts, _run),
     "fuzz": (targets, _fuzz),
     "faults": (
         lambda: [name for name, machine in machines().items() if machine.faults], _faults),
-    "netlist": (_subjects, _netlist),
+    "netlist": (lambda: dict.fromkeys(name for kind in _subjects() for name in kind), _netlist),
 }

@@ -124,7 +124,7 @@ _OF_MORE = "ramp reporter"
 
 
 def _of(components: str) -> tuple[str, ...]:
-    return tuple(f"contract {name}" for name in components.split())
+    return *(f"contract {name}" for name in components.split()), "bench"
 
 
 PARTS = {part.name: part for part in (
@@ -204,7 +204,7 @@ def main(argv: list[str] | None = None) -> int:
     if args.list:
         for part in PARTS.values():
             words = part.arguments(Path("FOLDER"), quick=args.quick)
-            say(f"{part.name:20} python -m {' '.join(words)}")
+            say(f"{part.name:20} {_spelt(words)}")
         return 0
     if args.check:
         return _check(args.output or ROOT / "docs")
@@ -253,7 +253,7 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
         key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
         found = _kept(folder / KEPT, key) if part.name not in again else None
         if found is None:
-            say(f"\n== python -m {' '.join(words)}")
+            say(f"\n== {_spelt(words)}")
             before = _read(folder / BEGUN)
             if part.name in again or before.get("key") != key:
                 # What a command had done of another gateware, or is to do again, is of no use.
@@ -281,7 +281,7 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
                      "facts": summary(part.name, figures)}
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
-            "command": f"python -m {' '.join(words)}", "seconds": found["seconds"],
+            "command": _spelt(words), "seconds": found["seconds"],
             "resumed": found["resumed"], "of": of, "facts": found["facts"]}
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
@@ -290,7 +290,7 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
 
 
 def stale(record: Mapping) -> dict[str, list[str]]:
-    """Name the parts of a record that are not of what is here now, and of what each is not.
+    """Name the parts of a record that are not of what is here now, and what of each is not.
 
     Parts that the record says it leaves out cannot be stale; any other that is not there is.
 
@@ -304,10 +304,19 @@ def stale(record: Mapping) -> dict[str, list[str]]:
     now = fingerprints.take(name for part in parts.values() for name in part.depends())
     found = {}
     for name, part in parts.items():
-        of = record["parts"].get(name, {}).get("of", {})
-        if other := [one for one in part.depends() if of.get(one) != now[one]]:
+        there = record["parts"].get(name, {})
+        of = there.get("of", {})
+        other = [one for one in part.depends() if of.get(one) != now[one]]
+        if there.get("command") != _spelt(part.arguments(Path("build", "record", name),
+                                                         quick=False)):
+            other.insert(0, "command")
+        if other:
             found[name] = other
     return found
+
+
+def _spelt(words: Sequence[str]) -> str:
+    return f"python -m {' '.join(words)}"
 
 
 def _check(folder: Path) -> int:

@@ -38,7 +38,8 @@ class Property:
     upset : bool
         It is about codes that no FSM reaches by itself.
     lemma : bool
-        An induction needs it; no mutant of the gateware has to break it.
+        No mutant of the gateware has to break it: an induction needs it, or it is stated of a part
+        inside, and a mutant breaks it in the part by itself.
     """
 
     name: str
@@ -137,6 +138,10 @@ class Contract:
     parts : bool
         State the contracts of parts as well, even where their own proofs are enough: then a mutant
         inside a part is found as in the part by itself.
+    fragment : Fragment
+        The component, elaborated.
+    upset : bool
+        As given.
     kept : dict of str to Signal
         Registers of the contract itself, by name; those of a part's contract after its path, as in
         ``sequencer:under_way``.
@@ -153,10 +158,10 @@ class Contract:
         self._prefix = self._root = ""
         self.rst: Any = self._clock.rst
         self._assumed = 0
-        self._dut, self._upset, self._only, self._broken = dut, upset, only, broken
-        self._fragment = Fragment.get(dut, None)
+        self._dut, self.upset, self._only, self._broken = dut, upset, only, broken
+        self.fragment = Fragment.get(dut, None)
         self.m.domains.sync = self._clock
-        self.m.submodules.dut = self._fragment
+        self.m.submodules.dut = self.fragment
         describe(self, dut)
 
     def rtlil(self) -> str:
@@ -198,11 +203,11 @@ class Contract:
     def _property(self, name: str, description: str, kept: Bits, cover: Bits, upset: bool,
                   lemma: bool) -> None:
         name = f"{self._prefix}{name}"
-        if upset != self._upset:
+        if upset != self.upset:
             return
         if name in self.properties:
             raise ValueError(f"there are two properties {name!r}")
-        self.properties[name] = Property(name, description, upset, lemma)
+        self.properties[name] = Property(name, description, upset, lemma or bool(self._root))
         if self._only is not None and name not in self._only:
             return
         if self._broken:
@@ -235,7 +240,7 @@ class Contract:
         reset : Value, optional
             The reset of the part, if it is more than the reset of this component.
         """
-        if self._upset:
+        if self.upset:
             return
         before = self._prefix, self._root, self._assumed, self.rst
         self._prefix, self._root, self._assumed = f"{path}:", f"{path}.", 0
@@ -284,7 +289,7 @@ class Contract:
                     if isinstance(origin, wiring.Component))
 
     def _inside(self, path: str) -> Fragment:
-        fragment = self._fragment
+        fragment = self.fragment
         for name in filter(None, f"{self._root}{path}".split(".")):
             fragment = fragment.find_subfragment(name)
         return fragment

@@ -2,23 +2,28 @@
 
 Random inputs, and what a bench does, break most of them in the bit-parallel simulation. For those
 that are left, a formula has the choice of the mutant, of all inputs, and where the property is
-about upsets of the state in which it begins.
+about upsets of the state in which it begins. What is stated of wires no mutant of a cell can break:
+for that a bit is inverted at a port of the component, or of a part of it.
 """
 
 import os
+import random
 import re
 import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
+from amaranth import Cat, Const
+
 from ..contracts import Component
-from ..contracts.contract import Case
+from ..contracts.contract import Case, Contract
 from ..contracts.proof import SMTBMC, environment, named, prepare
+from ..mistake import Mistake, connections
 from ..rtlil import canonical
 from .benches import bench_of, component_of, kind_of, run_bench
 from .judge import by_chance
@@ -28,7 +33,10 @@ __all__ = ["Kill", "kills"]
 
 #: Mutants in a simulation, clocks of random inputs, mutants in a formula, and its seconds.
 SIMULATED, CLOCKS, FORMULA, SECONDS = 400, 1500, 100, 60
-SEED = 1
+#: How often other mutants are chosen for what is left, in a simulation and in a formula.
+SIMULATIONS, FORMULAS = 4, 6
+#: Most bits of ports that are inverted: first of the component, then of its parts.
+PORTS = 400
 
 
 @dataclass
@@ -75,29 +83,31 @@ def kills(name: str, component: Component, lock: AbstractContextManager) -> list
     with lock:
         found = {each.name: Kill(name, each.name, each.lemma)
                  for each in component.properties().values()}
-    for search in (_simulated, _solved):
+    searches = [*((_simulated, seed) for seed in range(1, 1 + SIMULATIONS)), (_solved, 1),
+                (_connected, 1), *((_solved, seed) for seed in range(2, 1 + FORMULAS))]
+    for search, seed in searches:
         for case in _cases(component):
             left = {each.name for each in found.values() if not each.mutant and not each.lemma}
             if not left:
                 break
             began = time.monotonic()
-            for one, (mutant, clock) in search(component, case, left, lock).items():
+            for one, (mutant, clock) in search(component, case, left, seed, lock).items():
                 kill = found[one]
-                kill.case, kill.mutant, kill.clock = str(case or "bench"), str(mutant), clock
+                kill.case, kill.mutant, kill.clock = str(case or "bench"), mutant, clock
                 kill.seconds = round(time.monotonic() - began, 1)
     return list(found.values())
 
 
 def _cases(component: Component) -> Iterator[Case | None]:
-    """Give the cases to look at; None is that of the bench."""
+    """Give the cases to look at, those of the board last; None is that of the bench."""
     if bench_of(kind_of(component)) is not None:
         yield None
-    yield from (case for case in component.cases if not case.real)
+    yield from sorted(component.cases, key=lambda case: case.real)
 
 
-def _simulated(component: Component, case: Case | None, left: Collection[str],
-               lock: AbstractContextManager) -> dict[str, tuple[Mutant, int]]:
-    if case is not None and case.upset:  # a simulation has those properties in the other cases
+def _simulated(component: Component, case: Case | None, left: Collection[str], seed: int,
+               lock: AbstractContextManager) -> dict[str, tuple[str, int]]:
+    if case is not None and (case.upset or case.real):  # the other cases have those properties
         return {}
     bench = bench_of(kind_of(component)) if case is None else None
     with lock:
@@ -105,42 +115,86 @@ def _simulated(component: Component, case: Case | None, left: Collection[str],
         mutable = Mutable(component, dut)
     if not mutable.mutants:
         return {}
-    netlist = mutable.netlist(mutable.choose(SIMULATED, SEED))
+    netlist = mutable.netlist(mutable.choose(SIMULATED, seed))
     netlist.assertions = [each for each in netlist.assertions if each.name in left]
     rows = run_bench(bench, netlist, []).stimulus if bench else []
     witnesses: dict[str, tuple[int, int]] = {}
-    by_chance(netlist, range(len(netlist.mutants)), SEED, CLOCKS, rows, witnesses=witnesses)
-    return {name: (netlist.mutants[number], clock)
+    by_chance(netlist, range(len(netlist.mutants)), seed, CLOCKS, rows, witnesses=witnesses)
+    return {name: (str(netlist.mutants[number]), clock)
             for name, (number, clock) in witnesses.items()}
 
 
-def _solved(component: Component, case: Case | None, left: Collection[str],
-            lock: AbstractContextManager) -> dict[str, tuple[Mutant, int]]:
-    if case is None:
-        return {}
-    with lock:
-        contract = component.contract(case, only=left, broken=True)
-        wanted = set(contract.properties) & set(left)
-        if not wanted:
-            return {}
-        text = canonical(named(contract.rtlil()))
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        every = listed(text, folder)
+def _solved(component: Component, case: Case | None, left: Collection[str], seed: int,
+            lock: AbstractContextManager) -> dict[str, tuple[str, int]]:
+    """Let a formula choose a mutant of a cell."""
+    def mutate(contract: Contract, folder: Path) -> tuple[list[str], str]:
+        every = listed(canonical(named(contract.rtlil())), folder)
         if not every:
-            return {}
+            return [], ""
         # Most that is stated of a component is about its own cells, not about those of its parts.
         own = [mutant for mutant in every if not mutant.path]
-        chosen = [*choose(own, FORMULA // 2, SEED), *choose(every, FORMULA // 2, SEED)]
+        chosen = [*choose(_one_of_each_cell(own, seed), FORMULA // 2, seed),
+                  *choose(every, FORMULA // 2, seed)]
         width = len(chosen).bit_length()
-        applied = [f"{mutant.command} -ctrl mutant {width} {number}"
-                   for number, mutant in enumerate(chosen, start=1)]
+        commands = [f"{mutant.command} -ctrl mutant {width} {number}"
+                    for number, mutant in enumerate(chosen, start=1)]
+        prepare(folder, upset=contract.upset, read="read_rtlil base.il",
+                applied="; ".join(commands))
+        return list(map(str, chosen)), "dut.mutant"
+
+    return _found(component, case, left, mutate, lock)
+
+
+def _one_of_each_cell(mutants: list[Mutant], seed: int) -> list[Mutant]:
+    """Choose a mutant of each cell: else a wide one has nearly all of them."""
+    cells: dict[tuple[str, int], list[Mutant]] = {}
+    for mutant in mutants:
+        cells.setdefault((mutant.cell, mutant.number), []).append(mutant)
+    rng = random.Random(seed)
+    return [rng.choice(each) for each in cells.values()]
+
+
+def _connected(component: Component, case: Case | None, left: Collection[str], seed: int,
+               lock: AbstractContextManager) -> dict[str, tuple[str, int]]:
+    """Let a formula choose a bit of a port that is inverted."""
+    def mutate(contract: Contract, folder: Path) -> tuple[list[str], str]:
+        names: list[str] = []
+        switch = contract.free(range(PORTS + 1), name="mutant")
+        for path, port in sorted(connections(contract.fragment).items(),
+                                 key=lambda port: (port[0].count("."), port[0])):
+            bits = []
+            for bit in range(min(len(port), PORTS - len(names))):
+                names.append(f"{path}[{bit}] inverted")
+                bits.append(switch == len(names))
+            wrong = Cat(bits, Const(0, len(port) - len(bits)))
+            Mistake(path, lambda right, _, wrong=wrong: right ^ wrong).plant(contract.fragment)
+        (folder / "design.il").write_text(named(contract.rtlil()))
+        prepare(folder, upset=contract.upset)
+        return names, "mutant"
+
+    return _found(component, case, left, mutate, lock)
+
+
+def _found(component: Component, case: Case | None, left: Collection[str],
+           mutate: Callable[[Contract, Path], tuple[list[str], str]], lock: AbstractContextManager
+           ) -> dict[str, tuple[str, int]]:
+    """Let a formula choose from mutants of a contract, which are named, by a signal."""
+    if case is None:
+        return {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        with lock:
+            contract = component.contract(case, only=left, broken=True)
+            if not set(contract.properties) & set(left):
+                return {}
+            mutants, switch = mutate(contract, folder)
+        if not mutants:
+            return {}
         # In every clock the same mutant: that of number 0 is none.
         (folder / "constant.smtc").write_text(
-            "always -1\nassume (= [dut.mutant] [-1:dut.mutant])\n")
-        prepare(folder, upset=case.upset, read="read_rtlil base.il", applied="; ".join(applied))
+            f"always -1\nassume (= [{switch}] [-1:{switch}])\n")
         _solve(folder, component.depth)
-        return dict(_witnesses(folder, chosen, wanted))
+        return {name: found for name, found in _witnesses(folder, mutants) if name in left}
 
 
 def _solve(folder: Path, clocks: int) -> None:
@@ -161,8 +215,7 @@ def _solve(folder: Path, clocks: int) -> None:
                 process.wait()
 
 
-def _witnesses(folder: Path, mutants: list[Mutant], wanted: Collection[str]
-               ) -> Iterator[tuple[str, tuple[Mutant, int]]]:
+def _witnesses(folder: Path, mutants: Sequence[str]) -> Iterator[tuple[str, tuple[str, int]]]:
     reached: list[tuple[str, int]] = []
     for line in (folder / "output.txt").read_text().splitlines():
         if match := re.search(r"Reached cover statement in step (\d+) at top: property:(\S+)\?",
@@ -170,10 +223,9 @@ def _witnesses(folder: Path, mutants: list[Mutant], wanted: Collection[str]
             reached.append((match[2], int(match[1])))
         elif match := re.search(r"Writing trace to VCD file: (\S+)", line):
             number = _level(folder / match[1], "mutant")
-            if number:
+            if 0 < number <= len(mutants):
                 for name, clock in reached:
-                    if name in wanted:
-                        yield name, (mutants[number - 1], clock)
+                    yield name, (mutants[number - 1], clock)
             reached.clear()
 
 

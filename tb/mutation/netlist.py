@@ -218,9 +218,9 @@ class _Whole(Contract):
                for number, value in enumerate(self._free)}})
 
     def _property(self, name, description, kept, cover, upset, lemma) -> None:
-        self._upset = upset
+        self.upset = upset
         super()._property(name, description, kept, cover, upset, lemma)
-        self._upset = False
+        self.upset = False
         if upset:
             self.about_upsets.add(f"{self._prefix}{name}")
 

@@ -167,9 +167,11 @@ class TestFreshness:
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
         monkeypatch.setattr(record, "PARTS", {
-            "one": Part("one", "", ("run it",)), "two": Part("two", "", ("contract",))})
+            "one": Part("one", "its_check {folder}", ("run it",)),
+            "two": Part("two", "another", ("contract",))})
         (tmp_path / "verification.json").write_text(json.dumps({"parts": {
-            "one": {"of": {"run it": "0123"}}, "two": {"of": {"contract it": "4567"}}}}))
+            "one": {"command": "python -m its_check build/record/one", "of": {"run it": "0123"}},
+            "two": {"command": "python -m another", "of": {"contract it": "4567"}}}}))
         return tmp_path
 
     def test_is_fresh(self, folder, capsys):
@@ -187,6 +189,11 @@ class TestFreshness:
         prints["contract new"] = "1111"
         assert main(["--check", "-o", str(folder)]) == 1
         assert "stale: two, of another contract new\n" in capsys.readouterr().out
+
+    def test_another_command_makes_it_stale(self, folder, monkeypatch, capsys):
+        monkeypatch.setitem(record.PARTS, "two", Part("two", "another one", ("contract",)))
+        assert main(["--check", "-o", str(folder)]) == 1
+        assert "stale: two, of another command\n" in capsys.readouterr().out
 
     def test_no_record(self, tmp_path, capsys):
         assert main(["--check", "-o", str(tmp_path)]) == 2
