@@ -14,7 +14,7 @@ from .contract import Bits, Case, Component, Contract
 __all__ = ["HEX_READER", "HEX_WRITER"]
 
 POLYNOMIAL, RESIDUE = 0xEDB88320, 0xDEBB20E3
-"""Of the CRC-32, the highest power in bit 0; and what is left behind a line that is right."""
+"""Of the CRC-32, the highest power in bit 0; and the remainder after a correct line."""
 
 
 def with_digit(crc: Bits, digit: Bits) -> Bits:
@@ -25,7 +25,7 @@ def with_digit(crc: Bits, digit: Bits) -> Bits:
 
 
 def describe_reader(c: Contract, dut: HexReader) -> None:
-    """Every line gives a message, which is good if the line was, and then is what it said."""
+    """Every line gives a message, which is good if the line was, and then has its digits."""
     byte, end = dut.items.p.byte, dut.items.p.end
     message = dut.messages.payload.as_value()
     value, good = dut.messages.p.value, dut.messages.p.good
@@ -76,8 +76,8 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
                   "again.", when=c.past(over | c.rst), then=~waits)
     c.implication("begins-with-nothing", "After power-up, and after reset, nothing is left of a "
                   "message.", when=~c.past(1) | c.past(c.rst), then=message == 0)
-    c.implication("good-is-right", "What is good has its digits, a CRC that is right, and no "
-                  "other byte, and its line came whole.", when=waits & good, then=right)
+    c.implication("good-is-right", "A good message has its digits, a correct CRC, and no "
+                  "other byte, and its line was complete.", when=waits & good, then=right)
     c.implication("right-is-good", "A line that has all of that is good.", when=waits & right,
                   then=good)
     c.implication("says-what-was-said", "Good data are the digits of the line.",

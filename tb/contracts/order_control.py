@@ -49,7 +49,7 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
                   when=state("CLEAR"), then=count == steps)
     c.implication("ends", "Where the steps are made the movement is over two clocks later.",
                   when=c.past(state("MOVING") & (count >= steps) & ~reset), then=state("CLEAR"))
-    c.implication("goes-on", "Where steps are missing the movement goes on.",
+    c.implication("goes-on", "The movement continues while steps are missing.",
                   when=c.past(state("MOVING") & (count < steps) & ~reset), then=state("MOVING"))
     c.implication("no-axes-left", "At rest no axis is left over from the last movement.",
                   when=state("REST"), then=axes == 0)
@@ -72,7 +72,7 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
         c.invariant("timing-is-the-count", "The divider counts the clocks to the next step.",
                     Mux(state("MOVING"), ticks == asked - (period - 1), 1)
                     & (ticks <= 0) & (ticks >= 1 - period), cover=ticks == 0)
-        c.implication("divider-at-rest", "At rest the divider has its whole period before it.",
+        c.implication("divider-at-rest", "At rest the divider is at the start of its period.",
                       when=state("REST"), then=ticks == 1 - period)
     c.leaves_unused_codes(
         f"{path}.order_state", fault=orders.fault, shows=~step.any() & ~moves.ready & ~clear,
@@ -90,7 +90,7 @@ def describe(c: Contract, dut: OrderControl) -> None:
                  (dut.count == count) | (c.past(dut.step.any()) & (dut.count == count + 1))))
     watch_order(c, "", reset=c.rst)
     state = c.state("order_state")
-    c.implication("counted-was-asked", "What is counted was requested.", when=made,
+    c.implication("counted-was-asked", "Counted steps were requested.", when=made,
                   then=c.past(state("MOVING")))
     c.implication("no-axes-no-move", "A move without axes is over at once.",
                   when=c.past(dut.moves.valid & dut.moves.ready & ~dut.moves.p.axes.any()),

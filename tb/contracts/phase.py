@@ -39,7 +39,7 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
 
     rested = watch_spacing(c, dut.moved, dut.period)
     c.implication("spacing", "No step is made sooner than `period` clocks after the last, "
-                  "whatever becomes of power and reset.", when=dut.moved,
+                  "also through resets and without power.", when=dut.moved,
                   then=rested >= dut.period - 1)
     held = c.keep(range(dut.period + 1), name="held")  # clocks before this with the word of now
     with c.m.If(~dut.enable | (dut.coils == 0) | dut.moved):

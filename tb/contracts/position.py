@@ -38,7 +38,7 @@ def describe(c: Contract, dut: MoveTo) -> None:
     c.implication("asks-for-no-more",
                   "At the target, in a load and without `run` it asks for none.",
                   when=~dut.run | dut.load | (dut.position == dut.target), then=~dut.step)
-    c.implication("reset-is-0", "After a reset this place is 0, whatever was loaded or made.",
+    c.implication("reset-is-0", "After a reset the position is 0.",
                   when=c.past(c.rst), then=dut.position == 0)
 
 

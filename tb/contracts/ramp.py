@@ -37,7 +37,7 @@ def describe(c: Contract, dut: Ramp) -> None:
                   "the power lost or a reset.", when=dut.level != level,
                   then=~goes_on & rests
 | moved & (dut.level == level + 1) | moved & (dut.level + 1 == level))
-    c.implication("turns-at-0", "It goes on the way it went while the level is not 0.",
+    c.implication("turns-at-0", "The direction is kept while the level is not 0.",
                   when=~rests & dut.run, then=dut.step & (dut.direction == up))
     c.implication("stands-there", "It stands at the target only, and at level 0.",
                   when=dut.run & ~dut.step, then=rests & (dut.position == dut.target))

@@ -38,7 +38,7 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
     c.implication("turns-for-a-step", "DIR changes only for a step, to its direction.",
                   when=dut.direction_pin != c.past(dut.direction_pin),
                   then=c.past(dut.step) & (dut.direction_pin == c.past(dut.direction)))
-    c.implication("power-as-asked", "ENABLE changes only to what is requested.",
+    c.implication("power-as-asked", "ENABLE changes only to the requested level.",
                   when=dut.enable_pin != c.past(dut.enable_pin),
                   then=dut.enable_pin == c.past(dut.enable))
     c.invariant("starts-off", "All pins are low at power-up.",
@@ -48,7 +48,7 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
 
 def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, alone: bool
            ) -> None:
-    """When STEP is high, and what has to be before."""
+    """State the timing of STEP, and of DIR and ENABLE before it."""
     c.invariant("pulse", "STEP is high for `width` clocks after each step that is made, whatever "
                 "is asked meanwhile, and at no other time.", dut.step_pin == (since < dut.width),
                 cover=dut.step_pin)
@@ -79,7 +79,7 @@ def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits
                     (low - wait >= pause - 1) & (still - wait >= dut.setup - 1)), cover=wait == 0)
     wanted = (dut.enable != dut.enable_pin) & (dut.enable == c.past(dut.enable))
     differs = _count(c, wanted, whole, "wanted_for")
-    c.invariant("power-follows", "ENABLE follows what is requested within `width` and the longer "
+    c.invariant("power-follows", "ENABLE follows the requested level within `width` and the longer "
                 "of `low` and `hold`, or `setup` if that is longer.",
                 ~wanted | (differs + 1 + left < whole), cover=wanted & (left == 0))
     right = (dut.direction_pin == dut.direction) & dut.enable_pin

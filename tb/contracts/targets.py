@@ -1,7 +1,7 @@
-"""Contract of whole orders: when it is ready again, the machine is where it was sent.
+"""Contract of whole orders: when it is ready again, the machine is at the target.
 
 What carries out the moves is stated elsewhere to land where each leads (:mod:`.automatic`); that
-is what is taken for granted here.
+is assumed here.
 """
 
 from amaranth import Cat, Mux
@@ -70,7 +70,7 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
                   then=stays(at) & (at[2] == sent_z))
 
     # What makes it so
-    c.implication("knows-its-order", "Its goal is that of the order under way.",
+    c.implication("knows-its-order", "Its target is that of the present order.",
                   when=Cat(motion(name) for name in motion.codes if name not in ("REST",
                                                                                  "FAULT")).any(),
                   then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(asked))
