@@ -97,7 +97,7 @@ class _Pair(Contract):
 
     def plant(self, mistake: Mistake) -> None:
         """Plant a mistake in the gateware."""
-        mistake.plant(self._fragment)
+        mistake.plant(self.fragment)
 
     def there(self, inputs: Mapping[str, Bits]) -> dict[str, Any]:
         """Connect the VHDL's module; return its outputs, registers among them."""
