@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 ROUNDS = 10
 CLICKS = 100
 #: Seconds after which a click without an effect counts as lost.
-PATIENCE = 30
+CLICK_TIMEOUT_S = 30
 
 
 class Page:
@@ -74,7 +74,7 @@ class Page:
         start = time.perf_counter()
         await self.automatic(on)
         while (self.leds[7] > 0) != on:
-            if time.perf_counter() - start > PATIENCE:
+            if time.perf_counter() - start > CLICK_TIMEOUT_S:
                 raise TimeoutError(f"SW7 is {'on' if on else 'off'}, but LD7 does not follow")
             await self.frame()
         return time.perf_counter() - start

@@ -9,7 +9,7 @@ from ..bench import Run, bench
 from ..plant import WORDS
 
 
-class Struck(wiring.Component):
+class UpsetController(wiring.Component):
     """A guarded controller with its pins, and a register in it that a bench may upset.
 
     A netlist has no such register: so this is a component of its own, and mutants of the guard are
@@ -41,7 +41,7 @@ class Struck(wiring.Component):
 @bench
 def guarded_controller(run: Run) -> str:
     """A bit of a count is upset: an error, and no step until a reset."""
-    dut = Struck(GuardedController(period=3, z_travel=4))
+    dut = UpsetController(GuardedController(period=3, z_travel=4))
 
     async def go(ctx, **order):
         ctx.set(dut.mode, 1)

@@ -252,9 +252,9 @@ class Contract:
         """Let the outputs of an `Unknown` part be anything in any clock."""
         for names, member, value in self.part(path).signature.flatten(self.part(path)):
             if member.flow == Out:
-                said = Value.cast(value)
-                self.m.d.comb += said.eq(self.free(
-                    len(said), name="_".join([path, *map(str, names)])))
+                free = Value.cast(value)
+                self.m.d.comb += free.eq(self.free(
+                    len(free), name="_".join([path, *map(str, names)])))
 
     def assume(self, condition: Bits) -> None:
         """Assume a condition on inputs that the component's environment meets."""

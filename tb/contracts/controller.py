@@ -73,7 +73,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
         return c.signal(f"{path}.{name}")
 
     drivers, automatic = c.part(f"{path}.drivers"), c.part(f"{path}.automatic")
-    moved, refused, asked = drivers.moved, drivers.refused, drivers.step
+    moved, refused, requested = drivers.moved, drivers.refused, drivers.step
     by_hand, by_order = c.part(f"{path}.manual").step, automatic.step
     order = c.any_code(f"{path}.automatic.orders.order_state")
     motion = c.any_code(f"{path}.sequencer.motion_state")
@@ -147,7 +147,8 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                                             "under way.",
                   when=to_origin, then=order("REST") & motion("REST"))
     c.implication("never-refused", "In automatic mode no step is refused, but by reset.",
-                  when=pins.mode & asked.any() & ~c.rst, then=(refused == 0) & (moved == asked))
+                  when=pins.mode & requested.any() & ~c.rst,
+                  then=(refused == 0) & (moved == requested))
     c.implication("not-made-not-counted", "A step of an order that is not made is not counted.",
                   when=c.past(by_order.any() & (moved == 0)),
                   then=_counts(c, path) == Mux(to_origin, 0, c.past(_counts(c, path))))
@@ -166,7 +167,8 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                   when=stopped | pins.stop, then=~pins.ready)
     c.implication("ready-at-rest", "Ready means automatic mode, at rest, no step requested, not "
                                    "stopped.",
-                  when=pins.ready, then=pins.mode & motion("REST") & order("REST") & (asked == 0)
+                  when=pins.ready, then=pins.mode & motion("REST") & order("REST")
+                  & (requested == 0)
                   & ~stopped & ~pins.stop)
 
 

@@ -40,7 +40,7 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
     count = c.keep(range(longest + 2), name="digits_so_far")
     other = c.keep(1, name="not_digits")
     crc = c.keep(32, init=0xFFFFFFFF, name="crc_so_far")
-    said = [c.keep(4, name=f"digit_{place}") for place in range(dut.digits)]
+    held = [c.keep(4, name=f"digit_{place}") for place in range(dut.digits)]
     right = c.keep(1, name="line_is_right")
     with c.m.If(c.rst | over):
         c.m.d.sync += [count.eq(0), other.eq(0), crc.eq(crc.init)]
@@ -53,7 +53,7 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
         c.m.d.sync += count.eq(count + 1)
         with c.m.If(count < longest):
             c.m.d.sync += crc.eq(with_digit(crc, digit))
-        for place, at in enumerate(said):
+        for place, at in enumerate(held):
             with c.m.If(count == place):
                 c.m.d.sync += at.eq(digit)
 
@@ -82,14 +82,14 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
                   then=good)
     c.implication("says-what-was-said", "Good data are the digits of the line.",
                   when=waits & good,
-                  then=Cat(reversed(said)) == value)
+                  then=Cat(reversed(held)) == value)
     c.invariant("knows-the-line", "It counts the items, and remembers whether all were digits.",
                 (c.signal("count") == Mux(count > longest, longest, count))
                 & (c.signal("wrong") == (other | (count > longest)))
                 & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
                 & Cat((place >= count) | (at == value.word_select(
                     (Mux(count > dut.digits, dut.digits, count) - 1 - place)[:8], 4))
-                    for place, at in enumerate(said)).all()
+                    for place, at in enumerate(held)).all()
                 & (~waits | (good == right)),
                 cover=count > longest)
 
@@ -140,7 +140,7 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
     c.implication("reset-ends-it", "Reset ends a line.", when=c.past(c.rst),
                   then=dut.messages.ready & ~offered)
     rest, register = c.signal("rest"), c.signal("crc.crc_reg")
-    behind = Array(Cat(Const(0, 4 * said), message)[:len(rest)] for said in (
+    behind = Array(Cat(Const(0, 4 * held), message)[:len(rest)] for held in (
         0, *(min(place, dut.digits) for place in range(length))))
     c.implication("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
                   then=(rest == 0) & register.all())

@@ -112,12 +112,12 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: 
 
     c.implication("as-it-went-in", "Offered items are the bytes of good lines and the ends of "
                   "all.", when=dut.items.valid, then=payload == queue[0])
-    for says, word in [
+    for fault, word in [
         ("good", LineEnd.GOOD),
         ("long", LineEnd.LONG),
         ("damaged", LineEnd.DAMAGED),
     ]:
-        c.implication(f"tells-{says}", f"A line that is {says} ends so.",
+        c.implication(f"tells-{fault}", f"A line that is {fault} ends so.",
                       when=dut.items.valid & (queue[0] == Cat(Const(word, 8), Const(1, 1))),
                       then=payload == queue[0])
     words = c.words("ring")

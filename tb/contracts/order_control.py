@@ -58,19 +58,19 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
                   when=state("MOVING"), then=axes.any())
 
     # How the steps lie in time
-    asked = c.keep(range(period + 1), init=period, name="since_request")
+    since_request = c.keep(range(period + 1), init=period, name="since_request")
     with c.m.If(reset | taken | step.any()):
-        c.m.d.sync += asked.eq(0)
-    with c.m.Elif(asked < period):
-        c.m.d.sync += asked.eq(asked + 1)
+        c.m.d.sync += since_request.eq(0)
+    with c.m.Elif(since_request < period):
+        c.m.d.sync += since_request.eq(since_request + 1)
     c.implication("over-at-once", "When the steps are made, the last one was made just now.",
-                  when=state("MOVING") & (count >= steps), then=asked == 0)
+                  when=state("MOVING") & (count >= steps), then=since_request == 0)
     if period > 1:
         c.implication("timing", "A step is requested `period` clocks after the last one or the "
-                      "start.", when=step.any(), then=asked == period - 1)
+                      "start.", when=step.any(), then=since_request == period - 1)
         ticks = c.signal(f"{path}.divider.count")
         c.invariant("timing-is-the-count", "The divider counts the clocks to the next step.",
-                    Mux(state("MOVING"), ticks == asked - (period - 1), 1)
+                    Mux(state("MOVING"), ticks == since_request - (period - 1), 1)
                     & (ticks <= 0) & (ticks >= 1 - period), cover=ticks == 0)
         c.implication("divider-at-rest", "At rest the divider is at the start of its period.",
                       when=state("REST"), then=ticks == 1 - period)

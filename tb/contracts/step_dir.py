@@ -83,12 +83,13 @@ def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits
                 "of `low` and `hold`, or `setup` if that is longer.",
                 ~wanted | (differs + 1 + left < whole), cover=wanted & (left == 0))
     right = (dut.direction_pin == dut.direction) & dut.enable_pin
-    asked = (dut.step & dut.enable & ~c.rst & (dut.direction == c.past(dut.direction))
+    requested = (dut.step & dut.enable & ~c.rst & (dut.direction == c.past(dut.direction))
              & ~c.past(dut.moved))
-    so_far = _count(c, asked, whole + dut.setup, "asked_for")
+    so_far = _count(c, requested, whole + dut.setup, "asked_for")
     c.invariant("made-in-time", "A step that stays requested is made, `setup` after all else at "
-                "most.", ~asked | (so_far + left + Mux(right, 0, dut.setup) < whole + dut.setup),
-                cover=asked & dut.moved)
+                "most.", ~requested | (so_far + left + Mux(right, 0,
+                                                           dut.setup) < whole + dut.setup),
+                cover=requested & dut.moved)
 
 
 def _count(c: Contract, condition: Bits, most: int, name: str) -> Bits:

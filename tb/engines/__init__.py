@@ -15,7 +15,7 @@ from .verilator import VerilatorEngine
 __all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError",
            "build_with_fallback", "choose", "why_slow"]
 
-Made = TypeVar("Made")
+T = TypeVar("Made")
 
 ENGINES: dict[str, type[Engine]] = {
     engine.name: engine
@@ -55,16 +55,16 @@ def why_slow(name: str | None = None) -> str | None:
         None if an engine was chosen by name, or the fast one is available.
     """
     reason = CXXRTLEngine.missing() if name is None else None
-    return reason and _going_on(reason)
+    return reason and _slow_note(reason)
 
 
-def _going_on(reason: str) -> str:
+def _slow_note(reason: str) -> str:
     return (f"{reason}; using the slow engine, {AmaranthEngine.name}, "
             "which takes hundreds of times as long")
 
 
 def build_with_fallback(name: str | None,
-                        make: Callable[[type[Engine]], Made]) -> tuple[Made, str | None]:
+                        make: Callable[[type[Engine]], T]) -> tuple[T, str | None]:
     """Build something on an engine by name, or on the fastest that works.
 
     Parameters
@@ -92,5 +92,5 @@ def build_with_fallback(name: str | None,
     except EngineError as error:
         if name is not None or engine is AmaranthEngine:
             raise
-        note = _going_on(str(error))
+        note = _slow_note(str(error))
     return make(AmaranthEngine), note

@@ -59,7 +59,7 @@ class MoveToModel:
         self.width = width
         self.position = 0
 
-    def asks(self, *, target: int, run: int, load: int) -> tuple[int, int]:
+    def request(self, *, target: int, run: int, load: int) -> tuple[int, int]:
         """Return the requested step in this clock, and its direction."""
         return int(run and not load and target != self.position), int(target > self.position)
 
@@ -91,7 +91,7 @@ class AxisModel:
               enable: int, low: int, high: int, rst: int = 0) -> dict[str, int]:
         """Advance one clock."""
         position = self.move.position
-        step, direction = self.move.asks(target=target, run=run, load=load)
+        step, direction = self.move.request(target=target, run=run, load=load)
         asked = step & int(self.rate.is_due())
         allowed = self.limits.clock(step=asked, direction=direction, low=low, high=high)["allowed"]
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
@@ -116,10 +116,10 @@ class RampModel:
         self.level, self.way = 0, 1
         self.now = 0
 
-    def asks(self, *, target: int, run: int) -> tuple[int, int]:
+    def request(self, *, target: int, run: int) -> tuple[int, int]:
         """Return the requested step in this clock, and its direction."""
         if self.level == 0:
-            return self.place.asks(target=target, run=run, load=0)
+            return self.place.request(target=target, run=run, load=0)
         return run, int(self.way > 0)
 
     def bounds(self) -> tuple[int, int]:
@@ -134,7 +134,7 @@ class RampModel:
 
     def clock(self, *, target: int, run: int, asked: int, moved: int, rst: int = 0) -> None:
         """Advance one clock."""
-        _, direction = self.asks(target=target, run=run)
+        _, direction = self.request(target=target, run=run)
         slowest, fastest = self.bounds()
         if moved:
             self.way = 1 if direction else -1
