@@ -1,4 +1,4 @@
-"""Pause, continue and end a long job from the keyboard."""
+"""Somebody at a keyboard, while a command goes on for long."""
 
 import contextlib
 import queue
@@ -11,16 +11,16 @@ __all__ = ["Ended", "Keyboard"]
 
 
 class Ended(Exception):
-    """The user has ended the job."""
+    """Whoever is at the keyboard wants no more."""
 
 
 class Keyboard:
-    """A user who may pause, continue or end a job.
+    """Someone who may pause a job, go on, or end it.
 
     Attributes
     ----------
     interrupts : int
-        Number of times that Ctrl-C was pressed since the last Return.
+        Times that Ctrl-C was pressed, since the last Return.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Keyboard:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Count Ctrl-C instead of raising, and read lines if there is a terminal."""
+        """Count Ctrl-C instead of breaking off, and read lines if there is a terminal."""
         def count(*_) -> None:
             self.interrupts += 1
 
@@ -46,12 +46,12 @@ class Keyboard:
             self._lines.put(line.strip().lower())
 
     def paused(self, paused: bool) -> bool:
-        """Return whether the job is paused now.
+        """Return whether the job is paused from now on.
 
         Raises
         ------
         Ended
-            If Ctrl-C was pressed while paused, or ``q`` was entered.
+            If it was paused and Ctrl-C came again, or for ``q``.
         """
         while not self._lines.empty():
             line = self._lines.get()

@@ -15,7 +15,7 @@ from .verilator import VerilatorEngine
 __all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError",
            "build_with_fallback", "choose", "why_slow"]
 
-T = TypeVar("Made")
+T = TypeVar("T")
 
 ENGINES: dict[str, type[Engine]] = {
     engine.name: engine
