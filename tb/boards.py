@@ -47,7 +47,7 @@ def described(name: str, **parameters: int | bool) -> Design:
 
 
 def mill(*, timing: MillTiming, z_travel: int = Z_TRAVEL, guard: bool = False) -> Design:
-    """Return the machine without a board. Its VHDL has no guard, since it has no upsets."""
+    """Return the raw machine. Its VHDL has no guard: it has nothing that could be upset."""
     design = component("mill", Mill(timing=timing, z_travel=z_travel, guard=guard))
     return replace(design, vhdl=REFERENCES["mill"].described({
         "period": timing.period, "scan_bits": timing.scan_bits, "jog_period": timing.jog_period,

@@ -55,7 +55,7 @@ class Reached:
 
 
 def with_state_machine() -> list[str]:
-    """Return the names of components that have an FSM of their own."""
+    """Name the components that have a state machine of their own."""
     return [name for name, component in COMPONENTS.items()
             if _machine(component, component.cases[0]) is not None]
 

@@ -318,7 +318,7 @@ DIAGRAMS = (
     Diagram(
         "reporter",
         "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "
-        "would not be over by then waits. Here one is sent, and the next waits for the report.",
+        "would not be over by then waits. Here one is said, and the next waits for the report.",
         "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
         "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
 )

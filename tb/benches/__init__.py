@@ -1,4 +1,4 @@
-"""Benches of components and boards, by topic; benches of machines are their scenarios."""
+"""The benches: of components and boards, a module a room; of machines, their scenarios."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache

@@ -1,4 +1,4 @@
-"""Benches of orders over a serial line."""
+"""Orders that come over a serial line."""
 
 from fresa.machines import SerialOrders
 from fresa.motion import OrderLedger, Outcome, RequestKind
@@ -77,7 +77,7 @@ def serial_orders(run: Run) -> str:
     dut = SerialOrders(period=16)
     received = bytearray()
 
-    async def request(ctx, digits, answer, *, damage=None):
+    async def ask(ctx, digits, answer, *, damage=None):
         text = bytearray(f":{checked(digits)}\r".encode())
         if damage is not None:
             text[damage] ^= 1
@@ -92,18 +92,17 @@ def serial_orders(run: Run) -> str:
         ctx.set(dut.rx, 1)
         ctx.set(dut.enable, 1)
         await ctx.tick().repeat(9)
-        await request(ctx, "01C0FFEE01" "000000" "00000000", "10C0FFEE01" "000000" "000000")
-        await request(ctx, "02C0FFEE01" "000001" "00800100", "20C0FFEE01" "000001" "000000")
+        await ask(ctx, "01C0FFEE01" "000000" "00000000", "10C0FFEE01" "000000" "000000")
+        await ask(ctx, "02C0FFEE01" "000001" "00800100", "20C0FFEE01" "000001" "000000")
         run.see(ctx, dut.orders, valid=1)
         order = ctx.get(dut.orders.payload)
         run.expect("order", (order.x, order.y), (128, 256))
         ctx.set(dut.orders.ready, 1)
         await ctx.tick()
         ctx.set(dut.orders.ready, 0)
-        await request(ctx, "03C0FFEE01" "000002" "00000000", "90C0FFEE01" "000001" "000001",
-                      damage=9)
+        await ask(ctx, "03C0FFEE01" "000002" "00000000", "90C0FFEE01" "000001" "000001", damage=9)
         run.see(ctx, dut.orders, valid=0)
-        await request(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
+        await ask(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
         run.expect("tool", ctx.get(dut.orders.p.up), 1)
         run.expect("answers", received.count(b"\n"), 4)
 

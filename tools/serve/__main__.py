@@ -46,8 +46,8 @@ examples:
       lines end with line feed:  picocom --echo --omap crlf /dev/pts/7
 
   python -m tools.serve positioner --tcp 4000
-      Connect with  nc 127.0.0.1 4000,  or from pyserial as socket://127.0.0.1:4000. Every user of
-      this computer can connect to that port.
+      Also for  nc 127.0.0.1 4000,  and as socket://127.0.0.1:4000 for pyserial. Any program and
+      any person on this computer can connect to that port.
 
   python -m tools.serve single --ramp 1000 --top-speed 600
   python -m tools.serve positioner --backlash 4 4 0 --limit-ends X- Y- Z-
@@ -75,7 +75,7 @@ def main(argv: list[str] | None = None) -> int:
     listed = "\n".join(f"  {name:<12}{each.how.about}" for name, each in served_by_name.items())
     parser = Parser(prog="python -m tools.serve", machines=True, description=ABOUT,
                     epilog=EPILOG.format(machines=listed, baud=BAUD))
-    parser.add_argument("machine", metavar="MACHINE", help="machine, see below")
+    parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
                         help="also serve a TCP port; 0 for any free one")
     parser.add_argument("--speed", metavar="TIMES", type=_speed, default=1.0,
