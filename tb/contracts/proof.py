@@ -38,7 +38,7 @@ _FREE = "setattr -unset init top.*/w:*; "
 
 
 class ProofError(Exception):
-    """A prover failed; the message is its output."""
+    """A prover did not do its work; its message is what it wrote."""
 
 
 @dataclass

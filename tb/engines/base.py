@@ -23,7 +23,7 @@ PERIOD = 20
 
 
 class EngineError(Exception):
-    """An engine is not available, or cannot run a design; the message names the remedy."""
+    """An engine cannot run here, or cannot run this design; the message says what to do."""
 
 
 @dataclass(frozen=True)
