@@ -65,7 +65,7 @@ def board(name: str, machine: Machine, *, debounce: int | None = None,
     Parameters
     ----------
     name : str
-        Name of the machine in the allotments.
+        The machine's name, by which its pins are found.
     machine : Machine
         The machine.
     debounce, scan_bits, inverted

@@ -43,7 +43,7 @@ class Mistake:
         Returns the new right-hand side. Arguments: the correct one, for a register its next value,
         and a function that returns other signals by their paths.
     reset_less : bool, optional
-        Whether reset leaves the register unchanged.
+        Whether the register keeps its value in a reset.
     """
 
     path: str
