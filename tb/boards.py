@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The designs that engines run: machines by their own pins, and boards by theirs."""
+"""Designs for engines: machines with their own pins, and boards with theirs."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -8,7 +8,7 @@ from dataclasses import replace
 from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
-from fresa.roles import Machine
+from fresa.roles import MachineComponent
 from fresa_boards.board import Board
 from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.wiring import check_names, simulation_ports, wire
@@ -22,7 +22,7 @@ __all__ = ["board", "component", "described"]
 def component(name: str, dut: wiring.Component) -> Design:
     """Return a component as a design: its members by name, and ``rst``, the reset of ``sync``.
 
-    Members that are interfaces, such as streams, are joined to their path by underscores.
+    Members of interfaces, such as streams, have their path joined by underscores.
     """
     m = Module()
     m.domains.sync = ClockDomain()
@@ -38,26 +38,26 @@ def component(name: str, dut: wiring.Component) -> Design:
 
 
 def described(name: str, **parameters: int | bool) -> Design:
-    """Return a component that `tb.vhdl` describes, of the first case there if none is given."""
+    """Return a component with a VHDL reference, by default of its first case there."""
     reference = REFERENCES[name]
     parameters = parameters or dict(reference.cases[0])
     design = component(reference.entity, reference.component(**parameters))
     return replace(design, vhdl=reference.described(parameters))
 
 
-def board(name: str, machine: Machine, *, debounce: int | None = None,
+def board(name: str, machine: MachineComponent, *, debounce: int | None = None,
           scan_bits: int | None = None, inverted: Collection[str] = (),
           on: Board = NEXYS2_500) -> Design:
-    """Return a machine on a board, wired as it is built, on pins of a simulation.
+    """Return a machine on a board, wired as it is built, with the pins of a simulation.
 
-    Its inputs and outputs are the places of the machine's allotment, such as ``switches``,
-    ``buttons``, ``leds`` and the ports on headers, all with the levels of the board.
+    Its inputs and outputs are named by the machine's allotment, such as ``switches``, ``buttons``,
+    ``leds`` and header ports, all with the levels of the board.
 
     Parameters
     ----------
     name : str
         The machine's name, by which its pins are found.
-    machine : Machine
+    machine : MachineComponent
         The machine.
     debounce, scan_bits, inverted
         See :func:`fresa_boards.wiring.wire`.
@@ -65,11 +65,11 @@ def board(name: str, machine: Machine, *, debounce: int | None = None,
         The board.
     """
     allotment = on.allotment(name)
-    ports = simulation_ports(machine, allotment)
+    ports = simulation_ports(on, machine, allotment)
     top = wire(machine, ports, allotment, clock=on.clock, debounce=debounce, scan_bits=scan_bits,
                inverted=inverted)
     inputs = {pin: port.i for pin, port in ports.items() if port.direction is io.Direction.Input}
     clk = inputs.pop("clk")
     outputs = {pin: port.o for pin, port in ports.items() if pin not in {"clk", *inputs}}
     return Design(f"{on.family}_{name}", top, clk, inputs=inputs, outputs=outputs,
-                  names=check_names(machine, allotment))
+                  names=check_names(machine, ports, allotment))

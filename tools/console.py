@@ -12,6 +12,7 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
@@ -20,6 +21,8 @@ from typing import NoReturn, TextIO
 
 import platformdirs
 from tqdm import tqdm
+
+from fresa_boards.programs import ProgramError
 
 __all__ = [
     "FIRST_TIME",
@@ -127,8 +130,8 @@ def _note(kind: str, code: int, text: str) -> None:
 def command(main: Callable[..., int]) -> Callable[..., int]:
     """Make a `main` whose foreseen errors are one line on stderr and an exit status.
 
-    The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
-    a mistake of ours and keeps its traceback.
+    The status is 2 for a `UserError`, a `ProgramError` or an `OSError`, and 130 for control-C. Any
+    other exception is a mistake of ours and keeps its traceback.
 
     The machines of ``--machines FOLDER``, and of the variable that stands for it, are known before
     `main` begins; it is given a command line without that option.
@@ -140,7 +143,7 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             argv = sys.argv[1:] if argv is None else argv
             with _machines(argv) as argv, _cache():
                 return main(argv, *args, **kwargs)
-        except UserError as error:
+        except (UserError, ProgramError) as error:
             message, status = str(error), 2
         except BrokenPipeError:
             # The reader of our output has left. Python flushes stdout at exit: give it a sink.
@@ -150,6 +153,8 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             message, status = describe(error), 2
         except KeyboardInterrupt:
             message, status = "interrupted", 130
+        # Designs that were made and now are not used are no news.
+        warnings.filterwarnings("ignore", ".* created but never used")
         _note("error:", 31, message)
         return status
 
@@ -229,7 +234,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
 
     Each is written beside its place first, and all are renamed once all are written. A single file
     is replaced in one step of the system; of several, a power cut may leave some old and some new,
-    but each of them whole.
+    but each of them whole. What begins with ``#!`` may be run by all who may read it.
 
     Raises
     ------
@@ -249,11 +254,14 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
             else:
                 staged[path] = _beside(path)
                 _write(staged[path], data)
+                if path.exists():
+                    shutil.copymode(path, staged[path])
+                if data.startswith(b"#!"):
+                    _make_executable(staged[path])
         for number, (path, new) in enumerate(staged.items(), start=1):
             if not path.exists():
                 created.append(path)
             else:
-                shutil.copymode(path, new)
                 # The last one needs no way back: when it is in place, everything is.
                 if number < len(staged):
                     saved[path] = _beside(path)
@@ -491,6 +499,11 @@ def _write(path: Path, data: bytes) -> None:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _make_executable(path: Path) -> None:
+    mode = path.stat().st_mode
+    path.chmod(mode | (mode & 0o444) >> 2)
 
 
 def _discard(path: Path) -> None:

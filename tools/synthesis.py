@@ -1,4 +1,4 @@
-"""What a design takes of an FPGA, by Yosys."""
+"""Resources of an FPGA that a design takes, by Yosys."""
 
 import json
 import re
@@ -9,12 +9,13 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from fresa_boards.programs import ProgramError, last_words
 from tb.yosys import YOSYS
 
 __all__ = ["PASSES", "Resources", "synthesise"]
 
 PASSES = 46
-"""Passes that ``synth_xilinx`` announces, so that progress can be shown."""
+"""Passes that ``synth_xilinx`` reports, for a progress bar."""
 
 _PASS = re.compile(r"2\.(\d+)\. ")
 
@@ -28,7 +29,8 @@ class Resources:
     luts : int
         Look-up tables of 1 to 4 inputs.
     inverters : int
-        Inverters that Yosys counts apart. Most of them vanish into what they drive.
+        Inverters that Yosys counts separately. Most of them are merged into the cells that they
+        drive.
     flip_flops : int
         Flip-flops.
     block_rams : int
@@ -36,7 +38,7 @@ class Resources:
     multipliers : int
         Multipliers of 18 x 18 bits.
     tool : str
-        What counted.
+        Name and version of the tool.
     """
 
     luts: int
@@ -47,7 +49,7 @@ class Resources:
     tool: str
 
     def facts(self) -> dict[str, object]:
-        """List the figures, ready for JSON."""
+        """Return the figures for JSON."""
         return asdict(self)
 
 
@@ -65,8 +67,8 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
 
     Raises
     ------
-    RuntimeError
-        If Yosys refuses the design.
+    ProgramError
+        If Yosys cannot start, or refuses the design.
     """
     script = (f"read_rtlil design.il; synth_xilinx -family xc3se -top {top}; "
               "tee -q -o stat.json stat -json")
@@ -86,7 +88,7 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
                     done = int(match[1])
             if process.wait():
                 errors.seek(0)
-                raise RuntimeError(f"Yosys refused the design: {errors.read().strip()}")
+                raise ProgramError(f"Yosys failed: {last_words(errors.read())}")
         cells = json.loads(Path(folder, "stat.json").read_text(encoding="utf-8"))["design"][
             "num_cells_by_type"]
 

@@ -10,12 +10,12 @@ __all__ = ["ORDER_LEDGER"]
 
 
 def describe(c: Contract, dut: OrderLedger) -> None:
-    """A queue beside it holds what was taken, by rules that are written down another way."""
+    """A reference queue holds the orders taken, by rules that are stated independently."""
     request, good = dut.requests.p.value, dut.requests.p.good
     given = dut.requests.valid & dut.requests.ready
     offered, payload = dut.orders.valid, dut.orders.payload.as_value()
     carried_out = offered & dut.orders.ready
-    # Who takes answers stays ready until there is one.
+    # The receiver of answers stays ready until there is one.
     c.assume(~c.past(dut.answers.ready & ~dut.answers.valid & ~c.rst) | dut.answers.ready)
 
     session = c.keep(32, name="open_session")
@@ -63,7 +63,7 @@ def describe(c: Contract, dut: OrderLedger) -> None:
             word = Mux(number[:len(place)] == address, ring[address], word)
         return word
 
-    c.invariant("knows-what-waits", "What waits lies in its places.",
+    c.invariant("knows-what-waits", "Queued orders are at their addresses.",
                 ((taken - done)[:24] == count) & (count <= dut.depth)
                 & Cat((number >= count) | (word_at(place + 1 + number) == at)
                       for number, at in enumerate(queue)).all(),
@@ -78,7 +78,7 @@ def _watch_orders(c: Contract, dut: OrderLedger, offered: Bits, payload: Bits, f
     """State what the machine is offered."""
     c.invariant("offered-while-it-waits", "While orders wait the first is offered, and else none.",
                 offered == ((count != 0) & dut.enable), cover=offered)
-    c.implication("each-once-in-its-turn", "What is offered is what the line of that number said.",
+    c.implication("each-once-in-its-turn", "An offered order is that of the line with its number.",
                   when=offered, then=payload == first)
     c.implication("stream-keeps", "It stays as it is until it is taken.",
                   when=c.past(offered & ~dut.orders.ready & ~c.rst & dut.enable) & dut.enable,
@@ -119,7 +119,7 @@ def _watch_requests(c: Contract, dut: OrderLedger, given: Bits, opens: Bits, tak
 
 def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, taken: Bits,
                    done: Bits, count: Bits, ours: Bits, is_order: Bits, is_next: Bits) -> None:
-    """State what is answered."""
+    """State the answers to requests."""
     request, good, answer = dut.requests.p.value, dut.requests.p.good, dut.answers.p
     answers, kind = dut.answers.valid, request.kind
     c.implication("answers-each", "A request is answered with the next clock.",
@@ -128,33 +128,34 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
                   then=c.past(given & ~c.rst))
     c.invariant("one-at-a-time", "A request is taken when its answer can go.",
                 dut.requests.ready == (dut.answers.ready & ~answers), cover=given)
-    c.implication("tells-the-truth", "An answer says what is open, taken, done, and so with the "
-                  "machine.", when=answers,
+    c.implication("tells-the-truth", "An answer holds the session, the orders taken and done, "
+                  "and the state of the machine.", when=answers,
                   then=(answer.session == session) & (answer.taken == taken)
     & (answer.done == done) & (answer.error == dut.error)
     & (answer.stopped == dut.stopped) & (answer.manual == ~dut.enable)
     & (answer.reserved == 0))
     is_open = good & (kind == RequestKind.OPEN)
-    for name, says, when in [
-        (Outcome.DAMAGED, "the line was not right", ~good),
-        (Outcome.TOLD, "it is a question", good & (kind == RequestKind.TELL)),
-        (Outcome.MANUAL, "a session is to be opened by hand", is_open & ~dut.enable),
-        (Outcome.BUSY, "orders of another session wait",
+    for name, outcome, condition, when in [
+        ("damaged", Outcome.DAMAGED, "the line was damaged", ~good),
+        ("told", Outcome.REPORTED, "the request is a query", good & (kind == RequestKind.QUERY)),
+        ("manual", Outcome.MANUAL, "a session is requested in manual mode", is_open & ~dut.enable),
+        ("busy", Outcome.BUSY, "orders of another session wait",
          is_open & dut.enable & (request.session != session) & (count != 0)),
-        (Outcome.OPENED, "it is open now",
+        ("opened", Outcome.OPENED, "the session is open now",
          is_open & dut.enable & ((request.session == session) | (count == 0))),
-        (Outcome.CLOSED, "the session of an order is not open", is_order & ~ours),
-        (Outcome.AGAIN, "the order was the last", ours & (request.number == taken)),
-        (Outcome.UNEXPECTED, "it has another number",
+        ("closed", Outcome.CLOSED, "the session of an order is not open", is_order & ~ours),
+        ("again", Outcome.AGAIN, "the order was the last", ours & (request.number == taken)),
+        ("unexpected", Outcome.UNEXPECTED, "the order has another number",
          ours & (request.number != taken) & ~is_next),
-        (Outcome.FULL, "there is no room", ours & is_next & (count == dut.depth)),
-        (Outcome.TAKEN, "it is taken", ours & is_next & (count < dut.depth)),
-        (Outcome.UNKNOWN, "there is no such request",
+        ("full", Outcome.FULL, "the queue is full", ours & is_next & (count == dut.depth)),
+        ("taken", Outcome.TAKEN, "the order is taken", ours & is_next & (count < dut.depth)),
+        ("unknown", Outcome.UNKNOWN, "the request is unknown",
          good & (kind.as_value() > RequestKind.DOWN.value)),
     ]:
-        c.implication(f"says-{name.name.lower()}", f"It says so if {says}, and only then.",
-                      when=answers & (c.past(when) | (answer.outcome == name)),
-                      then=c.past(when) & (answer.outcome == name))
+        c.implication(f"says-{name}", f"The outcome is {outcome.name} if and only if "
+                      f"{condition}.",
+                      when=answers & (c.past(when) | (answer.outcome == outcome)),
+                      then=c.past(when) & (answer.outcome == outcome))
 
 
 ORDER_LEDGER = Component(

@@ -4,7 +4,18 @@ import runpy
 
 import pytest
 
-from fresa_host import Kind, LineLost, Mill, NotReady, Order, OrderRefused, TimedOut, order_lines
+from fresa_host import (
+    JobHalfDone,
+    JobStopped,
+    Kind,
+    LineLost,
+    Mill,
+    NotReady,
+    Order,
+    OrderRefused,
+    TimedOut,
+    order_lines,
+)
 from tests.host.world import World, job
 from tests.tools.process import PATIENCE, ROOT
 
@@ -97,6 +108,39 @@ class TestCarryOut:
             mill.carry_out(straight(9))
         assert wire.world.done == [UP, *straight(9)]
 
+    def test_another_job_is_thrown_away_by_force_alone(self, wire):
+        def give_up(done: int, total: int) -> None:
+            if done == 4:
+                raise KeyboardInterrupt
+
+        with Mill("mill", timeout=PATIENCE) as mill:
+            with pytest.raises(KeyboardInterrupt):
+                mill.carry_out(straight(9), progress=give_up)
+            while wire.world.mill.ledger.waiting:
+                mill.state()
+            done = list(wire.world.done)
+            for call in (mill.home, lambda: mill.carry_out([UP])):
+                with pytest.raises(JobHalfDone, match=f"up to its order {len(done)}"):
+                    call()
+            assert wire.world.done == done
+            mill.home(force=True)
+        assert wire.world.done == [*done, UP, Order(Kind.GO)]
+
+    def test_it_is_stopped_from_another_thread_and_goes_on(self, wire):
+        def stop(done: int, total: int) -> None:
+            if done == 3:
+                assert mill.is_moving()
+                mill.stop()
+
+        with Mill("mill", timeout=PATIENCE) as mill:
+            assert not mill.is_moving() and repr(mill) == "Mill('mill')"
+            mill.stop()  # nothing to stop
+            with pytest.raises(JobStopped, match="[345] of 9 orders are done, the same call goes"):
+                mill.carry_out(straight(9), progress=stop)
+            assert not mill.is_moving() or wire.world.mill.ledger.waiting
+            mill.carry_out(straight(9))
+        assert wire.world.done == [UP, *straight(9)]
+
     @pytest.mark.parametrize(("orders", "says"), [
         ([], "at least one order"),
         ([Order(Kind.GO), DOWN, Order(Kind.GO, 3, 4)], "order 3, go 3 4: .* no straight line"),
@@ -126,7 +170,7 @@ def test_the_example(wire, capsys):
 class TestWrong:
     def test_answers_to_earlier_questions_are_old_news(self, wire):
         with Mill("mill", timeout=PATIENCE) as mill:
-            wire.write(order_lines.request(Kind.TELL))  # asked, and not waited for
+            wire.write(order_lines.request(Kind.QUERY))  # asked, and not waited for
             wire.world.mill.enable = 0
             assert mill.state().manual
 

@@ -17,8 +17,6 @@ from tb.design import Design
 from tb.engines import EngineError, source
 from tb.engines.netlist import netlist as synthesised
 from tb.machines.mill.netlist import MILL, PANEL, RUN
-from tb.machines.positioner.netlist import RUN as POSITIONER_RUN
-from tb.machines.single.netlist import RUN as SINGLE_RUN
 from tb.mistake import Mistake
 from tb.netlist import CHECKS, Options, codes, equal, pins, unknown
 from tb.netlist.flat import Flat
@@ -389,7 +387,10 @@ class TestUnknown:
         assert seen.wrong is not None
 
     def test_what_is_typed_takes_longer(self):
-        for runnable in (SINGLE_RUN, POSITIONER_RUN):
+        typed = [runnable for name, part in netlist_parts().items() if name != MILL.name
+                 for runnable in part.unknown]
+        assert len(typed) > 1
+        for runnable in typed:
             for resets in (True, False):
                 rows = list(runnable.stimulus(5, 4000, resets))
                 assert sum(len(block["rst"]) for block in rows) == 40_000

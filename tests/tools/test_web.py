@@ -7,6 +7,8 @@ import json
 import socket
 import stat
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,8 @@ from tools.web import session as sessions
 from tools.web.site import _PORT
 
 LARGEST = 1 << 20
+
+sites = import_module("tools.web.site")  # the package has a function of its name
 
 
 class Count:
@@ -246,7 +250,7 @@ class TestSite:
             raise OSError(errno.EADDRNOTAVAIL, "Cannot assign requested address")
 
         async def whole():
-            with pytest.raises(UserError, match="^port 81 is not to be had .Cannot assign"):
+            with pytest.raises(UserError, match="^port 81 is not available .Cannot assign"):
                 async with serve(Server(tmp_path).app, 81):
                     pass
 
@@ -270,8 +274,70 @@ class TestSite:
         assert capfd.readouterr().err == ""
 
 
+class TestStrangers:
+    """Other users of the computer can connect; without the token they get nothing."""
+
+    @staticmethod
+    async def connect(address: str):
+        port = int(paths(address)[0].rsplit(":", 1)[1])
+        return await asyncio.open_connection("127.0.0.1", port)
+
+    def test_lock_nobody_out(self, run, caplog):
+        async def test(_, address, client):
+            idle = [await self.connect(address) for _ in range(4 * sites.MOST_STRANGERS)]
+            async with client.ws_connect(address + "ws") as page, client.get(address) as answer:
+                assert answer.status == 200
+                for _ in range(4 * sites.MOST_STRANGERS):
+                    idle.append(await self.connect(address))
+                await page.send_json({"do": "run"})
+                async with client.get(address) as again:
+                    assert again.status == 200
+            ended = [reader for reader, _ in idle[:sites.MOST_STRANGERS] if reader.at_eof()]
+            assert len(ended) == sites.MOST_STRANGERS
+            for _, writer in idle:
+                writer.transport.abort()
+
+        run(test)
+        assert not caplog.records
+
+    @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: ",
+                                      b"GET /x/ HTTP/1.1\r\nHost: localhost\r\n\r\n"])
+    def test_are_not_waited_for(self, run, monkeypatch, said):
+        monkeypatch.setattr(sites, "STRANGER_TIMEOUT_S", 0.2)
+
+        async def test(_, address, client):
+            async with client.ws_connect(address + "ws") as page:
+                reader, writer = await self.connect(address)
+                writer.write(said)
+                with suppress(ConnectionError):
+                    await reader.read()  # to its end
+                writer.close()
+                await asyncio.sleep(0.3)
+                await page.send_json({"do": "fail"})  # who has shown the token stays
+                assert "error" in await page.receive_json()
+
+        run(test)
+
+    def test_an_upload_that_is_dropped_is_no_mistake_of_ours(self, run, caplog):
+        async def test(server, address, client):
+            host, token = paths(address)
+            for sent, ended in ((0, "abort"), (LARGEST // 2, "abort"), (LARGEST // 2, "close")):
+                _, writer = await self.connect(address)
+                writer.write(f"POST /{token}/post HTTP/1.1\r\nHost: {host[7:]}\r\n"
+                             f"Content-Length: {LARGEST}\r\n\r\n".encode() + bytes(sent))
+                await writer.drain()
+                await asyncio.sleep(0.1)
+                getattr(writer.transport, ended)()
+                await asyncio.sleep(0.1)
+            async with client.get(address) as answer:
+                assert answer.status == 200
+
+        run(test)
+        assert not caplog.records
+
+
 async def frame(page: ClientWebSocketResponse, seconds: float = 5) -> bytes:
-    """Take the next frame, whatever is said before."""
+    """Take the next frame, whatever is received before."""
     while (message := await page.receive(seconds)).type == WSMsgType.TEXT:
         pass
     assert message.type == WSMsgType.BINARY, message
@@ -297,9 +363,9 @@ class TestPages:
                     server.count.numbers += [n]
                     server.pages.wake()
                 await quiet(page)
-                assert not server.pages.hungry
+                assert not server.pages.ready
                 await page.send_json({"do": "next"})
-                while not server.pages.hungry:
+                while not server.pages.ready:
                     await asyncio.sleep(0.001)
                 server.pages.wake()
                 assert await frame(page) == bytes(range(2, 200))
@@ -316,7 +382,7 @@ class TestPages:
                     server.pages.wake()
                     assert await frame(quick) == bytes([n])
                     await quick.send_json({"do": "next"})
-                    while not server.pages.hungry:
+                    while not server.pages.ready:
                         await asyncio.sleep(0)
                 assert await frame(slow) == b"\0"
                 await quiet(slow)
@@ -325,15 +391,16 @@ class TestPages:
 
     def test_texts_are_told_to_all_and_kept_for_those_who_come(self, run):
         async def test(server, address, client):
-            server.pages.tell("job", {"rows": 1})
+            server.pages.publish("job", {"rows": 1})
             async with client.ws_connect(address + "ws") as first:
-                assert await first.receive_json() == {"say": "job", "rows": 1}
-                server.pages.tell("job", {"rows": 1})  # is known
-                server.pages.tell("state", {"done": True})
-                assert await first.receive_json() == {"say": "state", "done": True}
+                assert await first.receive_json() == {"topic": "job", "rows": 1}
+                server.pages.publish("job", {"rows": 1})  # is known
+                server.pages.publish("state", {"done": True})
+                assert await first.receive_json() == {"topic": "state", "done": True}
                 async with client.ws_connect(address + "ws") as second:
-                    said = [await second.receive_json() for _ in range(2)]
-                    assert said == [{"say": "job", "rows": 1}, {"say": "state", "done": True}]
+                    received = [await second.receive_json() for _ in range(2)]
+                    assert received == [{"topic": "job", "rows": 1},
+                                        {"topic": "state", "done": True}]
 
         run(test)
 
@@ -344,7 +411,7 @@ class TestPages:
                 while not server.count.done:
                     await asyncio.sleep(0.001)
                 for n in range(1000):  # without giving the page time to take one
-                    server.pages.tell("state", {"n": n})
+                    server.pages.publish("state", {"n": n})
                 assert (await page.receive_json())["n"] == 999
                 await quiet(page)
 

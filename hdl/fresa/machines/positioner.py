@@ -29,7 +29,7 @@ from ..roles import (
     STATUS,
     STEP,
     TX,
-    Machine,
+    MachineComponent,
 )
 
 __all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
@@ -111,7 +111,7 @@ class PositionerTiming:
                    report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
 
 
-class Positioner(Machine):
+class Positioner(MachineComponent):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line

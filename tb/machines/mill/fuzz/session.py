@@ -12,7 +12,7 @@ from tb.fuzz.frames import Frame
 from tb.fuzz.trajectory import NEVER, Failure, Steps
 from tb.uart import Text
 
-from .lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, decode_request, with_crc
+from .lines import DOWN, GO, LONGEST, NUMBERS, OPEN, QUERY, ROOM, UP, decode_request, with_crc
 
 __all__ = ["AcceptedOrder", "OrderSession", "check_moves", "motors"]
 
@@ -23,7 +23,8 @@ DEPTH = 2
 """Orders that may wait."""
 
 ANSWER = rb"=[0-9A-F]{30}\r\n"
-(TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
+(REPORTED, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED,
+ UNKNOWN) = range(11)
 
 
 class AcceptedOrder(NamedTuple):
@@ -142,7 +143,7 @@ class OrderSession(AnswerSession):
     def check_flooded(self, answer: bytes, end: int) -> None:
         """Check that an answer in a flood gives the state, or says that a line was damaged."""
         outcome, *_ = fields = self._fields(answer)
-        if outcome not in (TOLD, DAMAGED) or not self._is_so(fields):
+        if outcome not in (REPORTED, DAMAGED) or not self._is_so(fields):
             self.fail(end, f"a flood is answered by {answer!r}")
 
     def _fields(self, answer: bytes) -> tuple[int, ...]:
@@ -169,8 +170,8 @@ class OrderSession(AnswerSession):
             return {DAMAGED}
         kind, session, number, *_ = request
         idle = self._done == self._number
-        if kind == TELL:
-            return {TOLD}
+        if kind == QUERY:
+            return {REPORTED}
         if kind == OPEN:
             return {OPENED} if idle or session == self._session else {OPENED, BUSY}
         if kind > DOWN:

@@ -75,8 +75,10 @@ class Driver:
             self._changed.wait_for(holds, patience)
 
     def close(self) -> None:
-        """Let go of the port. What moves goes on."""
+        """Let go of the port. What moves goes on; what waits or is called from now on fails."""
         self._closed = True
+        with self._changed:
+            self._lose(LineLost(f"{self._port.name} was closed"))
         if self._thread is not threading.current_thread():
             self._thread.join()
         self._port.close()
