@@ -133,27 +133,6 @@ class TestSession:
             b"ok", b"ok", b"x:20", b"ok", b"ok", b"x:3", b"ok"]
         assert seen["position"].max() == 20 and seen["position"][-1] == 3
 
-    def test_forward_is_the_order_of_the_phases(self):
-        seen = session(b"v59999", b"x9", pause=40)
-        words = seen["coils"][1:]
-        changed = [words[0], *words[1:][np.diff(words) != 0]]
-        assert changed == [*PHASES, *PHASES[:2]]
-
-    def test_a_bad_frame_changes_nothing(self):
-        seen = session(b"e2", b"x10000", b"v0", b"x5a", b"", b"y", b"x" + b"0" * 126, pause=30,
-                       after=2000)
-        assert sent(seen)[len(HELLO):].split(b"\r\n") == [
-            b"err range"] * 3 + [b"err number"] + [b"err command"] * 2 + [b"err length", b""]
-        assert not seen["position"].any() and seen["enable"].all()
-
-    def test_without_power_no_step_and_the_set_point_stays(self):
-        seen = session(b"v50000", b"e0", b"x6", b"x?", b"e1", pause=120)
-        off = np.flatnonzero(seen["enable"] == 0)
-        assert not seen["coils"][off[1:]].any()
-        assert not seen["position"][:off[-1] + 2].any() and seen["position"][-1] == 6
-        assert not seen["moving"][off].any()
-        assert b"x:0\r\n" in sent(seen)
-
     def test_a_new_set_point_is_turned_to_at_once(self):
         """In the middle of the way, with the next step."""
         seen = session(b"v6000", b"x900", b"x0", after=9000)
@@ -169,16 +148,6 @@ class TestSession:
         lines = sent(seen)[len(HELLO):].split(b"\r\n")
         assert set(lines) == {b"x:0", b"ok", b"err command", b""}
         assert lines.count(b"x:0") == lines.count(b"ok") > 40
-
-    def test_a_reset_moves_nothing(self):
-        rx = encode(b":v30000\r:x40\r", TIMING.bit) + [1] * 300
-        rst = [0] * (len(rx) - 250) + [1] + [0] * 249
-        with single() as machine:
-            seen = machine.apply({"rx": [1] * 9 + rx, "rst": [0] * 9 + rst}, OUTPUTS)
-        at = 9 + len(rx) - 250
-        assert seen["position"][at] > 5 and seen["position"][at + 1] == 0
-        assert len(set(seen["coils"][at:])) == 1 and seen["tx"][at + 1] == 1
-
 
 class TestTimes:
     @pytest.mark.compiler

@@ -127,15 +127,6 @@ class TestPositioning:
         expected = {"DISCONNECTED", "EMPTY", "RANGE", "LIMIT MOT1", "LIMIT MOT3"}
         assert expected | ({"OVERFLOW"} if waiting < 5 else set()) <= {*bench.answers}
 
-    def test_nothing_moves_before_connect(self, bench):
-        bench.order("P", 1, 10, 20, 30)
-        bench.order("GOTO", 1)
-        bench.order("MOV", 0, 1)
-        bench.settle()
-        assert bench.runs == 0 and bench.answers == ["DISCONNECTED"] * 2
-        bench.order("CONNECT")
-        assert bench.runs == 0
-
     def test_goto_sends_all_and_each_stops_where_it_arrives(self, bench):
         bench.order("CONNECT")
         bench.order("P", 3, 10, -20, 30)

@@ -3,7 +3,7 @@
 from math import ceil
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tb.engines import Changes
@@ -32,6 +32,7 @@ levels = st.fixed_dictionaries({
 
 
 class TestLights:
+    @settings(deadline=None)
     @given(st.lists(levels, min_size=2, max_size=60), st.data())
     def test_equals_the_count_however_cut(self, rows, data):
         """The first of `rows` holds before clock 1; row n holds after edge n."""
