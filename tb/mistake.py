@@ -44,11 +44,14 @@ class Mistake:
         and a function that returns other signals by their paths.
     reset_less : bool, optional
         Whether the register keeps its value in a reset.
+    init : int, optional
+        Value of the register at power-up.
     """
 
     path: str
     becomes: Callable[[Any, Find], Any] | None = None
     reset_less: bool | None = None
+    init: int | None = None
 
     def planted(self, design: Design) -> Design:
         """Return the design with the mistake in it; the design passed in must not be used any more.
@@ -80,6 +83,8 @@ class Mistake:
         signal = find(self.path)
         if self.reset_less is not None:
             signal._reset_less = self.reset_less
+        if self.init is not None:
+            signal._init = self.init
         if self.becomes is None:
             return
         inside, domain = _driver(fragment, signal, self.path)

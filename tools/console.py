@@ -12,13 +12,17 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
 import platformdirs
 from tqdm import tqdm
+
+from fresa_boards.programs import ProgramError
 
 __all__ = [
     "FIRST_TIME",
@@ -54,6 +58,10 @@ def spelt(text: str) -> str:
     return re.sub(r"python\s+-m\s+tb\b", "fresa bench", text)
 
 
+_refused: ContextVar[bool] = ContextVar("_refused", default=False)
+"""Whether ``--machines`` was given, and no parser has yet said that its command takes it."""
+
+
 class UserError(Exception):
     """An error that the user can put right; its text, one line, is how."""
 
@@ -67,18 +75,27 @@ class Parser(argparse.ArgumentParser):
     Parameters
     ----------
     machines : bool
-        Tell of ``--machines``, which `command` has taken out of the command line.
+        The command takes ``--machines``, which `command` has taken out of the command line and
+        obeyed. One that does not is refused if it was given.
     """
 
     def __init__(self, *args, machines: bool = False, **kwargs) -> None:
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
+        self._machines = machines
         if machines:
             self.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
                               help="add the machines of a folder, see docs/adding-a-machine.md; "
                                    "may be repeated")
         self.prog = spelt(self.prog)
+
+    def parse_known_args(self, *args, **kwargs):
+        if self._machines:
+            _refused.set(False)  # nor by parsers of its subcommands
+        elif _refused.get():
+            self.error("--machines has no meaning here")
+        return super().parse_known_args(*args, **kwargs)
 
     def format_help(self) -> str:
         return spelt(super().format_help())
@@ -113,8 +130,8 @@ def _note(kind: str, code: int, text: str) -> None:
 def command(main: Callable[..., int]) -> Callable[..., int]:
     """Make a `main` whose foreseen errors are one line on stderr and an exit status.
 
-    The status is 2 for a `UserError` or an `OSError`, and 130 for control-C. Any other exception is
-    a mistake of ours and keeps its traceback.
+    The status is 2 for a `UserError`, a `ProgramError` or an `OSError`, and 130 for control-C. Any
+    other exception is a mistake of ours and keeps its traceback.
 
     The machines of ``--machines FOLDER``, and of the variable that stands for it, are known before
     `main` begins; it is given a command line without that option.
@@ -126,7 +143,7 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             argv = sys.argv[1:] if argv is None else argv
             with _machines(argv) as argv, _cache():
                 return main(argv, *args, **kwargs)
-        except UserError as error:
+        except (UserError, ProgramError) as error:
             message, status = str(error), 2
         except BrokenPipeError:
             # The reader of our output has left. Python flushes stdout at exit: give it a sink.
@@ -136,6 +153,8 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
             message, status = describe(error), 2
         except KeyboardInterrupt:
             message, status = "interrupted", 130
+        # Designs that were made and now are not used are no news.
+        warnings.filterwarnings("ignore", ".* created but never used")
         _note("error:", 31, message)
         return status
 
@@ -155,6 +174,8 @@ def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
         try:
             folders, rest = split_option(argv)
             stack.enter_context(added(folders))
+            _refused.set(bool(folders))
+            stack.callback(_refused.set, False)
         except ValueError as error:
             raise UserError(str(error)) from error
         yield rest
@@ -213,7 +234,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
 
     Each is written beside its place first, and all are renamed once all are written. A single file
     is replaced in one step of the system; of several, a power cut may leave some old and some new,
-    but each of them whole.
+    but each of them whole. What begins with ``#!`` may be run by all who may read it.
 
     Raises
     ------
@@ -233,11 +254,14 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
             else:
                 staged[path] = _beside(path)
                 _write(staged[path], data)
+                if path.exists():
+                    shutil.copymode(path, staged[path])
+                if data.startswith(b"#!"):
+                    _make_executable(staged[path])
         for number, (path, new) in enumerate(staged.items(), start=1):
             if not path.exists():
                 created.append(path)
             else:
-                shutil.copymode(path, new)
                 # The last one needs no way back: when it is in place, everything is.
                 if number < len(staged):
                     saved[path] = _beside(path)
@@ -475,6 +499,11 @@ def _write(path: Path, data: bytes) -> None:
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _make_executable(path: Path) -> None:
+    mode = path.stat().st_mode
+    path.chmod(mode | (mode & 0o444) >> 2)
 
 
 def _discard(path: Path) -> None:

@@ -129,7 +129,7 @@ def load(path: str | os.PathLike) -> Image.Image:
     """Read a picture from a file, as grey.
 
     The camera's orientation is applied, what is transparent becomes white, and of an animation the
-    first picture is taken.
+    first picture is taken. A drawing in white on a transparent ground becomes black on white.
 
     Parameters
     ----------
@@ -247,12 +247,13 @@ def prepare(
 
     level = otsu(np.bincount(grey.ravel(), minlength=256)) if threshold is None else threshold
     pixels = (grey > level) if invert else (grey <= level)
+    if not pixels.any() and grey.min() == grey.max():
+        raise PictureError("nothing to mill: the picture is one grey all over")
     if not pixels.any():
         wanted = "lighter than" if invert else "as dark as"
-        other = "without --invert" if invert else "--invert"
+        # Not with the other ground: there everything would be milled.
         raise PictureError(
-            f"nothing to mill: no pixel is {wanted} the threshold {level}; "
-            f"try {other} or another --threshold"
+            f"nothing to mill: no pixel is {wanted} the threshold {level}; try another --threshold"
         )
     if outline:
         pixels = outlined(pixels)
@@ -357,7 +358,10 @@ def _grey(image: Image.Image) -> Image.Image:
         return image.getchannel(0)
     if image.has_transparency_data:
         image = image.convert("RGBA")
+        opacity = image.getchannel("A")
         image = Image.alpha_composite(Image.new("RGBA", image.size, "white"), image)
+        if image.convert("RGB").convert("L").getextrema() == (255, 255):  # white, if anything
+            return ImageOps.invert(opacity)
     return image.convert("RGB").convert("L")
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from fresa_host.delivery import ReopenedPort, deliver
 from fresa_host.errors import LineLost, MachineError
 from fresa_host.jobs import begin_raised, check_cuts
-from fresa_host.orders import Sender
+from fresa_host.orders import JobHalfDone, Sender
 from fresa_host.port import BAUD
 
 from .console import (
@@ -43,9 +43,11 @@ another may have left down: a list that does not is given one  up  more, its ord
 carried out once, over whatever line: what is lost or damaged is sent again. If the line is
 unplugged it goes on when it is back. Ctrl-C, or p and Return, stops sending: at most two more
 orders are carried out. Then Return goes on, and Ctrl-C again (or q and Return) ends; the same
-command, but without --from and --again, goes on later, from any computer, for the mill knows the
-job. It has forgotten it after a reset and in manual mode, when the origin is another: then the job
-begins at order 1, or with --from where you say.
+command, but without --from, --again and --force, goes on later, from any computer, for the mill
+knows the job. It has forgotten it after a reset and in manual mode, when the origin is another:
+then the job begins at order 1, or with --from where you say. A job that is half done
+is thrown away by no other job without a question; without a keyboard only --force says yes to it,
+and the first Ctrl-C ends.
 """
 
 EPILOG = """\
@@ -119,8 +121,9 @@ def main(argv: list[str] | None = None) -> int:
     args = _parser().parse_args(argv)
     if (args.port is None) == (args.output is None):
         raise UserError("say either --port, to send the job, or -o, to write its orders")
-    if args.output is not None and (args.first != 1 or args.again):
-        raise UserError("a list has all orders of a job: leave out --from and --again with -o")
+    if args.output is not None and (args.first != 1 or args.again or args.force):
+        raise UserError("a list has all orders of a job: leave out --from, --again and --force "
+                        "with -o")
     check_output(args.output)
     if args.output is not None:
         orders = _orders(args)
@@ -134,8 +137,7 @@ def main(argv: list[str] | None = None) -> int:
             if not args.first <= len(orders):
                 raise UserError(f"the job has {len(orders)} orders: --from {args.first} is none "
                                 "of them")
-            sender = Sender(orders, first=stroke_start(orders, args.first), again=args.again)
-            return _send(sender, port, args)
+            return _send(orders, port, args)
     except LineLost as error:
         raise UserError(str(error)) from error
 
@@ -161,13 +163,31 @@ def _asked_for(args: argparse.Namespace) -> list:
         return picture_orders(prepared.pixels)
 
 
-def _send(sender: Sender, port: ReopenedPort, args: argparse.Namespace) -> int:
-    keyboard = Keyboard()
+def _send(orders: list, port: ReopenedPort, args: argparse.Namespace) -> int:
+    def sender(force: bool) -> Sender:
+        return Sender(orders, first=stroke_start(orders, args.first), again=args.again, force=force)
+
+    with (keyboard := Keyboard()).listening():
+        try:
+            return _deliver(sender(args.force), port, keyboard, args)
+        except JobHalfDone as other:
+            if keyboard.present:
+                warn(f"{other}; y and Return begin it all the same, Return alone does not")
+            if not keyboard.confirms():
+                raise UserError(f"{other}: send that job to go on with it, or this one with "
+                                "--force") from other
+        return _deliver(sender(True), port, keyboard, args)
+
+
+def _deliver(sender: Sender, port: ReopenedPort, keyboard: Keyboard,
+             args: argparse.Namespace) -> int:
     begun = time.monotonic()
     try:
-        with keyboard.listening(), Progress(sender.total, "orders", "milling") as progress:
+        with Progress(sender.total, "orders", "milling") as progress:
             progress.advance(sender.done)
             deliver(sender, port, watch=Watch(sender, keyboard, progress))
+    except JobHalfDone:
+        raise
     except Ended:
         say(f"ended; {sender.done} of {sender.total} orders are done, {sender.taken} taken; "
             + _same(args))
@@ -183,8 +203,9 @@ def _send(sender: Sender, port: ReopenedPort, args: argparse.Namespace) -> int:
 
 def _same(args: argparse.Namespace) -> str:
     """Say which command goes on."""
-    less = [name for name, given in [("--from", args.first > 1), ("--again", args.again)] if given]
-    return "the same command " + (f"without {' and '.join(less)} " if less else "") + "goes on"
+    given = [("--from", args.first > 1), ("--again", args.again), ("--force", args.force)]
+    less = " and ".join(name for name, is_given in given if is_given)
+    return "the same command " + (f"without {less} " if less else "") + "goes on"
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -198,6 +219,8 @@ def _parser() -> argparse.ArgumentParser:
                         help="begin with the stroke that order N is in (default: 1)")
     parser.add_argument("--again", action="store_true",
                         help="begin anew, also where the mill is in the middle of this job")
+    parser.add_argument("--force", action="store_true",
+                        help="throw away what the mill has half done of another job")
     add_picture_arguments(parser)
     return parser
 

@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 
+from fresa_boards.programs import ProgramError, last_words
 from tb.yosys import YOSYS
 
 __all__ = ["PASSES", "Resources", "synthesise"]
@@ -66,8 +67,8 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
 
     Raises
     ------
-    RuntimeError
-        If Yosys refuses the design.
+    ProgramError
+        If Yosys cannot start, or refuses the design.
     """
     script = (f"read_rtlil design.il; synth_xilinx -family xc3se -top {top}; "
               "tee -q -o stat.json stat -json")
@@ -87,7 +88,7 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
                     done = int(match[1])
             if process.wait():
                 errors.seek(0)
-                raise RuntimeError(f"Yosys refused the design: {errors.read().strip()}")
+                raise ProgramError(f"Yosys failed: {last_words(errors.read())}")
         cells = json.loads(Path(folder, "stat.json").read_text(encoding="utf-8"))["design"][
             "num_cells_by_type"]
 

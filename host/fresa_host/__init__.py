@@ -5,24 +5,17 @@ carries out lists of `Order`. All are opened with the name of a serial port and 
 What goes wrong is raised as a `MachineError`.
 """
 
-from .errors import (
-    Astray,
-    LimitReached,
-    LineLost,
-    MachineError,
-    PositionError,
-    Refused,
-    TimedOut,
-    WasReset,
-)
+from .errors import LimitReached, LineLost, MachineError, Refused, Stalled, TimedOut, WasReset
 from .mill import Mill
 from .order_lines import Answer, Kind, Order
-from .orders import JobRefused, NotReady, OrderRefused
-from .place import Place
+from .orders import JobHalfDone, JobRefused, JobStopped, NotReady, OrderRefused
 from .port import Port
 from .positioner import Positioner
+from .positioner_errors import Astray, PositionError
+from .positioner_place import Place
 from .single import Single
 
-__all__ = ["Answer", "Astray", "JobRefused", "Kind", "LimitReached", "LineLost", "MachineError",
-           "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port", "PositionError",
-           "Positioner", "Refused", "Single", "TimedOut", "WasReset"]
+__all__ = ["Answer", "Astray", "JobHalfDone", "JobRefused", "JobStopped", "Kind", "LimitReached",
+           "LineLost", "MachineError", "Mill", "NotReady", "Order", "OrderRefused", "Place", "Port",
+           "PositionError", "Positioner", "Refused", "Single", "Stalled", "TimedOut",
+           "WasReset"]

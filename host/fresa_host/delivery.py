@@ -1,5 +1,6 @@
 """A job for the mill, sent over a port, and over it again when it was gone."""
 
+import os
 import time
 from collections.abc import Callable
 from typing import Protocol
@@ -41,12 +42,12 @@ class ReopenedPort:
 
     Parameters
     ----------
-    name : str
+    name : str or path
         What `Port` takes.
     """
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    def __init__(self, name: str | os.PathLike[str]) -> None:
+        self.name = os.fspath(name)
         self._port: Port | None = None
         self._opened = False
 

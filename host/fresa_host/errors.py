@@ -1,7 +1,6 @@
 """What can go wrong with a machine at the other end of a line."""
 
-__all__ = ["Astray", "LimitReached", "LineLost", "MachineError", "PositionError", "Refused",
-           "TimedOut", "WasReset"]
+__all__ = ["LimitReached", "LineLost", "MachineError", "Refused", "Stalled", "TimedOut", "WasReset"]
 
 
 class MachineError(Exception):
@@ -16,12 +15,8 @@ class TimedOut(MachineError, TimeoutError):
     """The machine did not answer, or did not arrive, in the time that it was given."""
 
 
-class PositionError(MachineError):
-    """The machine goes, or stands, elsewhere than where it was sent: an order was damaged, say."""
-
-
-#: Its name before, for programs that catch it.
-Astray = PositionError
+class Stalled(MachineError):
+    """A motor makes no step on its way to where it was sent: it has no power, say."""
 
 
 class WasReset(MachineError):

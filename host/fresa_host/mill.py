@@ -1,5 +1,6 @@
 """The mill that takes its orders over a serial line, from Python."""
 
+import os
 import time
 from collections.abc import Callable, Sequence
 from typing import Self
@@ -8,7 +9,7 @@ from .delivery import ReopenedPort, deliver
 from .errors import LineLost, TimedOut
 from .jobs import begin_raised, check_cuts
 from .order_lines import Answer, AnswerReader, Kind, Order, request
-from .orders import ANSWER_TIME, OrderRefused, Phase, Sender
+from .orders import ANSWER_TIME, JobStopped, OrderRefused, Phase, Sender
 from .port import Port
 
 __all__ = ["Mill"]
@@ -34,7 +35,7 @@ class Mill:
 
     Parameters
     ----------
-    port : str
+    port : str or path
         The serial port, such as ``/dev/ttyUSB0``; see `Port`. It is locked meanwhile.
     timeout : float
         Seconds for which the mill may be silent, or its port gone; at least 2, for it is asked
@@ -56,15 +57,20 @@ class Mill:
     ...                     Order(Kind.UP), Order(Kind.GO, 0, 0)])
     """
 
-    def __init__(self, port: str, *, timeout: float = 5.0) -> None:
+    def __init__(self, port: str | os.PathLike[str], *, timeout: float = 5.0) -> None:
         if not timeout >= LEAST_TIMEOUT:
             raise ValueError(f"timeout must be at least {LEAST_TIMEOUT:g} s, not {timeout!r}")
         self._port, self._timeout = ReopenedPort(port), timeout
+        self._sender: Sender | None = None  # of the job that is being carried out
+        self._stopping = False
         try:
             self.state()
         except BaseException:
             self.close()
             raise
+
+    def __repr__(self) -> str:
+        return f"Mill({self._port.name!r})"
 
     def close(self) -> None:
         """Let go of the port, until the next call. What the mill has taken is carried out."""
@@ -104,7 +110,25 @@ class Mill:
         raise TimedOut(f"the mill at {self._port.name} does not answer: is it on, and was it built "
                        "with --orders serial?")
 
-    def carry_out(self, orders: Sequence[Order], *, again: bool = False,
+    def is_moving(self) -> bool:
+        """Return whether orders are being carried out; may be called from any thread."""
+        if self._sender is not None:
+            return True
+        answer = self.state()
+        return answer.taken != answer.done and not (answer.error or answer.stopped)
+
+    def stop(self) -> None:
+        """End `carry_out`, in whichever thread it is: up to three orders are carried out after.
+
+        For the tool to stop at once there is BTN3: the line carries no order to stop.
+        """
+        self._stopping = self._sender is not None
+
+    def home(self, *, force: bool = False) -> None:
+        """Raise the tool, and go to the origin, as a job of its own; see `carry_out`."""
+        self.carry_out([Order(Kind.GO)], force=force)
+
+    def carry_out(self, orders: Sequence[Order], *, again: bool = False, force: bool = False,
                   progress: Callable[[int, int], None] = lambda done, total: None) -> None:
         """Have a job carried out; return when all of it is.
 
@@ -118,6 +142,8 @@ class Mill:
             What to do, one after the other; up to 16 777 214.
         again : bool
             Begin anew also where the mill is in the middle of this job.
+        force : bool
+            Begin also where the mill has done a part of another job, which it then forgets.
         progress : callable
             Called with the orders done, and all, whenever that has changed. What it
             raises ends the call; so does Ctrl-C. Up to three orders are carried out after that.
@@ -130,7 +156,11 @@ class Mill:
         NotReady
             The mill is in manual mode, stopped, or shows an error.
         JobRefused
-            It is in the middle of another job.
+            It is carrying out orders of another job.
+        JobHalfDone
+            It has done a part of another job, without `force`.
+        JobStopped
+            `stop` was called.
         OrderRefused
             It refuses an order.
         WasReset
@@ -144,11 +174,14 @@ class Mill:
             raise ValueError("a job has at least one order")
         check_cuts(orders)
         raised = begin_raised(orders)
-        sender, before = Sender(raised, again=again), len(raised) - len(orders)
+        sender, before = Sender(raised, again=again, force=force), len(raised) - len(orders)
         begun, shown = time.monotonic(), None
 
         def watch(_: bool) -> None:
             done = max(0, sender.done - before)
+            if self._stopping:
+                raise JobStopped(f"stopped: {done} of {len(orders)} orders are done, the same call "
+                                 "goes on")
             if time.monotonic() - max(begun, sender.heard or 0) > self._timeout:
                 if sender.phase is Phase.CLOSING:
                     raise _Done
@@ -162,12 +195,15 @@ class Mill:
                 shown = done
                 progress(done, len(orders))
 
+        self._sender, self._stopping = sender, False
         try:
             deliver(sender, self._port, watch=watch)
         except _Done:
             pass
         except OrderRefused as refused:
             raise OrderRefused(refused.number - before, refused.order) from None
+        finally:
+            self._sender = None
         tell(len(orders))
 
 

@@ -1,11 +1,12 @@
 """Lines of the mill's order source: what is asked, and what is answered. No I/O."""
 
-import operator
 import re
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+
+from .arguments import check_whole
 
 __all__ = ["LAST_NUMBER", "Answer", "AnswerReader", "Kind", "Order", "Outcome", "request"]
 
@@ -70,13 +71,7 @@ class Order:
             raise ValueError(f"an order is to go, up or down, not {self.kind!r}")
         object.__setattr__(self, "kind", Kind(self.kind))
         for name, place in (("x", self.x), ("y", self.y)):
-            try:
-                steps = operator.index(place)  # of numpy's whole numbers too
-            except TypeError:
-                raise ValueError(f"{name} must be a whole number, not {place!r}") from None
-            if not 0 <= steps <= 0xFFFF:
-                raise ValueError(f"{name} must be from 0 to 65535, not {place!r}")
-            object.__setattr__(self, name, steps)
+            object.__setattr__(self, name, check_whole(name, place, 0, 0xFFFF))
 
     def __str__(self) -> str:
         return f"go {self.x} {self.y}" if self.kind == Kind.GO else self.kind.name.lower()

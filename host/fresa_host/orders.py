@@ -12,7 +12,8 @@ from enum import Enum, auto
 from .errors import MachineError, WasReset
 from .order_lines import LAST_NUMBER, Answer, AnswerReader, Kind, Order, Outcome, request
 
-__all__ = ["JobRefused", "NotReady", "Order", "OrderRefused", "Phase", "Sender"]
+__all__ = ["JobHalfDone", "JobRefused", "JobStopped", "NotReady", "Order",
+           "OrderRefused", "Phase", "Sender"]
 
 ANSWER_TIME = 0.5
 """Seconds after which a request without an answer is sent again; both take 70 ms at 9600 baud."""
@@ -56,6 +57,25 @@ class JobRefused(MachineError):
     """The mill is at another job."""
 
 
+class JobHalfDone(JobRefused):
+    """It has done a part of another job, which can be gone on with until a new one begins.
+
+    Attributes
+    ----------
+    done : int
+        The last order of that job which is done.
+    """
+
+    def __init__(self, done: int) -> None:
+        super().__init__(f"the mill has done another job up to its order {done}, and that could "
+                         "not be gone on with if this one began")
+        self.done = done
+
+
+class JobStopped(MachineError):
+    """The job was stopped, and can be gone on with."""
+
+
 class Phase(Enum):
     """Where a sender is."""
 
@@ -85,6 +105,8 @@ class Sender:
         Number of the order to begin with, counted from 1. It is one that raises the tool.
     again : bool
         Begin anew also where the mill is in the middle of this job.
+    force : bool
+        Begin also where the mill has done a part of another job.
 
     Attributes
     ----------
@@ -105,7 +127,8 @@ class Sender:
         tool.
     """
 
-    def __init__(self, orders: Sequence[Order], *, first: int = 1, again: bool = False) -> None:
+    def __init__(self, orders: Sequence[Order], *, first: int = 1, again: bool = False,
+                 force: bool = False) -> None:
         if not 1 <= len(orders) <= LAST_NUMBER:
             raise ValueError(f"a job has 1 to {LAST_NUMBER} orders, not {len(orders)}")
         if not 1 <= first <= len(orders):
@@ -113,6 +136,7 @@ class Sender:
         if orders[first - 1].kind != Kind.UP:
             raise ValueError(f"a job begins by raising the tool, not with {orders[first - 1]}")
         self._orders, self._again = orders, again or first > 1
+        self._force = force
         self._digest = zlib.crc32("\n".join(map(str, orders)).encode()) >> 8
         self._session = self._digest << 8 | random.randrange(1, RUNS)
         self._reader = AnswerReader()
@@ -164,7 +188,7 @@ class Sender:
 
         Raises
         ------
-        NotReady, OrderRefused, JobRefused, WasReset
+        NotReady, OrderRefused, JobRefused, JobHalfDone, WasReset
             If the job cannot go on. What was taken may still be carried out.
         """
         for answer in self._reader.feed(data):
@@ -202,6 +226,8 @@ class Sender:
                                  "is dark, or reset it with BTN0")
             self._due = now + PAUSE  # its last orders are on their way
             return
+        if answer.session and answer.done and not (mine or self._force):
+            raise JobHalfDone(answer.done)
         if mine:  # another run of the same job
             self._session = self._digest << 8 | (answer.session % 256 % (RUNS - 1) + 1)
         self.phase, self._due = Phase.OPENING, now

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from .errors import LineLost
 from .session import BAUD
 
-__all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports"]
+__all__ = ["BAUD", "PSEUDO_TERMINALS", "Port", "find_ports", "opened"]
 
 T = TypeVar("T")
 
@@ -42,7 +42,7 @@ class Port:
 
     Parameters
     ----------
-    name : str
+    name : str or path
         What pyserial's ``serial_for_url`` takes: ``/dev/ttyUSB0``, ``COM3``,
         ``socket://127.0.0.1:4000``.
     baud : int
@@ -54,8 +54,9 @@ class Port:
         If it cannot be opened, or pyserial is missing.
     """
 
-    def __init__(self, name: str, baud: int = BAUD) -> None:
-        self.name, self.baud = name, baud
+    def __init__(self, name: str | os.PathLike[str], baud: int = BAUD) -> None:
+        self.name, self.baud = name, baud = os.fspath(name), baud
+        self._closed = False
         try:
             import serial  # only needed for a machine
         except ImportError as error:
@@ -66,7 +67,10 @@ class Port:
                 name, baudrate=baud, timeout=READ_TIMEOUT_S, write_timeout=WRITE_TIMEOUT_S,
                 exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise LineLost(f"{name} cannot be opened: {_why_closed(name, error)}") from error
+            why = _OURS if os.path.realpath(name) in _open else _why_closed(name, error)
+            raise LineLost(f"{name} cannot be opened: {why}") from error
+        self._place = os.path.realpath(name)
+        _open.add(self._place)
 
     @property
     def waiting(self) -> bool:
@@ -124,12 +128,21 @@ class Port:
         try:
             return work()
         except _GONE as error:
-            raise LineLost(f"{self.name} is gone: {_reason(error)}") from error
+            why = "was closed" if self._closed else f"is gone: {_reason(error)}"
+            raise LineLost(f"{self.name} {why}") from error
 
     def close(self) -> None:
         """Let go of it. Closing twice does nothing."""
-        with suppress(OSError):
-            self._serial.close()
+        if not self._closed:
+            self._closed = True
+            _open.discard(self._place)
+            with suppress(OSError):
+                self._serial.close()
+
+
+def opened(port: str | os.PathLike[str] | Port) -> Port:
+    """Return a port that is open; open it if it is a name."""
+    return Port(port) if isinstance(port, (str, os.PathLike)) else port
 
 
 def find_ports() -> list[str]:
@@ -140,6 +153,10 @@ def find_ports() -> list[str]:
     return [port.device for port in found]
 
 
+#: Real paths of the ports that this program has open.
+_open: set[str] = set()
+
+_OURS = "this program has it open already; close that object first"
 _IN_USE = "another program has it open; end that first"
 _WHY: dict[object, str] = {
     errno.ENOENT: "there is no such port; is it plugged in?",

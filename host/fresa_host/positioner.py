@@ -1,19 +1,21 @@
 """`positioner`: three axes of a micropositioner behind a serial line, from Python."""
 
 import math
+import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Self, TypeVar
 
 from . import positioner_lines as lines
-from .driver import Driver
+from .arguments import check_number
 from .errors import LineLost, TimedOut
-from .place import Place
-from .port import Port
+from .port import Port, opened
+from .positioner_driver import Driver
 from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
+from .positioner_place import Place, steps_of
 from .positioner_session import PositionerSession
 from .positioner_state import Message
 from .session import Waiting
@@ -25,6 +27,8 @@ T = TypeVar("T")
 #: Point that `move_to` uses for itself.
 SCRATCH = 7
 
+ALL = "all"
+
 
 class Positioner:
     """Three axes, their place in um and their speeds in um/s.
@@ -32,11 +36,11 @@ class Positioner:
     The machine says nothing to what it obeys, so after each call but those named *at once* the
     other end is listened to for as long as a refusal takes to come. All methods may be called from
     several threads. Closing lets go of the port; it stops nothing. A ``with`` block that an
-    exception ends, Ctrl-C for one, stops all axes.
+    exception ends, Ctrl-C for one, stops all axes. Where an axis may be named, ``"all"`` is all.
 
     Parameters
     ----------
-    port : str or Port
+    port : str, path or Port
         The serial port, such as ``/dev/ttyUSB0``; see `Port`.
     timeout : float
         Seconds within which the machine must be heard. While connected it reports ten times in one.
@@ -50,7 +54,7 @@ class Positioner:
     Raises
     ------
     LineLost
-        If the port cannot be opened, here; in all methods if it is gone.
+        If the port cannot be opened, here; in all methods if it is gone or closed.
     Refused
         In all methods, if the machine did not obey what was asked for, or what was before *at
         once*. Then it has changed nothing, but what goes to a place is stopped: by `go_to` and
@@ -61,6 +65,8 @@ class Positioner:
         the last of them.
     TimedOut
         If the machine is not heard.
+    ValueError
+        In all methods, if a number is not one that the machine takes. Nothing is sent then.
 
     Examples
     --------
@@ -71,15 +77,19 @@ class Positioner:
     ...     positioner.wait(timeout=60)
     """
 
-    def __init__(self, port: str | Port, *, timeout: float = 2.0, top_speed: int = FASTEST,
-                 reported: Callable[[Steps], None] | None = None) -> None:
+    def __init__(self, port: str | os.PathLike[str] | Port, *, timeout: float = 2.0,
+                 top_speed: int = FASTEST, reported: Callable[[Steps], None] | None = None) -> None:
         self._timeout, self._top_speed = timeout, top_speed
         self._reported = reported or (lambda steps: None)
         self._call = threading.RLock()  # held by one call: what is refused meanwhile is of that
-        port = Port(port) if isinstance(port, str) else port
+        port = opened(port)
         self._session = PositionerSession(name=port.name, baud=port.baud, can_break=port.can_break,
                                           timeout=timeout)
         self._driver = Driver(port, self._session, self._heard)
+        self._asked: dict[str, tuple[int, float]] = {}  # where axes were sent, in steps and um
+
+    def __repr__(self) -> str:
+        return f"Positioner({self._session.name!r})"
 
     def _heard(self, message: Message) -> None:
         if isinstance(message, Steps):
@@ -134,6 +144,16 @@ class Positioner:
         """The place that was reported last, in um."""
         return Place.of(self.steps)
 
+    def get_position(self, axis: str = ALL) -> Place | float:
+        """Return `position`, or what it is of an axis."""
+        place = self.position
+        return place if axis == ALL else place[AXES.index(_axes(axis)[0])]
+
+    def is_moving(self, axis: str = ALL) -> bool:
+        """Return whether an axis, or any, moves by the last report, or has not yet arrived."""
+        axes = _axes(axis)
+        return self._driver.do(self._session.moving, axes)
+
     @property
     def limits(self) -> frozenset[str]:
         """Axes whose movement a limit switch has ended since `jog` or `move_to` moved them."""
@@ -147,9 +167,7 @@ class Positioner:
         ValueError
             If it is not 1 step/s to `top_speed`; 1500 steps/s are 26.4 um/s.
         """
-        if not math.isfinite(um_per_second):
-            raise ValueError(f"speed must be a number of um/s, not {um_per_second}")
-        rate = round(um_per_second * STEPS_PER_UM)
+        rate = round(check_number("speed in um/s", um_per_second) * STEPS_PER_UM)
         order = lines.speed(axis, rate, self._top_speed)
         self._run(self._session.command(order))
         return rate / STEPS_PER_UM
@@ -160,8 +178,7 @@ class Positioner:
 
     def stop(self, axis: str | None = None) -> None:
         """End the movement of an axis, or of all. At once. Others go on to their place."""
-        axes = AXES if axis is None else (axis,)
-        self._driver.do(self._session.stop, axes)
+        self._driver.do(self._session.stop, _axes(axis or ALL))
 
     def store(self, point: int, x: float, y: float, z: float) -> None:
         """Let the machine keep a point, 1 to 7, in um. `move_to` a place takes point 7."""
@@ -178,29 +195,73 @@ class Positioner:
         """
         self._run(self._session.go_to(point))
 
-    def move_to(self, x: float, y: float, z: float) -> None:
-        """Go to a place in um, all axes at once; do not `wait` until they are there."""
-        self._go_anywhere(Place(x, y, z).steps)
+    def move_to(self, x: float | str | None = None, y: float | None = None,
+                z: float | None = None) -> None:
+        """Go to a place in um, all axes at once; do not `wait` until they are there.
 
-    def move_by(self, x: float = 0, y: float = 0, z: float = 0) -> None:
-        """Go so many um from where it is."""
-        here = self.steps
-        way = Place(x, y, z).steps
-        self._go_anywhere(Steps(*(a + b for a, b in zip(here, way, strict=True))))
+        An axis whose place is left out goes on as it does: to where it was sent, or by `jog`, or it
+        stands. ``move_to("x", 5)`` is ``move_to(x=5)``. The axes begin to go at once if they are
+        where this sent them, or on the way; if not, 0.2 s later, when the machine has the place for
+        certain.
+        """
+        self._move({axis: (steps_of(axis, um), um) for axis, um in _by_axis(x, y, z).items()})
 
-    def _go_anywhere(self, there: Steps) -> None:
-        self._run(self._session.move_to(SCRATCH, there))
+    def move_by(self, x: float | str | None = None, y: float | None = None,
+                z: float | None = None) -> None:
+        """Go so many um on; do not `wait` until it is there.
+
+        They count from where an axis was sent last, not rounded to steps, so that many short ways
+        add up; or if it was stopped, moved by `jog` or called something else since, from where it
+        is. An axis that is left out, or 0, goes on as it does, as in `move_to`.
+        """
+        ways = {axis: check_number(f"{axis} in um", um) for axis, um in _by_axis(x, y, z).items()}
+        with self._call:
+            places = {axis: self._set_point(axis) + way for axis, way in ways.items() if way}
+            if places:
+                self._move({axis: (steps_of(axis, um), um) for axis, um in places.items()})
+
+    def _set_point(self, axis: str) -> float:
+        """Return where an axis was sent, in um, or where it is."""
+        sent, here = self._session.sent(axis), self.steps
+        asked, um = self._asked.get(axis, (None, 0.0))
+        if sent is not None and sent == asked:
+            return um
+        return (here[AXES.index(axis)] if sent is None else sent) / STEPS_PER_UM
+
+    def _move(self, places: dict[str, tuple[int, float]]) -> None:
+        """Go to places in steps and um."""
+        with self._call:
+            self._asked |= places
+            self._run(self._session.move_to(
+                SCRATCH, tuple(places[axis][0] if axis in places else None for axis in AXES)))
+
+    def home(self, axis: str = ALL, timeout: float | None = None) -> Place:
+        """Go to 0 with an axis, or all, and `wait` for it; give the place. No switch is sought."""
+        axes = _axes(axis)
+        self.move_to(**dict.fromkeys(axes, 0.0))
+        return self._wait(axes, timeout)
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
-        self._rename(b"ORIGIN\n")
+        self._run(self._session.rename(b"ORIGIN\n"))
 
     def call_place(self, x: float, y: float, z: float) -> None:
         """Tell the machine where it is, in um: after it was off, for instance."""
-        self._rename(lines.place(Place(x, y, z).steps))
+        self._run(self._session.rename(lines.place(Place(x, y, z).steps)))
 
-    def _rename(self, order: bytes) -> None:
-        self._run(self._session.rename(order))
+    def set_position_reference(self, axis: str = ALL, position: float = 0) -> None:
+        """Call the place of an axis, or of each, something else, in um; see `origin`.
+
+        With one axis, all must stand.
+        """
+        if _axes(axis) == AXES:
+            self.call_place(position, position, position)
+        else:
+            self._run(self._session.rename_axis(axis, steps_of(axis, position)))
+
+    def wait_move(self, axis: str = ALL, timeout: float | None = None) -> Place:
+        """Wait as `wait` does, until one axis or all are where they were sent."""
+        return self._wait(_axes(axis), timeout)
 
     def wait(self, timeout: float | None = None) -> Place:
         """Wait until the place is reached that it was sent to; give the place.
@@ -223,9 +284,12 @@ class Positioner:
             If it goes elsewhere than where it was sent, or an axis has stood elsewhere for 20 s,
             which one that takes up much play slowly does, too. Then all axes are stopped.
         """
+        return self._wait(AXES, timeout)
+
+    def _wait(self, axes: Sequence[str], timeout: float | None) -> Place:
         end = math.inf if timeout is None else time.monotonic() + timeout
         while True:
-            progress = self._run(self._session.progress())
+            progress = self._run(self._session.progress(axes))
             if progress.arrived:
                 return progress.place
             left = end - time.monotonic()
@@ -239,3 +303,25 @@ class Positioner:
         """Raise what the machine has refused, and limits, since the last call."""
         with self._call:
             self._driver.do(self._session.check)
+
+
+def _axes(axis: str) -> tuple[str, ...]:
+    """Return the axes that a name stands for."""
+    if axis == ALL:
+        return AXES
+    if axis not in AXES:
+        raise ValueError(f"axis must be x, y, z or all, not {axis!r}")
+    return (axis,)
+
+
+def _by_axis(x: float | str | None, y: float | None, z: float | None) -> dict[str, float]:
+    """Return what is given for axes: as x, y and z, or as an axis and its number."""
+    if isinstance(x, str):
+        if y is None or z is not None:
+            raise ValueError(f"with an axis, {x!r}, goes one number")
+        return {axis: y for axis in _axes(x)}
+    given: dict[str, float] = {
+        axis: um for axis, um in zip(AXES, (x, y, z), strict=True) if um is not None}
+    if not given:
+        raise ValueError("say where to, for an axis at least")
+    return given

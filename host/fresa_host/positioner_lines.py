@@ -5,6 +5,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from .arguments import check_whole
+
 __all__ = ["AXES", "FASTEST", "MEANINGS", "POINTS", "STEPS_PER_UM", "Limit", "Refusal", "Steps",
            "go_to", "jog", "place", "read_line", "speed", "stop", "store"]
 
@@ -110,9 +112,7 @@ def _motor(axis: str) -> str:
 
 
 def _point(point: int) -> int:
-    if point not in POINTS:
-        raise ValueError(f"point must be {POINTS[0]} to {POINTS[-1]}, not {point!r}")
-    return point
+    return check_whole("point", point, POINTS[0], POINTS[-1])
 
 
 def _numbers(steps: Steps) -> str:

@@ -1,12 +1,14 @@
 """The session of a positioner: all that both ends do on its line, without the line."""
 
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import NamedTuple
 
 from . import positioner_lines as lines
-from .errors import LineLost, PositionError, Refused, TimedOut
-from .place import Place
+from .errors import LimitReached, LineLost, Refused, TimedOut
+from .positioner_errors import PositionError
 from .positioner_lines import AXES, Refusal, Steps
+from .positioner_place import Place
 from .positioner_state import RESET_MARKER, SETTLED, ZERO, Message, PositionerState, Target
 from .session import BAUD, Operation, Waiting
 
@@ -20,6 +22,9 @@ TRIES = 3
 
 #: Reports in which the machine must answer a question, or report the place that it was sent.
 MOST_REPORTS = 10
+
+#: Steps from an axis that is jogged to where a point sends it, until the order to jog comes again.
+FAR = 1_000_000
 
 #: A line that is always refused, for a reason that no other has here: so what was before is known.
 FENCE = b"VEL MOT1 0\n"
@@ -96,6 +101,7 @@ class PositionerSession(PositionerState):
     def connect(self) -> Waiting[None]:
         """Give the motors power; end at the first report."""
         self._set_target(None)
+        self._sent.clear()
         self._refusals.clear()
         self._reporting = True
         seen = self.reports
@@ -126,6 +132,7 @@ class PositionerSession(PositionerState):
                 seen = self.reports
                 yield from self.command(b"DISCONNECT\n")
                 if self.reports < seen + SETTLED:  # one may have been on its way
+                    self._orders.clear()
                     return
         except Refused:
             self._reporting = connected
@@ -157,55 +164,122 @@ class PositionerSession(PositionerState):
         if point not in self._points:
             raise ValueError(f"point {point!r} has not been stored: store it first")
         self._since.clear()
-        if self._depart(point):
+        if self._depart(point, AXES):
             yield from self._stop_if_refused(self._settle(), True)
 
-    def move_to(self, point: int, steps: Steps) -> Waiting[None]:
-        """Store a point, and go there if that was not refused; else it would go to the old one.
+    def move_to(self, point: int, place: Target) -> Waiting[None]:
+        """Go to a place, by a point of the machine. An axis whose place is None does as before.
 
-        Axes that are stopped or jogged before it departs do not go. When attended, it ends with the
-        order to go.
+        If the point as it was leads nowhere else than where the machine is or goes, the order to go
+        is right behind the one that stores it, which may be refused; if not, it waits until that
+        was not refused. Axes that are stopped or jogged before it departs do not go. When attended,
+        it ends with the order to go.
         """
         self._since.clear()
-        self._clear_limits(*AXES)
-        yield from self._stop_if_refused(self.store(point, steps), True)
-        if self._depart(point) and not self._attended:
-            yield from self._stop_if_refused(self._settle(), True)
+        named = [axis for axis, to in zip(AXES, place, strict=True) if to is not None]
+        self._clear_limits(*named)
+        yield from self._stop_if_refused(self._move_to(point, place, named), True)
 
-    def _depart(self, point: int) -> bool:
+    def _move_to(self, point: int, place: Target, named: list[str]) -> Waiting[None]:
+        try:
+            steps = []
+            for axis, to in zip(AXES, place, strict=True):
+                steps.append((yield from self._goes_on(axis)) if to is None else to)
+            there, known = Steps(*steps), self._points.get(point)
+            standing = not self._orders and known == self.steps
+            if known is not None and not self._attended and (standing or known == self.target):
+                self._send(lines.store(point, there))
+                self._points[point] = there
+            else:
+                yield from self.store(point, there)
+            departed = self._depart(point, named)
+            if self._jogged():  # what the point is to these axes is no place
+                self._points.pop(point)
+            if departed and not self._attended:
+                yield from self._settle()
+        except LimitReached:  # it was obeyed
+            raise
+        except BaseException:
+            self._points.pop(point, None)
+            self._sent.clear()
+            raise
+
+    def _jogged(self) -> list[str]:
+        return [axis for axis, order in self._orders.items() if order.direction]
+
+    def _goes_on(self, axis: str) -> Waiting[int]:
+        """Return a place for an axis, as part of a point, by which it goes on as it does.
+
+        Where it was sent, or stands; far ahead if it is jogged, which it is again right behind.
+        """
+        if (order := self._orders.get(axis)) is not None and order.direction:
+            self._since[axis] = lines.jog(axis, order.direction)
+            return self.place(self.now)[AXES.index(axis)] + FAR * order.direction
+        if (sent := self._sent.get(axis)) is not None:
+            return sent
+        return (yield from self._standing([axis]))[AXES.index(axis)]
+
+    def _standing(self, axes: Iterable[str]) -> Waiting[Steps]:
+        """Return the place when two reports behind all that was sent agree for these axes.
+
+        Raises
+        ------
+        TimedOut
+            If they never do: it moves, or reports no more.
+        """
+        for _ in range(MOST_REPORTS):
+            heard = yield from self._reports(1)
+            self.raise_pending()
+            if not heard:
+                raise self._silent()
+            if self._moved.isdisjoint(axes):
+                return self.place(self.now)
+        raise TimedOut(f"{', '.join(axes)} moves: stop it first")
+
+    def _depart(self, point: int, named: Iterable[str]) -> bool:
         """Order axes to go that were not ordered anything since; say whether there are any."""
         going = [axis for axis in AXES if axis not in self._since]
         if going:
             self._send(lines.go_to(point) + b"".join(self._since.values()))
             self._set_target(self._points[point], *going)
+            self._clear_limits(*(axis for axis in named if axis in going))
+            for axis in going:
+                self._sent[axis] = self._points[point][AXES.index(axis)]
         return bool(going)
 
     def rename(self, order: bytes) -> Waiting[None]:
         """Send an order that calls the place something else. It goes nowhere then."""
         return self._stop_if_refused(self._rename(order))
 
+    def rename_axis(self, axis: str, steps: int) -> Waiting[None]:
+        """Call the place of an axis something else, when all axes stand."""
+        place = yield from self._standing(AXES)
+        yield from self.rename(lines.place(place._replace(**{axis: steps})))
+
     def _rename(self, order: bytes) -> Waiting[None]:
         self._set_target(None)
+        self._sent.clear()
         yield from self.command(order)
 
-    def progress(self) -> Waiting[Progress]:
-        """Look whether the target is reached.
+    def progress(self, axes: Iterable[str] = AXES) -> Waiting[Progress]:
+        """Look whether the target is reached, by these axes at least.
 
         Raises
         ------
         PositionError
             If an axis goes or stands elsewhere; all axes are stopped then.
         """
-        return self._stop_if_refused(self._progress())
+        return self._stop_if_refused(self._progress(axes))
 
-    def _progress(self) -> Waiting[Progress]:
+    def _progress(self, axes: Iterable[str]) -> Waiting[Progress]:
         self.raise_pending()
         steps, target = self.place(self.now), self.target
         there = Place.of(Steps(*(at if to is None else to
                                  for at, to in zip(steps, target or steps, strict=True))))
-        progress = Progress(self.in_position, Place.of(steps), there, target, self.reports)
+        progress = Progress(self.in_position(axes), Place.of(steps), there, target, self.reports)
         if progress.arrived:
-            self._set_target(None)
+            if self.in_position():
+                self._set_target(None)
             return progress
         monitors = [order.monitor for order in self._orders.values() if order.monitor]
         if any(monitor.leads_away for monitor in monitors):

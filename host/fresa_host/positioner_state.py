@@ -98,6 +98,8 @@ class PositionerState(Session):
         self._limits: set[str] = set()
         self._pending_limits: set[str] = set()
         self._unexpected: set[str] = set()  # axes that moved without an order in the last report
+        self._sent: dict[str, int] = {}  # where axes were sent, unless ordered something since
+        self._moved: set[str] = set()  # from the last report but one to the last
         self._speeds: dict[str, int] = {}
         self._has_marker = False
         self._halted_at = -BREAK_TIMEOUT_S
@@ -111,7 +113,7 @@ class PositionerState(Session):
     @property
     def connected(self) -> bool:
         """Whether the machine has power and should report."""
-        return self._reporting and not self._restoring
+        return self._reporting and not self._restoring and self.lost is None
 
     def place(self, now: float) -> Steps:
         """Return the place that was reported last.
@@ -144,12 +146,36 @@ class PositionerState(Session):
                        for order in map(self._orders.get, AXES))
         return None if target == (None,) * len(AXES) else target
 
-    @property
-    def in_position(self) -> bool:
-        """Whether all axes that go to a target are there."""
+    def in_position(self, axes: Iterable[str] = AXES) -> bool:
+        """Whether these axes are at their target, if they have one."""
         return self.steps is not None and all(
-            to is None or at == to
-            for at, to in zip(self.steps, self.target or self.steps, strict=True))
+            to is None or at == to or axis not in axes
+            for axis, at, to in zip(AXES, self.steps, self.target or self.steps, strict=True))
+
+    def moving(self, axes: Iterable[str], now: float) -> bool:
+        """Return whether one of these axes moves, by the last report, or is still to go somewhere.
+
+        Raises
+        ------
+        LineLost
+            If the line is gone.
+        TimedOut
+            If it is connected, and the last report is older than the timeout.
+        """
+        self.now = now
+        if self.lost is not None or self.connected:
+            self.place(now)
+        return self.connected and any(map(self._moves, axes))
+
+    def _moves(self, axis: str) -> bool:
+        if self.steps is not None and (sent := self._sent.get(axis)) is not None:
+            return self.steps[AXES.index(axis)] != sent
+        order = self._orders.get(axis)
+        return axis in self._moved or order is not None and order.direction != 0
+
+    def sent(self, axis: str) -> int | None:
+        """Return where an axis was sent, in steps; None if it was ordered something else since."""
+        return self._sent.get(axis)
 
     @property
     def in_motion(self) -> bool:
@@ -216,6 +242,7 @@ class PositionerState(Session):
         self.now = now
         self.halts += 1
         self._orders.clear()
+        self._sent.clear()
         if not self._can_break:
             self._send(lines.stop())
         else:
@@ -238,16 +265,16 @@ class PositionerState(Session):
 
     def _order(self, axis: str, order: bytes) -> None:
         self._since[axis] = order
+        self._sent.pop(axis, None)
         self._send(order)
 
     def _superseded(self) -> None:
         """Note that an order came in between. A travel that has not departed may be called off."""
 
     def _set_target(self, target: Steps | None, *axes: str) -> None:
-        """Set where these axes go to. Limits of theirs are over."""
+        """Set where these axes go to."""
         self._orders = {axis: order for axis, order in self._orders.items()
                         if axis not in axes and order.monitor is None}
-        self._clear_limits(*axes)
         for axis, to in zip(AXES, target or (), strict=target is not None):
             if axis in axes:
                 self._orders[axis] = _AxisOrder(self.sent_at, monitor=AxisMonitor(to))
@@ -292,9 +319,10 @@ class PositionerState(Session):
         before, self.steps = self.steps, steps
         self.reported_at = self.now
         self.reports += 1
+        self._moved = {axis for axis, was, at in zip(AXES, before or steps, steps, strict=True)
+                       if was != at}
         if self._attended and self.connected and before is not None:
-            moved = {axis for axis, was, at in zip(AXES, before, steps, strict=True) if was != at}
-            self._stop_unexpected(moved)
+            self._stop_unexpected(self._moved)
         for axis, at in zip(AXES, steps, strict=True):
             if axis in self._orders:
                 self._orders[axis].hear(at, self.now)
@@ -330,6 +358,7 @@ class PositionerState(Session):
             self._send(lines.stop([axis]))  # so that what is reported is true
         if order is not None:
             order.end()
+        self._sent.pop(axis, None)
         self._limits.add(axis)
         if not self._attended:
             self._pending_limits.add(axis)

@@ -1,11 +1,13 @@
 """`single`: one motor behind a serial line, from Python."""
 
+import os
 import threading
 import time
-from typing import Self, TypeVar
+from contextlib import suppress
+from typing import Self, SupportsIndex, TypeVar
 
-from .errors import TimedOut
-from .port import Port
+from .errors import LineLost, MachineError, Stalled, TimedOut, WasReset
+from .port import Port, opened
 from .session import Waiting
 from .single_lines import frame
 from .single_session import SingleSession
@@ -17,6 +19,12 @@ T = TypeVar("T")
 #: Seconds from one look at the position to the next, while it waits.
 POLL_S = 0.05
 
+#: Seconds without a step after which the motor stalls, at least: more than a ramp's first step.
+STALLED_AFTER_S = 5.0
+
+#: The same, times rpm: a turn of it, so a step of a motor with any number of them.
+TURN_S = 60.0
+
 #: Reads at most of what came before a question.
 STALE_READS = 16
 
@@ -27,11 +35,13 @@ class Single:
     A machine built for half steps, which is the default, makes twice as many steps a turn
     at the same rate: its shaft turns at half of the speed.
 
-    Every call waits for the machine's answer. All may be called from several threads.
+    Every call waits for the machine's answer. All may be called from several threads. Closing lets
+    go of the port; it stops nothing. A ``with`` block that an exception ends, Ctrl-C for one, stops
+    the motor.
 
     Parameters
     ----------
-    port : str or Port
+    port : str, path or Port
         The serial port, such as ``/dev/ttyUSB0``; see `Port`.
     timeout : float
         Seconds that the machine has for an answer.
@@ -39,7 +49,7 @@ class Single:
     Raises
     ------
     LineLost
-        If the port cannot be opened, here; in all methods if it is gone.
+        If the port cannot be opened, here; in all methods if it is gone or closed.
     TimedOut
         If no answer comes, here and in all methods.
     WasReset
@@ -47,6 +57,8 @@ class Single:
         and its speed that of power-up. Nothing is done then.
     Refused
         In all methods, if the machine did not obey. Then nothing has changed.
+    ValueError
+        In all methods, if a number is not one that the machine takes. Nothing is sent then.
 
     Examples
     --------
@@ -56,8 +68,8 @@ class Single:
     ...     motor.wait(timeout=30)
     """
 
-    def __init__(self, port: str | Port, *, timeout: float = 2.0) -> None:
-        self._port = Port(port) if isinstance(port, str) else port
+    def __init__(self, port: str | os.PathLike[str] | Port, *, timeout: float = 2.0) -> None:
+        self._port = opened(port)
         self._session = SingleSession(name=self._port.name, baud=self._port.baud, timeout=timeout)
         self._lock = threading.Lock()
         try:
@@ -66,20 +78,42 @@ class Single:
             self.close()
             raise
 
+    def __repr__(self) -> str:
+        return f"Single({self._port.name!r})"
+
     def close(self) -> None:
-        """Let go of the port. The motor goes on to where it was sent."""
+        """Let go of the port. The motor goes on to where it was sent: `stop` first."""
         self._port.close()
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is not None:
+                self._stop_somehow()
+        finally:
+            self.close()
+
+    def _stop_somehow(self) -> None:
+        """Stop the motor; if that is not answered, take its power."""
+        try:
+            self.stop()
+        except WasReset:  # it stands
+            pass
+        except MachineError:
+            with suppress(LineLost), self._lock:
+                self._session.cut_power(time.monotonic())
+                self._write()
 
     @property
     def position(self) -> int:
         """Where the motor is, in steps from where it was reset."""
         return self._run(self._session.value("x"))
+
+    def get_position(self) -> int:
+        """Return `position`."""
+        return self.position
 
     @property
     def speed(self) -> int:
@@ -90,16 +124,51 @@ class Single:
     def speed(self, rpm: int) -> None:
         self._run(self._session.ask(frame("v", rpm)))
 
-    def move_to(self, position: int) -> None:
+    def move_to(self, position: SupportsIndex) -> None:
         """Send the motor to a position, 0 to 9999; do not wait until it is there.
 
         A motor that moves turns round at once if need be; with a ramp, when it has slowed down.
         """
         self._run(self._session.move_to(position))
 
+    def move_by(self, steps: SupportsIndex = 1) -> None:
+        """Send the motor so many steps on; do not wait until it is there.
+
+        They count from where this object sent it last, or if it did not, from where it is.
+        """
+        self._run(self._session.move_by(steps))
+
+    def home(self, timeout: float | None = None) -> int:
+        """Go to position 0, where it was reset, and `wait` for it. There is no home switch."""
+        self.move_to(0)
+        return self.wait(timeout)
+
+    def stop(self) -> None:
+        """Stop the motor where it is, with its power on.
+
+        It makes steps until the machine has answered where it is and was sent back there: some 30
+        ms. With a ramp it slows down first.
+        """
+        self._run(self._session.stop())
+
+    def is_moving(self) -> bool:
+        """Return whether the motor is on its way to where this object sent it.
+
+        One that it sent nowhere is watched for as long as a step takes, up to `STALLED_AFTER_S`.
+        """
+        position = self.position
+        if self._session.target is not None:
+            return position != self._session.target and self._session.powered is not False
+        end = time.monotonic() + min(STALLED_AFTER_S, TURN_S / self.speed)
+        while time.monotonic() < end:
+            time.sleep(POLL_S)
+            if self.position != position:
+                return True
+        return False
+
     def power(self, on: bool) -> None:
         """Give the motor power, or take it. Without, it makes no step and keeps its set-point."""
-        self._run(self._session.ask(frame("e", int(on))))
+        self._run(self._session.power(on))
 
     def help(self) -> str:
         """Give what the machine says of its commands."""
@@ -121,24 +190,37 @@ class Single:
         ------
         TimedOut
             If it is not there by then. It goes on.
+        Stalled
+            If it is not there and has no power, as this object knows, or makes no step for 5 s and
+            a turn's time: another program may have taken its power.
         """
         end = None if timeout is None else time.monotonic() + timeout
-        since = None
+        since, stands = None, _Stands()
         while True:
             asked = time.monotonic()
             position = self.position
-            if self._session.target is None:
+            target = self._session.target
+            if target is None:
                 return position
-            if position == self._session.target:
+            if position == target:
                 since = asked if since is None else since
                 if asked - since >= settle:
                     return position
             else:
                 since = None
+                if self._session.powered is False:
+                    raise Stalled(f"the motor is at {position}, not at {target}, and has no "
+                                  "power: power(True) first")
+                if (still := stands.seconds(position)) > STALLED_AFTER_S and (
+                        still > STALLED_AFTER_S + TURN_S / self.speed):
+                    raise Stalled(f"the motor stands at {position}, not at {target}: it may "
+                                  "have no power; power(True) gives it")
             if since is None and end is not None and time.monotonic() >= end:
-                raise TimedOut(f"the motor is at {position}, not at {self._session.target}, "
+                raise TimedOut(f"the motor is at {position}, not at {target}, "
                                f"after {timeout:g} s")
             time.sleep(POLL_S)
+
+    wait_move = wait
 
     def _run(self, steps: Waiting[T]) -> T:
         """Carry out an operation of the session, and what came before it."""
@@ -149,10 +231,28 @@ class Single:
             operation = self._session.begin(steps, time.monotonic())
             try:
                 while True:
-                    for data, _ in self._session.take_outputs():
-                        self._port.write(data)
+                    self._write()
                     if operation.done:
                         return operation.result()
                     self._session.receive(self._port.read(), time.monotonic())
             finally:
                 operation.cancel()
+
+    def _write(self) -> None:
+        for data, _ in self._session.take_outputs():
+            self._port.write(data)
+
+
+class _Stands:
+    """Measures for how long a position has not changed."""
+
+    def __init__(self) -> None:
+        self._at: int | None = None
+        self._since = 0.0
+
+    def seconds(self, position: int) -> float:
+        """Take the position now; return for how many seconds it has been there."""
+        now = time.monotonic()
+        if position != self._at:
+            self._at, self._since = position, now
+        return now - self._since

@@ -1,10 +1,12 @@
 """Frames to `single`, and its answers, as text: no input, no output."""
 
 import re
+from typing import NamedTuple
 
+from .arguments import check_whole
 from .errors import Refused
 
-__all__ = ["FASTEST", "GREETING", "HIGHEST", "Reply", "frame"]
+__all__ = ["FASTEST", "GREETING", "HIGHEST", "Reply", "frame", "question"]
 
 HIGHEST = 9999
 """Highest set-point, in steps."""
@@ -26,20 +28,34 @@ MEANINGS = {
 MOST_LINES = 64
 
 
-def frame(command: str, value: int | str = "") -> bytes:
-    """Return the frame of a command (``x``, ``v``, ``e`` or ``d``) and what belongs to it.
+class _Value(NamedTuple):
+    """What a command takes: its name for people, and its range."""
+
+    name: str
+    least: int
+    most: int
+
+
+_VALUES = {"x": _Value("position in steps", 0, HIGHEST), "v": _Value("speed in rpm", 1, FASTEST),
+           "e": _Value("power", 0, 1)}
+
+def frame(command: str, value: object = None) -> bytes:
+    """Return the frame of a command: ``x``, ``v`` or ``e`` with a number, or ``d``.
 
     Raises
     ------
     ValueError
-        If a number may not be.
+        If the number is not whole, or out of range.
     """
-    highest = {"x": HIGHEST, "v": FASTEST, "e": 1}.get(command)
-    if isinstance(value, int) and highest is not None:
-        lowest = int(command == "v")
-        if not lowest <= value <= highest:
-            raise ValueError(f"{command} takes {lowest} to {highest}, not {value}")
-    return f":{command}{value}\r".encode()
+    if command in _VALUES:
+        what = _VALUES[command]
+        value = check_whole(what.name, value, what.least, what.most)
+    return f":{command}{'' if value is None else value}\r".encode()
+
+
+def question(command: str) -> bytes:
+    """Return the frame that asks for the position (``x``) or the speed (``v``)."""
+    return f":{command}?\r".encode()
 
 
 class Reply:

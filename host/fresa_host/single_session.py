@@ -1,9 +1,13 @@
 """The session of `single`: a question at a time and its answer, without the line."""
 
+import operator
+from typing import SupportsIndex
+
+from .arguments import check_whole
 from .errors import Refused, TimedOut, WasReset
 from .lines import LineSplitter
 from .session import BAUD, Session, Waiting
-from .single_lines import GREETING, Reply, frame
+from .single_lines import GREETING, HIGHEST, Reply, frame, question
 
 __all__ = ["SILENCE_S", "SingleSession"]
 
@@ -27,6 +31,8 @@ class SingleSession(Session):
     ----------
     target : int or None
         The set-point that it was sent to since it was reset.
+    powered : bool or None
+        Whether the motor has power; None if no answer since has said so.
     """
 
     def __init__(self, *, name: str = "the port", baud: int = BAUD, timeout: float = 2.0) -> None:
@@ -37,6 +43,7 @@ class SingleSession(Session):
         self._greeted = False  # without a question
         self._heard_at = 0.0
         self.target: int | None = None
+        self.powered: bool | None = None
 
     def receive(self, data: bytes, now: float) -> None:
         """Take bytes of the line, and the time."""
@@ -56,15 +63,37 @@ class SingleSession(Session):
 
     def value(self, name: str) -> Waiting[int]:
         """Ask for the position (``x``) in steps, or the speed (``v``) in rpm of full steps."""
-        value = (yield from self.ask(frame(name, "?"))).number(name)
+        value = (yield from self.ask(question(name))).number(name)
         if value is None:
             raise TimedOut("the machine's answer was disturbed: ask again")
         return value
 
-    def move_to(self, position: int) -> Waiting[None]:
+    def move_to(self, position: SupportsIndex) -> Waiting[None]:
         """Set the set-point."""
         yield from self.ask(frame("x", position))
-        self.target = position
+        self.target = operator.index(position)
+
+    def move_by(self, steps: SupportsIndex) -> Waiting[None]:
+        """Set the set-point so many steps on from where it is, or from the position."""
+        way = check_whole("steps", steps, -HIGHEST, HIGHEST)
+        base = (yield from self.value("x")) if self.target is None else self.target
+        yield from self.move_to(base + way)
+
+    def stop(self) -> Waiting[None]:
+        """Set the set-point to where the motor is."""
+        yield from self.move_to((yield from self.value("x")))
+
+    def power(self, on: bool) -> Waiting[None]:
+        """Give the motor power, or take it."""
+        order = frame("e", on)
+        self.powered = None
+        yield from self.ask(order)
+        self.powered = bool(on)
+
+    def cut_power(self, now: float) -> None:
+        """Take the power at once; its answer is taken for an old one."""
+        self.now, self.powered, self._stale = now, None, True
+        self._send(frame("e", 0))
 
     def ask(self, question: bytes) -> Waiting[Reply]:
         """Send a frame, when no old answer can come any more; return its answer."""
@@ -92,7 +121,7 @@ class SingleSession(Session):
 
     def _check_reset(self) -> None:
         if self._greeted:
-            self._greeted, self.target = False, None
+            self._greeted, self.target, self.powered = False, None, None
             raise WasReset
 
     def _quiet(self) -> Waiting[None]:

@@ -105,6 +105,10 @@ _BUILD_SH = r"""
     {{line}}
     {% endfor %}
     END
+    if command -v djtgcfg >/dev/null 2>&1; then
+        echo "Boards that are connected now:"
+        djtgcfg enum || echo "djtgcfg enum failed."
+    fi
 """
 
 _BUILD_BAT = r"""
@@ -139,6 +143,7 @@ _BUILD_BAT = r"""
     {% for line in platform.done(name) %}
     echo {{line}}
     {% endfor %}
+    where djtgcfg >nul 2>nul && echo Boards that are connected now:&& djtgcfg enum
     exit /b 0
 
     :slow
@@ -242,6 +247,7 @@ class ISEPlatform(XilinxPlatform):
         return [
             "Done. To load the FPGA until the power goes, with Digilent Adept over USB:",
             f"  djtgcfg prog -d Nexys2 -i 0 -f {name}_usb.bit",
+            "where Nexys2 is the board's name as djtgcfg enum lists it;",
             f"or open {name}_usb.bit in Adept or iMPACT. To keep it in the board, write",
             f"{name}_flash.mcs to the {self.prom.upper()} with iMPACT or Adept,",
             "set the mode jumper to ROM, and turn the board off and on.",

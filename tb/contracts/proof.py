@@ -17,6 +17,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
+from fresa_boards.programs import ProgramError, last_words
+
 from ..yosys import YOSYS
 from .contract import Case, Component, Contract
 
@@ -37,7 +39,7 @@ _PREPARE = ("{read}; {applied}{free}prep -top top -flatten; async2sync; memory -
 _FREE = "setattr -unset init top.*/w:*; "
 
 
-class ProofError(Exception):
+class ProofError(ProgramError):
     """A prover did not do its work; its message is what it wrote."""
 
 
@@ -275,10 +277,9 @@ def _run(command: list[str], folder: Path, allowed: Collection[int]) -> list[str
     done = subprocess.run(command, cwd=folder, env=environment(),
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, encoding="utf-8", check=False)
-    output = done.stdout.splitlines()
     if done.returncode not in allowed:
-        raise ProofError("\n".join(output[-5:]))
-    return output
+        raise ProofError(last_words(done.stdout, 5))
+    return done.stdout.splitlines()
 
 
 def environment() -> dict[str, str]:

@@ -11,6 +11,8 @@ import numpy as np
 from amaranth import Signal, Value
 from numpy.typing import ArrayLike, NDArray
 
+from fresa_boards.programs import ProgramError
+
 from ..design import Design
 
 __all__ = ["CUT_SHORT", "PERIOD", "Changes", "Engine", "EngineError", "Rows"]
@@ -22,7 +24,7 @@ CUT_SHORT = "The waveform is cut short: its disk is full, or it is gone"
 PERIOD = 20
 
 
-class EngineError(Exception):
+class EngineError(ProgramError):
     """An engine cannot run here, or cannot run this design; the message says what to do."""
 
 

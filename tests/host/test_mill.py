@@ -4,7 +4,18 @@ import runpy
 
 import pytest
 
-from fresa_host import Kind, LineLost, Mill, NotReady, Order, OrderRefused, TimedOut, order_lines
+from fresa_host import (
+    JobHalfDone,
+    JobStopped,
+    Kind,
+    LineLost,
+    Mill,
+    NotReady,
+    Order,
+    OrderRefused,
+    TimedOut,
+    order_lines,
+)
 from tests.host.world import World, job
 from tests.tools.process import PATIENCE, ROOT
 
@@ -94,6 +105,39 @@ class TestCarryOut:
         with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(KeyboardInterrupt):
             mill.carry_out(straight(9), progress=give_up)
         with Mill("mill", timeout=PATIENCE) as mill:
+            mill.carry_out(straight(9))
+        assert wire.world.done == [UP, *straight(9)]
+
+    def test_another_job_is_thrown_away_by_force_alone(self, wire):
+        def give_up(done: int, total: int) -> None:
+            if done == 4:
+                raise KeyboardInterrupt
+
+        with Mill("mill", timeout=PATIENCE) as mill:
+            with pytest.raises(KeyboardInterrupt):
+                mill.carry_out(straight(9), progress=give_up)
+            while wire.world.mill.ledger.waiting:
+                mill.state()
+            done = list(wire.world.done)
+            for call in (mill.home, lambda: mill.carry_out([UP])):
+                with pytest.raises(JobHalfDone, match=f"up to its order {len(done)}"):
+                    call()
+            assert wire.world.done == done
+            mill.home(force=True)
+        assert wire.world.done == [*done, UP, Order(Kind.GO)]
+
+    def test_it_is_stopped_from_another_thread_and_goes_on(self, wire):
+        def stop(done: int, total: int) -> None:
+            if done == 3:
+                assert mill.is_moving()
+                mill.stop()
+
+        with Mill("mill", timeout=PATIENCE) as mill:
+            assert not mill.is_moving() and repr(mill) == "Mill('mill')"
+            mill.stop()  # nothing to stop
+            with pytest.raises(JobStopped, match="[345] of 9 orders are done, the same call goes"):
+                mill.carry_out(straight(9), progress=stop)
+            assert not mill.is_moving() or wire.world.mill.ledger.waiting
             mill.carry_out(straight(9))
         assert wire.world.done == [UP, *straight(9)]
 

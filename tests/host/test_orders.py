@@ -9,6 +9,7 @@ from fresa_host.jobs import begin_raised
 from fresa_host.order_lines import LAST_NUMBER, Answer, Kind, Order, Outcome, request
 from fresa_host.orders import (
     RUNS,
+    JobHalfDone,
     JobRefused,
     NotReady,
     OrderRefused,
@@ -118,7 +119,7 @@ class TestPlaces:
         while world.mill.ledger.waiting:
             world.carry_out()
         assert world.done[-1] == Order(Kind.DOWN)
-        world.run(Sender(begin_raised([Order(Kind.GO, 3, 4)])))
+        world.run(Sender(begin_raised([Order(Kind.GO, 3, 4)]), force=True))
         assert world.done[2:] == [Order(Kind.UP), Order(Kind.GO, 3, 4)]
 
     def test_a_job_that_raises_the_tool_is_left_alone(self):
@@ -162,6 +163,27 @@ class TestPlaces:
             world.step(sender, carry_out=0)
         with pytest.raises(JobRefused, match="another job"):
             world.run(Sender(job(6, 2)))
+
+    def test_another_job_does_not_throw_one_away_that_is_half_done(self):
+        world, first = World(), Sender(job(5, 1))
+        first.connected(0)
+        while not world.done or world.mill.ledger.waiting:
+            world.step(first)
+        session, done = world.mill.ledger.session, len(world.done)
+        with pytest.raises(JobHalfDone, match=f"another job up to its order {done}") as why:
+            world.run(Sender(job(6, 2)))
+        assert why.value.done == done and world.mill.ledger.session == session
+        world.run(Sender(job(5, 1)))  # it goes on
+        assert world.done == job(5, 1)
+
+    def test_another_job_is_thrown_away_by_force(self):
+        world, first = World(), Sender(job(5, 1))
+        first.connected(0)
+        while not world.done or world.mill.ledger.waiting:
+            world.step(first)
+        done = list(world.done)
+        world.run(Sender(job(6, 2), force=True))
+        assert world.done == done + job(6, 2)
 
     def test_a_job_that_was_finished_meanwhile_is_not_done_twice(self):
         world, orders = World(), job(5)

@@ -3,10 +3,12 @@
 import os
 import tty
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from fresa_host import LineLost, Port, Positioner, Single
+import fresa_host
+from fresa_host import LineLost, Port
 
 pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
 if not hasattr(os, "openpty"):
@@ -23,13 +25,35 @@ def name() -> Iterator[str]:
     os.close(machine)
 
 
-@pytest.mark.parametrize("other", [Port, Single, Positioner])
-def test_two_never_have_it_open(name, other):
+OPENED = [each for each in vars(fresa_host).values() if hasattr(each, "close")]
+
+
+@pytest.mark.parametrize("other", OPENED)
+def test_two_never_have_it_open(name, other, tmp_path):
     port = Port(name)
-    with pytest.raises(LineLost, match="another program has it open; end that first"):
-        other(name)
+    link = tmp_path / "port"
+    link.symlink_to(name)
+    for called in (name, link):
+        with pytest.raises(LineLost, match="this program has it open already; close that object"):
+            other(called)
     port.close()
     Port(name).close()
+
+
+def test_two_programs_never_have_it_open(name):
+    fcntl = pytest.importorskip("fcntl")
+    with open(name, "rb") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(LineLost, match="another program has it open; end that first"):
+            Port(name)
+
+
+def test_one_that_was_closed_says_so(name):
+    port = Port(Path(name))
+    port.close()
+    for work in (port.read, lambda: port.write(b"x"), lambda: port.waiting):
+        with pytest.raises(LineLost, match=f"^{name} was closed$"):
+            work()
 
 
 @pytest.mark.parametrize(("name", "says"), [

@@ -17,14 +17,15 @@ from fresa_host import (
     axis_monitor,
     positioner_session,
 )
-from tests.host.fake import BREAK, FakePositioner
+from tests.host.fake import BREAK
+from tests.host.fake_positioner import FakePositioner
 
 STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
-    monkeypatch.setattr(positioner_session, "REFUSAL_TIMEOUT_S", 0.02)
+    monkeypatch.setattr(positioner_session, "REFUSAL_TIMEOUT_S", 0.05)
     return FakePositioner()
 
 
@@ -62,6 +63,112 @@ def test_it_goes_to_points_that_it_has_stored(positioner, fake):
         positioner.go_to(4)
 
 
+@pytest.mark.parametrize("call", [
+    lambda it: it.move_to(x="7"), lambda it: it.move_to("y", "7"), lambda it: it.move_to(),
+    lambda it: it.move_to(0, float("nan"), 0), lambda it: it.move_by(z="7"),
+    lambda it: it.move_to("w", 1), lambda it: it.move_to("x", 1, 2), lambda it: it.move_to("x"),
+    lambda it: it.velocity("x", None), lambda it: it.store(1, 0, None, 0),
+    lambda it: it.store(1.0, 0, 0, 0), lambda it: it.call_place("7", 0, 0),
+    lambda it: it.set_position_reference("x", None), lambda it: it.stop("w"),
+    lambda it: it.jog("x", 0), lambda it: it.home("w"), lambda it: it.move_to(1e9, 0, 0)])
+def test_what_is_no_number_or_axis_is_not_sent(positioner, fake, call):
+    positioner.connect()
+    fake.written.clear()
+    with pytest.raises(ValueError):
+        call(positioner)
+    assert not fake.written
+
+
+def test_short_ways_add_up(positioner, fake):
+    positioner.connect()
+    for _ in range(20):
+        positioner.move_by(0.01, z=-0.01)
+    assert positioner.wait(timeout=10).steps == Place(0.2, 0, -0.2).steps == (11, 0, -11)
+    for _ in range(20):
+        positioner.move_by("x", -0.01)
+    assert positioner.wait(timeout=10).steps == (0, 0, -11)
+    positioner.stop("z")
+    fake.steps = fake.target = [0, 0, -50]  # it ran on for a moment
+    while positioner.steps.z != -50:
+        pass
+    positioner.move_by(z=1)
+    assert positioner.wait(timeout=10).steps == (0, 0, 7)
+
+
+def test_an_axis_goes_and_the_others_do_as_before(positioner, fake):
+    positioner.connect()
+    positioner.move_to(1000, 1000, 0)
+    positioner.move_to("y", 5)
+    positioner.move_to(z=2)
+    positioner.jog("y", 1)
+    positioner.move_to(x=900)
+    assert fake.written[-1] == b"MOV MOT2 C\n"
+    assert positioner.wait(timeout=10).steps[::2] == Place(900, 0, 2).steps[::2]
+    assert positioner.is_moving("y") and fake.target[1] == 10**6
+    with pytest.raises(ValueError, match="point 7 has not been stored"):
+        positioner.go_to(7)  # it is no place of y
+    positioner.stop("y")
+    before = fake.steps[1]
+    positioner.move_to(x=0)
+    assert positioner.wait(timeout=10).steps == (0, before, Place(0, 0, 2).steps.z)
+
+
+def test_an_axis_that_stands_at_its_limit_stays_there(positioner, fake):
+    positioner.connect()
+    fake.blocked = [b"MOV MOT1 C\n"]
+    positioner.jog("x", 1)
+    with pytest.raises(LimitReached):
+        positioner.velocity("y", 1)
+    positioner.move_to(y=5)
+    assert positioner.wait(timeout=10).steps == (0, 284, 0) and positioner.limits == {"x"}
+
+
+def test_whether_it_moves(positioner, fake):
+    assert not positioner.is_moving()
+    positioner.connect()
+    assert not positioner.is_moving()
+    positioner.jog("z", -1)
+    assert positioner.is_moving() and positioner.is_moving("z") and not positioner.is_moving("x")
+    positioner.stop()
+    while positioner.is_moving():
+        pass
+    assert fake.resting
+    positioner.move_to(x=2000)
+    assert positioner.is_moving("x") and not positioner.is_moving("y")
+    assert positioner.wait_move("y").x < 1999 < positioner.wait_move("x", timeout=10).x
+    assert not positioner.is_moving()
+    positioner.jog("x", 1)
+    positioner.disconnect()
+    assert not positioner.is_moving()
+
+
+def test_names_that_other_stages_have(positioner, fake):
+    positioner.connect()
+    positioner.move_to(10, 20, 30)
+    assert positioner.wait_move(timeout=10) == positioner.get_position() == positioner.position
+    assert positioner.get_position("y") == positioner.position.y
+    positioner.set_position_reference("y", 5)
+    assert positioner.steps == (568, 284, 1703)
+    assert positioner.home("x", timeout=10).steps == (0, 284, 1703)
+    assert positioner.home(timeout=10).steps == (0, 0, 0)
+    positioner.set_position_reference(position=1)
+    assert positioner.steps == (57, 57, 57) and repr(positioner) == "Positioner('fake')"
+    positioner.jog("z", 1)
+    with pytest.raises(TimedOut, match="moves: stop it first"):
+        positioner.set_position_reference("x", 0)
+
+
+def test_one_that_was_closed_says_so(fake):
+    with opened(fake) as positioner:
+        positioner.connect()
+    for call in (lambda: positioner.position, positioner.stop, positioner.is_moving,
+                 positioner.check, positioner.connect, lambda: positioner.move_by(1)):
+        with pytest.raises(LineLost, match="^fake was closed$"):
+            call()
+    assert not positioner.connected
+    positioner.close()
+
+
 def test_single_commands(positioner, fake):
     assert positioner.velocity("y", 10) == pytest.approx(10, abs=0.01)
     positioner.jog("x", -1)
@@ -70,7 +177,7 @@ def test_single_commands(positioner, fake):
     assert fake.written == [b"VEL MOT2 568\n", b"MOV MOT1 CC\n", b"STOP MOT1\n", b"P 3 57 57 57\n"]
     with pytest.raises(ValueError, match="speed must be 1 to 1500 steps/s, not 1703"):
         positioner.velocity("y", 30)
-    with pytest.raises(ValueError, match="a number of um/s"):
+    with pytest.raises(ValueError, match="speed in um/s must be a number"):
         positioner.velocity("y", float("inf"))
 
 
@@ -99,8 +206,9 @@ def test_a_place_that_is_refused_is_not_gone_to(positioner, fake):
     fake.written.clear()
     with pytest.raises(Refused, match="ARGUMENT"):
         positioner.move_to(-50, 0, 0)
-    # What was on its way stands, and an order to stop that is refused is said again.
-    assert fake.written == [b"P 7 -2838 0 0\n", *STOP, *STOP] and fake.resting
+    # The point as it was is where it goes anyway. What was on its way is stopped, and an order to
+    # stop that is refused is sent again.
+    assert fake.written == [b"P 7 -2838 0 0\n", b"GOTO 7\n", *STOP, *STOP] and fake.resting
     assert positioner.wait(timeout=0.01).steps == tuple(fake.steps)
     with pytest.raises(ValueError, match="point 7 has not been stored"):
         positioner.go_to(7)
@@ -221,7 +329,7 @@ def test_what_is_refused_is_told_to_the_call_that_said_it(fake):
     with pytest.raises(Refused):
         positioner.move_to(0, 0, 0)
     waiting.join(timeout=10)  # it goes nowhere any more
-    assert not waiting.is_alive() and b"GOTO 7\n" == fake.written[2] not in fake.written[3:]
+    assert not waiting.is_alive() and fake.resting and fake.written[-3:] == STOP
     positioner.close()
 
 

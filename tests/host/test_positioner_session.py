@@ -9,7 +9,8 @@ from fresa_host.axis_monitor import STILL
 from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
 from fresa_host.positioner_session import REFUSAL_TIMEOUT_S, PositionerSession
 from fresa_host.positioner_state import BREAK_TIMEOUT_S, STALE_AFTER
-from tests.host.fake import BREAK, FakePositioner
+from tests.host.fake import BREAK
+from tests.host.fake_positioner import FakePositioner
 
 STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 HERE = Steps(0, 0, 0)
@@ -151,13 +152,33 @@ class TestGoing:
             world.tick()
         assert progress.place.steps == (5000, -3000, 0) and world.session.target is None
 
+    def test_from_where_it_was_sent_it_goes_on_at_once(self, world):
+        world.run(world.session.move_to(7, Steps(1, 2, 3)))
+        while not world.run(world.session.progress()).arrived:
+            world.tick()
+        for to in ((50_000, None, None), (9, 9, 9), (None, 5, None)):  # also on the way
+            operation = world.session.begin(world.session.move_to(7, to), world.now)
+            assert [line[:4] for line, _ in world.session.take_outputs()] == [b"P 7 ", b"GOTO"]
+            world.tick()
+            operation.cancel()  # what it was sent is not known then
+            assert world.session.sent("x") is None
+            world.run(world.session.move_to(7, Steps(1, 2, 3)))
+
+    def test_from_elsewhere_the_place_is_known_before_it_goes(self, world):
+        world.run(world.session.move_to(7, Steps(1, 2, 3)))
+        world.session.stop(["y"], world.now)
+        world.send()
+        world.session.begin(world.session.move_to(7, Steps(5, 5, 5)), world.now)
+        assert [line[:4] for line, _ in world.session.take_outputs()] == [b"P 7 "]
+
     def test_a_refused_place_stops_all_until_they_stand(self, world):
         world.run(world.session.move_to(7, FAR))
         world.fake.written.clear()
         world.fake.damage = {b"P 7 5 0 0\n": b"P 7 x 0 0\n", STOP[1]: b"STOX MOT2\n"}
         with pytest.raises(Refused, match="ARGUMENT"):
             world.run(world.session.move_to(7, Steps(5, 0, 0)))
-        assert world.fake.written == [b"P 7 5 0 0\n", *STOP, *STOP] and world.fake.resting
+        assert world.fake.written == [b"P 7 5 0 0\n", b"GOTO 7\n", *STOP, *STOP]
+        assert world.fake.resting
         assert world.session.target is None
 
     def test_an_axis_that_does_not_hear_to_stop_is_stopped_by_a_break(self):
@@ -268,7 +289,7 @@ class TestAttended:
         attended.tick(2)
         assert attended.fake.written == [b"P 7 500 0 0\n", b"GOTO 7\n", b"P 7 0 0 0\n"]
         attended.tick(5)
-        assert not attended.session.in_motion and attended.session.in_position
+        assert not attended.session.in_motion and attended.session.in_position()
 
     def test_it_departs_to_what_the_point_was(self, attended):
         attended.do(attended.session.travel, 3, Steps(500, 0, 0))

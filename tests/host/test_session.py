@@ -8,7 +8,7 @@ import pytest
 import fresa_host
 
 HOST = Path(fresa_host.__file__).parent
-SESSIONS = ["session", "positioner_state", "positioner_session", "single_session", "orders"]
+SESSIONS = [*sorted(path.stem for path in HOST.glob("*session.py")), "orders"]
 
 
 def imported(module: str) -> set[str]:
@@ -31,4 +31,5 @@ def imported(module: str) -> set[str]:
 @pytest.mark.parametrize("session", SESSIONS)
 def test_a_session_has_no_clock_no_thread_and_no_port(session):
     assert imported(session) & {"time", "threading", "asyncio", "serial", "port"} == set()
-    assert {"time", "threading", "port"} <= imported("driver")
+    (driver,) = HOST.glob("*_driver.py")
+    assert {"time", "threading", "port"} <= imported(driver.stem)

@@ -1,11 +1,13 @@
 """`Single`: questions and answers, and answers that do not come."""
 
+import math
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
-from fresa_host import LineLost, Refused, Single, TimedOut, WasReset, single_session
+from fresa_host import LineLost, Refused, Single, Stalled, TimedOut, WasReset, single_session
 from fresa_host import single as module
 from tests.host.fake import FakePort
 
@@ -18,13 +20,15 @@ class FakeSingle(FakePort):
     def __init__(self) -> None:
         super().__init__(self.obey, ends=b"\r")
         self.position, self.target, self.speed = 0, 0, 100
+        self.power = True
 
     def obey(self, line: bytes) -> bytes:
         asked = re.fullmatch(r":([xved])(\d*|\?)\r", line.decode())
         assert asked
         match asked.groups():
             case "x", "?":
-                self.position = min(self.target, self.position + 10)
+                if self.power:
+                    self.position += max(-10, min(10, self.target - self.position))
                 return b"x:%d\r\nok\r\n" % self.position
             case "v", "?":
                 return b"v:%d\r\nok\r\n" % self.speed
@@ -34,6 +38,8 @@ class FakeSingle(FakePort):
                 self.target = int(value)
             case "v", value:
                 self.speed = int(value)
+            case "e", value:
+                self.power = value == "1"
         return b"ok\r\n"
 
 
@@ -139,3 +145,101 @@ def test_a_lost_line_is_raised(fake):
         fake.gone = True
         with pytest.raises(LineLost):
             _ = motor.position
+
+
+@pytest.mark.parametrize("value", [1.5, None, math.nan, "7", "?", -1, 10**9])
+@pytest.mark.parametrize("order", [
+    lambda motor, value: motor.move_to(value), lambda motor, value: motor.move_by(value),
+    lambda motor, value: setattr(motor, "speed", value),
+    lambda motor, value: motor.power(value)], ids=["move_to", "move_by", "speed", "power"])
+def test_what_is_no_number_of_the_machine_s_is_not_sent(fake, order, value):
+    with opened(fake) as motor:
+        motor.move_to(0)
+        fake.written.clear()
+        with pytest.raises(ValueError, match="must be"):
+            order(motor, value)
+    assert not fake.written
+
+
+def test_numbers_of_numpy_are_numbers(fake):
+    with opened(fake) as motor:
+        motor.move_to(np.int16(30))
+        assert motor.wait(timeout=10) == 30
+    assert b":x30\r" in fake.written
+
+
+def test_it_stops_where_it_is(fake):
+    with opened(fake) as motor:
+        motor.move_to(9000)
+        assert motor.is_moving()
+        motor.stop()
+        assert motor.wait(timeout=10) == fake.target == fake.position < 100
+        assert not motor.is_moving()
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
+def test_what_ends_a_block_with_an_error_stops_the_motor(fake, error):
+    with pytest.raises(error), opened(fake) as motor:
+        motor.move_to(9000)
+        raise error
+    assert fake.target == fake.position < 100 and fake.power and fake.closed
+
+
+def test_a_motor_that_does_not_answer_the_order_to_stop_loses_its_power(fake):
+    with pytest.raises(RuntimeError), opened(fake, timeout=0.05) as motor:
+        motor.move_to(9000)
+        fake.answer = lambda line: b""
+        raise RuntimeError
+    assert fake.written[-1] == b":e0\r" and fake.closed
+
+
+def test_an_error_is_not_hidden_by_a_reset_or_a_line_that_is_gone(fake):
+    with pytest.raises(RuntimeError), opened(fake) as motor:
+        fake.say(GREETING)
+        raise RuntimeError
+    with pytest.raises(RuntimeError), opened(fake) as motor:
+        motor.move_to(50)
+        fake.gone = True
+        raise RuntimeError
+    assert fake.closed
+
+
+def test_waiting_without_power_ends(fake, monkeypatch):
+    with opened(fake) as motor:
+        motor.power(False)
+        motor.move_to(50)
+        with pytest.raises(Stalled, match=r"at 0, not at 50, and has no power: power\("):
+            motor.wait()
+        assert not motor.is_moving()
+        motor.power(True)
+        assert motor.wait(timeout=10) == 50
+        fake.power = False  # by another program
+        motor.move_to(0)
+        monkeypatch.setattr(module, "STALLED_AFTER_S", 0.02)
+        monkeypatch.setattr(module, "TURN_S", 1.0)
+        with pytest.raises(Stalled, match="stands at 50, not at 0: it may have no power"):
+            motor.wait()
+
+
+def test_steps_add_up(fake):
+    with opened(fake) as motor:
+        fake.position = fake.target = 7
+        for _ in range(20):
+            motor.move_by(3)
+        assert motor.wait_move(timeout=10) == 67 == motor.get_position()
+        motor.move_by(-60)
+        assert motor.wait(timeout=10) == 7
+        assert motor.home(timeout=10) == 0
+
+
+def test_a_motor_that_another_program_sent_somewhere_is_moving(fake, monkeypatch):
+    monkeypatch.setattr(module, "STALLED_AFTER_S", 0.02)
+    with opened(fake) as motor:
+        assert not motor.is_moving()
+        fake.target = 100
+        assert motor.is_moving()
+
+
+def test_it_says_what_it_is(fake):
+    with opened(fake) as motor:
+        assert repr(motor) == "Single('fake')"

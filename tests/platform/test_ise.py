@@ -194,6 +194,14 @@ class TestBuildScript:
         assert "-x xcf04s" in calls[-1] and calls[-1].endswith(" -u 0 demo_flash.bit")
         assert "djtgcfg prog -d Nexys2 -i 0 -f demo_usb.bit\n" in result.stdout
 
+    def test_lists_the_boards_by_the_names_that_they_are_loaded_by(self, folder, ise):
+        (ise / "djtgcfg").write_text('#!/bin/sh\necho "Device: Nexys2-1200 ($*)"\nexit 1\n')
+        (ise / "djtgcfg").chmod(0o755)
+        result = run(folder / "build.sh", path=ise)
+        assert result.returncode == 0 and "Device: Nexys2-1200 (enum)\n" in result.stdout
+        assert "the board's name as djtgcfg enum lists it" in result.stdout
+        assert "djtgcfg enum" in (folder / "build.bat").read_text()
+
     def test_called_by_its_bare_name(self, folder, ise):
         assert run(Path("build.sh"), path=ise, cwd=folder).returncode == 0
         assert (folder / "demo_flash.mcs").exists()

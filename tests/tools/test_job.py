@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fresa.machines.mill import TOP_SPEED, Z_TRAVEL
 from fresa.motion import CoordinateGenerator
 from fresa_host.jobs import check_cuts
 from fresa_host.order_lines import LAST_NUMBER, Kind, Order
@@ -16,6 +17,7 @@ from tb.engines import AmaranthEngine
 from tools import job
 from tools.console import UserError
 from tools.job import picture_orders, read_orders, stroke_start, write_orders
+from tools.raster import outlined
 
 UP, DOWN = Order(Kind.UP), Order(Kind.DOWN)
 
@@ -49,6 +51,15 @@ class TestPicture:
         pixels = rng.random((rows, columns)) < share
         pixels[rng.integers(rows), rng.integers(columns)] = True
         assert picture_orders(pixels, 8) == gateware_orders(pixels, 8)
+
+    def test_what_the_order_of_the_spiral_costs(self):
+        """A rectangle could be milled in one stroke. The search leaves single pixels in corners."""
+        def plunges(pixels) -> int:
+            return picture_orders(pixels).count(DOWN)
+
+        rectangle = np.ones((13, 17), bool)
+        assert plunges(rectangle) == 6 and plunges(outlined(rectangle)) == 1
+        assert float(2 * Z_TRAVEL / TOP_SPEED) == pytest.approx(22.7, abs=0.05)
 
     def test_the_largest(self):
         pixels = np.random.default_rng(1).random((400, 400)) < 0.1

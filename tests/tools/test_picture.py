@@ -40,6 +40,22 @@ class TestLoad:
     def path(self, tmp_path):
         return tmp_path / "picture.png"
 
+    @pytest.mark.parametrize("mode", ["RGBA", "LA"])
+    def test_white_on_transparent_is_a_drawing(self, mode, path):
+        """What is opaque is milled, and no more: over white it would be white all over."""
+        pixels = drawn("..... .###. .#... .....")
+        white = Image.new("L", pixels.shape[::-1], 255)
+        image = Image.merge("LA", [white, Image.fromarray((pixels * 255).astype(np.uint8))])
+        image.convert(mode).save(path)
+        assert (prepare(load(path)).pixels == pixels).all()
+
+    @pytest.mark.parametrize("ink", [0, 128, 254])
+    def test_any_other_ink_on_transparent_is_milled_too(self, ink, path):
+        pixels = drawn("..... .###. .#... .....")
+        grey = Image.new("L", pixels.shape[::-1], ink)
+        Image.merge("LA", [grey, Image.fromarray((pixels * 255).astype(np.uint8))]).save(path)
+        assert (prepare(load(path)).pixels == pixels).all()
+
     # Black, white and a middle grey, as every mode holds them.
     @pytest.mark.parametrize(
         ("mode", "suffix"),
@@ -313,17 +329,19 @@ class TestPrepare:
         assert (line == thinned(pixels)).all()
 
     @pytest.mark.parametrize(
-        ("grey", "options", "advice"),
+        ("greys", "options", "says"),
         [
-            (255, {}, "try --invert or another --threshold"),
-            (0, {"invert": True}, "try without --invert or another --threshold"),
-            (100, {"threshold": 99}, "no pixel is as dark as the threshold 99"),
-            (100, {"threshold": 100, "invert": True}, "no pixel is lighter than the threshold 100"),
+            ([255, 255], {}, "the picture is one grey all over"),
+            ([0, 0], {"invert": True}, "the picture is one grey all over"),
+            ([100, 120], {"threshold": 99},
+             "no pixel is as dark as the threshold 99; try another --threshold"),
+            ([80, 100], {"threshold": 100, "invert": True},
+             "no pixel is lighter than the threshold 100; try another --threshold"),
         ],
     )
-    def test_nothing_to_mill(self, grey, options, advice):
-        with pytest.raises(PictureError, match=f"^nothing to mill: .*{advice}"):
-            prepare(Image.new("L", (1, 1), grey), **options)
+    def test_nothing_to_mill(self, greys, options, says):
+        with pytest.raises(PictureError, match=f"^nothing to mill: {says}$"):
+            prepare(Image.fromarray(np.array([greys], np.uint8)), **options)
 
     def test_no_pixels(self):
         with pytest.raises(PictureError, match=r"^the picture has no pixels: choose another$"):

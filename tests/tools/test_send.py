@@ -1,6 +1,8 @@
 """The command that sends jobs to a mill, against a model of the mill at the other end."""
 
+import io
 import os
+import queue
 import signal
 import threading
 import tty
@@ -68,8 +70,74 @@ def job(tmp_path):
     return path
 
 
+class Terminal(io.StringIO):
+    """A terminal at which lines are typed, and at last nothing more."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: queue.Queue[str] = queue.Queue()
+
+    def isatty(self) -> bool:
+        return True
+
+    def __iter__(self):
+        return iter(self.lines.get, "")
+
+
+@pytest.fixture
+def typed(monkeypatch):
+    """Give what is typed: lines, to be put."""
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stdin", terminal)
+    yield terminal.lines
+    terminal.lines.put("")
+
+
+@pytest.fixture
+def half_done(mill, monkeypatch, tmp_path, capsys):
+    """Give a mill that has done two orders of another job, which was ended."""
+    other = tmp_path / "other.txt"
+    other.write_text("up\ngo 9 9\ngo 8 8\ngo 7 7\n")
+    mill.at = {2: lambda: signal.raise_signal(signal.SIGINT)}
+    with monkeypatch.context() as patch:
+        patch.setattr("sys.stdin", None)
+        assert run(other, "--port", "mill") == 130
+    capsys.readouterr()
+    return mill
+
+
 def run(*arguments: object) -> int:
     return send.main([str(argument) for argument in arguments])
+
+
+class TestAnotherJob:
+    def test_is_not_thrown_away_where_nobody_answers(self, half_done, job, monkeypatch, capsys):
+        monkeypatch.setattr("sys.stdin", None)
+        before, session = list(half_done.done), half_done.model.ledger.session
+        assert run(job, "--port", "mill") == 2
+        err = capsys.readouterr().err
+        assert "has done another job up to its order" in err and "--force" in err
+        assert err.count("error: ") == 1 and half_done.done == before
+        assert half_done.model.ledger.session == session
+
+    @pytest.mark.parametrize("answer", ["\n", "no\n", ""])
+    def test_is_not_thrown_away_for_another_answer_than_yes(self, half_done, job, typed, answer):
+        before = list(half_done.done)
+        typed.put(answer)
+        assert run(job, "--port", "mill") == 2
+        assert half_done.done == before
+
+    def test_is_thrown_away_for_yes(self, half_done, job, typed, capsys):
+        before = len(half_done.done)
+        typed.put("y\n")
+        assert run(job, "--port", "mill") == 0
+        assert half_done.done[before:] == TEXT.splitlines()
+        assert "y and Return begin it all the same" in capsys.readouterr().err
+
+    def test_is_thrown_away_by_force(self, half_done, job):
+        before = len(half_done.done)
+        assert run(job, "--port", "mill", "--force") == 0
+        assert half_done.done[before:] == TEXT.splitlines()
 
 
 class TestSend:
@@ -112,7 +180,15 @@ class TestSend:
         assert mill.done == TEXT.splitlines()
         assert capsys.readouterr().err.count("waiting for it") == 2
 
-    def test_ctrl_c_pauses_and_ends_and_the_same_command_goes_on(self, mill, job, capsys):
+    def test_without_a_keyboard_ctrl_c_ends_it(self, mill, job, monkeypatch, capsys):
+        monkeypatch.setattr("sys.stdin", None)
+        mill.at = {2: lambda: signal.raise_signal(signal.SIGINT)}
+        assert run(job, "--port", "mill") == 130
+        assert "the same command goes on" in capsys.readouterr().out
+        assert run(job, "--port", "mill") == 0
+        assert mill.done == TEXT.splitlines()
+
+    def test_ctrl_c_pauses_and_ends_and_the_same_command_goes_on(self, mill, job, typed, capsys):
         def interrupt():
             signal.raise_signal(signal.SIGINT)
             mill.at = {n: lambda: signal.raise_signal(signal.SIGINT) for n in range(2, 7)}
@@ -130,7 +206,7 @@ class TestSend:
         assert mill.done == TEXT.splitlines()
         assert "going on behind order" in capsys.readouterr().err
 
-    def test_p_pauses_and_return_goes_on(self, mill, job, monkeypatch, capsys):
+    def test_p_pauses_and_return_goes_on(self, mill, job, typed, monkeypatch, capsys):
         listened = []
         listening = send.Keyboard.listening
 
@@ -172,8 +248,9 @@ class TestSend:
         (["--port", "other"], "cannot be opened"), (["--port", "mill", "--from", "7"], "--from 7"),
         (["--port", "mill", "--from", "0"], "whole number from 1"),
         (["-o", "/no/such/folder/x.txt"], "folder does not exist"),
-        (["-o", "x.txt", "--from", "2"], "leave out --from and --again"),
-        (["-o", "x.txt", "--again"], "leave out --from and --again"),
+        (["-o", "x.txt", "--from", "2"], "leave out --from, --again and --force"),
+        (["-o", "x.txt", "--again"], "leave out --from, --again and --force"),
+        (["-o", "x.txt", "--force"], "leave out --from, --again and --force"),
         (["--port", "mill", "--size", "9x9"], "is a list of orders: leave out"),
         (["--port", "mill", "--thin"], "is a list of orders: leave out"),
     ])
@@ -200,7 +277,7 @@ class TestSend:
         assert run(job, "-o", tmp_path / "out.txt") == 0
         assert (tmp_path / "out.txt").read_text() == "up\ngo 3 4\ndown\n"
 
-    def test_what_goes_on_after_an_end_is_said(self, mill, job, capsys):
+    def test_what_goes_on_after_an_end_is_said(self, mill, job, typed, capsys):
         def interrupt():
             signal.raise_signal(signal.SIGINT)
             mill.at = {n: lambda: signal.raise_signal(signal.SIGINT) for n in range(3)}
@@ -249,7 +326,7 @@ def test_by_pyserial_over_a_terminal(job, capsys):
     name = os.ttyname(port)
     other = Port(name)
     assert run(job, "--port", name) == 2
-    assert f"{name} cannot be opened: another program has it open" in capsys.readouterr().err
+    assert f"{name} cannot be opened: this program has it open already" in capsys.readouterr().err
     other.close()
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()

@@ -7,6 +7,8 @@ import json
 import socket
 import stat
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -18,6 +20,8 @@ from tools.web import session as sessions
 from tools.web.site import _PORT
 
 LARGEST = 1 << 20
+
+sites = import_module("tools.web.site")  # the package has a function of its name
 
 
 class Count:
@@ -268,6 +272,68 @@ class TestSite:
 
         run(test)
         assert capfd.readouterr().err == ""
+
+
+class TestStrangers:
+    """Other users of the computer can connect; without the token they get nothing."""
+
+    @staticmethod
+    async def connect(address: str):
+        port = int(paths(address)[0].rsplit(":", 1)[1])
+        return await asyncio.open_connection("127.0.0.1", port)
+
+    def test_lock_nobody_out(self, run, caplog):
+        async def test(_, address, client):
+            idle = [await self.connect(address) for _ in range(4 * sites.MOST_STRANGERS)]
+            async with client.ws_connect(address + "ws") as page, client.get(address) as answer:
+                assert answer.status == 200
+                for _ in range(4 * sites.MOST_STRANGERS):
+                    idle.append(await self.connect(address))
+                await page.send_json({"do": "run"})
+                async with client.get(address) as again:
+                    assert again.status == 200
+            ended = [reader for reader, _ in idle[:sites.MOST_STRANGERS] if reader.at_eof()]
+            assert len(ended) == sites.MOST_STRANGERS
+            for _, writer in idle:
+                writer.transport.abort()
+
+        run(test)
+        assert not caplog.records
+
+    @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: ",
+                                      b"GET /x/ HTTP/1.1\r\nHost: localhost\r\n\r\n"])
+    def test_are_not_waited_for(self, run, monkeypatch, said):
+        monkeypatch.setattr(sites, "STRANGER_TIMEOUT_S", 0.2)
+
+        async def test(_, address, client):
+            async with client.ws_connect(address + "ws") as page:
+                reader, writer = await self.connect(address)
+                writer.write(said)
+                with suppress(ConnectionError):
+                    await reader.read()  # to its end
+                writer.close()
+                await asyncio.sleep(0.3)
+                await page.send_json({"do": "fail"})  # who has shown the token stays
+                assert "error" in await page.receive_json()
+
+        run(test)
+
+    def test_an_upload_that_is_dropped_is_no_mistake_of_ours(self, run, caplog):
+        async def test(server, address, client):
+            host, token = paths(address)
+            for sent, ended in ((0, "abort"), (LARGEST // 2, "abort"), (LARGEST // 2, "close")):
+                _, writer = await self.connect(address)
+                writer.write(f"POST /{token}/post HTTP/1.1\r\nHost: {host[7:]}\r\n"
+                             f"Content-Length: {LARGEST}\r\n\r\n".encode() + bytes(sent))
+                await writer.drain()
+                await asyncio.sleep(0.1)
+                getattr(writer.transport, ended)()
+                await asyncio.sleep(0.1)
+            async with client.get(address) as answer:
+                assert answer.status == 200
+
+        run(test)
+        assert not caplog.records
 
 
 async def frame(page: ClientWebSocketResponse, seconds: float = 5) -> bytes:

@@ -1,7 +1,6 @@
 """The machine of the panel, a stage of three axes. No other module here names it."""
 
 from fresa.machines.positioner import TOP_SPEED
-from fresa_host.place import Place
 from fresa_host.positioner_lines import (
     AXES,
     MEANINGS,
@@ -11,6 +10,7 @@ from fresa_host.positioner_lines import (
     Refusal,
     Steps,
 )
+from fresa_host.positioner_place import Place
 from fresa_host.positioner_session import PositionerSession as StageSession
 from fresa_host.positioner_state import Message
 

@@ -16,6 +16,7 @@ from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 
 from aiohttp import web
+from aiohttp.web_protocol import RequestHandler
 
 from ..console import UserError
 
@@ -47,9 +48,54 @@ HEADERS = {
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
          ".html": "text/html", ".png": "image/png"}
 
+#: Connections at most that have not shown the token, and seconds that each has to do so.
+MOST_STRANGERS = 32
+STRANGER_TIMEOUT_S = 5.0
+
 _TOKEN = web.AppKey("token", str)
 _LARGEST = web.AppKey("largest", int)
 _PORT = web.AppKey("port", list[int])
+
+
+class _Strangers:
+    """Connections that have not shown the token: few, and not for long.
+
+    One too many ends the oldest of them. So they never keep out who has the token and shows it.
+    """
+
+    def __init__(self) -> None:
+        self._deadlines: dict[asyncio.Transport, asyncio.TimerHandle] = {}
+
+    def add(self, connection: asyncio.Transport) -> None:
+        """Count a new connection."""
+        for ended in [each for each in self._deadlines if each.is_closing()]:
+            self.forget(ended)
+        if len(self._deadlines) >= MOST_STRANGERS:
+            self._end(next(iter(self._deadlines)))
+        loop = asyncio.get_running_loop()
+        self._deadlines[connection] = loop.call_later(STRANGER_TIMEOUT_S, self._end, connection)
+
+    def forget(self, connection: asyncio.Transport | None) -> None:
+        """Count a connection no more: it has shown the token, or has ended."""
+        if connection is not None and (deadline := self._deadlines.pop(connection, None)):
+            deadline.cancel()
+
+    def _end(self, connection: asyncio.Transport) -> None:
+        self.forget(connection)
+        connection.abort()
+
+    def watch(self, server: web.Server) -> None:
+        """Count the connections of a server from now on."""
+        made = server.connection_made
+
+        def connection_made(handler: RequestHandler, transport: asyncio.Transport) -> None:
+            made(handler, transport)
+            self.add(transport)
+
+        server.connection_made = connection_made
+
+
+_STRANGERS = web.AppKey("strangers", _Strangers)
 
 
 class Refused(UserError):
@@ -89,6 +135,7 @@ def site(pages: Path, routes: Iterable[web.RouteDef], *, largest: int) -> web.Ap
     token = secrets.token_urlsafe(16)
     app = web.Application(middlewares=[_errors, _guard], client_max_size=largest)
     app[_TOKEN], app[_LARGEST], app[_PORT] = token, largest, []
+    app[_STRANGERS] = _Strangers()
     files = {path.name: path for folder in (SHARED, pages) for path in folder.iterdir()
              if path.is_file()}
 
@@ -131,6 +178,10 @@ async def _errors(request: web.Request, handler: Handler) -> web.StreamResponse:
     except web.HTTPRequestEntityTooLarge:
         limit = request.app[_LARGEST] >> 20
         response = _error(f"that is larger than {limit} MiB: make it smaller first", 413)
+    except ConnectionError:
+        if request.transport is not None:
+            raise
+        response = _error("the connection has ended", 400)  # which nobody reads
     except web.HTTPException as error:
         response = _error(_ADVICE.get(error.status, error.reason.lower()), error.status)
     if not response.prepared:
@@ -160,6 +211,8 @@ async def _guard(request: web.Request, handler: Handler) -> web.StreamResponse:
     origin = request.headers.get("Origin")
     if origin is not None and origin.lower() not in {f"http://{host}" for host in ours}:
         raise Refused("pages of other sites are not served", 403)
+    if request.path.startswith(f"/{request.app[_TOKEN]}/"):
+        request.app[_STRANGERS].forget(request.transport)
     return await handler(request)
 
 
@@ -185,6 +238,8 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1,
                            max_line_size=LONGEST_ADDRESS)
     await runner.setup()
+    assert runner.server is not None
+    app[_STRANGERS].watch(runner.server)
     try:
         listener = web.TCPSite(runner, HOST, port)
         try:

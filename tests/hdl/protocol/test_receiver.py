@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from fresa.protocol import UARTReceiver
 from tb.boards import component
-from tb.engines import AmaranthEngine
+from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.protocol import ReceiverModel, bits
 
 OUTPUTS = ("bytes_valid", "bytes_payload", "framing", "overrun", "line_break", "fault")
@@ -52,6 +52,40 @@ def check(line, ready, period):
 
 def taken(rows, ready):
     return [row[1] for row, take in zip(rows, ready, strict=True) if row[0] and take]
+
+
+class TestTolerance:
+    """How far the rate of a sender may be off, for bytes one right behind the other.
+
+    The figures are those of docs/host.md and of `bit_period`; 5208 clocks are a bit of 9600 baud on
+    a board with 50 MHz, 64 one in real-time simulation.
+    """
+
+    SENT = (0x00, 0xFF, 0x7F, 0x80, 0x55, 0xAA, 0xFE, 0x01, 0x00, 0x00, 0xFF, 0xFF, 0x0F)
+
+    def received(self, period: int, error: float) -> list[int]:
+        """Return what comes of bytes whose bits are longer by a part; errors are above 255."""
+        levels = [level for byte in self.SENT for level in bits(byte)]
+        line = [1] * period + wave(levels, period * (1 + error)) + [1] * 2 * period
+        kind = CXXRTLEngine if period > 64 else AmaranthEngine
+        with kind(component("receiver", UARTReceiver(period=period))) as engine:
+            seen = engine.apply({"rx": line, "bytes_ready": [1] * len(line)},
+                                ["bytes_valid", "bytes_payload"])
+        return seen["bytes_payload"][seen["bytes_valid"] == 1].tolist()
+
+    @pytest.mark.parametrize(("period", "slower", "faster"), [
+        (16, 0.055, 0.038), (64, 0.055, 0.042),
+        pytest.param(5208, 0.055, 0.044, marks=pytest.mark.compiler)])
+    def test_of_the_rate(self, period, slower, faster):
+        for error in (slower, 0.02, 0, -0.02, -faster):
+            assert self.received(period, error) == list(self.SENT), error
+        for error in (slower + 0.003, -faster - 0.003):
+            assert self.received(period, error) != list(self.SENT), error
+
+    @pytest.mark.parametrize("period", [16, 17, 31, 50])
+    def test_at_any_period(self, period):
+        for error in (0.052, -0.038):
+            assert self.received(period, error) == list(self.SENT)
 
 
 class TestEveryClock:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.host.fake import FakePositioner
+from tests.host.fake_positioner import FakePositioner
 from tests.tools.panel.session import Direct
 from tools.panel import line, panel, ports
 
@@ -23,3 +23,9 @@ def fake(monkeypatch) -> FakePositioner:
 @pytest.fixture
 def path(tmp_path) -> Path:
     return tmp_path / "panel.json"
+
+
+@pytest.fixture
+def soon_stale(monkeypatch) -> None:
+    """Take a report for old after a tenth of a second."""
+    monkeypatch.setattr("fresa_host.positioner_state.STALE_AFTER", 0.1)

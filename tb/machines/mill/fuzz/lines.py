@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from tb.fuzz.frames import Frame
 from tb.fuzz.frames import frames as split
 from tb.fuzz.inputs import LineProtocol
-from tb.fuzz.line import DecodedByte
+from tb.uart import DecodedByte
 
 __all__ = ["DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "PROTOCOL", "ROOM", "QUERY", "UP",
            "decode_request", "frames", "request", "with_crc"]

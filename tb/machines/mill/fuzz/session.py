@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from tb.fuzz.answers import AnswerSession
 from tb.fuzz.frames import Frame
-from tb.fuzz.line import CUT, Text
-from tb.fuzz.trajectory import Failure, Steps
+from tb.fuzz.trajectory import NEVER, Failure, Steps
+from tb.uart import Text
 
 from .lines import DOWN, GO, LONGEST, NUMBERS, OPEN, QUERY, ROOM, UP, decode_request, with_crc
 
@@ -66,7 +66,7 @@ def check_moves(orders: Sequence[AcceptedOrder], steps: Sequence[Steps], period:
             ways[axis].append(np.full(abs(turn), np.sign(turn)))
         (x, y), lowered = to, low
     failures, last = [], np.full(len(orders), -1)
-    first = np.full(len(orders), CUT)
+    first = np.full(len(orders), NEVER)
     for name, own, parts in zip("xyz", steps, ways, strict=True):
         of = np.arange(len(orders)).repeat([len(part) for part in parts])
         ordered = np.concatenate([*parts, np.zeros(1, int)])[:-1]

@@ -1,0 +1,253 @@
+"""Contract of what the orders of the positioner do."""
+
+from collections.abc import Callable
+
+from amaranth import Cat, Const, Mux
+
+from fresa.motion import positioner as positioning
+from fresa.motion.positioner import Positioning
+from fresa.protocol.positioner import Answer, Command
+from tb.contracts.contract import Bits, Case, Component, Contract
+
+__all__ = ["POSITIONING"]
+
+SHOWN = 4
+"""Longest queue of reasons that is looked into; a longer one has the same logic."""
+
+
+def describe(c: Contract, dut: Positioning) -> None:
+    """Nothing moves that was not ordered, and what is not obeyed changes nothing."""
+    order, command = dut.orders.p, dut.orders.p.command
+    payload = dut.orders.payload.as_value()
+    # A stream keeps what it offers; the numbers stay with it, and only answers are offered.
+    waited = c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst)
+    numbers = Cat(dut.numbers)
+    c.assume(~waited | (dut.orders.valid & (payload == c.past(payload))
+                        & (numbers == c.past(numbers))))
+    c.assume((order.answer.as_value() < Answer.LIMIT_MOT1.value)
+             & (command.as_value() < len(Command)))
+    c.assume(order.motor < 3)
+
+    stored = c.keep(8, name="points_there")
+    moving = (command == Command.MOV) | (command == Command.GOTO)
+    wrong = order.answer != Answer.NONE
+    apart = ~wrong & moving & ~dut.connected
+    empty = ~wrong & ~apart & (command == Command.GOTO) & ~stored.bit_select(order.point, 1)
+    refused = wrong | apart | empty
+    taken = dut.orders.valid & dut.orders.ready
+    obeyed = taken & ~refused & ~c.rst
+    point = _points(c, dut, taken & ~refused & (command == Command.P))
+    with c.m.If(c.rst):
+        c.m.d.sync += stored.eq(0)
+    with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
+        c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
+    c.invariant("knows-its-points", "It knows which points were stored.",
+                c.signal("points.there") == stored, cover=stored[3])
+    _changes(c, dut, obeyed)
+    _movements(c, dut, obeyed, point)
+    _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
+        apart, Answer.DISCONNECTED, Answer.EMPTY)))
+
+
+def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
+    """Watch what is stored, in each clock at another place; return the point of an order."""
+    number, words = dut.orders.p.point, c.words("points.places")
+    place = c.keep(len(number), name="watched_point")
+    c.m.d.sync += place.eq(place + 1)
+
+    def word_at(address: Bits) -> Bits:
+        value = words[0]
+        for other in range(1, len(words)):
+            value = Mux(address == other, words[other], value)
+        return value
+
+    c.invariant("keeps-its-points", "A point is where P stored it last.",
+                word_at(c.past(place)) == Mux(
+                    c.past(stores & (number == place) & (place != 0)), c.past(Cat(dut.numbers)),
+                    c.past(word_at(place))), cover=word_at(place) != 0)
+    return word_at(number)
+
+
+def _orders(c: Contract, dut: Positioning, obeyed: Bits) -> Callable[..., Bits]:
+    """Return what says whether an order was obeyed in the clock before."""
+    order = dut.orders.p
+
+    def then(*commands: Command, motor: int | None = None) -> Bits:
+        of = Cat(order.command == one for one in commands).any()
+        return c.past(obeyed & of & (order.motor == motor if motor is not None else 1))
+
+    return then
+
+
+def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
+    """What changes, and by which order."""
+    command, then = dut.orders.p.command, _orders(c, dut, obeyed)
+    was_reset = c.past(c.rst)
+    c.invariant("still-unless-connected", "Nothing moves that is not connected.",
+                dut.connected | ~dut.run.any(), cover=dut.connected & dut.run.all())
+    c.implication("connected", "Power changes only by CONNECT, DISCONNECT and reset.",
+                  when=dut.connected != c.past(dut.connected),
+                  then=Mux(dut.connected, then(Command.CONNECT),
+                           then(Command.DISCONNECT) | was_reset))
+    c.implication("obeys", "CONNECT gives power, DISCONNECT takes it.",
+                  when=then(Command.CONNECT, Command.DISCONNECT),
+                  then=dut.connected == then(Command.CONNECT))
+    place = Cat(dut.place)
+    c.implication("place", "A place is called by POS as it says, by ORIGIN 0, and by nothing else.",
+                  when=dut.load, then=obeyed & Mux(
+                      command == Command.POS, place == Cat(dut.numbers),
+                      (command == Command.ORIGIN) & (place == 0)) | c.rst)
+    c.invariant("place-of-pos", "No place is shown but that of POS while it is obeyed.",
+                (place == 0) | (command == Command.POS) & (place == Cat(dut.numbers)),
+                cover=place != 0)
+    c.implication("loads", "POS and ORIGIN are obeyed by a load.",
+                  when=obeyed & ((command == Command.POS) | (command == Command.ORIGIN)),
+                  then=dut.load)
+
+
+def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None:
+    """What moves, where to, and how fast."""
+    order, then, was_reset = dut.orders.p, _orders(c, dut, obeyed), c.past(c.rst)
+    going, halted = c.signal("going"), c.past(dut.halt)
+    after_reset = min(positioning.START_SPEED, dut.top_speed)
+    for motor in range(3):
+        name = f"mot{motor + 1}"
+        run, run_before = dut.run[motor], c.past(dut.run[motor])
+        target, rate, way = dut.target[motor], dut.rate[motor], going[motor]
+        moved, goes = then(Command.MOV, motor=motor), then(Command.GOTO)
+        begins = (moved | goes) & ~halted
+        c.implication(f"{name}-moves-by-order", f"Motor {motor + 1} begins to move only by MOV of "
+                      "it and by GOTO.", when=run & ~run_before, then=begins)
+        c.implication(f"{name}-begins", f"By these motor {motor + 1} does begin to move.",
+                      when=begins,
+                      then=run)
+        c.implication(f"{name}-ends", f"Motor {motor + 1} ends its movement where it arrives or "
+                      "is blocked, by STOP, by a halt, and by ORIGIN and POS if it is to a point, "
+                      "unless another is ordered.", when=~run & run_before,
+                      then=was_reset | halted
+| c.past(dut.there[motor] | dut.blocked[motor])
+| then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
+| then(Command.ORIGIN, Command.POS) & c.past(way))
+        c.implication(f"{name}-does-end", f"It does: no movement of motor {motor + 1} goes on "
+                      "that has come to an end.",
+                      when=c.past(dut.there[motor] | dut.blocked[motor])
+   & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
+                      then=~run | moved | goes)
+        c.invariant(f"{name}-target", f"The target of motor {motor + 1} is a point, by GOTO, or "
+                    "an end, by MOV of it, whichever was last.",
+                    target == Mux(was_reset, 0, Mux(
+goes, c.past(point.word_select(motor, 32)).as_signed(), Mux(
+moved, Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN),
+c.past(target)))), cover=target != 0)
+        c.invariant(f"{name}-rate",
+                    f"The speed of motor {motor + 1} is that of the last VEL of it.",
+                    rate == Mux(was_reset, after_reset, Mux(
+                        then(Command.VEL, motor=motor), c.past(dut.numbers[2])[:len(rate)],
+                        c.past(rate, init=after_reset))), cover=rate != after_reset)
+        c.invariant(f"{name}-is-going", f"A movement of motor {motor + 1} is to a point from GOTO "
+                    "to the next MOV of it.", way == ~was_reset & (goes | c.past(way) & ~moved),
+                    cover=way)
+    c.implication("halts", "While it is to halt nothing moves from the next clock on.",
+                  when=c.past(dut.halt & dut.run.any()), then=~dut.run.any())
+    c.implication("origin-ends-going", "ORIGIN and POS end all movements to points.",
+                  when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
+                  then=~(dut.run & c.past(going)).any())
+
+
+def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
+    """Who is answered, and what."""
+    offered, says = dut.answers.valid, dut.answers.payload.as_value()
+    limit = (says >= Answer.LIMIT_MOT1.value) & (says <= Answer.LIMIT_MOT3.value)
+    kept = c.past(offered & ~dut.answers.ready & ~c.rst)
+    c.implication("stream-keeps", "An answer stays until it is taken.", when=kept,
+                  then=offered & (says == c.past(says)))
+    c.implication("taken-a-clock-later", "An order is taken in the clock after it was offered, "
+                  "whatever waits to be answered.",
+                  when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst), then=dut.orders.ready)
+    c.implication("looked-at-first", "Not before.", when=dut.orders.ready,
+                  then=c.past(dut.orders.valid & ~dut.orders.ready))
+
+    # The queue of reasons, from the one that is said next
+    pending_limits = c.signal("pending_limits")
+    level = c.signal("reasons.level")
+    free = ~offered | dut.answers.ready
+    told = free & ~pending_limits.any() & (level != 0)
+    joins = taken & refused & ~c.rst & (level != dut.waiting)
+    said = Mux(level == dut.waiting - 1, Answer.OVERFLOW, reason)
+    c.implication("counts-reasons", "Each refusal joins the queue unless it is full, each that is "
+                  "handed on leaves it, and nothing else changes it.", when=c.past(~c.rst),
+                  then=level == c.past(level) + c.past(joins) - c.past(told))
+    c.implication("reasons-are-said", "While there is a reason and no limit to be told, one is "
+                  "next.", when=c.past((level != 0) & free & ~pending_limits.any() & ~c.rst),
+                  then=offered & ~limit)
+    c.implication("answers-have-a-cause", "An answer that is new is that of a refusal, or a "
+                  "limit's.", when=offered & ~kept, then=c.past(told | pending_limits.any()))
+    words, first = c.words("reasons.storage"), c.signal("reasons.consume")
+    c.invariant("knows-its-reasons", "The queue is where it says, and has nothing but reasons in "
+                "it.",
+                (c.signal("reasons.produce") == (first + level) % dut.waiting)
+                & (first < dut.waiting) & (level <= dut.waiting)
+                & Cat(((address + dut.waiting - first) % dut.waiting >= level)
+                      | (word != Answer.NONE) & (word < Answer.LIMIT_MOT1)
+                      | (word == Answer.OVERFLOW) for address, word in enumerate(words)).all(),
+                cover=level == dut.waiting)
+    if dut.waiting <= SHOWN:
+        _queue(c, dut, words, joins, said, told)
+    c.implication("never-none", "What is said is something.", when=offered,
+                  then=(says != 0) & (says <= Answer.OVERFLOW.value))
+    struck = dut.run & dut.blocked
+    for motor in range(3):
+        mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
+        ended = struck[motor]
+        c.implication(f"limit-{motor + 1}-is-told", "A switch that ends a movement of motor "
+                      f"{motor + 1} is told of.", when=c.past(ended & ~c.rst),
+                      then=pending_limits[motor])
+        c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is told only of "
+                      "where it ended a movement, and once for that.", when=mine & ~kept,
+                      then=c.past(pending_limits[motor]) & (~pending_limits[motor] | c.past(ended)))
+        c.implication(f"limit-{motor + 1}-is-not-lost", f"What is to be told of motor {motor + 1} "
+                      "stays so until it is being told.",
+                      when=c.past(pending_limits[motor] & ~c.rst) & ~pending_limits[motor],
+                      then=mine)
+        c.implication(f"limit-{motor + 1}-has-a-cause", "Nothing is to be told of motor "
+                      f"{motor + 1} that did not happen.", when=pending_limits[motor]
+                      & ~c.past(pending_limits[motor]),
+                      then=c.past(ended))
+    c.implication("sounds", "The buzzer is on after a switch ended a movement.",
+                  when=c.past(struck.any() & ~c.rst), then=dut.buzzer)
+    c.invariant("two-ticks", "It waits for two ticks at most.", c.signal("ticks") <= 2,
+                cover=c.signal("ticks") == 2)
+    c.implication("is-still-again", "It goes off at a tick, and at no other time but reset.",
+                  when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst))
+
+
+def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: Bits,
+           told: Bits) -> None:
+    """State what the reasons are, beside a queue that moves up by itself."""
+    level, first = c.signal("reasons.level"), c.signal("reasons.consume")
+    queue = [c.keep(4, name=f"reason_{place}") for place in range(dut.waiting)]
+    moved = [*queue[1:], Const(0, 4)]
+    for place, (at, behind) in enumerate(zip(queue, moved, strict=True)):
+        new = joins & (level - told == place)
+        c.m.d.sync += at.eq(Mux(new, said, Mux(told, behind, at)))
+    says = dut.answers.payload.as_value()
+    c.implication("reasons-in-their-order", "Reasons are said in the order of their orders, each "
+                  "once.", when=c.past(told & ~c.rst), then=says == c.past(queue[0]))
+
+    def word_at(place: Bits) -> Bits:
+        value = words[0]
+        for address in range(1, dut.waiting):
+            value = Mux(place == address, words[address], value)
+        return value
+
+    c.implication("full-says-so", "Behind reasons that fill the queue is OVERFLOW.",
+                  when=level == dut.waiting,
+                  then=word_at((first + dut.waiting - 1) % dut.waiting) == Answer.OVERFLOW)
+    c.invariant("reasons-are-stored", "The queue is in its memory.",
+                Cat((place >= level) | (word_at((first + place) % dut.waiting) == at)
+                    for place, at in enumerate(queue)).all(), cover=level == dut.waiting)
+
+
+POSITIONING = Component(
+    make=Positioning, describe=describe, depth=20,
+    cases=(Case({"top_speed": 1500, "waiting": 4}), Case({"top_speed": 1500}, real=True)))

@@ -1,0 +1,216 @@
+"""Contract of the interpreter of frames."""
+
+from amaranth import Array, Cat, Mux
+
+from fresa.protocol import FrameInterpreter
+from fresa.protocol.frames import POSITIONS, SPEEDS, START_SPEED, Answer
+from fresa.protocol.line import LineEnd
+from fresa.protocol.words import NUMBER_STARTS
+from tb.contracts.contract import Bits, Case, Component, Contract
+
+__all__ = ["FRAMES", "FRAMES_INSIDE"]
+
+
+class Frame:
+    """The frame that is read, from what was taken of it, and what is to be answered."""
+
+    def __init__(self, c: Contract, dut: FrameInterpreter) -> None:
+        byte, end = dut.items.p.byte, dut.items.p.end
+        taken = dut.items.valid & dut.items.ready
+        self.ends, more = taken & end, taken & ~end
+        self.count = count = c.keep(2, name="bytes_so_far")  # 3 is 3 or more
+        self.first, self.second = c.keep(8, name="first_byte"), c.keep(8, name="second_byte")
+        self.digits = c.keep(1, init=1, name="digits_behind_it")
+        self.value, self.large = c.keep(16, name="number_so_far"), c.keep(1, name="too_large")
+        small = (byte >= ord("a")) & (byte <= ord("z"))
+        grown = self.value * 10 + (byte - ord("0"))[:4]
+        is_digit = (byte >= ord("0")) & (byte <= ord("9"))
+        with c.m.If(c.rst | self.ends):
+            c.m.d.sync += [count.eq(0), self.digits.eq(1), self.value.eq(0), self.large.eq(0)]
+        with c.m.Elif(more):
+            c.m.d.sync += count.eq(count + (count != 3))
+            with c.m.If(count == 0):
+                c.m.d.sync += self.first.eq(Mux(small, byte - 32, byte))
+            with c.m.Else():
+                c.m.d.sync += [self.digits.eq(self.digits & is_digit), self.value.eq(grown),
+                               self.large.eq(self.large | grown[16:].any())]
+            with c.m.If(count == 1):
+                c.m.d.sync += self.second.eq(byte)
+        self.x, self.v, self.e, self.d = ((count > 0) & (self.first == ord(letter))
+                                          for letter in "XVED")
+        self.numeric = (self.x | self.v | self.e) & ((count == 1) | stops(self.second))
+        self.asks = (self.x | self.v) & (count == 2) & (self.second == ord("?"))
+        self.number = self.digits & (count > 1)
+        self.at_stop = dut.items.valid & (end | stops(byte))
+        legal = ~self.large & Mux(self.x, self.value < POSITIONS, Mux(
+            self.v, (self.value > 0) & (self.value < SPEEDS), self.value < 2))
+        self.good = Mux(self.numeric, Mux(
+            self.number, Mux(legal, Answer.OK.value, Answer.RANGE.value), Answer.NUMBER.value), Mux(
+            self.asks, Answer.VALUE.value, Mux(
+                self.d & (count == 1), Answer.HELP.value, Answer.COMMAND.value)))
+        self.verdict = Mux(byte == LineEnd.LONG, Answer.LENGTH.value, Mux(
+            byte == LineEnd.GOOD, self.good, Answer.COMMAND.value))
+
+
+def stops(byte: Bits) -> Bits:
+    return Cat(byte == stop for stop in b" " + NUMBER_STARTS).any()
+
+
+def describe(c: Contract, dut: FrameInterpreter) -> None:
+    """A frame is answered once, by what it is; only a good one does what it asks for."""
+    state, texts = c.state("interpreter_state"), c.part("texts")
+    item = dut.items.payload.as_value()
+    held = c.past(dut.items.valid & ~dut.items.ready & ~c.rst)
+    c.assume(~held | (dut.items.valid & (item == c.past(item))))  # the stream of items
+    c.restrict_covers(dut.items.valid)
+    frame = Frame(c, dut)
+    begins = texts.numbers.valid & texts.numbers.ready
+    answers = begins & state("ANSWER")
+    reads = c.part("writer").numbers
+    spells = reads.valid & reads.ready
+
+    owed, due = c.keep(1, init=1, name="owed"), c.keep(4, name="answer_due")
+    of_speed, said = c.keep(1, name="of_speed"), c.keep(2, name="said_before")
+    with c.m.If(c.rst):
+        c.m.d.sync += [owed.eq(1), due.eq(Answer.GREETING), said.eq(0)]
+    with c.m.Elif(frame.ends):
+        c.m.d.sync += [owed.eq(1), due.eq(frame.verdict), of_speed.eq(frame.v), said.eq(0)]
+    with c.m.Elif(answers):
+        c.m.d.sync += owed.eq(0)
+    with c.m.Elif(begins | spells):
+        c.m.d.sync += said.eq(said + 1)
+
+    c.implication("answers-what-it-is", "The answer is the one that the frame deserves: `ok`, or "
+                  "the right `err`, and the greeting after reset.", when=answers,
+                  then=owed & (texts.numbers.payload == due))
+    c.invariant("one-answer", "Each frame, and each reset, has one answer.",
+                owed == state("ANSWER", "NAME", "VALUE"), cover=owed)
+    c.implication("answered-before-the-next", "Nothing of a frame is read before that.",
+                  when=owed, then=~dut.items.ready)
+    c.implication("value-before-ok", "Before it comes the value that was asked for, where one was.",
+                  when=answers, then=said == Mux(due == Answer.VALUE.value, 2, 0))
+    c.implication("names-the-value", "The name is that of the value.",
+                  when=begins & state("NAME"), then=owed & (due == Answer.VALUE.value) & (said == 0)
+                  & (texts.numbers.payload == Mux(of_speed, Answer.SPEED.value,
+                                                  Answer.POSITION.value)))
+    c.implication("spells-the-value", "The value is that of this moment.", when=spells,
+                  then=owed & (due == Answer.VALUE.value) & (said == 1)
+                  & (reads.payload == Mux(of_speed, dut.speed, dut.position)))
+    idle = c.signal("idle")
+    c.implication("goes-on", "What is owed is said as soon as all before has been.",
+                  when=owed & idle, then=begins | spells)
+
+    # What frames do
+    done = frame.ends & (frame.verdict == Answer.OK.value) & ~c.rst
+    for name, kind, register, after_reset in [
+        ("target", frame.x, dut.target, 0),
+        ("speed", frame.v, dut.speed, START_SPEED),
+        ("power", frame.e, dut.enable, 1),
+    ]:
+        sets = done & kind
+        c.implication(f"{name}-is-set",
+                      "It is what a good frame says with the clock after its end.",
+                      when=c.past(sets), then=register == c.past(frame.value)[:len(register)])
+        c.implication(f"{name}-stays", "Nothing else changes it: no bad frame, no part of a frame.",
+                      when=c.past(~sets & ~c.rst), then=register == c.past(register,
+                                                                           init=after_reset))
+        c.implication(f"{name}-after-reset", "Reset brings back what it was at first.",
+                      when=c.past(c.rst), then=register == after_reset)
+    c.invariant("in-range", "Set-point and speed are always such as may be.",
+                (dut.target < POSITIONS) & (dut.speed > 0) & (dut.speed < SPEEDS),
+                cover=dut.target == 9)
+
+    # What is sent
+    writer = c.state("writer.writer_state")
+    byte = dut.bytes.payload
+    c.invariant("one-voice", "Text and number never speak at once.",
+                ~c.signal("texts.busy") | writer("REST"), cover=c.signal("texts.busy"))
+    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+                  when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
+                  then=dut.bytes.valid & (byte == c.past(byte)))
+    _watch_inside(c, dut, frame, owed, due, said, of_speed)
+    c.leaves_unused_codes("interpreter_state", fault=dut.fault,
+                          shows=~dut.items.ready & ~texts.numbers.valid & ~reads.valid)
+
+
+def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, due: Bits,
+                  said: Bits, of_speed: Bits) -> None:
+    """State what makes it so: who reads knows what was read."""
+    state, writer = c.state("interpreter_state"), c.state("writer.writer_state")
+    answer, command, value = c.signal("answer"), c.signal("command"), c.signal("value")
+    count, alive = frame.count, c.signal("words.alive")
+    letters = [Mux(count == 0, 1, Cat(frame.first == word[0], (count == 1) | (
+        (count == 2) & (frame.second == word[-1]) & (len(word) == 2))).all())
+        for word in c.part("words").table]
+    words, number = c.part("words").words.valid, c.part("reader").numbers.valid
+    c.invariant("knows-the-word", "While it reads a word it knows which ones begin so.",
+                Mux(state("COMMAND"), (c.signal("words.place") == count) & (alive == Cat(letters))
+                    & (~words | frame.at_stop) & ((count < 1) | ~stops(frame.first))
+                    & ((count < 2) | ~stops(frame.second)),
+                    (c.signal("words.place") == 0) & alive.all() & ~words), cover=words)
+    digit = dut.items.valid & ~dut.items.p.end & (dut.items.p.byte >= ord("0")) & (
+        dut.items.p.byte <= ord("9"))
+    which = Mux(frame.x, 0, Mux(frame.v, 1, 2))
+    c.invariant("knows-the-number", "While it reads a number it knows what it is so far.",
+                Mux(state("NUMBER"), (c.signal("reader.value") == frame.value) & frame.digits
+                    & (c.signal("reader.overflow") == frame.large) & frame.numeric
+                    & (c.signal("reader.digits") == (count > 1)) & (command == which)
+                    & ((count > 1) | frame.at_stop) & ~(number & digit) & (~number
+                                                                           | dut.items.valid),
+                    (c.signal("reader.value") == 0) & ~c.signal("reader.overflow")
+                    & ~c.signal("reader.digits") & ~number) & ~c.signal("reader.negative"),
+                cover=number)
+    c.implication("knows-what-to-answer", "Behind it, it knows what the frame is if nothing "
+                  "follows.", when=state("END"),
+                  then=(answer == frame.good)
+& (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
+& ((answer != Answer.OK.value) | (value == frame.value))
+& (~frame.numeric | ~frame.digits | (dut.items.valid & ~digit))
+& ((count > 1) | ((count == 1) & ~frame.numeric) | frame.at_stop))
+    c.implication("knows-what-is-owed", "It remembers the answer.", when=owed,
+                  then=(answer == due) & (said == Mux(state("NAME"), 0, Mux(
+                      state("VALUE"), 1, Mux(due == Answer.VALUE.value, 2, 0))))
+                  & (~state("NAME", "VALUE") | (due == Answer.VALUE.value))
+                  & ((due != Answer.VALUE.value) | (command == of_speed + 4)))
+    c.invariant("frame-so-far", "Of a frame that is not begun nothing is known.",
+                ((count > 0) | (frame.digits & (frame.value == 0) & ~frame.large))
+                & ((count != 1) | (frame.digits & (frame.value == 0) & ~frame.large))
+                & (~owed | (count == 0)), cover=count == 3)
+    texts, busy = c.part("texts"), c.signal("texts.busy")
+    rom, place = Array(b"".join(texts.texts)), c.signal("texts.place")
+    c.invariant("knows-the-text", "A byte of a text is the one where it is.",
+                (~texts.bytes.valid | (busy & (texts.bytes.payload == rom[place])))
+                & (~busy | (place < len(rom))),
+                cover=texts.bytes.valid)
+    c.invariant("writer-is-sound", "The writer of numbers is not upset, and is at a digit that "
+                "there is.",
+                ~writer("FAULT") & (writer("REST") | (
+             c.signal("writer.place") < c.part("writer").digits)), cover=writer("DIGIT"))
+    c.invariant("answers-of-frames", "What is remembered is no name of a value.",
+                answer <= Answer.VALUE.value, cover=answer == Answer.HELP.value)
+
+
+def describe_alone(c: Contract, dut: FrameInterpreter) -> None:
+    """State besides what is kept where nobody needs it."""
+    describe(c, dut)
+    numbers = c.part("reader").numbers
+    kept = c.keep(len(dut.speed), init=START_SPEED, name="number_kept")
+    with c.m.If(c.rst):
+        c.m.d.sync += kept.eq(START_SPEED)
+    with c.m.Elif(c.state("interpreter_state")("NUMBER") & numbers.valid):
+        c.m.d.sync += kept.eq(numbers.p.value)
+    c.invariant("keeps-its-number", "It keeps the number that it read last.",
+                c.signal("value") == kept, cover=kept == 9)
+
+
+def make(*, short: bool = True) -> FrameInterpreter:
+    """Make it, with texts of a letter or with those that people see."""
+    return FrameInterpreter(greeting=b"g", help_text=b"h") if short else FrameInterpreter()
+
+
+FRAMES = Component(
+    make=make, describe=describe_alone, depth=16,
+    cases=(Case(), Case({"short": False}, real=True), Case(upset=True)))
+
+FRAMES_INSIDE = Component(make=make, describe=describe)
+"""What a machine relies on."""
