@@ -40,15 +40,15 @@ def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
 
     async def what(site):
         fake.answer = obey
-        tell, places = site.panel.pages.tell, []
+        publish, places = site.panel.pages.publish, []
         monkeypatch.setattr(site.panel.pages, "publish", lambda about, fields: (
-            tell(about, fields), places.append(fields["steps"]) if about == "place" else None))
+            publish(about, fields), places.append(fields["steps"]) if about == "place" else None))
         assert site.told("place")["steps"] == [500, -500, 7]  # before anything is connected
         await site.connect()
         await site.until(lambda: site.told("place")["reports"] > 3)
         assert set(places) == {(500, -500, 7)}
         assert b"POS 500 -500 7\n" in fake.written
-        assert "had forgotten" in site.told("state")["note"]
+        assert "was reset" in site.told("state")["note"]
         assert site.told("place")["steps"] == [500, -500, 7]
 
     session(path, what)
