@@ -8,8 +8,7 @@ from dataclasses import replace
 from amaranth import ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.lib import io, wiring
 
-from fresa.machines.mill import Z_TRAVEL, Mill, MillTiming
-from fresa.roles import Machine
+from fresa.roles import MachineComponent
 from fresa_boards.board import Board
 from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.wiring import check_names, simulation_ports, wire
@@ -17,7 +16,7 @@ from fresa_boards.wiring import check_names, simulation_ports, wire
 from .design import Design
 from .vhdl import REFERENCES
 
-__all__ = ["board", "component", "described", "mill"]
+__all__ = ["board", "component", "described"]
 
 
 def component(name: str, dut: wiring.Component) -> Design:
@@ -46,15 +45,7 @@ def described(name: str, **parameters: int | bool) -> Design:
     return replace(design, vhdl=reference.described(parameters))
 
 
-def mill(*, timing: MillTiming, z_travel: int = Z_TRAVEL, guard: bool = False) -> Design:
-    """Return the raw machine. Its VHDL has no guard: it has nothing that could be upset."""
-    design = component("mill", Mill(timing=timing, z_travel=z_travel, guard=guard))
-    return replace(design, vhdl=REFERENCES["mill"].described({
-        "period": timing.period, "scan_bits": timing.scan_bits, "jog_period": timing.jog_period,
-        "z_travel": z_travel}))
-
-
-def board(name: str, machine: Machine, *, debounce: int | None = None,
+def board(name: str, machine: MachineComponent, *, debounce: int | None = None,
           scan_bits: int | None = None, inverted: Collection[str] = (),
           on: Board = NEXYS2_500) -> Design:
     """Return a machine on a board, wired as it is built, on pins of a simulation.
@@ -66,7 +57,7 @@ def board(name: str, machine: Machine, *, debounce: int | None = None,
     ----------
     name : str
         The machine's name, by which its pins are found.
-    machine : Machine
+    machine : MachineComponent
         The machine.
     debounce, scan_bits, inverted
         See :func:`fresa_boards.wiring.wire`.
@@ -74,11 +65,11 @@ def board(name: str, machine: Machine, *, debounce: int | None = None,
         The board.
     """
     allotment = on.allotment(name)
-    ports = simulation_ports(machine, allotment)
+    ports = simulation_ports(on, machine, allotment)
     top = wire(machine, ports, allotment, clock=on.clock, debounce=debounce, scan_bits=scan_bits,
                inverted=inverted)
     inputs = {pin: port.i for pin, port in ports.items() if port.direction is io.Direction.Input}
     clk = inputs.pop("clk")
     outputs = {pin: port.o for pin, port in ports.items() if pin not in {"clk", *inputs}}
     return Design(f"{on.family}_{name}", top, clk, inputs=inputs, outputs=outputs,
-                  names=check_names(machine, allotment))
+                  names=check_names(machine, ports, allotment))

@@ -16,12 +16,13 @@ from amaranth import Fragment, Signal
 from amaranth.hdl import Cover
 from amaranth.hdl._ast import Assign, Switch
 
-from .contracts import COMPONENTS, Component
+from .contracts import Component
 from .contracts.contract import Case, Contract, State
 from .contracts.proof import reach
 from .engines.coverage import CoverageEngine, Point
 from .machines import machines
-from .runners import duts, stimuli
+from .registry import components, duts
+from .runners import stimuli
 
 __all__ = ["Reached", "cover_lines", "cover_states", "with_state_machine"]
 
@@ -56,7 +57,7 @@ class Reached:
 
 def with_state_machine() -> list[str]:
     """Name the components that have a state machine of their own."""
-    return [name for name, component in COMPONENTS.items()
+    return [name for name, component in components().items()
             if _machine(component, component.cases[0]) is not None]
 
 
@@ -72,7 +73,7 @@ def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[
     lock : context manager
         Held while gateware is elaborated.
     """
-    component = COMPONENTS[name]
+    component = components()[name]
     wanted: list[Reached] = []
     for upset in (False, True):
         cases = [case for case in component.cases if case.upset == upset and not case.real]

@@ -8,7 +8,9 @@ that concern one build of the machine take the keyword arguments of `make` for i
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from amaranth.lib import wiring
 from numpy.typing import NDArray
@@ -17,30 +19,18 @@ from .bench import Bench
 from .design import Design, Entity
 from .diagram import Diagram
 from .engines import Engine
+from .runners import Dut, Model
 
 if TYPE_CHECKING:
+    from .contracts import Component
     from .faults.target import FaultTarget
     from .fuzz import FuzzTarget
     from .netlist.part import NetlistPart
 
-__all__ = ["Coverage", "Machine", "Model", "Option", "Options", "Serve"]
+__all__ = ["Coverage", "Machine", "Option", "Options", "Recorded", "Serve", "parts"]
 
 Options = Mapping[str, Any]
 """Keyword arguments of a machine's `make`."""
-
-
-class Model(Protocol):
-    """A machine in plain Python, clock by clock."""
-
-    Inputs: ClassVar[type]
-    """A dataclass of its input pins, all 0 unless given."""
-
-    def outputs(self, pins, /) -> object:
-        """Return the outputs in this clock, as attributes."""
-        ...
-
-    def edge(self, pins, /) -> None:
-        """Go to the next clock."""
 
 
 @dataclass(frozen=True)
@@ -122,8 +112,53 @@ class Serve:
     switches: Callable[..., Sequence[str]] | None = None
 
 
-def _no_options(clock: int) -> Options:
-    return {}
+@dataclass(frozen=True)
+class Recorded:
+    """What the record of verification has of a machine beside what it has of every machine.
+
+    Attributes
+    ----------
+    sizes : mapping of str to (str, str)
+        Builds whose resources are counted, by name: the arguments of `tools.build`, but for the
+        machine, and what decides the resources, as `tools.fingerprints` names it.
+    campaign : int
+        Clocks of a campaign; 0 for none.
+    unmutated : str
+        Why there are no mutants of the machine as a whole, if there are none.
+    quick_mutants : str
+        Of its components the one whose mutants are tried where there is little time.
+    """
+
+    sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    campaign: int = 0
+    unmutated: str = ""
+    quick_mutants: str = ""
+
+
+def parts(package: str, *modules: str) -> dict[str, Any]:
+    """Return the parts of a `Machine` that modules of its folder hold.
+
+    Parameters
+    ----------
+    package : str
+        The machine's, ``__name__`` of its declaration.
+    modules : str
+        Such as ``fuzz``, whose value ``FUZZ`` is the part of that name.
+
+    Returns
+    -------
+    dict of str to callable
+        For `Machine`, each by its name: imports the module when it is called.
+    """
+    def value(module: str) -> Any:
+        return getattr(import_module(f"{package}.{module}"), module.upper())
+
+    return {module: partial(value, module) for module in modules}
+
+
+def _as_short(clock: int, **values: Any) -> Options:
+    """Stand for the times of `Machine.short`."""
+    raise NotImplementedError
 
 
 def _values_alone(clock: int, made: Options, **values: Any) -> tuple[dict[str, Any], str]:
@@ -146,14 +181,17 @@ class Machine:
         Options with which much happens in few clocks, for simulations of every clock.
     variants : mapping of str to mapping
         Other builds that are simulated likewise, by name: what differs from `short`.
+    benched : mapping of str to object
+        The build that its bench runs: what differs from `short`. Its mutants meet that bench, and
+        its model of the same build.
     model : callable, optional
         Makes its `Model` of the same options.
     directed : callable
         Gives, of a seed, a number of clocks and options, at most so many clocks of stimulus that
-        goes through what there is to see.
+        goes through what there is to see: a column for every input, ``rst`` among them.
     random : callable
         Gives, of a seed, the number of a block, a number of rows and options, the first rows of
-        that block of random stimulus.
+        that block of random stimulus, likewise.
     vhdl : callable, optional
         Gives its description in VHDL, of the same options.
     without : mapping of str to str
@@ -162,7 +200,7 @@ class Machine:
         What people choose when it is built or served.
     real : callable
         Gives the arguments of `make` in real times, of a clock in Hz and the values of `options`.
-        It raises `ValueError` if these do not go together.
+        It raises `ValueError` if these do not go together. Without it they are `short`.
     inverted : callable, optional
         Gives, of the values of `options`, the ports whose pins have the other level.
     figures : callable
@@ -170,12 +208,18 @@ class Machine:
         has of it, ready for JSON, and the same in a line. Without it these are the values.
     serve : Serve, optional
         How it is served, if it has a serial line.
+    contracts : callable, optional
+        Gives what is proved of it and of the parts that it alone has: components by name, with the
+        machine itself by its own name.
     scenarios : callable, optional
-        Gives its benches.
+        Gives the benches of the machine and of the parts that it alone has.
     diagrams : sequence of Diagram
         What the page of timing diagrams shows of them.
     coverage : Coverage, optional
         What its stimulus is expected to come by.
+    survivors : callable, optional
+        Gives why nothing kills some mutants of its own components: a sentence by component and
+        mutant, as `tools.mutate` writes it.
     fuzz : callable, optional
         Gives the `tb.fuzz.FuzzTarget` of its serial line.
     faults : callable, optional
@@ -183,6 +227,8 @@ class Machine:
         by whether they have a guard; None for a machine that can have none.
     netlist : callable, optional
         Gives what of it is checked as a netlist, a `tb.netlist.part.NetlistPart`.
+    recorded : Recorded
+        What the record of verification has of it alone.
     order : int
         Its place among the machines: the least is first, and is the default of commands.
     """
@@ -192,23 +238,31 @@ class Machine:
     make: Callable[..., wiring.Component]
     short: Options
     variants: Mapping[str, Options] = field(default_factory=dict)
+    benched: Options = field(default_factory=dict)
     model: Callable[..., Model] | None = None
     directed: Callable[..., Mapping[str, NDArray]]
     random: Callable[..., Mapping[str, NDArray]]
     vhdl: Callable[..., Entity] | None = None
     without: Mapping[str, str] = field(default_factory=dict)
     options: Sequence[Option] = ()
-    real: Callable[..., Options] = _no_options
+    real: Callable[..., Options] = _as_short
     inverted: Callable[..., Sequence[str]] | None = None
     figures: Callable[..., tuple[dict[str, Any], str]] = _values_alone
     serve: Serve | None = None
+    contracts: "Callable[[], Mapping[str, Component]] | None" = None
     scenarios: Callable[[], Sequence[Bench]] | None = None
     diagrams: Sequence[Diagram] = ()
     coverage: Coverage | None = None
+    survivors: Callable[[], Mapping[tuple[str, str], str]] | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
     faults: "Callable[[], Mapping[Any, Callable[[], FaultTarget]]] | None" = None
     netlist: "Callable[[], NetlistPart] | None" = None
+    recorded: Recorded = Recorded()
     order: int = 100
+
+    def __post_init__(self) -> None:
+        if self.real is _as_short:
+            object.__setattr__(self, "real", lambda clock, **values: self.short)
 
     @property
     def builds(self) -> dict[str, Options]:
@@ -216,9 +270,24 @@ class Machine:
         return {self.name: self.short, **{
             name: {**self.short, **changes} for name, changes in self.variants.items()}}
 
+    @property
+    def bench_options(self) -> Options:
+        """The options of the build that its bench runs."""
+        return {**self.short, **self.benched}
+
     def design(self, **options: Any) -> Design:
         """Return its design for engines: it by its own pins, and its VHDL if it has some."""
         from .boards import component
 
         return replace(component(self.name, self.make(**options)),
                        vhdl=self.vhdl(**options) if self.vhdl else None)
+
+    def dut(self, name: str, options: Options | None = None) -> Dut:
+        """Return a build, to be cosimulated: of its `builds`, unless it has other options."""
+        options = self.builds[name] if options is None else options
+        ghdl = {} if self.vhdl else {"ghdl": "it has no description in VHDL"}
+        return Dut(
+            name, partial(self.design, **options),
+            directed=partial(self.directed, **options), random=partial(self.random, **options),
+            model=partial(self.model, **options) if self.model else None,
+            without={**ghdl, **self.without})

@@ -9,15 +9,9 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
+from fresa.clock import CLOCK
 from fresa.machines import MillStation
-from fresa.machines.mill import (
-    CLOCK,
-    PIXEL_STEPS,
-    TOP_SPEED,
-    Z_TRAVEL,
-    MillTiming,
-    step_period,
-)
+from fresa.machines.mill import PIXEL_STEPS, TOP_SPEED, Z_TRAVEL, MillTiming, step_period
 from fresa.motion import CoordinateGenerator
 
 from .boards import board

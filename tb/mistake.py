@@ -44,11 +44,14 @@ class Mistake:
         register its next value, and a function that finds other signals by their paths.
     reset_less : bool, optional
         Whether the register keeps its value in a reset.
+    init : int, optional
+        Value of the register at power-up.
     """
 
     path: str
     becomes: Callable[[Any, Find], Any] | None = None
     reset_less: bool | None = None
+    init: int | None = None
 
     def planted(self, design: Design) -> Design:
         """Return a design with the mistake in it; the one that is given is not used any more.
@@ -80,6 +83,8 @@ class Mistake:
         signal = find(self.path)
         if self.reset_less is not None:
             signal._reset_less = self.reset_less
+        if self.init is not None:
+            signal._init = self.init
         if self.becomes is None:
             return
         inside, domain = _driver(fragment, signal, self.path)

@@ -1,11 +1,11 @@
-"""What runs a stimulus: the engines and the model, of all that can be cosimulated."""
+"""What runs a stimulus: the engines and the model of a design that can be cosimulated."""
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from operator import attrgetter
 from os import PathLike
-from typing import Any, Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from amaranth import Value
@@ -15,13 +15,11 @@ from . import boards
 from .design import Design
 from .engines import ENGINES, Engine, source
 from .engines.pysim import AmaranthEngine
-from .machine import Machine, Model
-from .machines import machines
 from .stimulus import Random, Stimulus, bursts, held, random_blocks
 from .vhdl import REFERENCES
 
-__all__ = ["FAST", "MODEL", "Dut", "ModelRunner", "Runner", "close_all", "duts", "make_runners",
-           "stimuli"]
+__all__ = ["FAST", "MODEL", "Dut", "Model", "ModelRunner", "Runner", "close_all", "described_dut",
+           "make_runners", "stimuli"]
 
 #: Name of the model among the engines.
 MODEL = "model"
@@ -31,6 +29,20 @@ FAST = ("cxxrtl", "verilator", "netlist")
 
 #: Most rows of the stimulus that wait for the machine: they are made by the model, which is slow.
 DIRECTED = 50_000
+
+
+class Model(Protocol):
+    """A machine in plain Python, clock by clock."""
+
+    Inputs: ClassVar[type]
+    """A dataclass of its input pins, all 0 unless given."""
+
+    def outputs(self, pins, /) -> object:
+        """Return the outputs in this clock, as attributes."""
+        ...
+
+    def edge(self, pins, /) -> None:
+        """Go to the next clock."""
 
 
 class Runner(Protocol):
@@ -86,31 +98,8 @@ class Dut:
                 *(name for name in ENGINES if name not in self.without)]
 
 
-def duts() -> Mapping[str, Dut]:
-    """Return the machines with their variants, and the components of which there is one in VHDL."""
-    return _duts(tuple(machines().values()))
-
-
-@functools.cache
-def _duts(known: Sequence[Machine]) -> Mapping[str, Dut]:
-    whole = {name: _built(machine, name, options)
-             for machine in known for name, options in machine.builds.items()}
-    return {**whole, **{name: _described(name) for name in REFERENCES if name not in whole}}
-
-
-def _built(machine: Machine, name: str, options: Mapping[str, Any]) -> Dut:
-    """Take a machine with some options."""
-    ghdl = {} if machine.vhdl else {"ghdl": "it has no description in VHDL"}
-    return Dut(
-        name, functools.partial(machine.design, **options),
-        directed=functools.partial(machine.directed, **options),
-        random=functools.partial(machine.random, **options),
-        model=functools.partial(machine.model, **options) if machine.model else None,
-        without={**ghdl, **machine.without})
-
-
-def _described(name: str) -> Dut:
-    """Take a component and its first parameters from the table of the VHDL."""
+def described_dut(name: str) -> Dut:
+    """Return a component that `tb.vhdl` describes, with the parameters of its first case there."""
     reference = REFERENCES[name]
 
     def fields() -> dict[str, Sequence[int]]:

@@ -13,7 +13,7 @@ from amaranth import Value
 from amaranth.lib import wiring
 
 from .bench import Run
-from .machine import Model
+from .runners import Model
 from .uart import Decoder
 
 __all__ = ["monitor", "scoreboard", "ticks"]

@@ -114,7 +114,7 @@ def resource_lines(resources: Resources, capacity: Capacity) -> list[str]:
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     # Each machine has options of its own: which one it is must be known before they are.
-    parser, known = Parser(prog=PROG, add_help=False, allow_abbrev=False), kinds()
+    parser, known = Parser(prog=PROG, add_help=False, machines=True), kinds()
     chosen, _ = _which(parser, known).parse_known_args(argv)
     args = _parser(chosen.machine, known).parse_args(argv)
     job = known[args.machine].job(args)
@@ -162,7 +162,7 @@ def _which(parser: argparse.ArgumentParser, known: Mapping[str, Kind]) -> argpar
 def _parser(machine: str, known: Mapping[str, Kind]) -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:<12} {each.about}" for name, each in machines().items())
     parser = _which(Parser(prog=PROG, machines=True, description=ABOUT.format(machines=listed),
-                           epilog=EPILOG, allow_abbrev=False), known)
+                           epilog=EPILOG), known)
     parser.add_argument("--board", metavar="NAME", choices=BOARDS, default="nexys2-500",
                         help=f"one of: {', '.join(BOARDS)} (default: %(default)s)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,

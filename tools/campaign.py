@@ -15,7 +15,8 @@ from pathlib import Path
 
 from tb.cosim import Finding, lockstep
 from tb.engines import ENGINES, source
-from tb.runners import close_all, duts, make_runners
+from tb.registry import duts
+from tb.runners import close_all, make_runners
 from tb.stimulus import BLOCK, Stimulus, random_blocks
 
 from .console import UserError, write_atomically

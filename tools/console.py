@@ -15,6 +15,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, TextIO
 
@@ -57,6 +58,10 @@ def spelt(text: str) -> str:
     return re.sub(r"python\s+-m\s+tb\b", "fresa bench", text)
 
 
+_refused: ContextVar[bool] = ContextVar("_refused", default=False)
+"""Whether ``--machines`` was given, and no parser has yet said that its command takes it."""
+
+
 class UserError(Exception):
     """An error that the user can put right; its text, one line, is how."""
 
@@ -70,18 +75,27 @@ class Parser(argparse.ArgumentParser):
     Parameters
     ----------
     machines : bool
-        Tell of ``--machines``, which `command` has taken out of the command line.
+        The command takes ``--machines``, which `command` has taken out of the command line and
+        obeyed. One that does not is refused if it was given.
     """
 
     def __init__(self, *args, machines: bool = False, **kwargs) -> None:
         kwargs.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         kwargs.setdefault("allow_abbrev", False)
         super().__init__(*args, **kwargs)
+        self._machines = machines
         if machines:
             self.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
                               help="add the machines of a folder, see docs/adding-a-machine.md; "
                                    "may be repeated")
         self.prog = spelt(self.prog)
+
+    def parse_known_args(self, *args, **kwargs):
+        if self._machines:
+            _refused.set(False)  # nor by parsers of its subcommands
+        elif _refused.get():
+            self.error("--machines has no meaning here")
+        return super().parse_known_args(*args, **kwargs)
 
     def format_help(self) -> str:
         return spelt(super().format_help())
@@ -160,6 +174,8 @@ def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
         try:
             folders, rest = split_option(argv)
             stack.enter_context(added(folders))
+            _refused.set(bool(folders))
+            stack.callback(_refused.set, False)
         except ValueError as error:
             raise UserError(str(error)) from error
         yield rest

@@ -10,7 +10,8 @@ from pathlib import Path
 from tb.cosim import Finding, compare, lockstep
 from tb.engines import ENGINES, EngineError
 from tb.pins import write_pins
-from tb.runners import FAST, MODEL, Dut, close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import FAST, MODEL, Dut, close_all, make_runners, stimuli
 from tb.shrink import Shrunk, script, shrink
 from tb.stimulus import Stimulus, last_rows
 
@@ -34,10 +35,9 @@ output of every clock. The stimulus is of two kinds: orders, jogs, changes of mo
 and orders that must be refused, which wait for the machine as people do; then pins at random.
 
 The machine is the mill, unless --machine names another, or one of the mill's components; those have
-no model in Python, but like the mill a description in VHDL, written from the thesis. What is typed
-to `single`, which is `single-ramp` with a ramp, is frames that wait for their answers; then frames
-side by side, bytes and noise. So it is with the lines of `positioner`, whose limit switches are
-pressed besides.
+no model in Python, but like the mill a description in VHDL, written from the thesis. A machine on a
+serial line is sent lines that wait for their answers; then lines side by side, bytes and noise. Its
+limit switches, if it has any, are pressed besides.
 
 At the first difference it names engine, clock and outputs, makes the stimulus as short as it can,
 prints it as a script, and writes the waveforms of both engines from power-up to the difference.
@@ -59,9 +59,6 @@ examples:
 
   python -m tools.cosim --machine single --cycles 1000000
       One motor behind a serial line, with right, wrong and damaged frames on it.
-
-  python -m tools.cosim --machine positioner --engines cxxrtl,verilator --cycles 10000000
-      Three motors behind another, and their limit switches.
 
   python -m tools.cosim --campaign 1000000000
       A billion, on all cores. Ctrl-C, and the same command again, goes on where it was.

@@ -132,13 +132,6 @@ DIAGRAMS = (
         "once, and where it is with the next clock.",
         "inputs: number store place_0 place_1 outputs: stored found_0 found_1", 0, 8),
     Diagram(
-        "positioning",
-        "`MOV` and `GOTO` are refused, the first before `CONNECT`, the second to a point never "
-        "stored; each is answered once, and changes nothing. Then a point is stored, and all "
-        "motors go there.",
-        "inputs: orders_valid orders_payload.command orders_payload.point "
-        "outputs: orders_ready connected run target_0 answers_valid answers_payload", 0, 14),
-    Diagram(
         "order-control",
         "A movement of X and Y by 5 steps is taken with `valid` and `ready`. Its steps come a "
         "period of 4 clocks apart, until the counter has as many as were ordered; then it is ready "
@@ -211,12 +204,6 @@ DIAGRAMS = (
         "requests: requests_valid requests_payload.good requests_payload.value.number "
         "answers: answers_valid answers_payload.outcome answers_payload.taken answers_payload.done "
         "orders: orders_valid orders_ready orders_payload.x", 4, 30),
-    Diagram(
-        "serial-orders",
-        "Lines come and answers go, 34 bytes and 33, of 16 clocks a bit here: a session is opened, "
-        "order 1 is taken and carried out, order 2 comes damaged, and then undamaged.",
-        "line: rx tx orders: orders_valid orders_ready orders_payload.x orders_payload.up "
-        "numbers: ledger.taken ledger.done", 0, 45_000),
     Diagram(
         "debouncer",
         "Bounces do not pass. A level that lasts does, at the second tick after it began; a gap of "
@@ -299,27 +286,6 @@ DIAGRAMS = (
         "messages: messages_valid messages_ready messages_payload bytes: bytes_valid bytes_ready "
         "bytes_payload inside: dut.left", 0, 28,
         radix=("messages_payload=hex", "bytes_payload=hex", "dut.left=dec")),
-    Diagram(
-        "frame-interpreter",
-        "The frame `x57`, in which a word is read, a number and the end. The set-point is there "
-        "with the clock after the end was taken, and not before; then `ok` and the end of the line "
-        "are sent.",
-        "frames: items_valid items_ready items_payload.byte items_payload.end "
-        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 1268, 1288,
-        radix=("items_payload.byte=hex", "bytes_payload=hex", "target=dec")),
-    Diagram(
-        "positioner-commands",
-        "`MOV MOT1 C`, a byte a clock where it is read; two clocks after its last letter a word is "
-        "known. With the end of the line the order is there.",
-        "line: items_valid items_ready items_payload.byte items_payload.end order: orders_valid "
-        "orders_payload.answer orders_payload.command orders_payload.motor "
-        "orders_payload.clockwise inside: dut.commands_state_state", 0, 22),
-    Diagram(
-        "reporter",
-        "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "
-        "would not be over by then waits. Here one is said, and the next waits for the report.",
-        "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
-        "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
 )
 """Those of components, in the order of the page: from steps to pins, orders to steps, where orders
 come from, people, serial lines."""

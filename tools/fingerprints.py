@@ -21,16 +21,16 @@ from amaranth.lib import wiring
 
 from tb.bench import Run
 from tb.benches import benches, groups
-from tb.contracts import COMPONENTS
 from tb.design import Design
 from tb.engines import source
-from tb.fuzz import FuzzTarget, targets
+from tb.fuzz import FuzzTarget
 from tb.fuzz.inputs import random_inputs
 from tb.machines import machines
 from tb.netlist.subject import Subject, elaborate
 from tb.netlist.unknown import Runnable
+from tb.registry import components, duts, fuzz_targets, netlist_parts
 from tb.rtlil import canonical, fingerprint
-from tb.runners import ModelRunner, duts, stimuli
+from tb.runners import ModelRunner, stimuli
 
 __all__ = ["names", "take"]
 
@@ -76,9 +76,9 @@ def _one(name: str) -> str:
 
 
 def _contract(name: str) -> Iterator[str]:
-    for case in COMPONENTS[name].cases:
+    for case in components()[name].cases:
         yield str(case)
-        yield canonical(COMPONENTS[name].contract(case).rtlil())
+        yield canonical(components()[name].contract(case).rtlil())
 
 
 class _RecordedRun(Run):
@@ -126,7 +126,7 @@ def _run(name: str) -> Iterator[str]:
 
 
 def _fuzz(name: str) -> Iterator[str]:
-    target = targets()[name]
+    target = fuzz_targets()[name]
     for one in (target, *target.others):
         yield _design(one.design())
         yield from _findings(one)
@@ -185,7 +185,7 @@ def _subjects() -> tuple[dict[str, list[Subject]], dict[str, list[Runnable]]]:
 
     What a tool flow is given of a board is made of the design that is among them by itself.
     """
-    parts = [machine.netlist() for machine in machines().values() if machine.netlist]
+    parts = netlist_parts().values()
     subjects = [subject for part in parts for subject in (
         *part.equal, *part.codes, *part.pins, *(subject for subject, _ in part.flipped),
         *(subject for found in part.mistakes.values() for subject, _ in found))]
@@ -201,11 +201,11 @@ def _by_name(items: Iterable[T]) -> dict[str, list[T]]:
 
 
 _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable[str]]]] = {
-    "contract": (lambda: COMPONENTS, _contract),
+    "contract": (components, _contract),
     "bench": (lambda: [bench.name for group in ("components", "machine")
                        for bench in groups()[group]], _bench),
     "run": (duts, _run),
-    "fuzz": (targets, _fuzz),
+    "fuzz": (fuzz_targets, _fuzz),
     "faults": (
         lambda: [name for name, machine in machines().items() if machine.faults], _faults),
     "netlist": (lambda: dict.fromkeys(name for kind in _subjects() for name in kind), _netlist),

@@ -16,9 +16,9 @@ from tb.fuzz import (
     run_session,
     shortest,
     spread,
-    targets,
 )
 from tb.machines import machines
+from tb.registry import fuzz_targets
 
 from .console import (
     Parser,
@@ -83,7 +83,7 @@ _BANDS = (1, 10, 100, 1000, 10_000, 100_000)
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    known_targets = targets()
+    known_targets = fuzz_targets()
     about = "\n".join(
         fill(target.about, 100, initial_indent=f"  {name:12}", subsequent_indent=" " * 14)
         for name, target in known_targets.items() if target.about)
@@ -128,7 +128,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _target(name: str, known_targets: Mapping[str, FuzzTarget]) -> FuzzTarget:
     if name in machines() and name not in known_targets:
-        raise UserError(f"{name} has no serial line that is fuzzed")
+        raise UserError(f"{name} has no serial line")
     return known_targets[known(name, known_targets, "machine")]
 
 

@@ -14,8 +14,9 @@ from dataclasses import asdict, dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 
-from tb.contracts import COMPONENTS
+from tb.contracts import GENERAL
 from tb.contracts.proof import missing, versions
+from tb.machines import machines
 from tb.mutation import (
     Measure,
     MutationError,
@@ -26,7 +27,8 @@ from tb.mutation import (
     measure,
     with_a_bench,
 )
-from tb.mutation.survivors import EXPLAINED
+from tb.mutation.survivors import explained
+from tb.registry import components
 
 from .console import (
     Parser,
@@ -49,7 +51,8 @@ its contract, and one of them should notice. What neither notices is either no m
 that is proved, or a gap.
 
   benches     every bench of python -m tb runs beside all mutants of its component, and its own
-              checks decide. The mill also runs beside its model, every output of every clock.
+              checks decide. A machine is also compared with its model, every output of every
+              clock.
   contract    broken: chance, or a formula, finds inputs that lead to a property that does not hold.
               unproved: the mutant has none of that, but the induction of tools.prove fails.
   equivalent  induction over pairs of registers proves that no pin ever shows the mutant, for any
@@ -134,7 +137,7 @@ class Findings:
     def outdated(self, name: str) -> list[str]:
         """List mutants that are explained as survivors of a component, and are none."""
         return [*self.gone, *(mutant for number, mutant in enumerate(self.mutants)
-                              if (name, mutant) in EXPLAINED
+                              if (name, mutant) in explained()
                               and number in self.verdicts and number not in self.survivors)]
 
     @property
@@ -306,9 +309,13 @@ def _ignore_interrupts() -> None:
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.mutate", description=ABOUT, epilog=EPILOG)
+    parser = Parser(prog="python -m tools.mutate", description=ABOUT, epilog=EPILOG, machines=True)
     parser.add_argument("components", metavar="COMPONENT", nargs="*",
                         help="what to change; all that have a bench")
+    parser.add_argument("--machine", metavar="NAME",
+                        help="the components that this machine alone has")
+    parser.add_argument("--general", action="store_true",
+                        help="the components that are of no machine alone")
     parser.add_argument("--mutants", metavar="N", type=whole(1), default=5000,
                         help="how many in all; large components get more (default: %(default)s)")
     parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
@@ -322,12 +329,14 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256), default=os.cpu_count() or 1,
                         help="processes (default: all cores)")
     args = parser.parse_args(argv)
-    names = [known(name, COMPONENTS, "component") for name in dict.fromkeys(args.components)]
+    names = [known(name, components(), "component") for name in dict.fromkeys(args.components)]
+    if sum(map(bool, (names, args.machine, args.general))) > 1:
+        raise UserError("name components, or a machine, or ask for the general ones")
     check_output(args.json)
     if lacking := missing():
         raise UserError(lacking)
     began = time.monotonic()
-    names = names or with_a_bench()
+    names = names or _chosen(args.machine, general=args.general)
     state = load(args.state, args.seed)
     run(state, args.state, names, args.mutants, args.jobs)
     return _report(args, state, names, time.monotonic() - began)
@@ -346,7 +355,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
         say(_line(name, counts))
         survivors += [{"component": name, "mutant": found.mutants[number],
                        "command": found.commands[number],
-                       "explained": EXPLAINED.get((name, found.mutants[number]), "")}
+                       "explained": explained().get((name, found.mutants[number]), "")}
                       for number in found.survivors]
     say(_line("all", every))
     for survivor in survivors:
@@ -373,6 +382,21 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
         write_atomically(args.json, (json.dumps(facts, indent=1) + "\n").encode())
         say(f"wrote      {args.json}")
     return 0 if good else 1
+
+
+def _chosen(name: str | None, *, general: bool) -> list[str]:
+    """Name components that have a bench: general ones, or a machine's own, or all."""
+    if general:
+        return [each for each in with_a_bench() if each in GENERAL]
+    if name is None:
+        return with_a_bench()
+    machine = machines()[known(name, machines(), "machine")]
+    own = machine.contracts() if machine.contracts else {}
+    if machine.recorded.unmutated:
+        own = {each: component for each, component in own.items() if each != name}
+    if chosen := [each for each in with_a_bench() if each in own]:
+        return chosen
+    raise UserError(f"{name} has no component of its own with a contract and a bench")
 
 
 def _figures(counts: Counter) -> dict:

@@ -4,7 +4,7 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -13,7 +13,8 @@ from pathlib import Path
 from textwrap import fill
 
 from tb.engines import EngineError, IcarusEngine
-from tb.netlist import CHECKS, Options, Outcome, Task
+from tb.netlist import CHECKS, NetlistPart, Options, Outcome, Task
+from tb.registry import netlist_parts
 
 from .console import (
     Parser,
@@ -67,14 +68,17 @@ carried out.
 """
 
 
-def run_checks(names: Iterable[str], options: Options, jobs: int | None = None,
-               done: Callable[[], None] = lambda: None) -> list[tuple[str, Outcome, float]]:
+def run_checks(names: Iterable[str], checked: Sequence[NetlistPart], options: Options,
+               jobs: int | None = None, done: Callable[[], None] = lambda: None
+               ) -> list[tuple[str, Outcome, float]]:
     """Do the checks of these names on the cores.
 
     Parameters
     ----------
     names : iterable of str
         Checks.
+    checked : sequence of NetlistPart
+        What of each machine is checked.
     options : Options
         For all of them.
     jobs : int, optional
@@ -95,10 +99,10 @@ def run_checks(names: Iterable[str], options: Options, jobs: int | None = None,
         return name, outcome, time.monotonic() - began
 
     with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as pool:
-        parts = [pool.submit(do, name, task) for name in names
-                 for task in CHECKS[name].tasks(options)]
+        tasks = [pool.submit(do, name, task) for name in names
+                 for task in CHECKS[name].tasks(checked, options)]
         try:
-            return [part.result() for part in parts]
+            return [task.result() for task in tasks]
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
@@ -147,18 +151,18 @@ def main(argv: list[str] | None = None) -> int:
         if lacking := CHECKS[name].missing():
             raise UserError(f"{name} cannot run here: {lacking}")
 
-    options = Options(args.seed, args.flips, args.cycles)
+    options, parts = Options(args.seed, args.flips, args.cycles), list(netlist_parts().values())
     began = time.monotonic()
     try:
-        with _progress(sum(len(CHECKS[name].tasks(options)) for name in names)) as done:
-            results = run_checks(names, options, args.jobs, done)
+        with _progress(sum(len(CHECKS[name].tasks(parts, options)) for name in names)) as done:
+            results = run_checks(names, parts, options, args.jobs, done)
     except EngineError as error:
         raise UserError(str(error)) from error
     seconds = time.monotonic() - began
     for result in results:
         say(line(*result))
     for name in names:
-        for design, why in CHECKS[name].leaves_out().items():
+        for design, why in CHECKS[name].leaves_out(parts).items():
             say(f"{'no':8}{name:8} {design:15} {why}")
     good = [outcome.good for _, outcome, _ in results]
     controls = sum(outcome.control is not None for _, outcome, _ in results)
@@ -170,7 +174,7 @@ def main(argv: list[str] | None = None) -> int:
             versions["icarus"] = IcarusEngine.version()
         facts = {**asdict(options), "seconds": round(seconds, 1), "good": all(good),
                  "versions": versions,
-                 "left_out": {name: dict(CHECKS[name].leaves_out()) for name in names},
+                 "left_out": {name: dict(CHECKS[name].leaves_out(parts)) for name in names},
                  "parts": [{"check": name, **asdict(outcome), "seconds": round(took, 2)}
                            for name, outcome, took in results]}
         write_atomically(args.json, (json.dumps(facts, indent=2) + "\n").encode())

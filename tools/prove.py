@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
-from tb.contracts import COMPONENTS, Component
+from tb.contracts import Component
 from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 from tb.mutation.kills import Kill, kills
 from tb.mutation.netlist import MutationError
+from tb.registry import components
 
 from .console import (
     Parser,
@@ -93,8 +94,8 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
     def prove_case(name: str, component: Component, case, folder: Path, lock) -> list[Proof]:
         return prove(name, component, case, folder, traces, lock)
 
-    work = [(prove_case, name, COMPONENTS[name], case)
-            for name in names for case in COMPONENTS[name].cases]
+    work = [(prove_case, name, components()[name], case)
+            for name in names for case in components()[name].cases]
     proofs = _in_order(work, jobs, done)
     # One case that reaches a premise is enough.
     reached = {(proof.component, proof.name) for proof in proofs if proof.reached is not None}
@@ -110,7 +111,7 @@ def run_mutants(names: Iterable[str], jobs: int | None = None,
     def find(name: str, component: Component, _, folder: Path, lock) -> list[Kill]:
         return kills(name, component, lock)
 
-    return _in_order([(find, name, COMPONENTS[name], None) for name in names], jobs, done)
+    return _in_order([(find, name, components()[name], None) for name in names], jobs, done)
 
 
 def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None]) -> list:
@@ -162,7 +163,7 @@ def line(proof: Proof) -> str:
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.prove", description=ABOUT, epilog=EPILOG)
+    parser = Parser(prog="python -m tools.prove", description=ABOUT, epilog=EPILOG, machines=True)
     parser.add_argument("components", metavar="COMPONENT", nargs="*", help="what to prove; all")
     parser.add_argument("--mutants", "--controls", action="store_true",
                         help="find a mutant that breaks each property, instead of proving")
@@ -175,11 +176,11 @@ def main(argv: list[str] | None = None) -> int:
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
 
-    names = [known(name, COMPONENTS, "component")
-             for name in dict.fromkeys(args.components)] or list(COMPONENTS)
+    names = [known(name, components(), "component")
+             for name in dict.fromkeys(args.components)] or list(components())
     if args.list:
         for name in names:
-            for each in COMPONENTS[name].properties().values():
+            for each in components()[name].properties().values():
                 say(f"{name:13} {each.name:30} {each.description}")
         return 0
     if lacking := missing():
@@ -195,7 +196,7 @@ def main(argv: list[str] | None = None) -> int:
                        "properties are broken by a mutant, or are lemmas",
                        time.monotonic() - began)
 
-    total = sum(len(COMPONENTS[name].cases) for name in names)
+    total = sum(len(components()[name].cases) for name in names)
     with _progress(total, "proving") as done:
         proofs = run_proofs(names, args.traces, args.jobs, done)
     properties = {(proof.component, proof.name) for proof in proofs}

@@ -11,19 +11,23 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from tb.contracts import GENERAL
 from tb.engines import IcarusEngine, VerilatorEngine
 from tb.engines.ghdl import GHDLEngine
+from tb.machine import Machine
+from tb.machines import machines
+from tb.registry import fuzz_targets
 from tb.vhdl import REFERENCES
 
 from . import fingerprints
 from .console import Parser, UserError, command, say, write_atomically, write_files_atomically
 from .record_page import dump, page, summary
 
-__all__ = ["PARTS", "Part", "main"]
+__all__ = ["Part", "main", "parts"]
 
 ROOT = Path(__file__).parent.parent
 
@@ -79,7 +83,8 @@ class Part:
     command : str
         Module and arguments. ``{folder}`` is where it may write.
     quick : str, optional
-        The same with less to do; as `command`, unless told otherwise.
+        The same with less to do; as `command`, unless given. Where it is empty, ``--quick`` leaves
+        the part out.
     on : tuple of str
         What decides what it finds, as :mod:`tools.fingerprints` names it; a kind alone is all of
         it.
@@ -88,6 +93,8 @@ class Part:
     remembers : bool
         The command itself keeps what it found and knows what of it still holds, so nothing is
         taken from it when something changes.
+    about : str
+        What the page says of it, beside its figures.
     """
 
     name: str
@@ -96,6 +103,7 @@ class Part:
     quick: str | None = None
     figures: str = "figures.json"
     remembers: bool = False
+    about: str = ""
 
     def arguments(self, folder: Path, *, quick: bool) -> list[str]:
         """Give the words of the command."""
@@ -112,80 +120,77 @@ _JSON = "--json {folder}/figures.json"
 _COSIM = f"--vcd {{folder}}/cosim {_JSON}"
 _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
-#: Mutants are shared out to the components of a command: those of one machine stay the same when
-#: another gets more. All of the positioner has none: nearly every one would be in a part of it.
-_OF_THE_MILL = ("divider coil counter axes order_control automatic sequencer manual controller "
-                "start spiral coordinates square debounce display monitor mill")
-_OF_LINES_AND_AXES = ("phase step_dir rate position backlash limits uart_receiver uart_transmitter "
-                      "line words decimal_reader decimal_writer text")
-_OF_OTHER_MACHINES = ("axis points positioning order_ledger hex_reader hex_writer frames "
-                      "positioner_commands single")
-_OF_MORE = "ramp reporter"
+#: Mutants of the general components together, and of those that one machine alone has: these stay
+#: the same when another machine comes.
+GENERAL_MUTANTS, OWN_MUTANTS = 7000, 700
 
 
-def _of(components: str) -> tuple[str, ...]:
-    return *(f"contract {name}" for name in components.split()), "bench"
+def parts() -> dict[str, Part]:
+    """Return what is run, by name, in the order of the page."""
+    known = machines().values()
+    return {part.name: part for part in (
+        Part("proofs", f"tools.prove {_JSON}", ("contract",)),
+        Part("kills", f"tools.prove --mutants {_JSON}", ("contract",),
+             f"tools.prove --mutants coil counter axes phase step_dir rate {_JSON}"),
+        Part("vhdl", f"tools.vhdl {_JSON}", tuple(f"run {name}" for name in REFERENCES)),
+        Part("netlist", f"tools.netlist {_JSON}", ("netlist",)),
+        *(part for machine in known for part in _runs(machine)),
+        *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates 2000 {_FUZZ}",
+               (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
+          for name in fuzz_targets()),
+        Part("mutants", f"tools.mutate --general --mutants {GENERAL_MUTANTS} {_STATE} {_JSON}",
+             _of(GENERAL),
+             "tools.mutate divider coil counter axes phase rate position points --mutants 330 "
+             f"{_STATE} {_JSON}", remembers=True),
+        *(_mutants(machine, machine.contracts()) for machine in known if machine.contracts),
+        *(Part(f"{what}-{machine.name}", f"tools.faults {what} --machine {machine.name} {_JSON}",
+               (f"faults {machine.name}",),
+               f"tools.faults {what} --machine {machine.name} --{what} {fewer} {_JSON}")
+          for what, fewer in (("resets", 1000), ("flips", 10_000))
+          for machine in known if machine.faults),
+        Part("coverage-states", f"tools.coverage states {_JSON}", ("contract",)),
+        *(Part(f"coverage-{machine.name}",
+               f"tools.coverage lines --machine {machine.name} {_JSON}", (f"run {machine.name}",))
+          for machine in known if machine.coverage),
+        *(Part(f"size-{name}",
+               f"tools.build --machine {machine.name} {arguments} -o {{folder}}", (of,),
+               figures="report.json")
+          for machine in known for name, (arguments, of) in machine.recorded.sizes.items()))}
 
 
-PARTS = {part.name: part for part in (
-    Part("proofs", f"tools.prove {_JSON}", ("contract",)),
-    Part("kills", f"tools.prove --mutants {_JSON}", ("contract",),
-         f"tools.prove --mutants coil counter axes phase step_dir rate {_JSON}"),
-    Part("vhdl", f"tools.vhdl {_JSON}", tuple(f"run {name}" for name in REFERENCES)),
-    Part("netlist", f"tools.netlist {_JSON}", ("netlist",)),
-    Part("engines", f"tools.cosim --engines all --cycles 100000 {_COSIM}", ("run mill",)),
-    Part("pair", f"tools.cosim --engines cxxrtl,verilator --cycles 10000000 {_COSIM}",
-         ("run mill",)),
-    Part("campaign", f"tools.cosim --campaign 1000000000 {_STATE} {_COSIM}", ("run mill",),
-         f"tools.cosim --campaign 20000000 {_STATE} {_COSIM}"),
-    *(Part(f"{name}-{machine}",
-           f"tools.cosim --machine {machine} --engines {engines} --cycles {clocks} {_COSIM}",
-           (f"run {machine}",),
-           f"tools.cosim --machine {machine} --engines {engines} --cycles {fewer} {_COSIM}")
-      for machine in ("single", "single-ramp", "positioner")
-      for name, engines, clocks, fewer in (("engines", "all", 100_000, 20_000),
-                                           ("pair", "cxxrtl,verilator", 10_000_000, 1_000_000))),
-    *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates {rates} {_FUZZ}",
-           (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
-      for name, rates in (("single", 2000), ("positioner", 1500), ("mill", 0))),
-    Part("mutants", f"tools.mutate {_OF_THE_MILL} {_STATE} {_JSON}", _of(_OF_THE_MILL),
-         f"tools.mutate divider coil counter axes --mutants 200 {_STATE} {_JSON}",
-         remembers=True),
-    Part("mutants-lines", f"tools.mutate {_OF_LINES_AND_AXES} --mutants 2000 {_STATE} {_JSON}",
-         _of(_OF_LINES_AND_AXES),
-         f"tools.mutate phase rate position --mutants 100 {_STATE} {_JSON}", remembers=True),
-    Part("mutants-machines", f"tools.mutate {_OF_OTHER_MACHINES} --mutants 1500 {_STATE} {_JSON}",
-         _of(_OF_OTHER_MACHINES), f"tools.mutate points --mutants 30 {_STATE} {_JSON}",
-         remembers=True),
-    Part("mutants-more", f"tools.mutate {_OF_MORE} --mutants 300 {_STATE} {_JSON}",
-         _of(_OF_MORE), f"tools.mutate reporter --mutants 30 {_STATE} {_JSON}", remembers=True),
-    Part("resets", f"tools.faults resets {_JSON}", ("faults mill",)),
-    Part("flips", f"tools.faults flips {_JSON}", ("faults mill",),
-         f"tools.faults flips --flips 20000 {_JSON}"),
-    *(Part(f"{what}-{machine}", f"tools.faults {what} --machine {machine} {_JSON}",
-           (f"faults {machine}",),
-           f"tools.faults {what} --machine {machine} --{what} 1000 {_JSON}")
-      for what in ("resets", "flips") for machine in ("single", "positioner")),
-    Part("coverage", f"tools.coverage {_JSON}", ("contract", "run mill")),
-    *(Part(f"coverage-{machine}", f"tools.coverage lines --machine {machine} {_JSON}",
-           (f"run {machine}",)) for machine in ("single", "positioner")),
-    *(Part(name, f"tools.build {options} -o {{folder}}", (on,), figures="report.json")
-      for name, options, on in (
-          ("size", "--board pins", "netlist mill"),
-          ("size-guard", "--board pins --guard", "netlist mill-guarded"),
-          ("size-serial", "--orders serial", "fuzz mill"),
-          ("size-single", "--machine single", "netlist nexys2-single"),
-          ("size-ramp", "--machine single --ramp 1000", "run single-ramp"),
-          ("size-positioner", "--machine positioner", "netlist nexys2-positioner"),
-          ("size-board", "--size 400x400 --enlarge", "netlist nexys2-picture"))),
-)}
-"""What is run, in the order of the page."""
+def _runs(machine: Machine) -> Iterator[Part]:
+    """Give the cosimulations of each build of a machine, and its campaign."""
+    for build in machine.builds:
+        for name, engines, clocks, fewer in (("engines", "all", 100_000, 20_000),
+                                             ("pair", "cxxrtl,verilator", 10_000_000, 1_000_000)):
+            begin = f"tools.cosim --machine {build} --engines {engines}"
+            yield Part(f"{name}-{build}", f"{begin} --cycles {clocks} {_COSIM}",
+                       (f"run {build}",), f"{begin} --cycles {fewer} {_COSIM}")
+    if clocks := machine.recorded.campaign:
+        begin = f"tools.cosim --machine {machine.name} --campaign"
+        yield Part(f"campaign-{machine.name}", f"{begin} {clocks} {_STATE} {_COSIM}",
+                   (f"run {machine.name}",), f"{begin} {clocks // 50} {_STATE} {_COSIM}")
+
+
+def _of(components: Iterable[str]) -> tuple[str, ...]:
+    """Name what mutants of components meet."""
+    return *(f"contract {name}" for name in components), "bench"
+
+
+def _mutants(machine: Machine, own: Iterable[str]) -> Part:
+    """Return the part about mutants of the components that a machine alone has."""
+    quick = machine.recorded.quick_mutants
+    return Part(f"mutants-{machine.name}",
+                f"tools.mutate --machine {machine.name} --mutants {OWN_MUTANTS} {_STATE} {_JSON}",
+                _of(own),
+                f"tools.mutate {quick} --mutants 30 {_STATE} {_JSON}" if quick else "",
+                remembers=True, about=machine.recorded.unmutated)
 
 
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    parser = Parser(prog="python -m tools.record", description=ABOUT, epilog=EPILOG)
+    parser = Parser(prog="python -m tools.record", description=ABOUT, epilog=EPILOG, machines=True)
     parser.add_argument("parts", metavar="PART", nargs="*", help="what to run again")
     parser.add_argument("--leave-out", metavar="PART", action="append", default=[],
                         help="do not run this; the page says so")
@@ -198,11 +203,14 @@ def main(argv: list[str] | None = None) -> int:
                              "build/record-quick)")
     args = parser.parse_args(argv)
     work = ROOT / "build" / ("record-quick" if args.quick else "record")
+    every = parts()
     for name in [*args.parts, *args.leave_out]:
-        if name not in PARTS:
-            raise UserError(f"there is no part {name!r}: choose from {', '.join(PARTS)}")
+        if name not in every:
+            raise UserError(f"there is no part {name!r}: choose from {', '.join(every)}")
+    if args.quick:
+        every = {name: part for name, part in every.items() if part.quick != ""}
     if args.list:
-        for part in PARTS.values():
+        for part in every.values():
             words = part.arguments(Path("FOLDER"), quick=args.quick)
             say(f"{part.name:20} {_spelt(words)}")
         return 0
@@ -211,11 +219,11 @@ def main(argv: list[str] | None = None) -> int:
     output = args.output or (work if args.quick else ROOT / "docs")
     if args.output is not None and not output.is_dir():
         raise UserError(f"cannot write to {output}: there is no such folder")
-    parts = [part for part in PARTS.values() if part.name not in args.leave_out]
-    facts = run(parts, work, again=args.parts, quick=args.quick)
+    chosen = [part for part in every.values() if part.name not in args.leave_out]
+    facts = run(chosen, work, again=args.parts, quick=args.quick)
     if facts is None:
         return 1
-    facts["left_out"] = [name for name in PARTS if name in args.leave_out]
+    facts["left_out"] = [name for name in every if name in args.leave_out]
     # A line for each property: by itself, since people read it, and nothing else does.
     kills = facts["parts"].get("kills", {}).get("facts", {}).pop("mutants", None)
     write_files_atomically({
@@ -226,13 +234,13 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: bool = False
+def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: bool = False
         ) -> dict | None:
     """Run what is not there yet; give the facts of the record, or None if a command found fault.
 
     Parameters
     ----------
-    parts : iterable of Part
+    chosen : iterable of Part
         What to run.
     work : Path
         Where to keep what they find.
@@ -241,11 +249,11 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
     quick : bool
         With less to do.
     """
-    parts = list(parts)
-    now = fingerprints.take(name for part in parts for name in part.depends())
+    chosen = list(chosen)
+    now = fingerprints.take(name for part in chosen for name in part.depends())
     record: dict = {"cores": os.cpu_count(), "parts": {}}
     failed = []
-    for part in parts:
+    for part in chosen:
         of = {name: now[name] for name in part.depends()}
         folder = work / part.name
         words = part.arguments(folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder,
@@ -282,7 +290,8 @@ def run(parts: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: 
             write_atomically(folder / KEPT, json.dumps(found).encode())
         record["parts"][part.name] = {
             "command": _spelt(words), "seconds": found["seconds"],
-            "resumed": found["resumed"], "of": of, "facts": found["facts"]}
+            "resumed": found["resumed"], "of": of, "facts": found["facts"],
+            **({"about": part.about} if part.about else {})}
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None
@@ -300,10 +309,10 @@ def stale(record: Mapping) -> dict[str, list[str]]:
         What ``verification.json`` holds.
     """
     left_out = record.get("left_out", ())
-    parts = {name: part for name, part in PARTS.items() if name not in left_out}
-    now = fingerprints.take(name for part in parts.values() for name in part.depends())
+    wanted = {name: part for name, part in parts().items() if name not in left_out}
+    now = fingerprints.take(name for part in wanted.values() for name in part.depends())
     found = {}
-    for name, part in parts.items():
+    for name, part in wanted.items():
         there = record["parts"].get(name, {})
         of = there.get("of", {})
         other = [one for one in part.depends() if of.get(one) != now[one]]
@@ -332,7 +341,8 @@ def _check(folder: Path) -> int:
     left_out = record.get("left_out", [])
     if left_out:
         say(f"left out: {', '.join(left_out)}")
-    say(f"{len(PARTS) - len(left_out) - len(found)} of {len(PARTS)} parts are of what is here"
+    total = len(parts())
+    say(f"{total - len(left_out) - len(found)} of {total} parts are of what is here"
         + (f"; run python -m tools.record {' '.join(found)}" if found else ""))
     return 1 if found else 0
 

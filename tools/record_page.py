@@ -18,26 +18,22 @@ for programs, and fingerprints of the designs, properties, models and stimulus t
 `python -m tools.record --check` compares these with what is here. Nothing here was typed by hand.
 """
 
-_MUTANTS = ("mutants", "mutants-lines", "mutants-machines", "mutants-more")
-_FUZZ = ("fuzz-single", "fuzz-positioner", "fuzz-mill")
-_RESETS = ("resets", "resets-single", "resets-positioner")
-_FLIPS = ("flips", "flips-single", "flips-positioner")
-_COVERAGE = ("coverage", "coverage-single", "coverage-positioner")
-_SIZES = ("size", "size-guard", "size-board", "size-serial", "size-single", "size-ramp",
-          "size-positioner")
-
-
 def summary(name: str, figures: Facts) -> Facts:
     """Keep of a part's figures what the record has room for.
 
     Parameters
     ----------
     name : str
-        Of the part, see :data:`tools.record.PARTS`.
+        Of the part, see :func:`tools.record.parts`.
     figures : mapping
         What its command wrote.
     """
-    return _SHORTER[name](figures) if name in _SHORTER else figures
+    return _SHORTER[_kind(name)](figures) if _kind(name) in _SHORTER else figures
+
+
+def _kind(name: str) -> str:
+    """Return what a part is, whichever machine it is of: ``engines`` of ``engines-mill``."""
+    return name.partition("-")[0]
 
 
 def dump(facts: Any, indent: str = "") -> str:
@@ -61,12 +57,13 @@ def page(record: Facts) -> str:
     parts = record["parts"]
     text = [HEAD]
     for section in _SECTIONS:
-        there = [name for name in section.parts if name in parts]
-        missing = [name for name in section.parts if name not in parts]
+        there, missing = ([name for name in names if _kind(name) in section.kinds]
+                          for names in (parts, record.get("left_out", ())))
         text.append(f"## {section.title}")
         if there and (section.apart or not missing):
             text += [*(f"- `{part['command']}`, {_seconds(part['seconds'])}{_resumed(part)}"
-                       for part in map(parts.__getitem__, there)), "", section.says, ""]
+                       for part in map(parts.__getitem__, there)), "", section.says,
+                     *(parts[name]["about"] for name in there if "about" in parts[name]), ""]
             text += section.write(*(parts[name]["facts"] for name in there))
         if missing:
             text += ["", f"Left out of this record: {', '.join(missing)}.", ""]
@@ -181,18 +178,22 @@ def _upsets(*runs: Facts) -> list[str]:
     return [_table(["machine", "flip-flops", "upsets", *verdicts[1:], "% silent"], rows)]
 
 
-def _coverage(coverage: Facts, *others: Facts) -> list[str]:
+def _coverage(*runs: Facts) -> list[str]:
     rows = [[name, one["state"], one["transition"], one["last"]]
-            for name, one in coverage["states"].items()]
-    runs = [one["lines"] for one in (coverage, *others)]
-    run = [[lines["machine"], _many(lines["clocks"]), what, _many(lines[what]["seen"]),
-            _many(lines[what]["all"]), f"{lines[what]['percent']:.2f}", f"{lines[what]['least']:g}"]
-           for lines in runs for what in ("lines and branches", "bits")]
-    return [
-        _table(["state machine", "states", "transitions", "last one in clock"], rows),
-        f"What the cosimulation comes by, as {runs[0]['engine']} counts it. Bits that nothing can "
-        "change, such as a parameter fixes, are counted too:", "",
-        _table(["machine", "clocks", "", "seen", "of", "%", "least"], run)]
+            for run in runs for name, one in run.get("states", {}).items()]
+    lines = [run["lines"] for run in runs if "lines" in run]
+    covered = [[one["machine"], _many(one["clocks"]), what, _many(one[what]["seen"]),
+                _many(one[what]["all"]), f"{one[what]['percent']:.2f}", f"{one[what]['least']:g}"]
+               for one in lines for what in ("lines and branches", "bits")]
+    text = []
+    if rows:
+        text += [_table(["state machine", "states", "transitions", "last one in clock"], rows)]
+    if lines:
+        text += [
+            f"What the cosimulation covers, as {lines[0]['engine']} counts it. Bits that nothing "
+            "can change, such as a parameter fixes, are counted too:", "",
+            _table(["machine", "clocks", "", "seen", "of", "%", "least"], covered)]
+    return text
 
 
 def _size(*builds: Facts) -> list[str]:
@@ -221,7 +222,7 @@ def _origin(record: Facts) -> str:
 class _Section:
     title: str
     says: str
-    parts: Sequence[str]
+    kinds: Sequence[str]  # of parts
     write: Callable[..., list[str]]
     apart: bool = False  # each of its parts says something without the others
 
@@ -229,10 +230,7 @@ class _Section:
 _SECTIONS = (
     _Section("Engines in step", """\
 The same stimulus, orders and chance, for every engine and for the model in Python; every output of
-every clock is compared.""", ("engines", "pair", "campaign", "engines-single",
-                              "pair-single", "engines-single-ramp", "pair-single-ramp",
-                              "engines-positioner", "pair-positioner"),
-             _engines, apart=True),
+every clock is compared.""", ("engines", "pair", "campaign"), _engines, apart=True),
     _Section("Contracts", """\
 What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
 any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise.
@@ -248,27 +246,25 @@ What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted 
 it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
 Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
-of the score. The positioner has them in its parts, and not as a whole: nearly all of its mutants
-are in these, and its bench is too short to show each of them once more.""",
-             _MUTANTS, _mutants, apart=True),
+of the score.""", ("mutants",), _mutants, apart=True),
     _Section("Lines", """\
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
 serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
 comes at its time; the position that is told is that of the steps; all of it from the description of
-lines, with no model of the gateware.""", _FUZZ, _fuzz, apart=True),
+lines, with no model of the gateware.""", ("fuzz",), _fuzz, apart=True),
     _Section("Resets", """\
 In the midst of work, in any clock and of any length: no coil word out of the table, no motor moved,
-no pulse begun or cut, and afterwards all as from power-up that shall be so. `single` and
-`positioner` are asked after every 20th, and must do it and say so.""",
-             _RESETS, _resets, apart=True),
+no pulse begun or cut, and afterwards all as from power-up that must be so. A machine on a serial
+line is asked to move after every 20th, and must do it and answer.""",
+             ("resets",), _resets, apart=True),
     _Section("Upsets", """\
 One flip-flop upset in the midst of work. *Silent* is a motor in a wrong place, or a counter that
-says a wrong one, without a word. `single` and `positioner` have no guard; but their answers are
-words, too. A STEP that an upset cuts short counts as a step.""", _FLIPS, _upsets, apart=True),
+says a wrong one, without a word; an answer on a serial line is a word, too. A STEP that an upset
+cuts short counts as a step.""", ("flips",), _upsets, apart=True),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
-registers from a code that no state has.""", _COVERAGE, _coverage),
-    _Section("Size", "Of the Spartan-3E.", _SIZES, _size, apart=True),
+registers from a code that no state has.""", ("coverage",), _coverage, apart=True),
+    _Section("Size", "Of the Spartan-3E.", ("size",), _size, apart=True),
 )
 
 # What is too long to keep
@@ -344,17 +340,19 @@ def _short_resets(figures: Facts) -> Facts:
 
 
 def _short_coverage(figures: Facts) -> Facts:
-    lines = {key: value for key, value in figures["lines"].items() if key != "never"}
+    facts = {}
+    if "lines" in figures:
+        facts["lines"] = {key: value for key, value in figures["lines"].items() if key != "never"}
     if "states" not in figures:
-        return {"lines": lines}
-    states = {}
+        return facts
+    states = facts["states"] = {}
     for name in _in_order(point["component"] for point in figures["states"]):
         own = [point for point in figures["states"] if point["component"] == name]
         states[name] = {
             **{kind: _found([point for point in own if point["kind"] == kind])
                for kind in ("state", "transition")},
             "last": max(point["clock"] or 0 for point in own)}
-    return {"states": states, "lines": lines}
+    return facts
 
 
 def _short_build(figures: Facts) -> Facts:
@@ -365,12 +363,8 @@ def _short_build(figures: Facts) -> Facts:
 _SHORTER: Mapping[str, Callable[[Facts], Facts]] = {
     "proofs": _short_proofs, "kills": _short_kills, "vhdl": _short_vhdl,
     "netlist": _short_netlist,
-    **dict.fromkeys(_RESETS, _short_resets),
-    **dict.fromkeys(_FLIPS, _short_flips),
-    **dict.fromkeys(_MUTANTS, _short_mutants),
-    **dict.fromkeys(_FUZZ, _short_fuzz),
-    **dict.fromkeys(_COVERAGE, _short_coverage),
-    **dict.fromkeys(_SIZES, _short_build),
+    "resets": _short_resets, "flips": _short_flips, "mutants": _short_mutants,
+    "fuzz": _short_fuzz, "coverage": _short_coverage, "size": _short_build,
 }
 
 # Words and tables
@@ -404,10 +398,9 @@ def _resumed(part: Facts) -> str:
 
 
 def _struck(facts: Facts) -> str:
-    """Name a machine; only the mill has a guard."""
-    if "guard" in facts:
-        return f"mill {'with' if facts['guard'] else 'without'} guard"
-    return facts["machine"]
+    """Name a machine, and whether it has its guard, if it can have one."""
+    guard = {None: "", True: " with guard", False: " without guard"}[facts.get("guard")]
+    return f"{facts['machine']}{guard}"
 
 
 def _proved(proofs: Sequence[Facts]) -> int:

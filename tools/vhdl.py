@@ -15,7 +15,8 @@ from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 from tb.cosim import Outcome, lockstep
 from tb.engines import EngineError, choose, why_slow
 from tb.engines.ghdl import GHDLEngine
-from tb.runners import close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import close_all, make_runners, stimuli
 from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS, Control, check
 

@@ -1,7 +1,8 @@
 """What the ports of a machine are for: the data by which a board wires it.
 
-A role says nothing of a pin's number or of its polarity on a board; it says what a port needs to
-be a pin, whatever the board.
+A role says what a port needs to be a pin, whatever the board. Which pin that is, and at which level
+the parts of a board are on, is data of the board; the level of what is wired to a header is the
+role's.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from dataclasses import dataclass, replace
 from amaranth.lib import wiring
 
 __all__ = ["BUTTON", "BUZZER", "COILS", "DIGITS", "DIRECTION", "ENABLE", "LIMIT", "NUMBER", "RX",
-           "SEGMENTS", "STATUS", "STEP", "SWITCH", "TX", "Machine", "Role"]
+           "SEGMENTS", "STATUS", "STEP", "SWITCH", "TX", "MachineComponent", "Role"]
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Role:
     to_ground : bool
         A contact to ground: its pin is pulled up, and low where the contact is closed.
     active_low : bool
-        The port itself is on where it is 0.
+        The port of the machine is on where it is 0, whatever the level of its pin.
     optional : bool
         A board may leave it without a pin.
     """
@@ -67,8 +68,8 @@ DIGITS = Role("display, digits", rest=0xF, active_low=True, optional=True)
 """The display of a machine that scans it itself."""
 
 
-class Machine(wiring.Component):
-    """A component whose ports become the pins of a board.
+class MachineComponent(wiring.Component):
+    """A machine whose ports have roles, so that a board can be wired to it.
 
     Attributes
     ----------

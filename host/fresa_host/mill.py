@@ -99,7 +99,7 @@ class Mill:
             port = self._port.open()
             while time.monotonic() < end:
                 _wait_for_silence(port, end)
-                port.write(request(Kind.TELL))
+                port.write(request(Kind.QUERY))
                 reader, due = AnswerReader(), time.monotonic() + ANSWER_TIME
                 while time.monotonic() < due:
                     if answers := reader.feed(port.read()):

@@ -22,7 +22,7 @@ LENGTH = DIGITS + 8
 class Kind(IntEnum):
     """What a request is for."""
 
-    TELL = 0
+    QUERY = 0
     OPEN = 1
     GO = 2
     UP = 3
@@ -32,7 +32,7 @@ class Kind(IntEnum):
 class Outcome(IntEnum):
     """What became of a request."""
 
-    TOLD = 0
+    REPORTED = 0
     OPENED = 1
     TAKEN = 2
     AGAIN = 3

@@ -181,7 +181,7 @@ class Sender:
         if self.phase is Phase.SENDING and self.taken < self.total and not self.paused:
             order = self._orders[self.taken]
             return request(order.kind, self._session, self.taken + 1, order.x, order.y)
-        return request(Kind.TELL)
+        return request(Kind.QUERY)
 
     def receive(self, data: bytes, now: float) -> None:
         """Take what was heard.
@@ -252,7 +252,7 @@ class Sender:
         elif self.taken == self.total or self.paused:
             self._due = now + QUIET
         else:
-            self._due = now if progress or answer.outcome is Outcome.TOLD else now + PAUSE
+            self._due = now if progress or answer.outcome is Outcome.REPORTED else now + PAUSE
 
     def _check(self, answer: Answer) -> None:
         if answer.stopped:

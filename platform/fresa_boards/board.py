@@ -9,13 +9,16 @@ from amaranth.build import Attrs, Pins, PinsN, Resource
 from amaranth.lib import io
 from amaranth.lib.wiring import In
 
-from fresa.roles import BUTTON, DIGITS, SEGMENTS, STATUS, Machine, Role
+from fresa.roles import BUTTON, DIGITS, SEGMENTS, STATUS, MachineComponent, Role
 
-__all__ = ["RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Pin", "PinRow", "pin_table",
-           "role_of"]
+__all__ = ["LEDS", "RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Pin", "PinRow",
+           "pin_table", "role_of"]
 
 RESET = "reset"
 """What the words of an allotment call the reset of a machine, which is no port of it."""
+
+LEDS = "leds"
+"""The part of a board that shows levels, whatever these are for; no port has its one pin there."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ OURS = {RESET: (BUTTON, 1), "segments": (SEGMENTS, 8), "digits": (DIGITS, 4)}
 """What a board has for a machine that has no such ports: roles and widths."""
 
 
-def role_of(machine: Machine, port: str) -> Role:
+def role_of(machine: MachineComponent, port: str) -> Role:
     """Return the role of a port of a machine, or of what the board has in its stead."""
     return machine.roles[port] if port in machine.roles else OURS[port][0]
 
@@ -87,7 +90,7 @@ class Allotment:
     panel: Mapping[str, str] = field(default_factory=dict)
     number: str | None = None
 
-    def places(self, machine: Machine) -> dict[str, Bits]:
+    def places(self, machine: MachineComponent) -> dict[str, Bits]:
         """List the bits of a machine at each place: a part of the board, or a port on a header.
 
         Raises
@@ -111,7 +114,7 @@ class Allotment:
         panel = {name: tuple(bit for word in words.split() for bit in bits(word))
                  for name, words in self.panel.items()}
         places = {name: place for name, place in (header | panel).items() if any(place)}
-        wired = {bit.port for name, place in places.items() if name != "leds"
+        wired = {bit.port for name, place in places.items() if name != LEDS
                  for bit in place if bit}
         for port, role in machine.roles.items():
             if not role.optional and port not in wired:
@@ -218,13 +221,15 @@ class Board:
                 raise
             raise ValueError(f"{self.name} has no pins allotted to {machine}") from None
 
-    def request(self, platform, machine: Machine, allotment: Allotment) -> dict[str, io.PortLike]:
+    def request(self, platform, machine: MachineComponent,
+                allotment: Allotment) -> dict[str, io.PortLike]:
         """Request the clock and the pins of a machine from an instance of the platform.
 
         Returns
         -------
         dict
-            A port for ``clk`` and for each place; see :meth:`Allotment.places`.
+            A port for ``clk`` and for each place; see :meth:`Allotment.places`. Each has the
+            direction and the polarity that the board has there.
         """
         requested: dict[tuple[str, int], Any] = {}
 
@@ -248,14 +253,14 @@ class Board:
             name: platform.request(name, dir="-") if name in allotment.header
             else part(name, len(bits)) for name, bits in places.items()}
 
-    def _resource(self, port: str, machine: Machine, names: str) -> Resource:
+    def _resource(self, port: str, machine: MachineComponent, names: str) -> Resource:
         pins = " ".join(self.header[name] for name in names.split())
         contact = machine.roles[port].to_ground
         direction = "i" if machine.signature.members[port].flow is In else "o"
         return Resource(port, 0, (PinsN if contact else Pins)(pins, dir=direction),
                         self.pulled_up if contact else self.outputs)
 
-    def pin_rows(self, machine: Machine, allotment: Allotment) -> list[PinRow]:
+    def pin_rows(self, machine: MachineComponent, allotment: Allotment) -> list[PinRow]:
         """List the pins of a machine, in the order of the allotment, header first."""
         ports = self.request(self.platform(), machine, allotment)
         rows = []
@@ -265,12 +270,12 @@ class Board:
             pins = [bit.name for bit in ports[name].io.metadata]
             for bit, label, pin in zip(bits, labels.split(), pins, strict=False):
                 if bit is not None:
-                    role = STATUS if name == "leds" else role_of(machine, bit.port)
+                    role = STATUS if name == LEDS else role_of(machine, bit.port)
                     rows.append(PinRow(str(bit), role.name, label, pin))
         return rows
 
 
-def pin_table(board: Board, machine: Machine, allotment: Allotment) -> str:
+def pin_table(board: Board, machine: MachineComponent, allotment: Allotment) -> str:
     """Write the pins of a machine on a board as a table in Markdown, for people."""
     rows = "".join(f"| {row.place} | {row.pin} | {row.port} | {row.role} |\n"
                    for row in board.pin_rows(machine, allotment))

@@ -10,17 +10,14 @@ from amaranth.lib.wiring import In
 
 from fresa import panel
 from fresa.panel import Debouncer, SevenSegment, debounce_period
-from fresa.roles import Machine
+from fresa.roles import MachineComponent
 
-from .board import RESET, Allotment, Bits, Board, role_of
+from .board import LEDS, RESET, Allotment, Bits, Board, role_of
 
 __all__ = ["Plan", "check_names", "prepare", "simulation_ports", "wire"]
 
-_INPUTS = {"clk", "rx", "switches", "buttons"}
-_ACTIVE_LOW = {"segments", "digits"}
 
-
-def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotment, *,
+def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment: Allotment, *,
          clock: int, debounce: int | None = None, scan_bits: int | None = None,
          inverted: Collection[str] = ()) -> Module:
     """Wire a machine to pins.
@@ -33,7 +30,7 @@ def wire(machine: Machine, ports: Mapping[str, io.PortLike], allotment: Allotmen
 
     Parameters
     ----------
-    machine : Machine
+    machine : MachineComponent
         What to wire. It becomes the submodule ``machine``.
     ports : mapping of str to PortLike
         ``clk`` and a port for each place, see :meth:`Board.request` and :func:`simulation_ports`.
@@ -111,11 +108,10 @@ class _Place:
         Bits whose pin has the other level.
     """
 
-    def __init__(self, m: Module, machine: Machine, name: str, port: io.PortLike, bits: Bits,
-                 inverted: Collection[str]) -> None:
+    def __init__(self, m: Module, machine: MachineComponent, name: str, port: io.PortLike,
+                 bits: Bits, inverted: Collection[str]) -> None:
         self._m, self.name, self.bits = m, name, bits
-        # LEDs show levels, whatever these are for.
-        ours = (None,) * len(bits) if name == "leds" else bits
+        ours = (None,) * len(bits) if name == LEDS else bits
         roles = [None if bit is None else role_of(machine, bit.port) for bit in ours]
         self.rest = tuple(0 if bit is None or role is None else role.rest >> bit.index & 1
                           for bit, role in zip(bits, roles, strict=True))
@@ -123,7 +119,7 @@ class _Place:
             int(turned if bit is None or role is None else
                 turned ^ role.active_low ^ (bit.port in inverted))
             for bit, role, turned in zip(bits, roles, port.invert, strict=True))
-        self.bounces = any(role.bounces for role in roles if role)
+        self.bounces = _bounces(machine, port, bits)
         self._registered = any(role.registered for role in roles if role)
         self.is_input = port.direction is io.Direction.Input
         m.submodules[name] = self._buffer = io.Buffer("i" if self.is_input else "o", _plain(port))
@@ -144,6 +140,12 @@ class _Place:
             m.d.sync += pins.eq(value)
             value = pins
         m.d.comb += self._buffer.o.eq(value)
+
+
+def _bounces(machine: MachineComponent, port: io.PortLike, bits: Bits) -> bool:
+    """Whether a place goes through the debouncer, all of its bits."""
+    return port.direction is io.Direction.Input and any(
+        role_of(machine, bit.port).bounces for bit in bits if bit)
 
 
 def _synchronize(m: Module, name: str, pins: Value, rest: Sequence[int],
@@ -171,7 +173,8 @@ class Plan:
     rtlil: str
 
 
-def prepare(board: Board, name: str, machine: Machine, *, inverted: Collection[str] = ()) -> Plan:
+def prepare(board: Board, name: str, machine: MachineComponent, *,
+            inverted: Collection[str] = ()) -> Plan:
     """Wire a machine to a board, and plan its bitstream.
 
     Parameters
@@ -180,7 +183,7 @@ def prepare(board: Board, name: str, machine: Machine, *, inverted: Collection[s
         The board.
     name : str
         The machine's, by which its pins are found and its files are named.
-    machine : Machine
+    machine : MachineComponent
         The machine.
     inverted : collection of str
         See :func:`wire`.
@@ -198,38 +201,39 @@ def prepare(board: Board, name: str, machine: Machine, *, inverted: Collection[s
                  for file, text in files.items()}, platform.rtlil)
 
 
-def simulation_ports(machine: Machine, allotment: Allotment) -> dict[str, io.SimulationPort]:
-    """Make ports of a simulation that are like those of a board.
+def simulation_ports(board: Board, machine: MachineComponent,
+                     allotment: Allotment) -> dict[str, io.SimulationPort]:
+    """Make ports of a simulation with the directions and the polarity of those of a board."""
+    ports = board.request(board.platform(), machine, allotment)
+    return {name: io.SimulationPort(port.direction, len(port), name=name, invert=port.invert)
+            for name, port in ports.items()}
 
-    A display is active low, and so is a contact to ground.
+
+def check_names(machine: MachineComponent, ports: Mapping[str, io.PortLike],
+                allotment: Allotment) -> dict[str, str]:
+    """Map the bits of a machine to where checks find their levels on a board, by name.
+
+    A bit that is debounced is in a register of the debouncer, any other on its pin: a LED is the
+    pin of a bit only if the bit has no other.
+
+    Parameters
+    ----------
+    machine : MachineComponent
+        The machine.
+    ports : mapping of str to PortLike
+        Those that :func:`wire` is given.
+    allotment : Allotment
+        What the places are for.
     """
-    def port(name: str, bits: Bits) -> io.SimulationPort:
-        if name in allotment.header:
-            incoming = machine.signature.members[name].flow is In
-            return io.SimulationPort("i" if incoming else "o", len(bits), name=name,
-                                     invert=machine.roles[name].to_ground)
-        return io.SimulationPort("i" if name in _INPUTS else "o", len(bits), name=name,
-                                 invert=name in _ACTIVE_LOW)
-
-    return {name: port(name, bits)
-            for name, bits in {"clk": (None,), **allotment.places(machine)}.items()}
-
-
-def check_names(machine: Machine, allotment: Allotment) -> dict[str, str]:
-    """Map the bits of a machine to what tells of them on a board, by name: for checks.
-
-    An output is the pin of a simulation, an input the register behind its debouncer or its pin.
-    """
-    contacts = [bit for name, bits in allotment.places(machine).items() for bit in bits
-                if name in ("switches", "buttons")]
-    names = {}
-    for name, bits in allotment.places(machine).items():
-        for index, bit in enumerate(bits):
-            if bit is not None and bit not in contacts:
-                names[str(bit)] = name if len(bits) == 1 else f"{name}[{index}]"
-    for index, bit in enumerate(contacts):
-        if bit is not None:
-            names[str(bit)] = "debouncer.o" if len(contacts) == 1 else f"debouncer.level[{index}]"
+    places = allotment.places(machine)
+    contacts = [bit for name, bits in places.items() if _bounces(machine, ports[name], bits)
+                for bit in bits]
+    names = {str(bit): "debouncer.o" if len(contacts) == 1 else f"debouncer.level[{index}]"
+             for index, bit in enumerate(contacts) if bit is not None}
+    for name in sorted(places, key=LEDS.__eq__):
+        for index, bit in enumerate(places[name]):
+            if bit is not None:
+                names.setdefault(str(bit), name if len(places[name]) == 1 else f"{name}[{index}]")
     return names
 
 

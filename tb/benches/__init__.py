@@ -1,4 +1,4 @@
-"""The benches: of components and boards, a module a room; of machines, their scenarios."""
+"""The benches: of components and boards, a module each room; of machines, their scenarios."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -13,19 +13,19 @@ from . import (
     drive,
     guard,
     motion,
+    order_ledger,
     orders,
     panel,
-    positioner_parts,
     protocol,
     ramp,
     serial_line,
-    serial_orders,
+    targets,
 )
 
 __all__ = ["benches", "groups"]
 
-COMPONENTS = (drive, motion, control, guard, orders, serial_orders, panel, axis, ramp, serial_line,
-              protocol, positioner_parts)
+COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
+              serial_line, protocol)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

@@ -3,7 +3,7 @@
 from fresa.panel import Debouncer, Monitor, SevenSegment
 
 from ..bench import Run, bench
-from ..machines.mill.model import LIT
+from ..models.panel import LIT
 
 SHAPES = {0xFF ^ sum(1 << "abcdefg".index(segment) for segment in lit): digit
           for digit, lit in enumerate(LIT)}

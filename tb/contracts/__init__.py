@@ -1,4 +1,4 @@
-"""Contracts of every component, to be proved by ``python -m tools.prove``."""
+"""Contracts of the components that machines are made of, to be proved by `tools.prove`."""
 
 from .automatic import AUTOMATIC
 from .axes import AXES
@@ -14,28 +14,20 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
-from .frames import FRAMES
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
 from .line import LINE
 from .manual import MANUAL
-from .mill import MILL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
-from .positioner import POSITIONER
-from .positioner_commands import POSITIONER_COMMANDS
-from .positioning import POSITIONING
 from .ramp import RAMP
 from .rate import RATE
-from .reporter import REPORTER
 from .sequencer import SEQUENCER
-from .serial_orders import SERIAL_ORDERS
-from .single import SINGLE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -45,9 +37,9 @@ from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
 from .words import WORDS
 
-__all__ = ["COMPONENTS", "Component"]
+__all__ = ["GENERAL", "Component"]
 
-COMPONENTS = {
+GENERAL = {
     "divider": DIVIDER,
     "coil": COIL,
     "counter": COUNTER,
@@ -61,7 +53,6 @@ COMPONENTS = {
     "limits": LIMITS,
     "axis": AXIS,
     "points": POINTS,
-    "positioning": POSITIONING,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
     "sequencer": SEQUENCER,
@@ -85,12 +76,5 @@ COMPONENTS = {
     "text": TEXT,
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,
-    "frames": FRAMES,
-    "positioner_commands": POSITIONER_COMMANDS,
-    "reporter": REPORTER,
-    "serial_orders": SERIAL_ORDERS,
-    "mill": MILL,
-    "single": SINGLE,
-    "positioner": POSITIONER,
 }
-"""Components by name, in the order in which they are best read."""
+"""Components by name, in the order in which they are best read; a machine declares its own."""

@@ -128,33 +128,34 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
                   then=c.past(given & ~c.rst))
     c.invariant("one-at-a-time", "A request is taken when its answer can go.",
                 dut.requests.ready == (dut.answers.ready & ~answers), cover=given)
-    c.implication("tells-the-truth", "An answer says what is open, taken, done, and so with the "
-                  "machine.", when=answers,
+    c.implication("tells-the-truth", "An answer holds the session, the orders taken and done, "
+                  "and the state of the machine.", when=answers,
                   then=(answer.session == session) & (answer.taken == taken)
     & (answer.done == done) & (answer.error == dut.error)
     & (answer.stopped == dut.stopped) & (answer.manual == ~dut.enable)
     & (answer.reserved == 0))
     is_open = good & (kind == RequestKind.OPEN)
-    for name, says, when in [
-        (Outcome.DAMAGED, "the line was not right", ~good),
-        (Outcome.TOLD, "it is a question", good & (kind == RequestKind.TELL)),
-        (Outcome.MANUAL, "a session is to be opened by hand", is_open & ~dut.enable),
-        (Outcome.BUSY, "orders of another session wait",
+    for name, outcome, condition, when in [
+        ("damaged", Outcome.DAMAGED, "the line was damaged", ~good),
+        ("told", Outcome.REPORTED, "the request is a query", good & (kind == RequestKind.QUERY)),
+        ("manual", Outcome.MANUAL, "a session is requested in manual mode", is_open & ~dut.enable),
+        ("busy", Outcome.BUSY, "orders of another session wait",
          is_open & dut.enable & (request.session != session) & (count != 0)),
-        (Outcome.OPENED, "it is open now",
+        ("opened", Outcome.OPENED, "the session is open now",
          is_open & dut.enable & ((request.session == session) | (count == 0))),
-        (Outcome.CLOSED, "the session of an order is not open", is_order & ~ours),
-        (Outcome.AGAIN, "the order was the last", ours & (request.number == taken)),
-        (Outcome.UNEXPECTED, "it has another number",
+        ("closed", Outcome.CLOSED, "the session of an order is not open", is_order & ~ours),
+        ("again", Outcome.AGAIN, "the order was the last", ours & (request.number == taken)),
+        ("unexpected", Outcome.UNEXPECTED, "the order has another number",
          ours & (request.number != taken) & ~is_next),
-        (Outcome.FULL, "there is no room", ours & is_next & (count == dut.depth)),
-        (Outcome.TAKEN, "it is taken", ours & is_next & (count < dut.depth)),
-        (Outcome.UNKNOWN, "there is no such request",
+        ("full", Outcome.FULL, "the queue is full", ours & is_next & (count == dut.depth)),
+        ("taken", Outcome.TAKEN, "the order is taken", ours & is_next & (count < dut.depth)),
+        ("unknown", Outcome.UNKNOWN, "the request is unknown",
          good & (kind.as_value() > RequestKind.DOWN.value)),
     ]:
-        c.implication(f"says-{name.name.lower()}", f"It says so if {says}, and only then.",
-                      when=answers & (c.past(when) | (answer.outcome == name)),
-                      then=c.past(when) & (answer.outcome == name))
+        c.implication(f"says-{name}", f"The outcome is {outcome.name} if and only if "
+                      f"{condition}.",
+                      when=answers & (c.past(when) | (answer.outcome == outcome)),
+                      then=c.past(when) & (answer.outcome == outcome))
 
 
 ORDER_LEDGER = Component(

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..fuzz import FuzzTarget
 from ..fuzz.inputs import random_inputs
-from ..fuzz.line import FRAME, levels
 from ..fuzz.switches import press_switches, switch_levels
+from ..uart import FRAME, levels
 from .rows import Row, Rows, rows_of_stimulus
 
 __all__ = ["BIT", "BYTE", "OBEYED", "Session", "sessions_and_fuzz"]

@@ -5,9 +5,8 @@ legal, what each is answered, and where the motors may go. Nothing here runs a m
 """
 
 from .session import Outcome, fuzz, run_session, shortest
-from .target import FuzzTarget, targets
+from .target import FuzzTarget
 from .times import Times, measure, spread
 
-__all__ = ["FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session",
-           "shortest", "spread",
-           "targets"]
+__all__ = ["FuzzTarget", "Outcome", "Times", "fuzz", "measure", "run_session", "shortest",
+           "spread"]

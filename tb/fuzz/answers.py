@@ -5,10 +5,10 @@ from abc import ABC, abstractmethod
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Sequence
 
+from ..uart import Text
 from .floods import PROMPT, Backlog, beyond_room, out_of_turn, unanswered
 from .frames import Frame
-from .line import CUT, Text
-from .trajectory import Failure
+from .trajectory import NEVER, Failure
 
 __all__ = ["AnswerSession"]
 
@@ -22,7 +22,7 @@ class AnswerSession(ABC):
         What the machine sent.
     floods : sequence of pairs
         From which clock to which there were more frames than could be answered. One that goes on
-        when the session ends has its end at ``CUT``, or later.
+        when the session ends has its end at ``NEVER``, or later.
     ends : sequence of int
         The clocks of bytes that end a frame.
     byte : int
@@ -68,7 +68,7 @@ class AnswerSession(ABC):
                 (begin, end), flooded, backlog = next(floods), [], Backlog(self.room, self.byte)
             if self.failures:
                 return
-            if frame.clock >= begin and not (end < CUT and backlog.fits(frame)):
+            if frame.clock >= begin and not (end < NEVER and backlog.fits(frame)):
                 flooded.append(frame)
                 self.may_obey(frame, end)
                 continue
@@ -137,7 +137,7 @@ class AnswerSession(ABC):
         frame, is one more damaged frame.
         """
         text, starts = self.output.text, self.output.starts
-        stop, cut = self.output.before(end), end >= CUT
+        stop, cut = self.output.before(end), end >= NEVER
         found = list(re.compile(self.flood_pattern(flooded)).finditer(text, place, stop))
         if stop - place - sum(len(one[0]) for one in found) > cut * self.longest_answer:
             self.fail(end, f"a flood is answered by what is no answer: {text[place:stop][:200]!r}")

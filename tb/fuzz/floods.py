@@ -4,8 +4,8 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from typing import Protocol, TypeVar
 
-from .line import CUT, Text
-from .trajectory import Failure
+from ..uart import Text
+from .trajectory import NEVER, Failure
 
 __all__ = ["PROMPT", "Backlog", "beyond_room", "out_of_turn", "unanswered"]
 
@@ -86,7 +86,7 @@ def out_of_turn(answers: Sequence[tuple[int, bytes]], ends: Sequence[int], frame
     sent = {frame.clock: frame for frame in frames}
     left = iter(ends)
     for number, (clock, text) in enumerate(answers):
-        end = next((end for end in left if may(text, sent.get(end))), CUT)
+        end = next((end for end in left if may(text, sent.get(end))), NEVER)
         if end >= clock:
             return number
     return None
@@ -122,7 +122,7 @@ def unanswered(frames: Sequence[Frame], output: Text, byte: int, end: int) -> li
     for frame in frames:
         place = output.before(frame.clock + 1)
         before = output.starts[place - 1] if place else -1
-        after = output.starts[place] if place < len(output.starts) else CUT
+        after = output.starts[place] if place < len(output.starts) else NEVER
         due = frame.clock + PROMPT * byte
         if before < frame.clock - (_size(frame) + PROMPT) * byte and after > due < end:
             return [Failure(due, "answer", f"frame {frame.text[:40]!r} has no answer, and nothing "

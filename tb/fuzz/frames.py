@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from .line import DecodedByte
+from ..uart import DecodedByte
 
 __all__ = ["Frame", "frames"]
 

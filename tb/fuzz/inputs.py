@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .line import FRAME, Levels, high, levels
+from ..uart import FRAME, Levels, high, levels
 
 __all__ = ["OPENING", "LineProtocol", "Input", "random_inputs"]
 

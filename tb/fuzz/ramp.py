@@ -8,8 +8,7 @@ something was asked for, all that may be is followed.
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from .line import CUT
-from .trajectory import Effect, Failure, Mode, Steps, TrajectoryCheck, intervals
+from .trajectory import NEVER, Effect, Failure, Mode, Steps, TrajectoryCheck, intervals
 
 __all__ = ["Ramp", "check_ramp"]
 
@@ -56,7 +55,7 @@ class _State(NamedTuple):
 
     low: int
     high: int
-    due: int = CUT
+    due: int = NEVER
 
     def joined(self, other: "_State | None") -> "_State":
         """Return what is one or the other."""
@@ -83,7 +82,7 @@ def check_ramp(steps: Steps, effects: Sequence[Effect], ramp: Ramp, clocks: int)
 class _Motor:
     def __init__(self, effects: Sequence[Effect], ramp: Ramp) -> None:
         self._ramp = ramp
-        bounds, self._spans = intervals(effects, CUT)
+        bounds, self._spans = intervals(effects, NEVER)
         self._begins = bounds.tolist()
         self._span, self._clock, self._direction = 0, 0, 0
         self._ready = 0  # from then on it has had power for long enough
@@ -140,7 +139,7 @@ class _Motor:
         if not asked:
             return _State(low, high)
         due = state.due
-        if due == CUT and needed <= clocks:
+        if due == NEVER and needed <= clocks:
             due = max(self._clock + max(0, needed), self._ready)
         return _State(low, high, due)
 

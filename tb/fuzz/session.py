@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..engines import CXXRTLEngine, Engine
+from ..uart import FRAME, Levels, high
 from .inputs import MOST_OWED, OPENING, Input, random_inputs
-from .line import CUT, FRAME, Levels, high
 from .switches import press_switches, switch_levels
 from .target import Findings, FuzzTarget
+from .trajectory import NEVER
 
 __all__ = ["SESSION", "Outcome", "fuzz", "run_session", "shortest"]
 
@@ -77,7 +78,7 @@ def run_session(target: FuzzTarget, engine: Engine, sent: Sequence[Input],
     """Send pieces to a machine that has just been switched on, and look at what it does."""
     line = np.concatenate([item.levels for item in sent])
     ends = np.cumsum([len(item.levels) for item in sent])
-    floods = [(int(end) - len(item.levels), int(end) if end < len(line) else CUT)
+    floods = [(int(end) - len(item.levels), int(end) if end < len(line) else NEVER)
               for item, end in zip(sent, ends, strict=True) if item.kind == "flood"]
     inputs = {"rx": line}
     if target.switches:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..uart import FRAME, Levels
 from .inputs import Input
-from .line import FRAME, Levels
 
 __all__ = ["press_switches", "switch_levels"]
 

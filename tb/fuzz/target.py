@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..design import Design
-from ..machines import machines
+from ..uart import BitTimingError, Levels
 from .inputs import LineProtocol
-from .line import BitTimingError, Levels
 from .trajectory import Failure, Steps, TrajectoryCheck
 
-__all__ = ["Findings", "Floods", "FuzzTarget", "Rates", "Seen", "targets"]
+__all__ = ["Findings", "Floods", "FuzzTarget", "Rates", "Seen"]
 
 Seen = Mapping[str, NDArray]
 """Inputs that vary and outputs, by name: a level a clock."""
@@ -136,8 +135,3 @@ class FuzzTarget:
             findings.failures.append(Failure(error.clock, "pins", str(error)))
         findings.failures.sort()
         return findings
-
-
-def targets() -> dict[str, FuzzTarget]:
-    """Return what can be fuzzed, by name: every machine that declares it."""
-    return {name: machine.fuzz() for name, machine in machines().items() if machine.fuzz}

@@ -8,8 +8,8 @@ from math import ceil
 import numpy as np
 
 from ..engines import CXXRTLEngine, Engine
+from ..uart import FRAME, high, levels
 from .inputs import Input
-from .line import FRAME, high, levels
 from .session import run_session
 from .target import FuzzTarget, Rates
 from .trajectory import Failure

@@ -10,8 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Effect", "Failure", "Mode", "Steps", "TrajectoryCheck", "intervals", "lateness",
-           "check_trajectory"]
+__all__ = ["NEVER", "Effect", "Failure", "Mode", "Steps", "TrajectoryCheck", "check_trajectory",
+           "intervals", "lateness"]
+
+NEVER = 1 << 60
+"""A clock that is not reached."""
 
 
 class Failure(NamedTuple):

@@ -5,8 +5,9 @@ from collections import deque
 
 __all__ = ["LedgerModel", "OrdersModel", "checked", "unchecked"]
 
-TELL, OPEN, GO, UP, DOWN = range(5)
-(TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
+QUERY, OPEN, GO, UP, DOWN = range(5)
+(REPORTED, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED,
+ UNKNOWN) = range(11)
 
 NUMBERS = 1 << 24
 REQUEST_DIGITS, CHECK_DIGITS = 24, 8
@@ -53,8 +54,8 @@ class LedgerModel:
         """Take a request, or None for a line that was not right; return its outcome."""
         if kind is None:
             return DAMAGED
-        if kind == TELL:
-            return TOLD
+        if kind == QUERY:
+            return REPORTED
         if kind == OPEN:
             if not enable:
                 return MANUAL

@@ -6,7 +6,6 @@ decide what to do next, a mutant that shows something else would be treated othe
 it is run again, alone. So each mutant gets exactly what the bench does with it.
 """
 
-import copy
 import functools
 import gc
 import warnings
@@ -15,18 +14,19 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from amaranth import Signal, Value
 from amaranth.hdl import UnusedElaboratable, ValueCastable
 from amaranth.hdl._ast import Slice
 from amaranth.lib import wiring
+from numpy.typing import NDArray
 
 from ..bench import Bench, Run
 from ..benches import groups
 from ..contracts import Component
-from ..machines.mill.model import MillModel
-from ..machines.mill.stimulus import directed, random_rows
 from ..rtlil import fingerprint
-from ..runners import ModelRunner
+from ..runners import Dut, ModelRunner
+from ..stimulus import Stimulus
 from .netlist import MutationError, Netlist
 from .parallel import ParallelSimulation
 
@@ -131,32 +131,33 @@ def _run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdic
     return Verdicts(killed, run.stimulus, fingerprint(repr((run.stimulus, run.checked))))
 
 
-def model_key(model: MillModel, netlist: Netlist, seed: int, clocks: int) -> str:
+def model_key(dut: Dut, netlist: Netlist, seed: int, clocks: int) -> str:
     """Return a hash of what :func:`run_model` compares with."""
     return fingerprint(*(
-        repr((_bits(stimulus, netlist.inputs), _bits(ModelRunner(copy.deepcopy(model)).apply(
-            stimulus, list(netlist.outputs)), netlist.outputs)))
-        for stimulus in _stimuli(model, seed, clocks)))
+        repr((_bits(stimulus, netlist.inputs), _bits(expected, netlist.outputs)))
+        for stimulus, expected in _expected(dut, netlist, seed, clocks)))
 
 
-def _stimuli(model: MillModel, seed: int, clocks: int) -> Iterator[Mapping[str, Any]]:
-    """Give the stimuli of a comparison with a model: orders, then random inputs."""
-    yield directed(copy.deepcopy(model), seed, clocks // 2)
-    yield random_rows(seed, 0, clocks - clocks // 2)
+def _expected(dut: Dut, netlist: Netlist, seed: int, clocks: int
+              ) -> Iterator[tuple[Stimulus, Mapping[str, NDArray]]]:
+    """Give the stimuli of a comparison with a model, each from power-up, and what it gives."""
+    assert dut.model is not None
+    for stimulus in (dut.directed(seed, clocks // 2), dut.random(seed, 0, clocks - clocks // 2)):
+        yield stimulus, ModelRunner(dut.model()).apply(stimulus, list(netlist.outputs))
 
 
-def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: int,
+def run_model(dut: Dut, netlist: Netlist, mutants: Sequence[int], seed: int,
               clocks: int) -> dict[int, int]:
     """Compare every output of every clock with the model, as ``tools.cosim`` does.
 
     Parameters
     ----------
-    model : MillModel
-        Of the machine with its times, as after power-up.
+    dut : Dut
+        The machine with its times, its model and its stimulus.
     netlist, mutants
         The machine, and which mutants of it.
     seed, clocks : int
-        Of the stimulus: half of it are orders, half is chance.
+        Of the stimulus: half of it is directed, half is random.
 
     Returns
     -------
@@ -170,9 +171,7 @@ def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: 
     """
     found: dict[int, int] = {}
     outputs = [net for bits in netlist.outputs.values() for net in bits]
-    for stimulus in _stimuli(model, seed, clocks):
-        runner = ModelRunner(copy.deepcopy(model))
-        expected = runner.apply(stimulus, list(netlist.outputs))
+    for stimulus, expected in _expected(dut, netlist, seed, clocks):
         left = [number for number in mutants if number not in found]
         simulation = ParallelSimulation(netlist, left, outputs)
         levels = _bits(stimulus, netlist.inputs)
@@ -193,9 +192,10 @@ def run_model(model: MillModel, netlist: Netlist, mutants: Sequence[int], seed: 
     return found
 
 
-def _bits(rows: Mapping[str, Any], ports: Mapping[str, list[int]]) -> list[tuple[int, ...]]:
-    """Spread rows of numbers over the bits of ports, a row a clock."""
-    return list(zip(*((rows[name].astype(int) >> place & 1).tolist()
+def _bits(rows: Mapping[str, NDArray], ports: Mapping[str, list[int]]) -> list[tuple[int, ...]]:
+    """Spread rows of numbers over the bits of ports, a row a clock; what has none stays 0."""
+    none = np.zeros_like(next(iter(rows.values())))
+    return list(zip(*((rows.get(name, none).astype(int) >> place & 1).tolist()
                       for name, bits in ports.items() for place in range(len(bits))),
                     strict=True))
 

@@ -272,10 +272,6 @@ class Mutable:
             self.mutants, self._inside = _list(self.text, folder)
             self._base = (folder / "base.il").read_text() if self.mutants else self.text
 
-    def part(self, path: str) -> Any:
-        """Find a component inside; see :meth:`Contract.part`."""
-        return self._contract.part(path)
-
     def choose(self, count: int, seed: int) -> list[Mutant]:
         """Choose so many mutants by chance; all, if there are no more."""
         return choose(self.mutants, count, seed)

@@ -1,6 +1,12 @@
 """Why some mutants are found by nothing, in words."""
 
-__all__ = ["EXPLAINED"]
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+from ..machine import Machine
+from ..machines import machines
+
+__all__ = ["explained"]
 
 _COPY = ("The counter of the copy differs only outside it; the next start clears it. Until then it "
          "is an address of words that the copy writes over: no pin shows it, but that takes the "
@@ -12,22 +18,13 @@ _TAKEN = ("It shows only in a move that waits, or in a state that lasts longer t
 _UPSET = ("It shows only in the clock after an upset that leaves the register of the states at an "
           "unused code while there is a way to go; the upsets of mutants leave all other registers "
           "as after power-up, those of tools.prove do not.")
-_AFTER_RESET = ("It shows in the steps for a clock after reset, in which the sequencer is at rest "
-                "and makes them anew. Of the sequencer by itself the same change is proved to be "
-                "none.")
 _OTHER_PLACE = ("The place differs only while no text is sent, where nobody looks at it; the "
                 "number that is taken next loads it. Induction over `busy` proves it, which is no "
                 "state machine.")
 _NO_ANSWER_WAITS = ("It shows only in an answer that waits. Who takes answers is ready from the "
                     "clock of the request until there is one, as the contract assumes: none waits.")
-_ALL_SAID = ("It is in the answer to a motor that there is not, which is ARGUMENT: the "
-             "bit is 1 in it anyway.")
-_ZEROS = ("It leaves zeros inside a number unsaid, and of all reports none on this bench has any. "
-          "The contract of the writer of numbers finds it in the writer by itself.")
-_READ_AS_DAMAGED = ("The end of a damaged line has a code that no end has. Frames take every end "
-                    "for damaged that is neither good nor too long: no pin shows it.")
 
-EXPLAINED: dict[tuple[str, str], str] = {
+_GENERAL: Mapping[tuple[str, str], str] = {
     ("coordinates", "mux 11: A[0] inverted where bit 1 is 0"): _COPY,
     ("coordinates", "mux 11: A[0] inverted where bit 4 is 1"): _COPY,
     ("coordinates", "mux 11: A[1] inverted"): _COPY,
@@ -38,22 +35,26 @@ EXPLAINED: dict[tuple[str, str], str] = {
     ("coordinates", "reduce_bool 2: Y[0] stuck at 1"): _COPY,
     ("controller", "mux 22: B[0] stuck at 1"): _TAKEN,
     ("controller", "mux 22: S[0] stuck at 0"): _TAKEN,
-    ("mill", "mux 1: A[0] stuck at 1"): _TAKEN,
     ("sequencer", "eq 8: A[3] stuck at 0"): _UPSET,
     ("controller", "mux 43: B[11] inverted"): _WHOLE_RUN,
-    ("mill", "mux 44: B[4] inverted"): _WHOLE_RUN,
-    ("mill", "mux 48: B[4] stuck at 1"): _WHOLE_RUN,
-    ("mill", "mux 48: B[13] stuck at 1"): _WHOLE_RUN,
-    ("mill", "mux 44: B[0] stuck at 1"): _AFTER_RESET,
     ("text", "mux 3: B[0] inverted"): _OTHER_PLACE,
     ("text", "pmux 1: A[1] stuck at 0"): _OTHER_PLACE,
     ("text", "pmux 1: A[3] inverted"): _OTHER_PLACE,
     ("text", "pmux 1: A[3] stuck at 0"): _OTHER_PLACE,
     ("text", "pmux 1: A[3] stuck at 1"): _OTHER_PLACE,
     ("text", "pmux 1: S[2] stuck at 1"): _OTHER_PLACE,
-    ("positioner_commands", "mux 71: A[2] stuck at 1"): _ALL_SAID,
-    ("reporter", "reduce_and 8: A[1] stuck at 0"): _ZEROS,
-    ("single", "lines: mux 3: B[0] stuck at 1"): _READ_AS_DAMAGED,
     ("order_ledger", "mux 3: A[3] inverted where bit 2 is 1"): _NO_ANSWER_WAITS,
 }
-"""By component and mutant, as ``tools.mutate`` writes it."""
+
+
+def explained() -> dict[tuple[str, str], str]:
+    """Return the sentences by component and mutant, as ``tools.mutate`` writes it."""
+    return _explained(tuple(machines().values()))
+
+
+@cache
+def _explained(known: Sequence[Machine]) -> dict[tuple[str, str], str]:
+    found = dict(_GENERAL)
+    for machine in known:
+        found |= machine.survivors() if machine.survivors else {}
+    return found

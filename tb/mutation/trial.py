@@ -2,21 +2,20 @@
 
 from dataclasses import dataclass, field
 
-from fresa.machines import Mill
-
 from ..bench import Bench
-from ..contracts import COMPONENTS
 from ..contracts.proof import versions
-from ..machines.mill.model import MillModel
+from ..machines import machines
+from ..registry import components
 from ..rtlil import fingerprint
+from ..runners import Dut
 from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model
 from .judge import Judge, Verdict, by_chance
 from .netlist import Mutable, Mutant, MutationError, Netlist
-from .survivors import EXPLAINED
+from .survivors import explained
 
 __all__ = ["Measure", "Trial", "begin", "judge", "measure", "with_a_bench"]
 
-#: Clocks of random inputs in which properties are looked at, and of the machine beside its model.
+#: Clocks of random inputs in which properties are looked at, and of a machine beside its model.
 CHANCE, MODEL = 3000, 6000
 
 
@@ -82,7 +81,7 @@ class Trial:
 
 def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]:
     """Set up a component as its bench does, or as its contract does if it has no bench."""
-    component = COMPONENTS[name]
+    component = components()[name]
     bench = bench_of(kind_of(component))
     dut = component_of(bench) if bench else component.make(**component.cases[0].parameters)
     return Mutable(component, dut, checked=checked), bench
@@ -90,7 +89,7 @@ def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]
 
 def with_a_bench() -> list[str]:
     """Name the components that have a bench."""
-    return [name for name, component in COMPONENTS.items() if bench_of(kind_of(component))]
+    return [name for name, component in components().items() if bench_of(kind_of(component))]
 
 
 def measure(name: str) -> Measure:
@@ -100,20 +99,20 @@ def measure(name: str) -> Measure:
     netlist = mutable.netlist([])
     if bench is not None:
         texts.append(run_bench(bench, netlist, []).key)
-    if (model := _model(name, mutable)) is not None:
-        texts.append(model_key(model, netlist, 0, MODEL))
+    if (dut := _compared(name)) is not None:
+        texts.append(model_key(dut, netlist, 0, MODEL))
     names = set(map(str, mutable.mutants))
-    gone = (mutant for component, mutant in EXPLAINED if component == name and mutant not in names)
+    gone = (mutant for component, mutant in explained()
+            if component == name and mutant not in names)
     return Measure(len(mutable.mutants), fingerprint(*texts), tuple(gone))
 
 
-def _model(name: str, mutable: Mutable) -> MillModel | None:
-    """Return the model that the whole machine is compared with."""
-    if kind_of(COMPONENTS[name]) is not Mill:
+def _compared(name: str) -> Dut | None:
+    """Return the machine of that name as its bench makes it, to be compared with its model."""
+    machine = machines().get(name)
+    if machine is None or machine.model is None:
         return None
-    controller, monitor = mutable.part("controller"), mutable.part("monitor")
-    return MillModel(period=controller.period, jog_period=controller.jog_period,
-                     scan_bits=monitor.scan_bits, z_travel=controller.z_travel)
+    return machine.dut(name, machine.bench_options)
 
 
 def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
@@ -144,9 +143,9 @@ def begin(name: str, count: int, seed: int, *, checked: bool = True) -> Trial:
     if bench is not None:
         benched = run_bench(bench, netlist, every)
         trial.benched, rows = benched.killed, benched.stimulus
-    if (model := _model(name, mutable)) is not None:
+    if (dut := _compared(name)) is not None:
         left = [number for number in every if number not in trial.benched]
-        trial.benched |= run_model(model, netlist, left, seed, MODEL)
+        trial.benched |= run_model(dut, netlist, left, seed, MODEL)
     broken, trial.shown = by_chance(netlist, every, seed, CHANCE, rows)
     for number in broken:
         trial.verdicts[number] = Verdict("broken", bench=trial.benched.get(number))

@@ -2,13 +2,12 @@
 
 import importlib.util
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ..engines.netlist import synthesise
-from ..machines import machines
 from . import codes, equal, pins, unknown
 from .flat import cells
 from .flips import flips
@@ -62,6 +61,8 @@ class Outcome:
     figures: dict[str, Any] = field(default_factory=dict)
 
 
+Parts = Sequence[NetlistPart]
+
 Task = Callable[[Path], Outcome]
 """Is given an empty folder to work in."""
 
@@ -75,7 +76,7 @@ class Check:
     says : str
         What it makes sure of, and its control, in a sentence each.
     tasks : callable
-        Gives what there is to do.
+        Gives what there is to do, of what is to be checked of each machine.
     missing : callable
         Says what to install before it can run; None if it can.
     leaves_out : callable
@@ -83,9 +84,9 @@ class Check:
     """
 
     says: str
-    tasks: Callable[[Options], list[Task]]
+    tasks: Callable[[Parts, Options], list[Task]]
     missing: Callable[[], str | None]
-    leaves_out: Callable[[], Mapping[str, str]]
+    leaves_out: Callable[[Parts], Mapping[str, str]]
 
 
 class _Builds:
@@ -108,13 +109,9 @@ class _Builds:
 _built = _Builds()
 
 
-def _parts() -> Iterator[NetlistPart]:
-    return (machine.netlist() for machine in machines().values() if machine.netlist)
-
-
-def _leaves_out(check: str) -> Callable[[], Mapping[str, str]]:
-    def names() -> dict[str, str]:
-        return {name: why for part in _parts()
+def _leaves_out(check: str) -> Callable[[Parts], Mapping[str, str]]:
+    def names(parts: Parts) -> dict[str, str]:
+        return {name: why for part in parts
                 for name, why in part.leaves_out.get(check, {}).items()}
 
     return names
@@ -169,8 +166,8 @@ def _flipped(subject: Subject, options: Options) -> Task:
     return task
 
 
-def _equal_tasks(options: Options) -> list[Task]:
-    parts = list(_parts())[::-1]  # the first machine has most: it shares the cores with the others
+def _equal_tasks(parts: Parts, options: Options) -> list[Task]:
+    parts = parts[::-1]  # the first machine has most: it shares the cores with the others
     return [*(_equal(subject) for part in parts for subject in part.equal),
             *(_flipped(subject, replace(options, flips=most or options.flips))
               for part in parts for subject, most in part.flipped)]
@@ -198,9 +195,9 @@ def _codes(subject: Subject, control: str | None = None) -> Task:
     return task
 
 
-def _code_tasks(_: Options) -> list[Task]:
-    return [*(_codes(subject) for part in _parts() for subject in part.codes),
-            *(_codes(subject, control) for part in _parts()
+def _code_tasks(parts: Parts, _: Options) -> list[Task]:
+    return [*(_codes(subject) for part in parts for subject in part.codes),
+            *(_codes(subject, control) for part in parts
               for subject, control in part.mistakes.get("codes", ()))]
 
 
@@ -220,7 +217,7 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
     return task
 
 
-def _pin_tasks(_: Options) -> list[Task]:
+def _pin_tasks(parts: Parts, _: Options) -> list[Task]:
     def of(subject: Subject, control: str | None = None) -> Task:
         def netlist() -> tuple[str, str]:
             it = _built(subject)
@@ -236,9 +233,9 @@ def _pin_tasks(_: Options) -> list[Task]:
 
         return _pins(design.name, netlist, design.clock)
 
-    return [*(built(design) for part in _parts() for design in part.built),
-            *(of(subject) for part in _parts() for subject in part.pins),
-            *(of(subject, control) for part in _parts()
+    return [*(built(design) for part in parts for design in part.built),
+            *(of(subject) for part in parts for subject in part.pins),
+            *(of(subject, control) for part in parts
               for subject, control in part.mistakes.get("pins", ()))]
 
 
@@ -262,8 +259,8 @@ def _unknown(runnable: unknown.Runnable, as_what: str, options: Options,
     return task
 
 
-def _unknown_tasks(options: Options) -> list[Task]:
-    runnables = [runnable for part in _parts() for runnable in part.unknown]
+def _unknown_tasks(parts: Parts, options: Options) -> list[Task]:
+    runnables = [runnable for part in parts for runnable in part.unknown]
     return [_unknown(runnable, as_what, options, control) for runnable in runnables
             for control in [None, "registers without a start value"][:1 + runnable.control]
             for as_what in runnable.engines]

@@ -13,7 +13,7 @@ from amaranth import Value
 
 from ..design import Design
 from ..engines import Engine, IcarusEngine, NetlistIcarusEngine, UnknownLevelError
-from ..runners import duts, stimuli
+from ..runners import Dut, stimuli
 from ..stimulus import Stimulus, random_blocks
 
 __all__ = ["ENGINES", "Runnable", "Seen", "look", "random_stimulus", "serial_stimulus",
@@ -112,26 +112,26 @@ def without_values(kind: type[Engine]) -> type[Engine]:
     return Spoilt
 
 
-def random_stimulus(name: str) -> Callable[[int, int, bool], Iterator[Stimulus]]:
+def random_stimulus(dut: Dut) -> Callable[[int, int, bool], Iterator[Stimulus]]:
     """Return the stimulus of a build: it waits for the machine; random alone without resets."""
     def rows(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
         if resets:
-            yield from stimuli(duts()[name], seed, clocks)
+            yield from stimuli(dut, seed, clocks)
         else:
-            for block in random_blocks(duts()[name].random, seed, clocks):
+            for block in random_blocks(dut.random, seed, clocks):
                 yield {**block, "rst": np.zeros_like(block["rst"])}
 
     return rows
 
 
-def serial_stimulus(name: str) -> Callable[[int, int, bool], Iterator[Stimulus]]:
+def serial_stimulus(dut: Dut) -> Callable[[int, int, bool], Iterator[Stimulus]]:
     """Return the stimulus of a build with a serial line, which takes long.
 
     There are ten times as many clocks; a reset in one of a thousand, or none.
     """
     def rows(seed: int, clocks: int, resets: bool) -> Iterator[Stimulus]:
         rng = np.random.default_rng(seed)
-        for block in stimuli(duts()[name], seed, 10 * clocks):
+        for block in stimuli(dut, seed, 10 * clocks):
             rst = rng.integers(0, 1000, len(block["rst"])) == 0
             yield {**block, "rst": (rst & resets).astype(np.uint8)}
 

@@ -170,7 +170,7 @@ def test_the_example(wire, capsys):
 class TestWrong:
     def test_answers_to_earlier_questions_are_old_news(self, wire):
         with Mill("mill", timeout=PATIENCE) as mill:
-            wire.write(order_lines.request(Kind.TELL))  # asked, and not waited for
+            wire.write(order_lines.request(Kind.QUERY))  # asked, and not waited for
             wire.world.mill.enable = 0
             assert mill.state().manual
 

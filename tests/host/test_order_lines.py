@@ -24,7 +24,7 @@ def test_both_sides_mean_the_same():
 @given(st.binary(max_size=200))
 def test_answers_are_found_in_anything(data):
     mill = OrdersModel()
-    answer = mill.hear(request(Kind.TELL))
+    answer = mill.hear(request(Kind.QUERY))
     assert len(AnswerReader().feed(data.replace(b"=", b"-") + answer)) == 1
 
 
@@ -41,7 +41,7 @@ def test_memory_is_bounded():
 
 @pytest.mark.parametrize("at", range(1, 31))
 def test_a_digit_changed_is_found(at):
-    answer = bytearray(OrdersModel().hear(request(Kind.TELL)))
+    answer = bytearray(OrdersModel().hear(request(Kind.QUERY)))
     for digit in b"0123456789ABCDEF":
         changed = answer.copy()
         changed[at] = digit
@@ -60,7 +60,7 @@ class TestOrder:
         ((Kind.GO, 0, "7"), "y must be a whole number, not '7'"),
         ((Kind.GO, 0, 65536), "y must be 0 to 65535, not 65536"),
         ((Kind.GO, -1, 0), "x must be 0 to 65535, not -1"),
-        ((Kind.TELL, 0, 0), "an order is to go, up or down"), (("go", 0, 0), "not 'go'")])
+        ((Kind.QUERY, 0, 0), "an order is to go, up or down"), (("go", 0, 0), "not 'go'")])
     def test_what_is_none(self, order, says):
         with pytest.raises(ValueError, match=says):
             Order(*order)

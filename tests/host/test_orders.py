@@ -133,7 +133,7 @@ class TestPlaces:
         for run in range(1, RUNS):
             sender = Sender(job(3), again=True)
             sender._digest = digest
-            answer = Answer(Outcome.TOLD, False, False, False, digest << 8 | run, 1, 1)
+            answer = Answer(Outcome.REPORTED, False, False, False, digest << 8 | run, 1, 1)
             sender._take(answer, 0)
             assert sender._session >> 8 == digest
             assert sender._session % RUNS not in (0, run)

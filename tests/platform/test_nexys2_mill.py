@@ -4,22 +4,25 @@
 
 import gc
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
-from amaranth import Fragment
 from amaranth.hdl import _nir as nir
-from amaranth.hdl._ir import build_netlist
 
-from fresa.machines import MillStation
+from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
 from fresa.motion import CoordinateGenerator, SquareGenerator
-from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200, Nexys2Platform
-from fresa_boards.wiring import prepare, wire
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
+from fresa_boards.wiring import prepare, simulation_ports
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
 from tb.plant import Plant
+from tests.platform.pins import DISPLAY, LINE, buffers, check_pins, netlist_of, pins_of, users
 
+boards = pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200], ids=lambda where: where.name)
+
+DOCS = Path(__file__).parents[2] / "docs"
 PERIOD, TRAVEL, STILL, SIDE, PITCH = 3, 4, 3, 6, 4
 SETTLE = 2 * STILL + 4
 AUTOMATIC = 1 << 7
@@ -27,6 +30,17 @@ RESET, START, UNUSED, STOP = 1, 2, 4, 8
 BUSY, READY = 1 << 5, 1 << 7
 AXES = ["axis_x", "axis_y", "axis_z"]
 WORDS = [0b0110, 0b0011, 0b1001, 0b1100]
+PINS = {
+    **pins_of("JA1 JA2 JA3 JA4", "axis_x[0] axis_x[1] axis_x[2] axis_x[3]"),
+    **pins_of("JA7 JA8 JA9 JA10", "axis_y[0] axis_y[1] axis_y[2] axis_y[3]"),
+    **pins_of("JB1 JB2 JB3 JB4", "axis_z[0] axis_z[1] axis_z[2] axis_z[3]"),
+    **pins_of("SW0 SW1 SW2 SW3 SW4 SW5 SW7",
+             "jog[0] jog[1] jog[2] jog[3] jog[4] jog[5] automatic"),
+    **pins_of("BTN0 BTN1 BTN3", "reset start stop"),
+    **pins_of("LD0 LD1 LD2 LD3 LD5 LD6 LD7",
+             "leds[0] leds[1] leds[2] leds[3] busy error ready"),
+    **LINE, **DISPLAY,
+}
 PICTURE = np.array([[0, 1, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], bool)
 
 
@@ -299,30 +313,33 @@ class TestPicture:
 
 @pytest.fixture(scope="module")
 def netlist() -> nir.Netlist:
-    platform, machine = Nexys2Platform(), MillStation(source=SquareGenerator(side=SIDE))
-    allotment = NEXYS2_500.allotment("mill")
-    top = wire(machine, NEXYS2_500.request(platform, machine, allotment), allotment,
-               clock=NEXYS2_500.clock)
-    return build_netlist(Fragment.get(top, platform), ports=[])
+    return netlist_of(NEXYS2_500, "mill", MillStation(source=SquareGenerator(side=SIDE)))
 
 
-def buffers(netlist: nir.Netlist, name: str) -> list[tuple[int, nir.IOBuffer]]:
-    """The I/O buffers of a resource, with the numbers of their cells."""
-    return [
-        (n, cell)
-        for n, cell in enumerate(netlist.cells)
-        if isinstance(cell, nir.IOBuffer)
-        and all(netlist.io_ports[net.port].name.startswith(name) for net in cell.port)
-    ]
+@pytest.mark.usefixtures("unused")
+class TestAllotment:
+    @boards
+    def test_are_as_committed(self, where):
+        """SW6, BTN2 and LD4 have no meaning."""
+        check_pins(where, "mill", MillStation(source=SerialOrders(period=5208)), PINS, spare=3)
 
+    def test_motors_are_as_documented(self):
+        documented = re.findall(r"^\| ([XYZ]) \| (J.*?) \|",
+                                (DOCS / "nexys2.md").read_text("utf-8"), re.M)
+        assert documented == [
+            (axis.upper(), ", ".join(place for place, bit in PINS.items()
+                                     if bit.startswith(f"axis_{axis}["))) for axis in "xyz"]
 
-def users(netlist: nir.Netlist, numbers: set[int]) -> set[int]:
-    """The cells that look at what some cells give."""
-    return {
-        n
-        for n, cell in enumerate(netlist.cells)
-        if any(net.is_cell and net.cell in numbers for net in cell.input_nets())
-    }
+    @boards
+    def test_display_is_active_low_once(self, where):
+        """The ports are declared inverted, and so is what goes in: the pads are as the machine."""
+        machine = MillStation(source=SerialOrders(period=5208))
+        allotment = where.allotment("mill")
+        for ports in (where.request(where.platform(), machine, allotment),
+                      simulation_ports(where, machine, allotment)):
+            low = {name for name, port in ports.items() if any(port.invert)}
+            assert low == {"segments", "digits"}
+            assert all(all(ports[name].invert) for name in low)
 
 
 class TestNetlist:
@@ -359,7 +376,7 @@ class TestNetlist:
         assert {cell.clk for cell in flip_flops} == {nir.Net.from_cell(pin, 0)}
         assert {cell.clk_edge for cell in flip_flops} == {"pos"}
 
-    @pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200])
+    @boards
     def test_verilog_says_so(self, where):
         station = MillStation(source=SquareGenerator(side=SIDE))
         verilog = prepare(where, "mill", station).files["mill.v"].decode()

@@ -6,19 +6,18 @@ import re
 
 import numpy as np
 import pytest
-from amaranth import Fragment
 from amaranth.hdl import _nir as nir
-from amaranth.hdl._ir import build_netlist
 
 from fresa.machines import Positioner
 from fresa.machines.positioner import PositionerTiming
-from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200, Nexys2Platform
-from fresa_boards.wiring import prepare, wire
+from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
+from fresa_boards.wiring import prepare
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.positioner.model import PositionerModel
 from tb.runners import ModelRunner
 from tb.uart import encode
+from tests.platform.pins import LINE, buffers, check_pins, netlist_of, pins_of, users
 
 BIT = 16
 TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
@@ -119,25 +118,23 @@ class TestBoard:
         assert [board.seen[name][0] for name in MOTORS] == [rest, rest, 0]
 
 
+@pytest.mark.usefixtures("unused")
+@pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200], ids=lambda where: where.name)
+def test_pins_are_as_committed(where):
+    check_pins(where, "positioner", Positioner(), {
+        **pins_of("JA1 JA2 JA3", "step[0] direction[0] enable[0]"),
+        **pins_of("JA7 JA8 JA9", "step[1] direction[1] enable[1]"),
+        **pins_of("JB1 JB2 JB3 JB4", "step[2] direction[2] enable[2] buzzer"),
+        **pins_of("JC1 JC2 JC3", "limits[0] limits[1] limits[2]"),
+        "BTN0": "reset",
+        **pins_of("LD0 LD1 LD2 LD3 LD4 LD5 LD6 LD7",
+                 "moving[0] moving[1] moving[2] limits[0] limits[1] limits[2] fault connected"),
+        **LINE})
+
+
 @pytest.fixture(scope="module")
 def netlist() -> nir.Netlist:
-    platform, machine = Nexys2Platform(), Positioner()
-    allotment = NEXYS2_500.allotment("positioner")
-    top = wire(machine, NEXYS2_500.request(platform, machine, allotment), allotment,
-               clock=NEXYS2_500.clock)
-    return build_netlist(Fragment.get(top, platform), ports=[])
-
-
-def buffers(netlist: nir.Netlist, name: str) -> list[tuple[int, nir.IOBuffer]]:
-    """The I/O buffers of a resource, with the numbers of their cells."""
-    return [(n, cell) for n, cell in enumerate(netlist.cells) if isinstance(cell, nir.IOBuffer)
-            and all(netlist.io_ports[net.port].name.startswith(name) for net in cell.port)]
-
-
-def users(netlist: nir.Netlist, numbers: set[int]) -> set[int]:
-    """The cells that look at what some cells give."""
-    return {n for n, cell in enumerate(netlist.cells)
-            if any(net.is_cell and net.cell in numbers for net in cell.input_nets())}
+    return netlist_of(NEXYS2_500, "positioner", Positioner())
 
 
 class TestNetlist:

@@ -126,11 +126,11 @@ class TestSerialOrders:
         with pytest.raises(NotReady, match="stopped"):
             board.deliver(sender)
         board.turn(0)
-        assert board.ask(request(Kind.TELL))[2:3] == b"6"  # stopped, and manual
+        assert board.ask(request(Kind.QUERY))[2:3] == b"6"  # stopped, and manual
         assert board.engine.get(*AXES) == before
         board.turn(AUTOMATIC)
         board.press(RESET)
-        assert board.ask(request(Kind.TELL))[2:3] == b"0"
+        assert board.ask(request(Kind.QUERY))[2:3] == b"0"
 
     def test_a_refused_order_is_told_and_not_passed_over(self, board):
         job = [Order(Kind.UP), Order(Kind.GO, 4, 4), Order(Kind.DOWN), Order(Kind.GO, 5, 9)]
@@ -142,4 +142,4 @@ class TestSerialOrders:
         before = board.engine.get(*AXES)
         board.line.run(2000)
         assert board.engine.get(*AXES) == before
-        assert board.ask(request(Kind.TELL))[1:3] == b"01"
+        assert board.ask(request(Kind.QUERY))[1:3] == b"01"

@@ -8,12 +8,15 @@ import pytest
 
 from fresa.machines import Single
 from fresa.machines.single import PHASES, SingleTiming
+from fresa_boards.board import Allotment, pin_table
 from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.wiring import prepare
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
 from tb.uart import decode_output, encode
+from tests.platform.pins import DISPLAY, LINE, check_pins, pins_of
 
+pytestmark = pytest.mark.usefixtures("unused")
 TIMING = SingleTiming.real(clock=48_000, baud=3000)
 STILL = 3
 OUTPUTS = ["tx", "leds", "segments", "digits", "coils", "enable"]
@@ -92,13 +95,40 @@ class TestBoard:
         assert seen["coils"].tolist() == [0, 0, *[PHASES[0]] * 7]
 
 
-class TestSources:
-    @pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200])
-    def test_pins(self, where):
-        files = {name: text.decode()
-                 for name, text in prepare(where, "single", machine()).files.items()}
-        pins = dict(re.findall(r'^NET "(\S+)" LOC="(\S+)"', files["single.ucf"], re.M))
-        assert [pins[f"coils_0__io<{bit}>"] for bit in range(4)] == ["L15", "K12", "L17", "M15"]
-        assert [pins[name] for name in ("enable_0__io", "uart_0__rx__io", "uart_0__tx__io")] == [
-            "K13", "U6", "P9"]
-        assert files["single.v"].count('(* IOB = "TRUE" *)') >= 2
+@pytest.mark.parametrize("where", [NEXYS2_500, NEXYS2_1200], ids=lambda where: where.name)
+def test_pins_are_as_committed(where):
+    """LD4 has no meaning."""
+    check_pins(where, "single", machine(), {
+        **pins_of("JA1 JA2 JA3 JA4 JA7", "coils[0] coils[1] coils[2] coils[3] enable"),
+        "BTN0": "reset",
+        **pins_of("LD0 LD1 LD2 LD3 LD5 LD6 LD7",
+                 "coils[0] coils[1] coils[2] coils[3] moving fault enable"),
+        **LINE, **DISPLAY}, spare=1)
+
+
+def test_pins_in_the_constraint_file():
+    files = {name: text.decode()
+             for name, text in prepare(NEXYS2_500, "single", machine()).files.items()}
+    pins = dict(re.findall(r'^NET "(\S+)" LOC="(\S+)"', files["single.ucf"], re.M))
+    assert [pins[f"coils_0__io<{bit}>"] for bit in range(4)] == ["L15", "K12", "L17", "M15"]
+    assert [pins[name] for name in ("enable_0__io", "uart_0__rx__io", "uart_0__tx__io")] == [
+        "K13", "U6", "P9"]
+    assert files["single.v"].count('(* IOB = "TRUE" *)') >= 2
+
+
+def test_table_for_people():
+    table = pin_table(NEXYS2_500, machine(), NEXYS2_500.allotment("single")).splitlines()
+    assert table[0] == "| nexys2-500 | FPGA | machine | |"
+    assert table[2:4] == ["| JA1 | L15 | coils[0] | coils |", "| JA2 | K12 | coils[1] | coils |"]
+    assert "| LD6 | F4 | fault | LED |" in table
+
+
+def test_a_port_without_a_pin():
+    with pytest.raises(ValueError, match=r"^coils of the machine, coils, has no pin on the board$"):
+        Allotment(header={"enable": "JA7"}, panel={"rx": "rx", "tx": "tx", "leds": "coils"}).places(
+            machine())
+
+
+def test_too_few_pins():
+    with pytest.raises(ValueError, match=r"^coils has 4 bits, not those of JA1 JA2 JA3$"):
+        Allotment(header={"coils": "JA1 JA2 JA3"}).places(machine())

@@ -3,32 +3,22 @@
 
 """The wiring, on a machine whose roles no real one has yet."""
 
-import gc
-
 import pytest
 from amaranth import Module
 from amaranth.lib import io
 from amaranth.lib.wiring import In, Out
 
-from fresa.machines import MillStation, Positioner, SerialOrders, Single
-from fresa.motion import SquareGenerator
-from fresa.roles import BUTTON, DIRECTION, LIMIT, RX, STATUS, STEP, Machine
+from fresa.roles import BUTTON, DIRECTION, LIMIT, RX, STATUS, STEP, MachineComponent
 from fresa_boards.board import Allotment
-from fresa_boards.wiring import simulation_ports, wire
+from fresa_boards.nexys2 import NEXYS2_500
+from fresa_boards.wiring import check_names, simulation_ports, wire
 from tb.design import Design
 from tb.engines import AmaranthEngine
 
-pytestmark = pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
+pytestmark = pytest.mark.usefixtures("unused")
 
 
-@pytest.fixture(autouse=True)
-def unused():
-    """Collect machines that were made for their roles alone while their warning is ignored."""
-    yield
-    gc.collect()
-
-
-class Wires(Machine):
+class Wires(MachineComponent):
     """Outputs that are inputs."""
 
     stop: In(1)
@@ -48,7 +38,7 @@ class Wires(Machine):
         return m
 
 
-ALLOTMENT = Allotment(header={"limits": "A1 A2", "step": "A3 A4", "direction": "A5"},
+ALLOTMENT = Allotment(header={"limits": "JA1 JA2", "step": "JA3 JA4", "direction": "JA7"},
                       panel={"buttons": "- stop", "rx": "line", "leds": "lights - limits"})
 OUTPUTS = ["step", "direction", "leds"]
 
@@ -57,7 +47,7 @@ def engine(allotment=ALLOTMENT, *, low: tuple[str, ...] = (), **options) -> Amar
     """Run the machine; `low` are pins that the board has inverted."""
     machine = Wires()
     ports = {name: ~port if name in low else port
-             for name, port in simulation_ports(machine, allotment).items()}
+             for name, port in simulation_ports(NEXYS2_500, machine, allotment).items()}
     top = wire(machine, ports, allotment, clock=50_000_000, debounce=2, **options)
     inputs = {name: port.i for name, port in ports.items() if port.direction is io.Direction.Input}
     return AmaranthEngine(Design(
@@ -99,21 +89,36 @@ class TestLevels:
         assert set(seen["leds"]) == {0b111011} and pressed["leds"][-1] == 0b111010
 
 
-class TestRoles:
-    @pytest.mark.parametrize("machine", [
-        lambda: MillStation(source=SquareGenerator(side=1)),
-        lambda: MillStation(source=SerialOrders(period=16)), Single, Positioner])
-    def test_every_port_has_one(self, machine):
-        made = machine()
-        assert {*made.roles} == {*made.signature.members}
+def test_where_checks_find_the_bits_of_a_machine():
+    """A contact on a header behind the debouncer; what a LED shows too on its own pin."""
+    machine = Wires()
+    allotment = Allotment(
+        header={"stop": "JA10", "limits": "JA1 JA2", "step": "JA3 JA4", "direction": "JA7"},
+        panel={"switches": "-", "rx": "line", "leds": "stop limits lights"})
+    names = check_names(machine, simulation_ports(NEXYS2_500, machine, allotment), allotment)
+    assert names == {
+        "stop": "debouncer.o", "limits[0]": "limits[0]", "limits[1]": "limits[1]",
+        "step[0]": "step[0]", "step[1]": "step[1]", "direction": "direction", "line": "rx",
+        **{f"lights[{bit}]": f"leds[{bit + 3}]" for bit in range(3)}}
+    allotment = Allotment(header={**ALLOTMENT.header, "step": "JA3 JA4"},
+                          panel={"buttons": "- stop", "rx": "line", "leds": "step lights"})
+    names = check_names(machine, simulation_ports(NEXYS2_500, machine, allotment), allotment)
+    assert names["stop"] == "debouncer.level[1]" and names["step[1]"] == "step[1]"
 
+
+def test_no_pins_for_a_machine():
+    with pytest.raises(ValueError, match=r"^nexys2-500 has no pins allotted to lathe$"):
+        NEXYS2_500.allotment("lathe")
+
+
+class TestRoles:
     def test_an_input_without_a_pin_stays_at_rest(self):
         class Quiet(Wires):
             roles = {**Wires.roles, "line": STATUS.resting(1)}
 
         machine = Quiet()
         allotment = Allotment(header=ALLOTMENT.header, panel={"buttons": "- stop"})
-        ports = simulation_ports(machine, allotment)
+        ports = simulation_ports(NEXYS2_500, machine, allotment)
         top = wire(machine, ports, allotment, clock=50_000_000, debounce=2)
         design = Design("quiet", top, ports["clk"].i, {"limits": ports["limits"].i},
                         {"direction": ports["direction"].o})

@@ -3,8 +3,10 @@
 
 """The benches: they pass, they can fail, and their waveforms can be read."""
 
+import importlib
 import inspect
 import os
+import pkgutil
 import re
 import subprocess
 import sys
@@ -12,7 +14,7 @@ from operator import attrgetter
 from pathlib import Path
 
 import pytest
-from amaranth import Value
+from amaranth import Module, Value
 from amaranth.lib import wiring
 
 from fresa import drive, machines, motion, panel, protocol
@@ -75,7 +77,10 @@ def run(*args: str) -> int:
 
 
 @pytest.mark.parametrize("name", BENCHES)
-def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
+def test_it_passes_and_its_waveform_can_be_read(name, tmp_path, monkeypatch):
+    fsms = []
+    monkeypatch.setattr(Module, "FSM", lambda *args, make=Module.FSM, **options: (
+        fsms.append(options), make(*args, **options))[1])
     vcd = tmp_path / "wave.vcd"
     says = BENCHES[name].run(vcd)
     assert 20 < len(says) < 200 and "\n" not in says
@@ -90,6 +95,7 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
     strings = [path for path, kind in types.items()
                if kind == "string" and path.endswith("_state")]
     assert groups.get("states", []) == strings
+    assert len(strings) == len(fsms)
     if strings:
         assert re.search(r"^s[A-Z][A-Z-]+(-\d)?/\d+ ", vcd.read_text(), re.MULTILINE)
 
@@ -100,8 +106,11 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path):
 
 def test_every_component_and_machine_has_a_bench():
     words = r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
-    names = {re.sub(words, "-", name).lower() for room in (drive, motion, protocol, panel, machines)
-             for name in room.__all__ if inspect.isclass(part := getattr(room, name))
+    modules = [importlib.import_module(f"{room.__name__}.{found.name}")
+               for room in (drive, motion, protocol, panel, machines)
+               for found in pkgutil.iter_modules(room.__path__)]
+    names = {re.sub(words, "-", name).lower() for module in modules for name in module.__all__
+             if inspect.isclass(part := getattr(module, name))
              and issubclass(part, wiring.Component)}
     found = groups()
     assert list(found) == ["components", "machine", "board"]
@@ -132,6 +141,29 @@ def test_leds_that_show_nothing_are_found(monkeypatch):
     stick(monkeypatch, Monitor, "leds", 0)
     for name in ("jog-axes", "jog-combinations"):
         with pytest.raises(CheckFailed, match="LD3 to LD0: .... expected, 0000 seen"):
+            BENCHES[name].run()
+
+
+@pytest.mark.parametrize(("where", "value", "names"), [
+    ("fresa.drive.coil.valid_period", lambda value: 1, ["coil-driver"]),  # refuses nothing
+    ("fresa.drive.coil.FULL_STEP", (0b1100,) * 4, ["coil-driver", "axis-drivers"]),
+    ("fresa.drive.phase.valid_period", lambda value: 1, ["phase-driver"]),
+    ("fresa.drive.step_dir.in_range", lambda *given: given[1] + 1, ["step-dir-driver"]),
+    ("fresa.drive.rate.in_range", lambda *given: given[1] + 1, ["rate-generator"]),
+    ("fresa.motion.position.in_range", lambda *given: given[1] - 1, ["move-to"]),
+    ("fresa.motion.limits.in_range", lambda *given: given[1] if given[0] == "axes" else 12,
+     ["limits"]),
+    ("fresa.motion.backlash.in_range", lambda *given: 1, ["backlash"]),
+    ("fresa.motion.sequencer.valid_z_travel", lambda value: value + 1, ["motion-sequencer"]),
+    ("fresa.motion.square.in_range", lambda *given: given[1] + 1, ["square-generator", "square"]),
+    ("fresa.panel.debounce.in_range", lambda *given: 2, ["debouncer"]),
+    ("fresa.panel.display.HEX_SEGMENTS", (0x3F,) * 16, ["seven-segment", "monitor", "square"]),
+])
+def test_a_wrong_constant_is_found(monkeypatch, where, value, names):
+    """A parameter that is in no netlist, so that no mutant changes it."""
+    monkeypatch.setattr(where, value)
+    for name in names:
+        with pytest.raises(CheckFailed):
             BENCHES[name].run()
 
 

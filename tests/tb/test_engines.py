@@ -4,7 +4,6 @@
 """The engines: each keeps the promises of `Engine`, and they agree at every clock."""
 
 import os
-import random
 import re
 import shutil
 import subprocess
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
+from amaranth import Cat, ClockDomain, Signal, signed
 from amaranth.lib.memory import Memory
 
 from tb.design import Design
@@ -28,6 +27,7 @@ from tb.engines import (
     cache,
     choose,
 )
+from tests.tb.designs import clocked, random_inputs, scramble
 from tests.vcd import read_changes
 
 NO_COMPILER = CXXRTLEngine.missing()
@@ -41,15 +41,6 @@ engines = pytest.mark.parametrize(
 
 
 pytestmark = pytest.mark.usefixtures("libraries")
-
-
-def clocked(clk, rst=None, **kwargs) -> Module:
-    m = Module()
-    m.domains.sync = sync = ClockDomain(reset_less=rst is None, **kwargs)
-    m.d.comb += sync.clk.eq(clk)
-    if rst is not None:
-        m.d.comb += ResetSignal().eq(rst)
-    return m
 
 
 def machine(*, name: str = "machine") -> Design:
@@ -90,50 +81,6 @@ def machine(*, name: str = "machine") -> Design:
     )
 
 
-def scramble(seed: int) -> Design:
-    """Registers, memories and gates joined at random."""
-    rng = random.Random(seed)
-    clk, rst = Signal(), Signal()
-    inputs = {f"i{n}": Signal(rng.randint(1, 40)) for n in range(4)}
-    m = clocked(clk, rst)
-    values = list(inputs.values())
-    registers = []
-    for n in range(12):
-        shape = signed(rng.randint(2, 40)) if rng.random() < 0.3 else rng.randint(1, 40)
-        registers.append(
-            Signal(shape, name=f"r{n}", init=rng.getrandbits(1), reset_less=n % 5 == 0)
-        )
-    values += registers
-    for n in range(2):
-        m.submodules[f"m{n}"] = memory = Memory(
-            shape=rng.randint(1, 70), depth=rng.randint(2, 90), init=[rng.getrandbits(1)]
-        )
-        put = memory.write_port()
-        got = memory.read_port(domain=rng.choice(["comb", "sync"]))
-        m.d.comb += [
-            put.addr.eq(rng.choice(registers)),
-            put.data.eq(Cat(*rng.sample(registers, 2))),
-        ]
-        m.d.comb += [put.en.eq(rng.choice(registers)[0]), got.addr.eq(rng.choice(registers))]
-        values.append(got.data)
-    for n in range(10):
-        a, b, c = rng.choices(values, k=3)
-        gate = Signal(rng.randint(1, 64), name=f"g{n}")
-        m.d.comb += gate.eq(
-            rng.choice(
-                [a + b, a - b, a * b, a ^ ~b, Mux(c[0], a, b), a < b, a // (b | 1), Cat(a, b)]
-            )
-        )
-        values.append(gate)
-    for register in registers:
-        with m.If(rng.choice(values).any()):
-            m.d.sync += register.eq(rng.choice(values) + rng.choice(values))
-        with m.Elif(rng.choice(values)[0]):
-            m.d.sync += register.eq(~rng.choice(values))
-    outputs = {f"o{n}": value for n, value in enumerate(values[4:]) if len(value) <= 64}
-    return Design(f"scramble{seed}", m, clk, {"rst": rst, **inputs}, outputs)
-
-
 def edges(inner: bool) -> Design:
     """A flip-flop on the falling edge, and perhaps one on a clock that a flip-flop makes."""
     clk, d, half = Signal(), Signal(4), Signal()
@@ -146,17 +93,6 @@ def edges(inner: bool) -> Design:
     m.d.fall += late.eq(fast ^ d)
     m.d.slow += slow.eq(slow + 1)
     return Design("edges", m, clk, {"d": d}, {"slow": slow, "late": late})
-
-
-def stimulus(design: Design, rows: int, seed: int) -> dict[str, np.ndarray]:
-    """Random inputs that hold for a while, with a reset now and then."""
-    rng = np.random.default_rng(seed)
-    held = np.cumsum(rng.random(rows) < 0.3)
-    played = {
-        name: rng.integers(0, 1 << len(port), rows + 1, np.uint64)[held]
-        for name, port in design.inputs.items()
-    }
-    return played | {"rst": rng.random(rows) < 0.02}
 
 
 def joined(parts):
@@ -310,7 +246,7 @@ class TestEngine:
     @engines
     def test_play_is_run(self, kind):
         design = machine()
-        played = stimulus(design, 100, 1)
+        played = random_inputs(design, 100, 1)
         with kind(design) as engine:
             rows = engine.apply(played, list(design.outputs))
             end = engine.get(*design.outputs)
@@ -413,7 +349,7 @@ class TestAgreement:
     @pytest.mark.parametrize("make", [machine, *[lambda n=n: scramble(n) for n in range(3)]])
     def test_at_every_clock(self, make):
         design = make()
-        played = stimulus(design, 1500, 7)
+        played = random_inputs(design, 1500, 7)
         watch = list(design.outputs)
         seen = []
         for kind, again in ((AmaranthEngine, design), (CXXRTLEngine, make())):
@@ -750,7 +686,7 @@ class TestTrace:
     @engines
     def test_changes_nothing(self, kind, tmp_path):
         outputs = list(machine().outputs)
-        played = stimulus(machine(), 300, 3)
+        played = random_inputs(machine(), 300, 3)
         seen = []
         for traced in (True, False):
             with kind(machine(), traceable=traced) as engine:

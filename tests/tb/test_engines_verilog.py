@@ -3,13 +3,12 @@
 
 """The engines that run Verilog: they keep the promises of `Engine`, and agree with Amaranth's."""
 
-import random
 import re
 import shutil
 
 import numpy as np
 import pytest
-from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
+from amaranth import Cat, Module, Signal
 from amaranth.lib.memory import Memory
 
 from tb.design import Design
@@ -18,6 +17,7 @@ from tb.engines import icarus as icarus_module
 from tb.engines.icarus import IcarusEngine
 from tb.engines.netlist import NetlistEngine, NetlistIcarusEngine
 from tb.engines.verilator import VerilatorEngine
+from tests.tb.designs import clocked, random_inputs, scramble
 from tests.vcd import read_changes
 
 MARKS = {
@@ -45,15 +45,6 @@ every = marked("verilator", "icarus", "netlist", "netlist-icarus")
 pytestmark = pytest.mark.usefixtures("libraries")
 
 
-def clocked(clk, rst=None, **kwargs) -> Module:
-    m = Module()
-    m.domains.sync = sync = ClockDomain(reset_less=rst is None, **kwargs)
-    m.d.comb += sync.clk.eq(clk)
-    if rst is not None:
-        m.d.comb += ResetSignal().eq(rst)
-    return m
-
-
 def adder() -> Design:
     """Add a word of a table to a sum with every `go`; remember sums; turn 64 bits all the time."""
     clk, rst, go, at = Signal(), Signal(), Signal(), Signal(5)
@@ -72,39 +63,6 @@ def adder() -> Design:
                   {"total": total, "kept.here": kept, "both": both, "wide": wide})
 
 
-def scramble(seed: int) -> Design:
-    """Registers, memories and gates joined at random. Memories have a word for every address."""
-    rng = random.Random(seed)
-    clk, rst = Signal(), Signal()
-    inputs = {f"i{n}": Signal(rng.randint(1, 40)) for n in range(4)}
-    m = clocked(clk, rst)
-    registers = [
-        Signal(signed(rng.randint(2, 40)) if rng.random() < 0.3 else rng.randint(1, 40),
-               name=f"r{n}", init=rng.getrandbits(1), reset_less=n % 5 == 0) for n in range(8)]
-    values = [*inputs.values(), *registers]
-    for n in range(2):
-        m.submodules[f"m{n}"] = memory = Memory(
-            shape=rng.randint(1, 70), depth=1 << rng.randint(1, 5), init=[rng.getrandbits(1)])
-        put, got = memory.write_port(), memory.read_port(domain=("comb", "sync")[n])
-        m.d.comb += [put.addr.eq(rng.choice(registers)), got.addr.eq(rng.choice(registers)),
-                     put.data.eq(Cat(*rng.sample(registers, 2))),
-                     put.en.eq(rng.choice(registers)[0])]
-        values.append(got.data)
-    for n in range(8):
-        a, b, c = rng.choices(values, k=3)
-        gate = Signal(rng.randint(1, 64), name=f"g{n}")
-        m.d.comb += gate.eq(rng.choice(
-            [a + b, a - b, a * b, a ^ ~b, Mux(c[0], a, b), a < b, a // (b | 1), Cat(a, b)]))
-        values.append(gate)
-    for register in registers:
-        with m.If(rng.choice(values).any()):
-            m.d.sync += register.eq(rng.choice(values) + rng.choice(values))
-        with m.Elif(rng.choice(values)[0]):
-            m.d.sync += register.eq(~rng.choice(values))
-    outputs = {f"o{n}": value for n, value in enumerate(values[4:]) if len(value) <= 64}
-    return Design(f"scramble{seed}", m, clk, {"rst": rst, **inputs}, outputs)
-
-
 def no_value() -> Design:
     """A memory with fewer words than its address can say: beyond them is X."""
     clk, at, word, other = Signal(), Signal(3), Signal(4), Signal(5)
@@ -114,15 +72,6 @@ def no_value() -> Design:
     m.d.comb += [port.addr.eq(at), word.eq(port.data), other.eq(at)]
     m.d.sync += Signal().eq(at[0])
     return Design("no_value", m, clk, {"at": at}, {"other": other, "word": word})
-
-
-def stimulus(design: Design, rows: int, seed: int) -> dict[str, np.ndarray]:
-    """Random inputs that hold for a while, with a reset now and then."""
-    rng = np.random.default_rng(seed)
-    held = np.cumsum(rng.random(rows) < 0.3)
-    played = {name: rng.integers(0, 1 << len(port), rows + 1, np.uint64)[held]
-              for name, port in design.inputs.items()}
-    return played | {"rst": rng.random(rows) < 0.02}
 
 
 class TestEngine:
@@ -190,7 +139,7 @@ class TestEngine:
     @engines
     def test_play_is_run(self, kind):
         design = adder()
-        played = stimulus(design, 60, 1)
+        played = random_inputs(design, 60, 1)
         with kind(design) as engine:
             rows = engine.apply(played, list(design.outputs))
             end = engine.get(*design.outputs)
@@ -244,11 +193,11 @@ class TestAgreement:
     @engines
     @pytest.mark.parametrize("seed", [1])
     def test_scrambled(self, kind, seed):
-        self.agree(lambda: scramble(seed), kind)
+        self.agree(lambda: scramble(seed, whole=True), kind)
 
     def agree(self, make, kind):
         design = make()
-        played, watch, seen = stimulus(design, 700, 7), list(design.outputs), []
+        played, watch, seen = random_inputs(design, 700, 7), list(design.outputs), []
         for engine_kind, again in ((AmaranthEngine, design), (kind, make())):
             with engine_kind(again) as engine:
                 rows = engine.apply(played, watch)

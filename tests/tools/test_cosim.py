@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fresa.machines.mill import MillTiming
-from tb import boards
 from tb.cosim import lockstep
 from tb.engines import ENGINES, AmaranthEngine, EngineError, UnknownLevelError, source
+from tb.machines import machines
 from tb.machines.mill.model import MillModel
-from tb.runners import MODEL, ModelRunner, close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import MODEL, ModelRunner, close_all, make_runners, stimuli
 from tb.shrink import script, shrink
 from tb.stimulus import BLOCK, cut, last_rows, random_blocks
 from tb.vhdl import REFERENCES
@@ -218,30 +218,16 @@ class TestCommand:
         outcome = lockstep({"a": first, "b": again}, stimuli(duts()["coil"], 1, 900), outputs)
         assert outcome.finding is None and outcome.tallies["b"].clocks == 900
 
-    @pytest.mark.parametrize(("machine", "outputs"), [
-        ("single", 6), ("single-ramp", 6), ("positioner", 8)])
-    def test_another_machine(self, machine, outputs, capsys):
+    @pytest.mark.parametrize("machine", [
+        name for name, dut in duts().items() if dut.model and not dut.shared.vhdl])
+    def test_another_machine(self, machine, capsys):
         """It has a model of its own, and no VHDL."""
+        outputs = len(duts()[machine].shared.outputs)
         assert run("--machine", machine, "--engines", "model,amaranth", "--cycles", 4000) == 0
         assert f"agree      {outputs} outputs" in capsys.readouterr().out
         assert run("--machine", machine, "--engines", "model,ghdl") == 2
         assert (f"ghdl cannot run {machine}: it has no description in VHDL"
                 in capsys.readouterr().err)
-
-    def test_positioner_is_seen_at_work(self):
-        """What is typed moves every motor, one both ways, meets a switch, and is answered."""
-        machine = duts()["positioner"]
-        assert machine.model is not None
-        runner, up, down, answered, sounds = ModelRunner(machine.model()), 0, 0, False, False
-        for block in stimuli(machine, 2, 30_000):
-            seen = runner.apply(block, list(machine.shared.outputs))
-            rises, way = ~seen["step"][:-1] & seen["step"][1:], seen["direction"][1:]
-            up |= np.bitwise_or.reduce(rises & way)
-            down |= np.bitwise_or.reduce(rises & ~way)
-            answered |= not seen["tx"].all()
-            sounds |= bool(seen["buzzer"].any())
-        assert up | down == 7 and up & down
-        assert answered and sounds
 
     @pytest.mark.ghdl
     @needs("ghdl")
@@ -289,7 +275,8 @@ class TestCommand:
     @needs("icarus")
     def test_constant_changed_in_the_verilog(self, tmp_path, monkeypatch, capsys):
         """The tool travels 6 steps, not 5: it must differ just where a model that does so does."""
-        wrong = boards.mill(timing=MillTiming(period=3, scan_bits=4, jog_period=2), z_travel=6)
+        mill = machines()["mill"]
+        wrong = mill.design(**{**mill.short, "z_travel": 6})
         bug = type("Bug", (ENGINES["icarus"],), {
             "_sources": classmethod(lambda cls, design: {"design.v": source.verilog(wrong)})})
         monkeypatch.setitem(ENGINES, "icarus", bug)

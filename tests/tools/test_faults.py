@@ -10,7 +10,7 @@ import pytest
 from amaranth import Cat, Mux
 
 from tb.engines.build import missing
-from tb.faults.target import FaultTarget
+from tb.faults.target import FaultTarget, Pulses
 from tb.machines import machines
 from tb.machines.mill import faults as mill
 from tb.mistake import Mistake
@@ -110,13 +110,18 @@ class TestResets:
 @compiled
 @pytest.mark.compiler
 class TestMachinesOnALine:
-    @pytest.mark.parametrize(("name", "right"), [
-        ("single", "every coil word legal"), ("positioner", "every pulse whole")])
-    def test_resets_and_flips(self, name, right, tmp_path, capsys):
+    @pytest.mark.parametrize("name", [
+        name for name, machine in machines().items() if machine.faults and machine.fuzz
+        and None in machine.faults()])
+    def test_resets_and_flips(self, name, tmp_path, capsys):
         status, (machine,) = run_json(tmp_path / "it.json", "resets", "--machine", name,
                                     "--resets", 200, "--jobs", 1)
         assert (status, machine["machine"], machine["wrong"]) == (0, name, [])
         assert machine["resets"] == 200 and machine["steps"] > 1000
+        makers = machines()[name].faults
+        assert makers
+        right = ("every pulse whole" if isinstance(makers()[None]().motors[0], Pulses)
+                 else "every coil word legal")
         assert f"{right}, none moved" in capsys.readouterr().out
         status, (machine,) = run_json(tmp_path / "it.json", "flips", "--machine", name,
                                     "--flips", 300, "--jobs", 1)

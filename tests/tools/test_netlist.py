@@ -23,7 +23,7 @@ def checks(monkeypatch):
 
     def add(name: str, *outcomes: Outcome | Exception, missing: str | None = None,
             **leaves_out: str) -> None:
-        def tasks(options: Options):
+        def tasks(parts, options: Options):
             def task(outcome):
                 def do(folder):
                     assert not list(folder.iterdir())
@@ -38,7 +38,7 @@ def checks(monkeypatch):
             return [task(outcome) for outcome in outcomes]
 
         monkeypatch.setitem(CHECKS, name, Check(f"Says {name}.", tasks, lambda: missing,
-                                               lambda: leaves_out))
+                                               lambda parts: leaves_out))
 
     return add
 

@@ -1,6 +1,5 @@
 """The record of verification: what is run, what is kept, and that the page says what was found."""
 
-import gc
 import json
 import re
 from dataclasses import replace
@@ -9,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from tb.contracts import COMPONENTS
-from tb.mutation import with_a_bench
+from tb.registry import components
 from tools import fingerprints, record
-from tools.record import BEGUN, KEPT, PARTS, Part, main, run
+from tools.record import BEGUN, KEPT, Part, main, parts, run
 from tools.record_page import dump, page, summary
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -132,11 +130,11 @@ class TestRun:
     def test_a_command_that_finds_fault_leaves_no_record_but_runs_the_rest(
             self, check, tmp_path, capsys):
         work = tmp_path / "build"
-        parts = [check(1), check(0, "other")]
-        assert run(parts, work) is None
+        both = [check(1), check(0, "other")]
+        assert run(both, work) is None
         assert "NOT in order: some" in capsys.readouterr().out
         assert calls(work, "other") == 1
-        assert run(parts, work) is None
+        assert run(both, work) is None
         assert (calls(work), calls(work, "other")) == (1, 1)
 
     def test_what_found_fault_when_it_was_run_again_is_not_good_from_before(
@@ -166,7 +164,7 @@ def interrupted(*args, **kwargs):
 class TestFreshness:
     @pytest.fixture
     def folder(self, tmp_path, monkeypatch):
-        monkeypatch.setattr(record, "PARTS", {
+        monkeypatch.setattr(record, "parts", lambda: {
             "one": Part("one", "its_check {folder}", ("run it",)),
             "two": Part("two", "another", ("contract",))})
         (tmp_path / "verification.json").write_text(json.dumps({"parts": {
@@ -191,7 +189,8 @@ class TestFreshness:
         assert "stale: two, of another contract new\n" in capsys.readouterr().out
 
     def test_another_command_makes_it_stale(self, folder, monkeypatch, capsys):
-        monkeypatch.setitem(record.PARTS, "two", Part("two", "another one", ("contract",)))
+        monkeypatch.setattr(record, "parts", lambda: {
+            "two": Part("two", "another one", ("contract",))})
         assert main(["--check", "-o", str(folder)]) == 1
         assert "stale: two, of another command\n" in capsys.readouterr().out
 
@@ -201,30 +200,20 @@ class TestFreshness:
 
 
 def test_each_part_depends_on_something():
-    assert all(part.on for part in PARTS.values())
+    assert all(part.on for part in parts().values())
 
 
-@pytest.fixture
-def frozen():
-    """Leave what tests have left out of the garbage that is collected for each component."""
-    gc.freeze()
-    yield
-    gc.unfreeze()
-
-
-@pytest.mark.usefixtures("frozen")
-def test_mutants_are_of_every_component_that_has_a_bench():
-    """But all of the positioner: its parts are there."""
-    named = [name for part in PARTS.values() if "tools.mutate" in part.command
-             for name in part.command.split() if name in COMPONENTS]
-    assert sorted([*named, "positioner"]) == sorted(with_a_bench())
+def test_mutants_are_of_every_component():
+    named = [name for part in parts().values() if "tools.mutate" in part.command
+             for name in part.on if name != "bench"]
+    assert sorted(named) == sorted(f"contract {name}" for name in components())
 
 
 class TestPage:
     def test_docs_say_what_the_figures_say(self):
         text = (DOCS / "verification.json").read_text(encoding="utf-8")
         facts = json.loads(text)
-        assert set(facts["parts"]) <= set(PARTS)
+        assert set(facts["parts"]) <= set(parts())
         assert dump(facts) == text and len(text.splitlines()) < 1500
         assert page(facts) == (DOCS / "verification.md").read_text(encoding="utf-8")
 
@@ -234,16 +223,16 @@ class TestPage:
         none = dict.fromkeys(one, 0)
         facts = {"parts": {name: {"command": name, "seconds": 1, "resumed": False, "facts": {
             "all": counts, "components": {name: {**counts, "score": 50.0}}, "survivors": []}}
-            for name, counts in (("mutants", one), ("mutants-lines", two),
-                                 ("mutants-machines", none), ("mutants-more", none))},
+            for name, counts in (("mutants", one), ("mutants-one", two),
+                                 ("mutants-two", none))},
             "cores": 2, "versions": []}
         assert "| **all** | 20 | 4 | 12 | 10 | 12 | 4 | 75.00 |" in page(facts)
 
     def test_every_figure_is_from_the_record(self):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
-        facts["parts"]["size"]["facts"]["resources"]["luts"] = 12345
-        facts["parts"]["engines"]["facts"]["engines"]["icarus"]["clocks"] = 7654321
-        facts["parts"]["flips"]["facts"]["machines"][1]["silent"] = 9876543
+        facts["parts"]["size-mill"]["facts"]["resources"]["luts"] = 12345
+        facts["parts"]["engines-mill"]["facts"]["engines"]["icarus"]["clocks"] = 7654321
+        facts["parts"]["flips-mill"]["facts"]["machines"][1]["silent"] = 9876543
         text = page(facts)
         for figure in ("| 12345 |", "| 7 654 321 |", "| 9 876 543 |"):
             assert figure in text
@@ -251,18 +240,20 @@ class TestPage:
     def test_a_part_that_was_not_run_is_said_to_be_left_out(self):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
         del facts["parts"]["vhdl"]
+        facts["left_out"] = ["vhdl"]
         assert "Left out of this record: vhdl." in page(facts)
 
     def test_parts_that_say_something_by_themselves_are_shown_without_the_others(self):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
-        seen = facts["parts"]["pair"]["facts"]["checksum"]
+        seen = facts["parts"]["pair-mill"]["facts"]["checksum"]
         assert seen in page(facts)
-        del facts["parts"]["campaign"]
+        del facts["parts"]["campaign-mill"]
+        facts["left_out"] = ["campaign-mill"]
         assert seen in page(facts)
-        assert "Left out of this record: campaign." in page(facts)
+        assert "Left out of this record: campaign-mill." in page(facts)
 
-    @pytest.mark.parametrize("name", ["size", "size-guard", "size-serial", "size-single",
-                                      "size-positioner"])
+    @pytest.mark.parametrize("name", ["size-mill", "size-mill-guard", "size-mill-serial",
+                                      "size-single", "size-positioner"])
     def test_the_sizes_of_the_record_are_those_of_the_page(self, name):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
         found = facts["parts"][name]["facts"]["resources"]
@@ -270,9 +261,9 @@ class TestPage:
         assert f"| {row} |" in (DOCS / "evidence.md").read_text(encoding="utf-8")
 
     def test_every_part_has_its_place(self):
-        text = page({"parts": {}, "cores": 2, "versions": []})
+        text = page({"parts": {}, "cores": 2, "versions": [], "left_out": list(parts())})
         left_out = re.findall(r"^Left out of this record: (.*)\.$", text, re.M)
-        assert sorted(PARTS) == sorted(name for names in left_out for name in names.split(", "))
+        assert sorted(parts()) == sorted(name for names in left_out for name in names.split(", "))
 
     def test_coverage_of_each_machine(self):
         def facts(name: str, **more) -> Any:
@@ -281,13 +272,17 @@ class TestPage:
                 "machine": f"its {name}", "clocks": 9000, "engine": "Verilator 7", "never": [9],
                 "lines and branches": percents, "bits": percents}})
 
-        names = "coverage", "coverage-single", "coverage-positioner"
-        parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
-            name, **({"states": []} if name == "coverage" else {}))} for name in names}
-        text = page({"parts": parts, "cores": 2, "versions": []})
+        names = "coverage-mill", "coverage-single"
+        made = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(name)}
+                for name in names}
+        states = {"command": "", "seconds": 1, "resumed": False,
+                  "facts": summary("coverage-states", {"states": [
+                      {"component": "coil", "kind": "state", "clock": 3}]})}
+        text = page({"parts": {"coverage-states": states, **made}, "cores": 2, "versions": []})
+        assert "| coil | 1 of 1 | - | 3 |" in text
         for name in names:
             assert f"| its {name} | 9 000 | bits | 1 | 2 | 50.00 | 49.5 |" in text
-            assert "never" not in parts[name]["facts"]["lines"]
+            assert "never" not in made[name]["facts"]["lines"]
 
     def test_each_machine_that_is_struck(self):
         def facts(name: str, **more) -> Any:
@@ -296,17 +291,15 @@ class TestPage:
                 "flip_flops": 263, "flips": 1000, "harmless": 600, "visible": 300, "stuck": 20,
                 "silent": 80, "silent_rate": 0.08, "silent_ones": ["one"] * 20}]})
 
-        names = {"resets": {"guard": True}, "resets-positioner": {"machine": "positioner"},
-                 "flips": {"guard": False}, "flips-single": {"machine": "single"}}
-        parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
+        names = {"resets-mill": {"machine": "mill", "guard": True}, "resets-it": {"machine": "it"},
+                 "flips-mill": {"machine": "mill", "guard": False}, "flips-it": {"machine": "it"}}
+        made = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts(
             name, **more)} for name, more in names.items()}
-        text = page({"parts": parts, "cores": 2, "versions": []})
-        for name in ("mill with guard", "positioner"):
+        text = page({"parts": made, "cores": 2, "versions": []})
+        for name in ("mill with guard", "it"):
             assert f"| {name} | 500 | 9 000 | 70 | 10 |" in text
-        for name in ("mill without guard", "single"):
+        for name in ("mill without guard", "it"):
             assert f"| {name} | 263 | 1 000 | 600 | 300 | 20 | 80 | 8.000 |" in text
-        for left_out in ("resets-single", "flips-positioner"):
-            assert f"Left out of this record: {left_out}." in text
 
     def test_each_property_has_its_mutant_or_is_named(self):
         found = {"component": "coil", "case": "bench", "clock": 7, "lemma": False, "mutant": ""}
@@ -318,13 +311,13 @@ class TestPage:
                  "base": 1.0, "induction": 0.5}
         proofs = summary("proofs", {"versions": {}, "seconds": 9, "proofs": [
             proof, {**proof, "name": "rests", "k": 5}]})
-        parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts}
-                 for name, facts in (("proofs", proofs), ("kills", kills))}
-        text = page({"parts": parts, "cores": 2, "versions": []})
+        found_parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts}
+                       for name, facts in (("proofs", proofs), ("kills", kills))}
+        text = page({"parts": found_parts, "cores": 2, "versions": []})
         assert "| coil | 2 | 2 | 2 | 5 | 1.5 | 1 of 2 | 1 |" in text
         assert "| coil | rests |" in text
-        del parts["kills"]
-        text = page({"parts": parts, "cores": 2, "versions": []})
+        del found_parts["kills"]
+        text = page({"parts": found_parts, "cores": 2, "versions": [], "left_out": ["kills"]})
         assert "| coil | 2 | 2 | 2 | 5 | 1.5 | - | - |" in text
         assert "Left out of this record: kills." in text
 
@@ -351,5 +344,6 @@ def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
 def test_lists_what_is_run(capsys):
     assert main(["--list", "--quick"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == list(PARTS)
+    assert [line.split()[0] for line in lines] == [
+        name for name, part in parts().items() if part.quick != ""]
     assert all("python -m tools." in line for line in lines)

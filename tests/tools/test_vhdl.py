@@ -15,7 +15,7 @@ from tb.contracts.proof import Proof, missing
 from tb.cosim import Finding, Outcome, Tally
 from tb.engines.ghdl import GHDLEngine
 from tb.mistake import Mistake
-from tb.runners import duts
+from tb.registry import duts
 from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS, Control
 from tools import vhdl

@@ -8,14 +8,8 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from fresa.machines.mill import (
-    CLOCK,
-    PICTURE_MAX,
-    PIXEL_STEPS,
-    RESOLUTION,
-    TOP_SPEED,
-    Z_TRAVEL,
-)
+from fresa.clock import CLOCK
+from fresa.machines.mill import PICTURE_MAX, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Z_TRAVEL
 from tb.milling import Cut
 
 from ..console import UserError

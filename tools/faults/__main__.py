@@ -44,8 +44,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _machines(args: argparse.Namespace) -> list[FaultTarget]:
     """Make the builds of a machine that are asked for."""
-    declared = machines()[args.machine].faults
-    builds = declared() if declared else {}
+    machine = machines()[args.machine]
+    if machine.faults is None:
+        raise UserError(f"{args.machine} has no " + (
+            "builds for fault injection" if machine.serve else "serial line"))
+    builds = machine.faults()
     if args.guard is None:
         return [make() for make in builds.values()]
     if args.guard not in builds:

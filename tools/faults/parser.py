@@ -86,6 +86,7 @@ its guard, by Yosys.
 def make_parser() -> argparse.ArgumentParser:
     """Make it."""
     names = [name for name, machine in machines().items() if machine.faults]
+    every = list(machines())
     parser = Parser(prog="python -m tools.faults", description=ABOUT, machines=True,
                     epilog=EPILOG.format(first=names[0], last=names[-1]))
     kinds = parser.add_subparsers(dest="what", metavar="FAULT", required=True,
@@ -97,7 +98,7 @@ def make_parser() -> argparse.ArgumentParser:
         kind = kinds.add_parser(name, prog=f"{parser.prog} {name}", aliases=aliases,
                                 description=about)
         kind.set_defaults(run=name)
-        kind.add_argument("--machine", metavar="NAME", choices=names, default=names[0],
+        kind.add_argument("--machine", metavar="NAME", choices=every, default=names[0],
                           help=f"{', '.join(names)} (default: %(default)s)")
         kind.add_argument(f"--{name}", *(f"--{alias}" for alias in aliases), metavar="N",
                           type=whole(1), help=f"how many, for each machine (default: {count})")

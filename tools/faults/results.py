@@ -74,4 +74,5 @@ class Upsets:
 
 
 def _called(machine: FaultTarget) -> dict[str, object]:
-    return ({"machine": machine.name} if machine.guard is None else {"guard": machine.guard})
+    return {"machine": machine.name,
+            **({} if machine.guard is None else {"guard": machine.guard})}

@@ -11,13 +11,13 @@ from typing import Any
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
-from fresa.machines.mill import CLOCK
-from fresa.roles import Machine
+from fresa.clock import CLOCK
+from fresa.roles import MachineComponent
 from fresa_boards.board import Board, pin_table
 from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.verilog import from_rtlil
 from fresa_boards.wiring import prepare
-from tb import machine as declared
+from tb.machine import Machine
 
 from ..console import UserError
 from .options import add_options, values_of
@@ -102,7 +102,8 @@ def raw(name: str, machine: wiring.Component) -> Built:
     return Built({f"{name}.v": from_rtlil(text).encode()}, text, name)
 
 
-def on_board(board: Board, name: str, machine: Machine, inverted: Collection[str] = ()) -> Built:
+def on_board(board: Board, name: str, machine: MachineComponent,
+             inverted: Collection[str] = ()) -> Built:
     """Build a machine on a board, and a table of its pins.
 
     Parameters
@@ -111,7 +112,7 @@ def on_board(board: Board, name: str, machine: Machine, inverted: Collection[str
         The board.
     name : str
         The machine's, and that of the files and the top module.
-    machine : Machine
+    machine : MachineComponent
         The machine.
     inverted : collection of str
         See :func:`fresa_boards.wiring.wire`.
@@ -121,7 +122,7 @@ def on_board(board: Board, name: str, machine: Machine, inverted: Collection[str
     return Built({**plan.files, "pins.md": table.encode()}, plan.rtlil, name)
 
 
-def build(board: str, machine: declared.Machine, **given: Any) -> Built:
+def build(board: str, machine: Machine, **given: Any) -> Built:
     """Build a machine as it is declared.
 
     Parameters
@@ -148,13 +149,13 @@ def build(board: str, machine: declared.Machine, **given: Any) -> Built:
     made = machine.make(**machine.real(where.clock if where else CLOCK, **values))
     if where is None:
         return raw(machine.name, made)
-    if not isinstance(made, Machine):
+    if not isinstance(made, MachineComponent):
         raise ValueError(f"{machine.name} names no roles of its ports, so that no board has pins "
                          "for it: build it with --board pins")
     return on_board(where, machine.name, made, inverted)
 
 
-def declared_kind(machine: declared.Machine) -> Kind:
+def declared_kind(machine: Machine) -> Kind:
     """Say how a machine is built of which no more is known than its declaration."""
     def job(args: argparse.Namespace) -> Job:
         values = values_of(args, machine.options)

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from PIL import Image
 
+from fresa.clock import CLOCK
 from fresa.machines import MillStation, SerialOrders
-from fresa.machines.mill import CLOCK, PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillTiming
+from fresa.machines.mill import PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillTiming
 from fresa.machines.station import OrderSource
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa.protocol import BAUD, bit_period

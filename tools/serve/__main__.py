@@ -5,6 +5,7 @@ import asyncio
 import sys
 
 from tb.engines import Engine
+from tb.machines import machines
 
 from ..console import Parser, UserError, command, known, say, whole
 from ..web import stopping
@@ -45,13 +46,12 @@ examples:
       Type :x100 and Return: the motor goes to 100, and it answers ok. For a machine whose
       lines end with line feed:  picocom --echo --omap crlf /dev/pts/7
 
-  python -m tools.serve positioner --tcp 4000
+  python -m tools.serve {example} --tcp 4000
       Also for  nc 127.0.0.1 4000,  and as socket://127.0.0.1:4000 for pyserial. Any program and
       any person on this computer can connect to that port.
 
   python -m tools.serve single --ramp 1000 --top-speed 600
-  python -m tools.serve positioner --backlash 4 4 0 --limit-ends X- Y- Z-
-      Machines with a ramp, with backlash in two axes, and with switches at other ends.
+      A machine with a ramp.
 
   python -m tools.serve single --speed 10
       Ten seconds of the machine in one, if the computer can do that; max is as fast as it can.
@@ -74,7 +74,8 @@ def main(argv: list[str] | None = None) -> int:
     named = next((name for name in given if name in served_by_name), None)
     listed = "\n".join(f"  {name:<12}{each.how.about}" for name, each in served_by_name.items())
     parser = Parser(prog="python -m tools.serve", machines=True, description=ABOUT,
-                    epilog=EPILOG.format(machines=listed, baud=BAUD))
+                    epilog=EPILOG.format(machines=listed, baud=BAUD,
+                                         example=list(served_by_name)[-1]))
     parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
                         help="also listen there; 0 for any port that is free")
@@ -85,6 +86,8 @@ def main(argv: list[str] | None = None) -> int:
     if named is not None:
         served_by_name[named].add_options(parser.add_argument_group(named))
     args, unknown = parser.parse_known_args(given)
+    if args.machine in machines() and args.machine not in served_by_name:
+        raise UserError(f"{args.machine} has no serial line")
     served = served_by_name[known(args.machine, served_by_name, "machine")]
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}")

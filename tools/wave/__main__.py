@@ -1,20 +1,20 @@
-"""Look into waveforms: values, changes, times, steps, differences, diagrams."""
+"""Inspect waveforms: values, changes, times, steps, differences, timing diagrams."""
 
 import os
 import sys
 
 from ..console import Parser, UserError, command
-from . import compare, draw, look, measure, steps, view
+from . import compare, draw, measure, show, steps, view
 from .child import go_on_in_child
 from .options import LEFT
 
 __all__ = ["main"]
 
 ABOUT = """\
-Reads a waveform, a VCD, FST or GHW of any simulator, and answers without leaving the terminal.
+Reads a waveform of any simulator, a VCD, FST or GHW file, and prints what is requested.
 
-  signals   the end of a path is enough (ready, x.count) if no other signal ends so, or if one of
-            them is in a scope that holds all the others; * ? [ ] are patterns
+  signals   the end of a path is enough (ready, x.count) if it is unique, or if the scope of one
+              match contains all the others; * ? [ ] are patterns
   times     12us, 1.5ms, 300clk: clock 1 is the first rising edge, and values at a clock are those
             after its edge
 """
@@ -22,22 +22,22 @@ Reads a waveform, a VCD, FST or GHW of any simulator, and answers without leavin
 EPILOG = f"""\
 examples:
   python -m tb mill --vcd mill.vcd
-      Make a waveform to look into.
+      Make a waveform.
 
   python -m tools.wave list mill.vcd
-      What is in it.
+      Print its signals.
 
   python -m tools.wave find mill.vcd 'rise ready'
-      When it became ready.
+      Print the times at which it becomes ready.
 
   python -m tools.wave find --help
-      What a subcommand does, its options, and examples.
+      Describe a subcommand, with its options and examples.
 
-exit status: 0 if all went well, 1 if find found nothing, diff a difference or steps a fault, 2 if
-the command cannot be carried out, {LEFT} if the reader of the output leaves early, as head does.
+exit status: 0 on success, 1 if find finds nothing, diff a difference or steps a fault, 2 if the
+command cannot be carried out, {LEFT} if the output pipe is closed early, as head does.
 """
 
-SUBCOMMANDS = (look.list_signals, look.at, look.table, measure.find, measure.stats,
+SUBCOMMANDS = (show.list_signals, show.at, show.table, measure.find, measure.stats,
                compare.diff, steps.steps, draw.draw_wave, view.view)
 
 
@@ -55,7 +55,7 @@ def main(argv: list[str] | None = None) -> int:
             sys.stdout.flush()
         return status
     except BrokenPipeError:
-        # Python flushes stdout once more at exit: let it have a sink.
+        # Python flushes stdout once more at exit: give it a sink.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return LEFT
     except MemoryError:

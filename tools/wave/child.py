@@ -1,4 +1,4 @@
-"""A process that may die: where a file asks for too much memory, the reader in Rust ends it."""
+"""Run the reader in a child process: it aborts where a file asks for too much memory."""
 
 import ctypes
 import os
@@ -10,14 +10,14 @@ from ..console import colour
 __all__ = ["go_on_in_child"]
 
 _PR_SET_PDEATHSIG = 1
-"""Of prctl(2) in Linux: which signal a process gets when its parent ends."""
+"""Of prctl(2) in Linux: the signal that a process gets when its parent ends."""
 
 
 def go_on_in_child() -> None:
-    """Return in a child only. The parent waits, tells in a line if it dies, and ends as it ended.
+    """Return in the child only; the parent waits, reports a crash, and exits with its status.
 
-    The child does not outlive it: what ends the parent is passed on, and where Linux lets it, even
-    what cannot be caught ends the child. Where a system has no fork this does nothing.
+    The child does not outlive the parent: signals are passed on, and on Linux the child ends even
+    with a parent that is killed. On a system without fork this does nothing.
     """
     if not hasattr(os, "fork"):
         return
@@ -39,21 +39,21 @@ def go_on_in_child() -> None:
 
 
 def _end_with(parent: int) -> None:
-    """Have the system end this process when its parent ends."""
+    """Have the kernel end this process when its parent ends (Linux)."""
     if not sys.platform.startswith("linux"):
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it ended before that
+    if os.getppid() != parent:  # it has ended already
         os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _died(number: int) -> int:
-    """Tell why a signal ended the child; or end by it too, if it came from outside."""
+    """Report why a signal ended the child, or end by the same signal if it came from outside."""
     broken = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
     if number == signal.SIGKILL:
         why = "it does not fit into memory"
     elif number in broken:
-        why = "something in it is not as a waveform file should be"
+        why = "its contents are malformed"
     else:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)

@@ -1,4 +1,4 @@
-"""Two waves compared: which signals are the same, when they first differ, and for how long."""
+"""Two waves compared: which signals correspond, when they first differ, and for how long."""
 
 import argparse
 from collections.abc import Sequence
@@ -10,41 +10,42 @@ from typing import Any
 from ..console import UserError, say, warn
 from . import names
 from .difference import Difference, compared
-from .options import LEFT, Asked, add_format, add_window, plain, say_json
+from .options import LEFT, Query, add_format, add_window, plain, print_json
 from .pairing import Pair, Pairing, alike, pairing_of
 from .reader import LATEST, Signal, Wave
 
 __all__ = ["diff"]
 
 ABOUT = """\
-Compares two waves of whatever format, over the time that they have in common.
+Compares two waves, of any formats, over the time that they have in common.
 
-Without SIGNAL, all signals that are in both are compared: those whose paths end alike, the longest
-common end first. States with a name are not compared with bare codes. A value that is unknown in
+Without SIGNAL, all signals that are in both are compared: those with equal ends of their paths, the
+longest common end first. State names are not compared with state codes. A value that is unknown in
 one wave only is a difference.
 
-A signal that is in both with another width is a difference as well. What is in one wave only is
-told, for a netlist has not all that its source has; it is a difference if it is named. What --map
-names is compared whatever its widths, as numbers, and with --map alone nothing else is looked at.
+A signal that has another width in the other wave is a difference as well. A signal that is in one
+wave only is listed, since a netlist lacks some signals of its source; it is a difference if SIGNAL
+names it. --map compares two signals as numbers, whatever their widths; alone, it compares no
+others.
 """
 
 EXAMPLES = f"""\
 examples:
   python -m tools.wave diff amaranth.vcd icarus.vcd
-      Everything that has the same name.
+      Every signal that is in both.
 
   python -m tools.wave diff old.vcd new.vcd axis_x 'x.*' --from 100clk
-      A few signals, from a clock of the first wave on.
+      A few signals, from clock 100 of the first wave.
 
   python -m tools.wave diff ours.vcd theirs.ghw --map bench.top.count=top.counter_q
-      A signal that has another name there.
+      A signal that has another name in the other wave.
 
 exit status: 0 if they agree; 1 if values or widths differ, or a signal that is named by SIGNAL is
-in one wave only; 2 if they cannot be compared; {LEFT} if the reader of the output leaves early.
+in one wave only; 2 if they cannot be compared; {LEFT} if the output pipe is closed early.
 """
 
 SHOWN = 20
-"""Most differences that are printed, the first ones."""
+"""Most differences that are printed; they are the first ones."""
 
 
 def diff(subparsers) -> None:
@@ -64,14 +65,14 @@ def diff(subparsers) -> None:
 
 
 def _diff(args: argparse.Namespace) -> int:
-    asked, other = Asked.of(args), Wave(args.other)
-    pairing = pairing_of(asked.wave, other, args.signals, args.pairs)
+    query, other = Query.of(args), Wave(args.other)
+    pairing = pairing_of(query.wave, other, args.signals, args.pairs)
     fit = [pair for pair in pairing.same if alike(*pair)]
     mismatched = bool(pairing.other_width or args.signals and any(pairing.only))
     if not fit and not mismatched:
         raise UserError(f"{args.file} and {args.other} have no signals in common; "
                         "--map A=B names two")
-    found, scale = _found(asked, other, fit, asked.timeline.window(args.start, args.end))
+    found, scale = _found(query, other, fit, query.timeline.window(args.start, args.end))
     facts = {
         "compared": len(fit), "different": len(found),
         "left_out": [_paths(pair) for pair in pairing.same if not alike(*pair)],
@@ -79,36 +80,36 @@ def _diff(args: argparse.Namespace) -> int:
                         for pair in pairing.other_width],
         **{f"only_in_{name}": _paths(side)
            for name, side in zip("ab", pairing.only, strict=True)},
-        "differences": [_facts(asked, difference, scale) for difference in found],
+        "differences": [_facts(query, difference, scale) for difference in found],
     }
     if args.json:
-        say_json(facts)
+        print_json(facts)
     else:
-        _tell(asked, facts, found)
-        _tell_pairing(pairing, (args.file, args.other))
+        _report(query, facts, found)
+        _report_pairing(pairing, (args.file, args.other))
     return 1 if found or mismatched else 0
 
 
 def _found(
-    asked: Asked, other: Wave, pairs: Sequence[Pair], window: tuple[int, int]
+    query: Query, other: Wave, pairs: Sequence[Pair], window: tuple[int, int]
 ) -> tuple[list[Difference], int]:
-    """Return the pairs that differ, in the order of time, and their ticks in one of the first's."""
-    tick = _common(asked.wave.tick, other.tick)
-    scale = (int(asked.wave.tick / tick), int(other.tick / tick))
-    if max(asked.wave.span[1] * scale[0], other.span[1] * scale[1]) > LATEST:
-        raise UserError(f"the times of {asked.wave.path} and {other.path} are too far apart in "
+    """Return the pairs that differ, ordered by time, and common ticks in one of the first wave."""
+    tick = _common(query.wave.tick, other.tick)
+    scale = (int(query.wave.tick / tick), int(other.tick / tick))
+    if max(query.wave.span[1] * scale[0], other.span[1] * scale[1]) > LATEST:
+        raise UserError(f"the times of {query.wave.path} and {other.path} differ too much in "
                         "scale")
     low = max(window[0] * scale[0], other.span[0] * scale[1])
     high = min(window[1] * scale[0], other.span[1] * scale[1])
     if high < low:
-        raise UserError(f"{asked.wave.path} and {other.path} have no time in common")
+        raise UserError(f"{query.wave.path} and {other.path} have no time in common")
     found = [difference for pair in pairs if (difference := compared(
-        pair, (asked.wave.trace(pair[0], keep=False), other.trace(pair[1], keep=False)),
+        pair, (query.wave.trace(pair[0], keep=False), other.trace(pair[1], keep=False)),
         scale, low, high))]
     return sorted(found, key=lambda difference: difference.first), scale[0]
 
 
-def _tell(asked: Asked, facts: dict[str, Any], found: Sequence[Difference]) -> None:
+def _report(query: Query, facts: dict[str, Any], found: Sequence[Difference]) -> None:
     if facts["left_out"]:
         one, two = facts["left_out"][0]
         warn(f"{len(facts['left_out'])} pairs are not compared, for one has names or fractions and "
@@ -120,7 +121,7 @@ def _tell(asked: Asked, facts: dict[str, Any], found: Sequence[Difference]) -> N
     say(f"{len(found)} of {facts['compared']} signals differ")
     for difference, fact in list(zip(found, facts["differences"], strict=True))[:SHOWN]:
         one, two = difference.pair
-        a, b = (asked.radixes.text(one, value) for value in difference.values)
+        a, b = (query.radixes.text(one, value) for value in difference.values)
         clock = f" ({fact['clock']}clk)" if "clock" in fact else ""
         known = one.path if one.path == two.path else f"{one.path}, {two.path}"
         often = "once" if difference.intervals == 1 else f"{difference.intervals} times"
@@ -129,7 +130,7 @@ def _tell(asked: Asked, facts: dict[str, Any], found: Sequence[Difference]) -> N
         say(f"and {len(found) - SHOWN} more; --json lists them all")
 
 
-def _tell_pairing(pairing: Pairing, files: Sequence[Path]) -> None:
+def _report_pairing(pairing: Pairing, files: Sequence[Path]) -> None:
     if pairing.other_width:
         say("of another width: " + names.listed(
             f"{one.path}, {one.bits} bits and {two.bits}" if one.path == two.path else
@@ -144,14 +145,14 @@ def _paths(signals: Sequence[Signal]) -> list[str]:
     return [signal.path for signal in signals]
 
 
-def _facts(asked: Asked, difference: Difference, scale: int) -> dict[str, Any]:
+def _facts(query: Query, difference: Difference, scale: int) -> dict[str, Any]:
     one, two = difference.pair
     first, long = (Fraction(ticks, scale) for ticks in (difference.first, difference.ticks))
-    moment = asked.moment(first.__floor__())
-    return {**moment, "seconds": float(first * asked.wave.tick),
-            "time": asked.timeline.text(first), "signals": [one.path, two.path],
+    moment = query.moment(first.__floor__())
+    return {**moment, "seconds": float(first * query.wave.tick),
+            "time": query.timeline.text(first), "signals": [one.path, two.path],
             "values": [plain(value) for value in difference.values],
-            "intervals": difference.intervals, "differs": asked.timeline.text(long)}
+            "intervals": difference.intervals, "differs": query.timeline.text(long)}
 
 
 def _common(one: Fraction, two: Fraction) -> Fraction:

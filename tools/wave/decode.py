@@ -8,27 +8,27 @@ from numpy.typing import NDArray
 from tb.plant import Motor
 
 from ..console import UserError
-from .options import Asked
+from .options import Query
 from .reader import Signal
 
 __all__ = ["Axis", "from_coils", "from_pulses"]
 
 NO_WORD = 1 << 20
-"""Stands for a coil word that is unknown."""
+"""Code of an unknown coil word."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What a motor does.
+    """Steps of a motor.
 
     Attributes
     ----------
     name : str
-        Its signal.
+        The signal.
     times, signs : array of int64
-        When it steps, in ticks, and which way: 1 or -1.
+        Times of its steps, in ticks, and their directions: 1 or -1.
     faults : list of tuple of int and str
-        Times of inputs that it cannot follow, and which.
+        Times, in ticks, of inputs that it cannot follow, and a description.
     """
 
     name: str
@@ -37,49 +37,49 @@ class Axis:
     faults: list[tuple[int, str]]
 
 
-def from_coils(asked: Asked, signal: Signal) -> Axis:
+def from_coils(query: Query, signal: Signal) -> Axis:
     """Decode a signal whose values are coil words.
 
     Raises
     ------
     UserError
-        If its values are no words of four bits.
+        If its values are not words of four bits.
     """
     if signal.kind != "bits" or signal.bits != 4:
-        raise UserError(f"{signal.path} is no coil word: it does not have 4 bits")
-    trace = asked.wave.trace(signal)
+        raise UserError(f"{signal.path} has {signal.bits} bits: a coil word has 4")
+    trace = query.wave.trace(signal)
     if not len(trace):
         return Axis(signal.path, trace.times, trace.times, [])
     words = np.where(trace.unknown, NO_WORD, trace.numbers.astype(np.int64))
     rows, signs, illegal, jumps = Motor().feed(trace.times, words)
 
     def word(row: int) -> str:
-        return asked.radixes.text(signal, trace.value(row))
+        return query.radixes.text(signal, trace.value(row))
 
-    faults = [(int(trace.times[row]), f"{word(row)} is no coil word") for row in illegal]
+    faults = [(int(trace.times[row]), f"{word(row)} is not a coil word") for row in illegal]
     faults += [(int(trace.times[row]), f"a jump to {word(row)}, two words on")
                for row in jumps]
     return Axis(signal.path, trace.times[rows], signs, sorted(faults))
 
 
-def from_pulses(asked: Asked, step: Signal, direction: Signal) -> list[Axis]:
+def from_pulses(query: Query, step: Signal, direction: Signal) -> list[Axis]:
     """Decode pulses and directions; words of several bits are an axis each, the lowest first.
 
     Raises
     ------
     UserError
-        If they are not as wide as each other.
+        If their widths differ.
     """
     if step.bits != direction.bits or not 0 < step.bits <= 64:
         raise UserError(f"{step.path} has {step.bits} bits and {direction.path} "
                         f"{direction.bits}: they cannot be STEP and DIR")
-    pulses, ways = asked.wave.trace(step), asked.wave.trace(direction)
+    pulses, ways = query.wave.trace(step), query.wave.trace(direction)
     axes = []
     for bit in range(step.bits):
         level = np.where(pulses.codes >= 0, -1, pulses.numbers.astype(np.uint64) >> np.uint64(bit)
                          & np.uint64(1)).astype(np.int64)
         times = pulses.times[1:][(level[:-1] == 0) & (level[1:] == 1)]
-        # An unknown direction is -1, and counts as a step forward.
+        # An unknown direction is -1, and counts as forward.
         way = np.where(ways.codes >= 0, -1, ways.numbers.astype(np.uint64) >> np.uint64(bit)
                        & np.uint64(1)).astype(np.int64)
         way = np.append(way, -1)

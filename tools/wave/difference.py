@@ -1,4 +1,4 @@
-"""Where the values of two signals differ: when first, how often, and for how long."""
+"""Where the values of two signals differ: first time, number of intervals, total duration."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,20 +14,20 @@ __all__ = ["Difference", "compared"]
 
 @dataclass(frozen=True)
 class Difference:
-    """What became of a pair of signals.
+    """Differences of a pair of signals.
 
     Attributes
     ----------
     pair : Pair
         The signal of each wave.
     first : int
-        When they first differ, in ticks of the first wave's time as compared.
+        The first time at which they differ, in ticks of the first wave.
     values : tuple of Value
-        What they are then.
+        Their values then.
     intervals : int
-        How often they begin to differ.
+        Number of intervals in which they differ.
     ticks : int
-        How long they differ in all.
+        Total length of these intervals, in common ticks.
     """
 
     pair: Pair
@@ -45,11 +45,11 @@ def compared(
     Parameters
     ----------
     pair, traces : pairs of Signal and Trace
-        The two signals, and what they do.
+        The two signals, and their values.
     scale : pair of int
         Common ticks in a tick of each.
     low, high : int
-        The time to compare, in common ticks; the value at `high` is compared as well.
+        The span to compare, in common ticks; the value at `high` is compared as well.
 
     Returns
     -------
@@ -81,9 +81,9 @@ def compared(
 
 
 def _common_codes(traces: tuple[Trace, Trace]) -> list[NDArray[np.int64]]:
-    """Number the words of two traces alike; -1 is no word, and the last of each unknown."""
+    """Number the words of two traces alike; append the codes of no word and of unknown."""
     table: dict[str, int] = {}
-    # All bits unknown is unknown, be it written X, U or -.
+    # All bits unknown is one word, whether written X, U or -.
     codes = [[table.setdefault("x" if not trace.named and not set(word) & set("01hl") else word,
                                len(table)) for word in trace.words] for trace in traces]
     unknown = table.setdefault("x", len(table))
@@ -93,7 +93,7 @@ def _common_codes(traces: tuple[Trace, Trace]) -> list[NDArray[np.int64]]:
 def _differs(
     traces: tuple[Trace, Trace], codes: Sequence[NDArray], rows: Sequence[NDArray]
 ) -> NDArray[np.bool_]:
-    """Say in which rows two traces differ. What is before the first row is unknown."""
+    """Return in which rows two traces differ. The value before the first row is unknown."""
     words, numbers = [], []
     for trace, common, row in zip(traces, codes, rows, strict=True):
         if not len(trace):
@@ -101,7 +101,7 @@ def _differs(
             numbers.append(np.zeros(len(row), np.uint64))
             continue
         own = trace.codes[row]
-        # -1 is the last but one, where no word stands.
+        # -1 gets the last but one, which stands for no word.
         words.append(np.where(row < 0, common[-1], common[np.where(own < 0, len(common) - 2, own)]))
         number = trace.numbers[row]
         numbers.append(number.astype(np.uint64) if number.dtype.kind == "u" else number)

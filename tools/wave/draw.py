@@ -10,7 +10,7 @@ from ..console import UserError, check_outputs, say, whole, write_atomically
 from ..picture import encode
 from . import names
 from .figure import Axis, Row, figure
-from .options import add_format, add_window, say_json
+from .options import add_format, add_window, print_json
 from .radix import Radixes, is_graph
 from .reader import Wave, printable
 from .scene import Scene
@@ -19,11 +19,11 @@ from .times import UNITS, Timeline
 __all__ = ["MOST_ROWS", "draw", "draw_wave", "scene"]
 
 ABOUT = """\
-Draws a timing diagram fit for a document: SVG that follows light and dark pages, or PNG.
+Draws a timing diagram for a document: SVG that follows light and dark pages, or PNG.
 
-Bits are lines, buses hexagons with their values, states have their names; positions (x.count) are
-curves, and so is what --analog names. A word that ends in a colon is a heading of what follows.
-What is unknown is red and hatched; what is too dense to be told apart is grey.
+Bits are drawn as lines, buses as hexagons with values, states with their names, positions (x.count)
+and signals named by --analog as curves. A word that ends in a colon is a heading. Unknown values
+are red and hatched; where changes are too dense to be resolved, the row is grey.
 """
 
 EXAMPLES = """\
@@ -39,13 +39,13 @@ examples:
 """
 
 WIDTHS = (200, 10_000)
-"""Widths in pixels that a figure can have."""
+"""Widths in pixels allowed for a figure."""
 
 _CODE = re.compile(r"(?<=[A-Z0-9])/\d+$")
-"""The code of a state, REST/0: its name is enough."""
+"""A state name with its code, REST/0: the name is enough."""
 
 MOST_ROWS = 200
-"""Rows that a figure can have: headings, and signals, be they named or found by a pattern."""
+"""Most rows of a figure: headings and signals, including those that a pattern matches."""
 
 
 def draw_wave(subparsers) -> None:
@@ -54,18 +54,18 @@ def draw_wave(subparsers) -> None:
                                    epilog=EXAMPLES)
     parser.add_argument("file", metavar="FILE", type=Path, help="a waveform: VCD, FST or GHW")
     parser.add_argument("signals", metavar="SIGNAL", nargs="+",
-                        help="names or patterns, and headings, which end in a colon; all that "
-                        f"they stand for is at most {MOST_ROWS} rows")
+                        help="names or patterns, and headings, which end in a colon: at "
+                        f"most {MOST_ROWS} rows in all")
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, required=True,
                         help="a name that ends in .svg or .png")
     add_window(parser)
     parser.add_argument("--cycles", action="store_true", help="count clocks instead of time")
     parser.add_argument("--width", metavar="PIXELS", type=whole(*WIDTHS), default=900,
                         help="width of the figure (default: %(default)s)")
-    parser.add_argument("--title", metavar="TEXT", default="", help="what stands above")
+    parser.add_argument("--title", metavar="TEXT", default="", help="title above the figure")
     parser.add_argument("--analog", metavar="NAME", action="append", default=[],
                         help="draw a curve; may be repeated")
-    parser.add_argument("--json", action="store_true", help="say in JSON what was drawn")
+    parser.add_argument("--json", action="store_true", help="print the result in JSON")
     add_format(parser)
     parser.set_defaults(run=_draw)
 
@@ -100,7 +100,7 @@ def scene(
     width : int
         In pixels.
     title : str
-        What stands above.
+        Text above the figure.
     radix : sequence of str
         Such as ``count=hex``.
     analog : sequence of str
@@ -114,7 +114,7 @@ def scene(
     timeline, radixes = Timeline(wave, clock), Radixes(wave, radix)
     window = timeline.window(start, end)
     if window[0] == window[1] and start is not None and end is not None:
-        raise UserError(f"from {start} to {end} is no time at all")
+        raise UserError(f"from {start} to {end} is empty")
     rows = _rows(wave, signals, radixes, analog)
     drawn = ", ".join(row.name for row in rows if row.trace is not None)
     about = f"{drawn}, from {timeline.text(window[0])} to {timeline.text(window[1])}."
@@ -132,7 +132,7 @@ def _draw(args: argparse.Namespace) -> int:
     output = args.output
     kind = output.suffix.lower()
     if kind not in (".svg", ".png"):
-        raise UserError(f"{output} would be neither: give it a name that ends in .svg or .png")
+        raise UserError(f"{output} is not a name that ends in .svg or .png")
     check_outputs(args.file, pictures=[], others=[output])
     wave = Wave(args.file)
     drawing = scene(wave, args.signals, args.start, args.end, clock=args.clock, cycles=args.cycles,
@@ -140,7 +140,7 @@ def _draw(args: argparse.Namespace) -> int:
     data = drawing.svg().encode() if kind == ".svg" else encode(drawing.picture())
     write_atomically(output, data)
     if args.json:
-        say_json({"file": str(output), "width": drawing.width, "height": drawing.height,
+        print_json({"file": str(output), "width": drawing.width, "height": drawing.height,
                   "about": drawing.about})
     else:
         say(f"wrote {output}")
@@ -155,7 +155,7 @@ def _rows(
     groups = [[name] if name.endswith(":") else names.several(wave, [name]) for name in wanted]
     signals = [item for group in groups for item in group if not isinstance(item, str)]
     if not signals:
-        raise UserError("nothing is to be drawn but headings")
+        raise UserError("there are only headings to draw")
     if (count := sum(map(len, groups))) > MOST_ROWS:
         raise UserError(f"a figure has at most {MOST_ROWS} rows, signals and headings, not {count}")
     heads = dict(zip([signal.path for signal in signals], names.heads(signals), strict=True))

@@ -1,8 +1,9 @@
-"""Conditions over signals, answered: a tree and a wave to the times where it holds.
+"""Conditions over signals, evaluated: from an expression tree and a wave to times.
 
-All signals of a condition are laid on the times at which any of them changes. A value that is
-unknown makes a comparison neither true nor false, and a condition holds only where it is true. An
-event (``rise``, ``fall``, ``change``) is true at a time, all else from one change to the next.
+All signals of a condition are sampled at the times at which any of them changes. A comparison with
+an unknown value is neither true nor false, and a condition holds only where it is true. An event
+(``rise``, ``fall``, ``change``) is true at one time, any other condition from one change to the
+next.
 """
 
 import operator
@@ -36,11 +37,11 @@ class Condition:
     Attributes
     ----------
     times : array of int64, shape (n,)
-        When it begins or ends to hold, in ticks; of an event, when it happens.
+        When it becomes true or false, in ticks; or when the event happens.
     holds : array of bool, shape (n,)
-        Whether it holds from there.
+        Whether it is true from then on.
     event : bool
-        Which of these.
+        Whether it is an event.
     """
 
     times: NDArray[np.int64]
@@ -48,9 +49,9 @@ class Condition:
     event: bool
 
     def stretches(self, end: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the times where it begins to hold and where it ends to; `end` if it never does.
+        """Return the times at which it becomes true, and false; `end` if it stays true.
 
-        Those of an event are the same.
+        For an event both are equal.
         """
         if self.event:
             return self.times, self.times
@@ -85,15 +86,15 @@ def evaluate(node: Node, wave: Wave, radixes: Radixes) -> Condition:
     times, holds = [_NEVER], [np.zeros(0, bool)]
     before, held, event = _NEVER, False, False
     for block in blocks:
-        # An edge looks at the row before, which is therefore worked out again.
+        # An edge compares with the row before, which is therefore evaluated again.
         evaluation.times = np.append(before, block)
         answer = _truth(evaluation.column(node))
         event = answer.kind == "event"
         now = (answer.values & answer.known)[len(before):]
-        # Of millions of rows, only those that tell something are kept.
-        telling = now if event else now != np.append(held, now)[:-1]
-        times.append(block[telling])
-        holds.append(now[telling])
+        # Of millions of rows, only those that change the result are kept.
+        changed = now if event else now != np.append(held, now)[:-1]
+        times.append(block[changed])
+        holds.append(now[changed])
         before, held = block[-1:], bool(now[-1:].any())
     return Condition(np.concatenate(times), np.concatenate(holds), event)
 
@@ -206,7 +207,7 @@ def _bits(part: Column, high: int, low: int) -> Column:
 
 
 def _cut(values: NDArray, high: int, low: int) -> NDArray:
-    """Take the bits from `high` down to `low` out of numbers."""
+    """Extract the bits from `high` down to `low`."""
     return np.asarray(values.astype(object) >> low & (1 << high - low + 1) - 1, object)
 
 

@@ -19,29 +19,29 @@ TITLE, SCALE = 26.0, 30.0
 """Heights of the title and of the axis."""
 
 LONGEST = 34
-"""Characters of the longest name."""
+"""Most characters of a name; longer names are shortened."""
 
 TICK = 80.0
-"""Pixels from one number of the axis to the next, at least; clocks are half as far apart."""
+"""Least pixels from one number of the axis to the next; clocks are half as far apart."""
 
 FINEST = 7.0
-"""Least pixels between two clocks that can be seen as two."""
+"""Least pixels between two clocks for a line at each."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """What stands below the rows.
+    """The scale below the rows.
 
     Attributes
     ----------
     unit : str
-        Name of its unit.
+        Its unit.
     ticks : float
-        Ticks of the wave in a unit of time; without a meaning if there are marks.
+        Ticks of the wave in a unit of time; ignored if there are marks.
     marks : array of int64, optional
-        Times of clocks, which are drawn and numbered.
+        Times of clocks, which are drawn and numbered, in ticks.
     first : int
-        Number of the first of these.
+        Number of the first mark.
     """
 
     unit: str
@@ -59,17 +59,17 @@ def figure(
     Parameters
     ----------
     rows : sequence of Row
-        What to draw.
+        The rows, from top to bottom.
     start, end : int
-        The time to draw, in ticks.
+        The interval to draw, in ticks.
     axis : Axis
-        What stands below.
+        The scale below the rows.
     width : float
         Width of the figure in pixels, with the names.
     title : str
-        What stands above, if anything.
+        Text above the figure, if any.
     about : str
-        What it shows, for those who do not see it.
+        Text for readers who cannot see it.
     """
     names = min(max((len(row.name) for row in rows), default=0), LONGEST) * CHARACTER
     left, right = MARGIN + names + GAP, width - MARGIN - 6

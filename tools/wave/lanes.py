@@ -1,4 +1,4 @@
-"""The rows of a timing diagram: bits, buses, names of states, curves."""
+"""Rows of a timing diagram: bits, buses, names of states, curves."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -20,10 +20,10 @@ HALF = 8.0
 """Half the height of a wave in its row."""
 
 SLOPE = 3.0
-"""How far an edge leans."""
+"""Width of a slanted edge, in pixels."""
 
 EVENTS = 2000
-"""Events that are drawn, the first ones."""
+"""Most events that are drawn; they are the first ones."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class Row:
     Attributes
     ----------
     name : str
-        What stands at its left.
+        Text to its left.
     trace : Trace, optional
-        What is drawn; None for a heading.
+        Its signal; None for a heading.
     text : callable
-        Writes a value.
+        Formats a value.
     signed : int
-        Bits of a number whose highest is its sign, 0 if it has none.
+        Width of a signed number in bits, 0 if it is not signed.
     curve : bool
         Whether to draw a curve.
     """
@@ -58,14 +58,14 @@ class Row:
 
 @dataclass(frozen=True)
 class Frame:
-    """Where the waves are.
+    """The area of the waves.
 
     Attributes
     ----------
     left, right : float
-        Pixels.
+        Its ends in pixels.
     start, end : int
-        The time that is there, in ticks; the end is after the start.
+        The interval that it shows, in ticks; the end is after the start.
     """
 
     left: float
@@ -119,7 +119,7 @@ class _Lane:
             y = self.top if segment.value else self.bottom
             lean = min(SLOPE, (end - x) / 2) if line else 0
             if segment.value:
-                # The way down belongs to what comes after.
+                # The slant belongs to the following segment.
                 falls = min(SLOPE, after.width / 2) if after and not after.busy and (
                     after.value == 0) else 0
                 self._scene.area("high", [(x, self.bottom), (x + lean, y), (end, y),
@@ -135,7 +135,7 @@ class _Lane:
         names = self._trace.kind == "text"
         unknown = isinstance(segment.value, str) and not self._trace.named
         x, end, lean = segment.left, segment.right, min(SLOPE, segment.width / 2)
-        # A value that goes on beyond the picture has no point there.
+        # A value that continues beyond the picture has no point at its edge.
         left = [(x, self.bottom), (x, self.top)] if segment.cut_left else [
             (x + lean, self.bottom), (x, self._middle), (x + lean, self.top)]
         right = [(end, self.top), (end, self.bottom)] if segment.cut_right else [
@@ -146,7 +146,7 @@ class _Lane:
             return
         room = int((segment.width - 2 * lean - 2) / CHARACTER)
         text = self._row.text(segment.value)
-        # A name that is cut off can still be read; a number would be wrong.
+        # A shortened name can still be read; a shortened number would be wrong.
         if len(text) > room:
             text = short(text, room) if names and room >= 3 else ""
         if text:
@@ -159,7 +159,7 @@ class _Lane:
             self._hatch(segment)
 
     def _hatch(self, segment: Segment) -> None:
-        """Strike out a segment with lines that rise to the right, and end at its edges."""
+        """Hatch a segment with lines that rise to the right and end at its edges."""
         height = self.bottom - self.top
         x = segment.left - height + 6
         while x < segment.right:
@@ -198,7 +198,7 @@ class _Lane:
 
 
 def short(text: str, room: int, *, tail: bool = False) -> str:
-    """Shorten a text to so many characters, keeping its head or its tail."""
+    """Shorten a text to a number of characters, keeping its head or its tail."""
     if len(text) <= room:
         return text
     return "\u2026" + text[len(text) - room + 1:] if tail else text[:room - 1] + "\u2026"

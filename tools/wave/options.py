@@ -1,4 +1,4 @@
-"""What the subcommands share: the file, its clock, how values are written, JSON."""
+"""Options and output that the subcommands share: file, clock, radix, window, JSON."""
 
 import argparse
 import json
@@ -15,16 +15,17 @@ from .reader import Wave
 from .times import Timeline
 from .trace import Value
 
-__all__ = ["LEFT", "Asked", "add_file", "add_format", "add_window", "plain", "say_json", "say_rows"]
+__all__ = ["LEFT", "Query", "add_file", "add_format", "add_window", "plain", "print_json",
+           "print_rows"]
 
 
 LEFT = 141
-"""Exit status if the reader of the output has left: that of SIGPIPE in a shell."""
+"""Exit status when the output pipe has been closed: that of SIGPIPE in a shell."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A wave, and how its times and values are written.
+class Query:
+    """A wave, its time line and the radixes of its signals, as the options of a command give them.
 
     Attributes
     ----------
@@ -41,13 +42,13 @@ class Asked:
     radixes: Radixes
 
     @classmethod
-    def of(cls, args: argparse.Namespace) -> "Asked":
-        """Open the file that is asked for."""
+    def of(cls, args: argparse.Namespace) -> "Query":
+        """Open the file of parsed arguments."""
         wave = Wave(args.file)
         return cls(wave, Timeline(wave, args.clock), Radixes(wave, args.radix))
 
     def moment(self, ticks: int) -> dict[str, Any]:
-        """Return a time for JSON: in seconds, in words, and in clocks if there are any."""
+        """Return a time for JSON: in seconds, as text, and in clocks if there is a clock."""
         known = {"seconds": float(ticks * self.wave.tick), "time": self.timeline.text(ticks)}
         if len(self.timeline.rises):
             known["clock"] = int(self.timeline.clocks(ticks))
@@ -55,13 +56,13 @@ class Asked:
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments that every subcommand has: the file, and JSON."""
+    """Add the arguments of every subcommand: the file, and JSON."""
     parser.add_argument("file", metavar="FILE", type=Path, help="a waveform: VCD, FST or GHW")
     parser.add_argument("--json", action="store_true", help="answer in JSON")
 
 
 def add_format(parser: argparse.ArgumentParser) -> None:
-    """Add the clock and the radix."""
+    """Add the options `--clock` and `--radix`."""
     parser.add_argument("--clock", metavar="NAME",
                         help="the clock (default: clk or clock, or else the bit that changes most)")
     parser.add_argument("--radix", metavar="NAME=hex", action="append", default=[],
@@ -69,23 +70,23 @@ def add_format(parser: argparse.ArgumentParser) -> None:
 
 
 def add_window(parser: argparse.ArgumentParser) -> None:
-    """Add a stretch of time."""
-    parser.add_argument("--from", metavar="TIME", dest="start", help="leave out what is before")
-    parser.add_argument("--to", metavar="TIME", dest="end", help="leave out what is after")
+    """Add the options `--from` and `--to`."""
+    parser.add_argument("--from", metavar="TIME", dest="start", help="start of the window")
+    parser.add_argument("--to", metavar="TIME", dest="end", help="end of the window")
 
 
 def plain(value: Value) -> Value:
-    """Return a value for JSON, which has no infinite numbers."""
+    """Return a value for JSON, in which infinite numbers are text."""
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def say_json(answer: object) -> None:
-    """Print an answer in JSON."""
+def print_json(answer: object) -> None:
+    """Print a value in JSON."""
     say(json.dumps(answer, indent=2))
 
 
-def say_rows(rows: Iterable[dict], line: Callable[[dict], str] | None) -> None:
-    """Print rows one by one as they come: as lines, or without `line` as a list in JSON."""
+def print_rows(rows: Iterable[dict], line: Callable[[dict], str] | None) -> None:
+    """Print rows as they come: with `line` as lines of text, otherwise as a list in JSON."""
     if line is not None:
         for text in map(line, rows):
             say(text)

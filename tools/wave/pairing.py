@@ -1,4 +1,4 @@
-"""Which signals of two waves are the same."""
+"""Which signals of two waves correspond."""
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -16,16 +16,16 @@ Pair = tuple[Signal, Signal]
 
 @dataclass(frozen=True)
 class Pairing:
-    """What is in both waves, and what is not.
+    """Signals of two waves, paired, and those without a partner.
 
     Attributes
     ----------
     same : list of Pair
         Signals to compare.
     other_width : list of Pair
-        Signals that are the same but for their width.
+        Signals that correspond but have different widths.
     only : pair of list of Signal
-        What is in the first wave only, and in the second.
+        Signals of the first wave only, and of the second.
     """
 
     same: list[Pair]
@@ -36,10 +36,10 @@ class Pairing:
 def paired(one: Wave, two: Wave) -> Pairing:
     """Find the signals that are in both: the longest common end of their paths first.
 
-    An end that several signals of a wave share tells nothing, so these are no pair unless a longer
-    end parts them. Those of one width are paired before the others. Signals that are the same in
-    both waves by several names are one pair, and a name more in one wave is not missing in the
-    other. Events have no values, and are left out.
+    An end that several signals of a wave share is ambiguous, so these are no pair unless a longer
+    end is unique. Those of equal width are paired first. Signals that correspond by several names
+    are one pair, and an additional name in one wave is not missing in the other. Events have no
+    values and are left out.
     """
     everything = _Leftover(one, two)
     same = everything.take(_as_wide)
@@ -52,7 +52,7 @@ def paired(one: Wave, two: Wave) -> Pairing:
 
 
 class _Leftover:
-    """The signals of two waves that have no like yet."""
+    """The signals of two waves that have no partner yet."""
 
     def __init__(self, one: Wave, two: Wave) -> None:
         self.left = [[signal for signal in wave.signals if signal.kind != "event"]
@@ -68,7 +68,7 @@ class _Leftover:
             found = [(signals[0], there[end][0]) for end, signals in here.items()
                      if len(signals) == 1 == len(there.get(end, ()))
                      and fit(signals[0], there[end][0])
-                     # Amaranth numbers a second signal of a name: step$1 alone tells nothing.
+                     # Amaranth numbers a second signal of a name: step$1 alone is ambiguous.
                      and (length > 1 or "$" not in end[0])]
             pairs += found
             for place, taken in enumerate(zip(*found, strict=True)):
@@ -86,14 +86,14 @@ def _ends(signals: Sequence[Signal], length: int) -> dict[tuple[str, ...], list[
     return ends
 
 
-def pairing_of(one: Wave, two: Wave, asked: Sequence[str], mapped: Sequence[str]) -> Pairing:
-    """Find what is asked for.
+def pairing_of(one: Wave, two: Wave, requested: Sequence[str], mapped: Sequence[str]) -> Pairing:
+    """Pair the requested signals.
 
     Parameters
     ----------
     one, two : Wave
         The waves.
-    asked : sequence of str
+    requested : sequence of str
         Names and patterns of signals of either; all signals without them, unless some are mapped.
     mapped : sequence of str
         Such as ``count=counter_q``. These are the same whatever their widths.
@@ -101,7 +101,7 @@ def pairing_of(one: Wave, two: Wave, asked: Sequence[str], mapped: Sequence[str]
     Raises
     ------
     UserError
-        If one of these signals is in neither wave, or a mapped one not in its own.
+        If one of these signals is in neither wave, or a mapped one not in its wave.
     """
     mapping: list[Pair] = []
     for item in mapped:
@@ -109,19 +109,19 @@ def pairing_of(one: Wave, two: Wave, asked: Sequence[str], mapped: Sequence[str]
         if not here or not there:
             raise UserError(f"--map is written A=B, not {item!r}")
         mapping.append((names.one(one, here), names.one(two, there)))
-    if not asked:
+    if not requested:
         return Pairing(mapping, [], ([], [])) if mapping else paired(one, two)
-    found = _named(one, two, asked, mapping)
+    found = _named(one, two, requested, mapping)
     return Pairing(mapping + found.same, found.other_width, found.only)
 
 
-def _named(one: Wave, two: Wave, asked: Sequence[str], mapping: Sequence[Pair]) -> Pairing:
+def _named(one: Wave, two: Wave, requested: Sequence[str], mapping: Sequence[Pair]) -> Pairing:
     """Find the named signals that are not mapped."""
     known = paired(one, two)
-    # A name is one of the first wave's if it can be; a pattern is of both.
-    here = names.several(one, [name for name in asked
+    # A name belongs to the first wave if it is in it; a pattern to both.
+    here = names.several(one, [name for name in requested
                                if names.found(one, name) or not names.found(two, name)])
-    there = names.several(two, [name for name in asked if names.found(two, name) and (
+    there = names.several(two, [name for name in requested if names.found(two, name) and (
         names.is_pattern(one, name) or not names.found(one, name))])
     ids = [{signal.id for signal in side} - {pair[place].id for pair in mapping}
            for place, side in enumerate((here, there))]
@@ -140,7 +140,7 @@ def _named(one: Wave, two: Wave, asked: Sequence[str], mapping: Sequence[Pair]) 
         like = {other.id: other for other in names.ending(two, signal.name)
                 if other.id not in paired_there}
         if len(like) > 1:
-            raise UserError(f"{signal.path} may be {names.listed(s.path for s in like.values())}: "
+            raise UserError(f"{signal.path} matches {names.listed(s.path for s in like.values())}: "
                             "--map A=B names one")
         for other in like.values():
             (same if _as_wide(signal, other) else other_width).append((signal, other))
@@ -152,7 +152,7 @@ def _named(one: Wave, two: Wave, asked: Sequence[str], mapping: Sequence[Pair]) 
 
 
 def alike(one: Signal, two: Signal) -> bool:
-    """Say whether two signals have values that can be compared."""
+    """Return whether two signals have values that can be compared."""
     return _sort(one) == _sort(two)
 
 
@@ -165,7 +165,7 @@ def _sort(signal: Signal) -> str:
 
 
 def _once(pairs: Sequence[Pair]) -> list[Pair]:
-    """Leave out those that are the same two by other names."""
+    """Return each pair once, however many names its signals have."""
     return list({(one.id, two.id): (one, two) for one, two in reversed(pairs)}.values())[::-1]
 
 

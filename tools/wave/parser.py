@@ -1,4 +1,4 @@
-"""Conditions over signals, read: text to a tree. Nothing of them is ever run as Python.
+"""Conditions over signals, parsed: from text to an expression tree, never run as Python.
 
 condition   = both { "or" both }
 both        = negation { "and" negation }
@@ -24,7 +24,7 @@ EDGES = ("rise", "fall", "change")
 WORDS = (*EDGES, "unknown", "and", "or", "not")
 
 LONGEST, DEEPEST = 2000, 40
-"""Characters and nested parts of an expression. Python's own stack allows some hundreds."""
+"""Most characters and deepest nesting of an expression. Python's own stack allows hundreds."""
 
 _TOKEN = re.compile(r"""
     (?P<number>0[xX][0-9a-fA-F_]+ | 0[bB][01_]+ | [0-9][0-9_]*(?:\.[0-9]+)?)(?![\w$])
@@ -36,7 +36,7 @@ _TOKEN = re.compile(r"""
 
 @dataclass(frozen=True)
 class Node:
-    """A part of an expression: what is done, to which parts, with which constant.
+    """A node of an expression tree: an operation, its operands, and a constant.
 
     `what` is ``number``, ``text`` or ``signal``, whose constant is `value`; an operator as it is
     written; or ``[]``, whose `value` is the highest and the lowest bit.
@@ -48,12 +48,12 @@ class Node:
 
 
 def parse(text: str) -> Node:
-    """Read an expression.
+    """Parse an expression.
 
     Raises
     ------
     UserError
-        If it is none; the message shows where it ends to be one.
+        If it is not an expression; the message shows where parsing ended.
     """
     if len(text) > LONGEST:
         raise UserError(f"an expression has at most {LONGEST} characters, not {len(text)}")
@@ -61,7 +61,7 @@ def parse(text: str) -> Node:
 
 
 class _Parser:
-    """Goes through the tokens once, and never back."""
+    """Parser by recursive descent, without backtracking."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -74,7 +74,7 @@ class _Parser:
                 continue
             read = _TOKEN.match(text, place)
             if read is None or read.lastgroup is None:
-                raise self._error("this is no part of an expression", place)
+                raise self._error("unexpected character", place)
             self._tokens.append((read.lastgroup, read[0], place))
             place = read.end()
         self._tokens.append(("end", "", len(text)))
@@ -82,7 +82,7 @@ class _Parser:
     def whole(self) -> Node:
         node = self._condition()
         if self._tokens[self._next][0] != "end":
-            raise self._error("an operator should be here")
+            raise self._error("an operator is expected")
         return node
 
     def _error(self, what: str, place: int | None = None) -> UserError:
@@ -92,7 +92,7 @@ class _Parser:
         return UserError(f"{what}: {rest!r}" if rest else f"{what}, where {self._text!r} ends")
 
     def _take(self, *wanted: str) -> str | None:
-        """Take a word or a sign if it is one of these."""
+        """Consume a word or a sign if it is one of these."""
         group, text, _ = self._tokens[self._next]
         if group in ("name", "sign") and text in wanted:
             self._next += 1
@@ -151,7 +151,7 @@ class _Parser:
             if self._take(":"):
                 low = self._whole_number()
             if not self._take("]"):
-                raise self._error("a ] should be here")
+                raise self._error("] is expected")
             if low > high:
                 raise self._error(f"bits are written [high:low], not [{high}:{low}]")
             node = Node("[]", (node,), (high, low))
@@ -160,7 +160,7 @@ class _Parser:
     def _whole_number(self) -> int:
         group, text, _ = self._tokens[self._next]
         if group != "number" or not text.isdecimal() or len(text) > 6:
-            raise self._error("the number of a bit should be here")
+            raise self._error("a bit number is expected")
         self._next += 1
         return int(text)
 
@@ -169,16 +169,16 @@ class _Parser:
         if self._take("("):
             node = self._condition()
             if not self._take(")"):
-                raise self._error("a ) should be here")
+                raise self._error(") is expected")
             return node
         if self._take("-"):
             if self._tokens[self._next][0] != "number":
-                raise self._error("a number should be here")
+                raise self._error("a number is expected")
             number = self._atom()
             assert isinstance(number.value, int | float)
             return Node("number", value=-number.value)
         if group in ("end", "sign") or text in WORDS:
-            raise self._error("a signal or a value should be here")
+            raise self._error("a signal or a value is expected")
         self._next += 1
         if group == "number":
             return Node("number", value=float(text) if "." in text else self._integer(text))
@@ -189,4 +189,4 @@ class _Parser:
         try:
             return int(text, 0)
         except ValueError:
-            raise self._error(f"{text} is no number") from None
+            raise self._error(f"{text} is not a number") from None

@@ -1,4 +1,4 @@
-"""Quiet around a library in another language, which writes where Python does not see it."""
+"""Suppress output that a native library writes past Python."""
 
 import gc
 import os
@@ -14,7 +14,7 @@ _muffling = threading.Lock()
 
 @contextmanager
 def muffled() -> Iterator[None]:
-    """Let nothing that is written below Python reach stdout and stderr."""
+    """Redirect stdout and stderr of the process to nothing, below Python."""
     with _muffling:
         for stream in (sys.stdout, sys.stderr):
             if stream is not None:
@@ -37,7 +37,7 @@ def muffled() -> Iterator[None]:
 
 @contextmanager
 def uncollected() -> Iterator[None]:
-    """Keep the garbage collector from looking through millions of pairs that hold nothing."""
+    """Keep the garbage collector from scanning millions of pairs that cannot form cycles."""
     was = gc.isenabled()
     gc.disable()
     try:

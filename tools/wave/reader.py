@@ -1,8 +1,8 @@
-"""Waveform files, through pywellen. Nothing else here knows it: its interface changes often.
+"""Waveform files, read by pywellen. Only this module uses it: its interface changes often.
 
-pywellen panics on some files that are not as they should be, and Rust tells so on stderr before
-Python hears of it; of a time that goes back it tells on stdout and leaves it out. Both are kept
-from the terminal while it reads, and a panic is an error as any other.
+pywellen panics on some malformed files, and Rust reports that on stderr before Python raises; a
+time that goes back is reported on stdout and left out. Both outputs are suppressed while it reads,
+and a panic becomes an ordinary error.
 """
 
 import os
@@ -24,19 +24,19 @@ from .trace import Kind, Trace, collect
 __all__ = ["LATEST", "Signal", "Wave", "printable"]
 
 BLOCK = 1 << 13
-"""Changes that are turned into arrays at a time: Python's own numbers take much memory."""
+"""Changes converted to arrays at a time: Python's own numbers take much memory."""
 
 WIDEST = 1 << 20
-"""Bits of the widest signal of a file that is read: every change of it takes so much memory."""
+"""Most bits of a signal in a file: every change of it takes as much memory."""
 
 MANY = 2_000_000
-"""Changes from which a bar shows that they are read."""
+"""Changes from which a progress bar is shown."""
 
 LATEST = 1 << 62
-"""Ticks beyond which no time is understood: sums of two times stay in 64 bits."""
+"""Largest time in ticks: sums of two times fit in 64 bits."""
 
 LARGE = 300_000_000
-"""Bytes from which reading takes some time. Nothing can be shown while it lasts."""
+"""File size in bytes from which reading takes some time, so that a message announces it."""
 
 NANOSECOND = Fraction(1, 10**9)
 
@@ -49,12 +49,12 @@ class Signal:
     ----------
     parts : tuple of str
         Its scopes and its name. ``\\order.x`` of Verilog is two parts.
-    bits : int
+    Width; 0 if it has none.
         Width; 0 for what has none.
     kind : Kind
-        How its values are to be read.
+        How its values are read.
     id : str
-        Signals with the same are one signal by several names.
+        Signals with equal `id` are one signal with several names.
     """
 
     parts: tuple[str, ...]
@@ -65,24 +65,24 @@ class Signal:
 
     @property
     def path(self) -> str:
-        """The name by which people ask for it."""
+        """Its path, as a command takes it."""
         return ".".join(self.parts)
 
     @property
     def declared(self) -> str:
-        """The name that the file gives it, by which other programs know it."""
+        """Its path as the file writes it, for other programs."""
         return self.native.full_name
 
     @property
     def name(self) -> str:
-        """The last part."""
+        """Its name without scopes."""
         return self.parts[-1]
 
 
 class Wave:
     """A waveform file: VCD, FST or GHW.
 
-    Only its declarations are read at first, and all of it when a trace is asked for.
+    Opening reads its declarations only; the first trace reads all of it.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Wave:
     signals : list of Signal
         All signals, in the order of the file.
     tick : Fraction
-        Unit of its times, in seconds. A file that tells none counts nanoseconds.
+        Unit of its times, in seconds. Nanoseconds if the file does not give it.
 
     Raises
     ------
@@ -106,9 +106,9 @@ class Wave:
         self.path = Path(path)
         if self.path.exists() and not self.path.is_file():
             raise UserError(f"cannot read {self.path}: it is not a file")
-        with self.path.open("rb"):  # its error is the clearest, if the file cannot be read
+        with self.path.open("rb"):  # its error message is the clearest
             pass
-        # Threads of its own make it no faster, and their panics could not be kept quiet.
+        # Threads would make it no faster, and panics in them could not be suppressed.
         with self._reading():
             wave = pywellen.Waveform(os.fspath(self.path), multi_threaded=False)
             self.format = str(wave.file_format)
@@ -126,8 +126,8 @@ class Wave:
         signal : Signal
             The signal.
         keep : bool
-            Whether to have it at hand when it is asked for again. Of many signals that are each
-            looked at once, that would take much memory.
+            Whether to keep it for the next call. With many signals that are read once each, that
+            would take much memory.
 
         Raises
         ------
@@ -160,7 +160,7 @@ class Wave:
     def span(self) -> tuple[int, int]:
         """The times of the first and of the last change of any signal, in ticks.
 
-        What a file tells of a later end, pywellen keeps for itself.
+        A later end that the file gives is not available from pywellen.
         """
         firsts, lasts = [], []
         for signal in {signal.id: signal for signal in self.signals}.values():
@@ -174,7 +174,7 @@ class Wave:
     def _native(self, signal: Signal) -> Any:
         if self._widest > WIDEST:
             raise UserError(f"cannot read {self.path}: it has a signal of {self._widest} bits, and "
-                            f"{WIDEST} are understood")
+                            f"{WIDEST} are the most")
         if not self._loaded and self.path.stat().st_size > LARGE and sys.stderr is not None:
             print(f"reading {self.path} ...", file=sys.stderr, flush=True)
         self._loaded = True
@@ -191,18 +191,17 @@ class Wave:
                 yield
         except (RuntimeError, UnicodeError) as error:
             raise UserError(
-                f"cannot read {self.path}: it is no VCD, FST or GHW file, or it breaks off early "
+                f"cannot read {self.path}: it is not a VCD, FST or GHW file, or it is incomplete "
                 f"({printable(' '.join(str(error).split()))[:100]})") from error
         except BaseException as error:
-            # A panic is no Exception, and its class is not exported.
+            # A panic is not an Exception, and its class is not exported.
             if type(error).__name__ != "PanicException":
                 raise
-            raise UserError(f"cannot read {self.path}: something in it is not as a waveform file "
-                            "should be") from None
+            raise UserError(f"cannot read {self.path}: its contents are malformed") from None
 
 
 def printable(text: str) -> str:
-    """Escape what would do something to a terminal or could not be written to a file."""
+    """Escape characters that would act on a terminal or cannot be written to a file."""
     return text if text.isprintable() else text.encode("unicode_escape").decode("ascii")
 
 
@@ -227,7 +226,7 @@ def _signal(var: Any) -> Signal:
         kind = "event"
     elif var.var_type == "Integer":
         kind = "signed"
-    # A backslash begins a name of Verilog with odd characters in it.
+    # A backslash begins an escaped identifier of Verilog.
     parts = tuple(map(printable, var.full_name.replace("\\", "").split(".")))
     return Signal(parts, bits, kind, str(var.signal_id), var)
 

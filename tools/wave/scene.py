@@ -1,7 +1,7 @@
 """A drawing of lines, areas and texts, written as SVG or as a picture.
 
-Colours are of styles, each with one for light and one for dark pages. An SVG follows the page that
-it is on; a picture is light.
+A style has one colour for light and one for dark pages. An SVG follows the page that it is on; a
+picture uses the light colours.
 """
 
 from collections.abc import Iterable
@@ -14,15 +14,15 @@ from PIL import Image, ImageDraw, ImageFont
 __all__ = ["CHARACTER", "STYLES", "Scene", "Style"]
 
 SIZE = 12
-"""Height of the type in pixels."""
+"""Font size in pixels."""
 
 CHARACTER = 0.6 * SIZE
-"""Width of a character: that of the fonts below, and more than that of Pillow's own."""
+"""Width of a character in pixels: that of the fonts below, and more than that of Pillow's own."""
 
 FONTS = "ui-monospace, SFMono-Regular, Menlo, Consolas, 'DejaVu Sans Mono', monospace"
 
 SMOOTH = 4
-"""Pillow draws hard edges: pictures are drawn so much larger than asked, and then reduced."""
+"""Scale at which pictures are drawn before they are reduced, since Pillow draws hard edges."""
 
 Point = tuple[float, float]
 Anchor = Literal["start", "middle", "end"]
@@ -30,7 +30,7 @@ Anchor = Literal["start", "middle", "end"]
 
 @dataclass(frozen=True)
 class Style:
-    """How something looks: the colours of its line and of its inside, on light and dark pages."""
+    """Colours of a line and of the area inside it, on light and dark pages."""
 
     line: tuple[str, str] | None = None
     fill: tuple[str, str] | None = None
@@ -82,7 +82,7 @@ class Scene:
     width, height : float
         Its size in pixels.
     title, about : str
-        What it is, for those who do not see it.
+        Text for readers who cannot see it.
     """
 
     width: float
@@ -104,7 +104,7 @@ class Scene:
         self._things.append(_Text(style, (x, y), text, anchor))
 
     def svg(self) -> str:
-        """Return it as SVG. The same drawing gives the same bytes."""
+        """Return it as SVG. Equal drawings give equal bytes."""
         size = f"{_number(self.width)} {_number(self.height)}"
         used = {thing.style for thing in self._things} | {"paper"}
         return "\n".join([
@@ -124,7 +124,7 @@ class Scene:
             "</svg>", ""])
 
     def picture(self, scale: int = 2) -> Image.Image:
-        """Return it as a picture of so many times its size."""
+        """Return it as a picture, scaled by an integer."""
         zoom = scale * SMOOTH
         size = (round(self.width * zoom), round(self.height * zoom))
         paper = STYLES["paper"].fill
@@ -166,7 +166,7 @@ def _rules(used: set[str], page: int) -> list[str]:
         if style.fill:
             parts.append(f"fill: {style.fill[page]}")
         parts += ["font-weight: 600"] * (style.bold and page == 0)
-        # A path is not filled by itself, so that its own class has to say it.
+        # A path inherits no fill, so its own class has to name it.
         rules.append(f".{name} {{ {'; '.join(parts)} }}")
     return rules
 

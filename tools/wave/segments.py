@@ -1,4 +1,4 @@
-"""A trace on a line of pixels: few segments, however many changes there are."""
+"""A trace reduced to pixels: few segments, whatever the number of changes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,23 +11,23 @@ from .trace import Trace, Value
 __all__ = ["Segment", "extent", "segments"]
 
 NARROW = 1.5
-"""Pixels below which two changes in a row are not told apart."""
+"""Distance in pixels below which two changes are drawn as one busy segment."""
 
 
 @dataclass(frozen=True)
 class Segment:
-    """A value from one place to another, or many that are too short to be shown.
+    """A value over an interval of pixels, or many values that are too short to be shown.
 
     Attributes
     ----------
     left, right : float
-        Its places in pixels.
+        Its ends in pixels.
     value : Value
-        What it is; of many, the last.
+        The value; the last of many.
     busy : bool
-        Whether these are many.
+        Whether there are many.
     cut_left, cut_right : bool
-        Whether it goes on beyond the picture.
+        Whether it continues beyond the picture.
     numbers : array
         The numbers in it, if all are known.
     """
@@ -46,7 +46,7 @@ class Segment:
         return self.right - self.left
 
     def extremes(self, signed: int) -> Sequence[float] | None:
-        """Return its least, most and last number, or its only one; None if one is unknown."""
+        """Return its minimum, maximum and last number, or its only one; None if one is unknown."""
         numbers = _finite(self.numbers, signed)
         if not len(numbers):
             return None
@@ -58,23 +58,23 @@ class Segment:
 def segments(
     trace: Trace, start: int, end: int, left: float, right: float, *, fine: bool = False
 ) -> list[Segment]:
-    """Lay a trace on a line of pixels.
+    """Reduce a trace to segments.
 
     Parameters
     ----------
     trace : Trace
-        What is drawn.
+        The trace.
     start, end : int
-        The time that is drawn, in ticks; the end is not before the start.
+        The interval, in ticks; the end is not before the start.
     left, right : float
-        Where these are, in pixels.
+        The places of these, in pixels.
     fine : bool
-        Whether what is busy is cut in pieces that are narrow themselves, for a curve.
+        Whether busy segments are split into narrow ones, for a curve.
 
     Returns
     -------
     list of Segment
-        From the left to the right without gaps, at most some two a pixel.
+        From left to right without gaps, at most about two per pixel.
     """
     first, last = int(trace.rows(np.array([start]))[0]), int(trace.rows(np.array([end]))[0])
     if last > first and trace.times[last] == end:
@@ -85,7 +85,7 @@ def segments(
         times = np.insert(times, 0, start)
     places = left + (times - start) * ((right - left) / (end - start))
     narrow = np.diff(places) < NARROW
-    # A new segment begins wherever not both this and the one before are narrow.
+    # A new segment begins unless this one and the one before are both narrow.
     apart = ~(narrow[1:] & narrow[:-1])
     if fine:
         apart |= np.diff(places[:-1] // NARROW) > 0
@@ -103,7 +103,7 @@ def segments(
 
 
 def extent(trace: Trace, start: int, end: int, signed: int) -> tuple[float, float]:
-    """Return the least and the most of 0 and all numbers that are known in this time."""
+    """Return the minimum and maximum of 0 and all known numbers in this interval."""
     first, last = trace.rows(np.array([start, end]))
     rows = np.arange(max(int(first), 0), int(last) + 1)
     numbers = _finite(trace.numbers[rows[trace.codes[rows] < 0]], signed)
@@ -116,7 +116,7 @@ def _finite(numbers: NDArray, signed: int) -> NDArray[np.float64]:
 
 
 def _signed(numbers: NDArray, bits: int) -> NDArray:
-    """Take numbers of so many bits as signed; of 0 bits as they are."""
+    """Reinterpret numbers of so many bits as signed; with 0 bits return them unchanged."""
     if not bits:
         return numbers
     wide = numbers.astype(object) if bits > 63 else numbers.astype(np.int64)

@@ -1,4 +1,4 @@
-"""The signals of a condition: what each is at some times, and which of its bits are known."""
+"""The signals of a condition: their values at given times, and which bits are known."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -16,18 +16,18 @@ __all__ = ["Column", "Source"]
 
 @dataclass(frozen=True)
 class Column:
-    """A part of a condition at some times.
+    """An operand of a condition at some times.
 
     Attributes
     ----------
     kind : str
-        What it is.
+        Its type.
     values : array
-        A value each time, or a single one.
+        A value per time, or a single one.
     known : array of bool
-        Whether it is known.
+        Whether each is known.
     unsure : array, optional
-        Of what has bits, ones where a bit is unknown.
+        Of bit vectors, a mask of the unknown bits.
     """
 
     kind: Literal["number", "text", "truth", "event"]
@@ -38,17 +38,17 @@ class Column:
 
 @dataclass(frozen=True)
 class Source:
-    """A signal of a condition, made ready once.
+    """A signal of a condition, prepared once.
 
     Attributes
     ----------
     trace : Trace
-        What it does.
+        Its values.
     signed : bool
-        Whether it goes below 0.
+        Whether it is a signed number.
     words : array
-        What each word of the trace is, then what is not seen yet, then what is no word: a name, or
-        two numbers as of `_word_bits`.
+        One entry for each word of the trace, one for an unseen value, one for no word: a name, or
+        the two numbers of `_word_bits`.
     """
 
     trace: Trace
@@ -64,13 +64,13 @@ class Source:
         if trace.named:
             words = np.array([*trace.words, "", ""], object)
         else:
-            # What is not seen yet is unknown in all its bits, and a number in none.
+            # Before the first change all bits are unknown; a number has no unknown bit.
             words = np.array([_word_bits(word) for word in (*trace.words, "x" * bits, "")],
                              np.uint64 if bits <= 64 else object)
         return cls(trace, bits <= 64 and radixes.of(signal) == "signed", words)
 
     def column(self, times: NDArray[np.int64]) -> Column:
-        """Return what the signal is at these times."""
+        """Return the operand at these times."""
         trace, words = self.trace, self.words
         if not len(trace):
             return Column("number", np.zeros(len(times), np.uint64),
@@ -92,18 +92,18 @@ class Source:
 
 
 def _extended(values: NDArray, bits: int, signed: bool) -> NDArray:
-    """Make values of so many bits numbers of 64; Python's own stay as they are."""
+    """Widen values to 64 bits; Python's own integers are unchanged."""
     if values.dtype == object:
         return values
     values = values.astype(np.uint64)
     if not signed:
         return values
-    # The sign is moved to the highest of 64 bits, and back.
+    # Shifting the sign to bit 63 and back extends it.
     shift = np.int64(64 - bits)
     return values.view(np.int64) << shift >> shift
 
 
 def _word_bits(word: str) -> tuple[int, int]:
-    """Return a word of levels as two numbers: ones where it is 1, ones where it is not 0 or 1."""
+    """Return a word of levels as two masks: bits that are 1, and bits that are unknown."""
     return (int("0" + "".join("01"[level == "1"] for level in word), 2),
             int("0" + "".join("01"[level not in "01"] for level in word), 2))

@@ -1,4 +1,4 @@
-"""Times in words, as people write them: 12us, 1.5ms, 300clk."""
+"""Times as text: 12us, 1.5ms, 300clk."""
 
 import re
 from bisect import bisect_right
@@ -15,7 +15,7 @@ from .reader import Signal, Wave
 __all__ = ["UNITS", "Timeline"]
 
 UNITS = {"s": 0, "ms": -3, "us": -6, "ns": -9, "ps": -12, "fs": -15}
-"""Powers of ten of a second, the largest unit first."""
+"""Powers of ten, in seconds, the largest unit first."""
 
 _TIME = re.compile(r"(\d{1,30}(?:\.\d{1,30})?)\s*([a-zµ]+)")
 
@@ -23,15 +23,15 @@ _TIME = re.compile(r"(\d{1,30}(?:\.\d{1,30})?)\s*([a-zµ]+)")
 class Timeline:
     """The times of a wave, and its clock.
 
-    Clock n is the n-th rising edge, so that the first is clock 1, and what comes before is clock 0.
+    Clock n is the n-th rising edge: the first is clock 1, and the time before it is clock 0.
 
     Parameters
     ----------
     wave : Wave
         The wave.
     clock : str, optional
-        Name of its clock. Otherwise it is the signal ``clk`` or ``clock`` in the highest scope, or
-        if there is none, the bit that changes most.
+        Name of its clock. The default is the signal ``clk`` or ``clock`` in the highest scope, or
+        else the bit that changes most.
     """
 
     def __init__(self, wave: Wave, clock: str | None = None) -> None:
@@ -63,32 +63,32 @@ class Timeline:
 
     @cached_property
     def period(self) -> float | None:
-        """The usual time from one rising edge to the next in ticks, if there are two."""
+        """The median time from one rising edge to the next in ticks, if there are two."""
         return float(np.median(np.diff(self.rises))) if len(self.rises) > 1 else None
 
     def clocks(self, time: int | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Count the rising edges until a time or several, those at that very time included."""
+        """Count the rising edges up to one time or several, inclusive."""
         return np.searchsorted(self.rises, time, side="right")
 
     def ticks(self, text: str) -> Fraction:
-        """Read a time. It need not be a whole number of ticks.
+        """Parse a time. The result need not be a whole number of ticks.
 
         Raises
         ------
         UserError
-            If it is no time, or a clock that is not in the wave.
+            If it is not a time, or a clock that is not in the wave.
         """
         read = _TIME.fullmatch(text.strip())
         if text.strip() == "0":
             return Fraction(0)
         if read is None or read[2] not in (*UNITS, "µs", "clk"):
-            raise UserError(f"a time is written like 12us, 1.5ms or 300clk, not {text[:40]!r}")
+            raise UserError(f"a time is written 12us, 1.5ms or 300clk, not {text[:40]!r}")
         number = Fraction(read[1])
         if read[2] != "clk":
             exponent = UNITS[read[2].replace("µ", "u")]
             return number * Fraction(10) ** exponent / self.wave.tick
         if number.denominator != 1:
-            raise UserError(f"clocks are whole, not {text!r}")
+            raise UserError(f"clocks are whole numbers, not {text!r}")
         if number == 0:
             return Fraction(0)
         if number > len(self.rises):
@@ -98,12 +98,12 @@ class Timeline:
         return Fraction(int(self.rises[int(number) - 1]))
 
     def window(self, start: str | None, end: str | None) -> tuple[int, int]:
-        """Read the ends of a stretch of time; without them it is the whole wave.
+        """Parse the ends of an interval; the default is the whole wave.
 
         Raises
         ------
         UserError
-            If they are no times, or the end comes before the start.
+            If they are not times, or the end is before the start.
         """
         first, last = self.wave.span
         low = first if start is None else self._least(start)
@@ -111,7 +111,7 @@ class Timeline:
         if high < low:
             raise UserError(f"nothing is between {self.text(low)} and {self.text(high)}: "
                             f"{self.wave.path} goes from {self.text(first)} to {self.text(last)}")
-        # What is far beyond the wave is as good as its end, and fits into an array.
+        # A time far beyond the wave is replaced by its end, which fits into an array.
         return low, min(high, max(last, low))
 
     def _least(self, start: str) -> int:
@@ -122,28 +122,28 @@ class Timeline:
         return low
 
     def text(self, ticks: float | Fraction) -> str:
-        """Tell a time exactly, in the largest unit of which there is at least one.
+        """Format a time exactly, in the largest unit of which there is at least one.
 
-        A mean, which is a `float`, has four digits.
+        A `float`, such as a mean, gets four digits.
         """
         seconds = Fraction(ticks) * self.wave.tick
         exact = not isinstance(ticks, float)
         if not seconds:
             return "0"
         sizes = [Fraction(10) ** exponent for exponent in UNITS.values()]
-        # Descending sizes: the first that is not more than the time.
+        # Descending units: the first that is not larger than the time.
         place = next((n for n, size in enumerate(sizes) if size <= abs(seconds)), len(sizes) - 1)
         number = seconds / sizes[place]
         return f"{_decimal(number) if exact else f'{float(number):.4g}'}{list(UNITS)[place]}"
 
-    def told(self, ticks: int) -> str:
-        """Tell a time, and its clock where there are clocks."""
+    def text_with_clock(self, ticks: int) -> str:
+        """Format a time, and its clock if there is one."""
         clock = f" ({bisect_right(self.rises, ticks)}clk)" if len(self.rises) else ""
         return self.text(ticks) + clock
 
 
 def _decimal(number: Fraction) -> str:
-    """Write a number whose denominator is a power of 2 and 5 with all its digits."""
+    """Write all digits of a number whose denominator has no prime factors but 2 and 5."""
     digits = 0
     while number.denominator != 1 and digits < 30:
         number, digits = number * 10, digits + 1

@@ -1,4 +1,4 @@
-"""What a signal does: one row a change, as arrays."""
+"""The values of a signal over time, as arrays: a row per change."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -10,39 +10,39 @@ from numpy.typing import NDArray
 __all__ = ["UNKNOWN", "Kind", "Trace", "Value", "collect", "each", "moments", "unlike"]
 
 BLOCK = 4096
-"""Rows that are worked out at a time: arrays are small, Python's own numbers are not."""
+"""Rows converted at a time: arrays are small, Python's own numbers are not."""
 
 Kind = Literal["bits", "signed", "real", "text", "event"]
-"""How a signal is to be read. ``text`` has names for values, such as the states of a machine."""
+"""How a signal is read. ``text`` has names for values, such as the states of an FSM."""
 
 Value = int | float | str
-"""A value: a name, or the levels of bits of which one is not 0 or 1, are a `str`."""
+"""A value. Names, and levels of bits of which one is not 0 or 1, are a `str`."""
 
 UNKNOWN = "x"
-"""What a signal is before its first change."""
+"""The value of a signal before its first change."""
 
 
 @dataclass(frozen=True)
 class Trace:
     """The settled values of a signal.
 
-    Of several changes at one time only the last is kept, and only if it changes something.
+    Of several changes at one time only the last is kept, and only if it changes the value.
 
     Attributes
     ----------
     times : array of int64, shape (n,)
-        When it changes, in ticks of its wave; ascending.
+        Times of its changes, in ticks of its wave; ascending.
     numbers : array, shape (n,)
-        Values, where they are numbers: the smallest unsigned integers that hold them, Python's own
-        beyond 64 bits, or float64.
+        Values that are numbers: the smallest unsigned integers that hold them, Python's own beyond
+        64 bits, or float64.
     codes : array of int32, shape (n,)
-        Place of the value in `words`, or -1 where it is a number.
+        Index of the value in `words`, or -1 where it is a number.
     words : list of str
-        The values that are no numbers.
+        The values that are not numbers.
     kind : Kind
-        How to read them.
+        How they are read.
     bits : int
-        Width; 0 for what has none.
+        Width; 0 if it has none.
     """
 
     times: NDArray[np.int64]
@@ -57,16 +57,16 @@ class Trace:
 
     @property
     def named(self) -> bool:
-        """Whether its words are names, and not unknown levels of bits."""
+        """Whether its words are names, and not levels with unknown bits."""
         return self.kind in ("text", "event")
 
     @property
     def unknown(self) -> NDArray[np.bool_]:
-        """Rows where a bit is neither 0 nor 1."""
+        """Rows in which a bit is neither 0 nor 1."""
         return np.zeros(len(self), bool) if self.named else self.codes >= 0
 
     def rows(self, times: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the row that holds at each time, -1 before the first."""
+        """Return the row in force at each time, -1 before the first."""
         return np.searchsorted(self.times, times, side="right") - 1
 
     def value(self, row: int) -> Value:
@@ -79,7 +79,7 @@ class Trace:
         return float(value) if self.kind == "real" else int(value)
 
     def at(self, time: int) -> Value:
-        """Return the value that holds at a time."""
+        """Return the value at a time."""
         return self.value(int(np.searchsorted(self.times, time, side="right")) - 1)
 
     def edges(self, *, rising: bool) -> NDArray[np.int64]:
@@ -103,11 +103,11 @@ def collect(
     Parameters
     ----------
     parts : iterable of pairs of sequences
-        Times and values, in their order, some at a time.
+        Times and values, ascending, in blocks.
     length : int
-        How many there are.
+        Number of changes.
     kind : Kind
-        How to read them.
+        How values are read.
     bits : int
         Width.
     names : dict of int to str, optional
@@ -144,7 +144,7 @@ def collect(
 
 
 def unlike(one: NDArray, other: NDArray) -> NDArray[np.bool_]:
-    """Say where two arrays of values are not the same. NaN is the same as NaN."""
+    """Return where two arrays of values differ. NaN equals NaN."""
     differs = np.asarray(one != other, bool)
     if one.dtype.kind == other.dtype.kind == "f":
         differs &= ~(np.isnan(one) & np.isnan(other))
@@ -154,16 +154,16 @@ def unlike(one: NDArray, other: NDArray) -> NDArray[np.bool_]:
 def moments(
     traces: Sequence[Trace], start: int, end: int, scale: Sequence[int] | None = None
 ) -> Iterator[NDArray[np.int64]]:
-    """Return the times at which any of the traces changes, each once and ascending, in blocks.
+    """Yield the times at which any of the traces changes, each once and ascending, in blocks.
 
     Parameters
     ----------
     traces : sequence of Trace
         The traces.
     start, end : int
-        The first of the times, and what none is after.
+        The first time, and the last possible one.
     scale : sequence of int, optional
-        By what the times of each trace are multiplied.
+        Factors by which the times of each trace are multiplied.
     """
     scale = [1] * len(traces) if scale is None else scale
     places = [int(np.searchsorted(trace.times, start // factor, side="right"))
@@ -173,7 +173,7 @@ def moments(
         yield some
         parts = [trace.times[place:place + BLOCK] * factor
                  for trace, place, factor in zip(traces, places, scale, strict=True)]
-        # Beyond the last row of a full block its trace may have more.
+        # Its trace may have more beyond the last row of a full block.
         until = min([end, *(int(part[-1]) for part in parts if len(part) == BLOCK)])
         parts = [part[part <= until] for part in parts]
         places = [place + len(part) for place, part in zip(places, parts, strict=True)]
@@ -181,13 +181,13 @@ def moments(
 
 
 def each(*columns: NDArray) -> Iterator[tuple]:
-    """Return the rows of arrays of one length as Python's own values."""
+    """Yield the rows of arrays of equal length as Python's own values."""
     for start in range(0, len(columns[0]), BLOCK):
         yield from zip(*(column[start:start + BLOCK].tolist() for column in columns), strict=True)
 
 
 def _shape(kind: Kind, bits: int) -> type:
-    """Return the smallest type of array that holds the values: there may be millions."""
+    """Return the values with the smallest integer type that holds them: there may be millions."""
     if kind == "real":
         return np.float64
     return next((shape for shape in (np.uint8, np.uint16, np.uint32, np.uint64)
@@ -195,7 +195,7 @@ def _shape(kind: Kind, bits: int) -> type:
 
 
 def _name(numbers: NDArray, codes: NDArray, names: dict[int, str], table: dict[str, int]) -> None:
-    """Put names in place of numbers that have one."""
+    """Replace numbers that have a name by it."""
     for number in np.unique(numbers[codes < 0]).tolist():
         if number in names:
             rows = (numbers == number) & (codes < 0)

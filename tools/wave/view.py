@@ -1,4 +1,4 @@
-"""Opening a wave in GTKWave or Surfer."""
+"""Subcommand `view`: open a wave in GTKWave or Surfer."""
 
 import argparse
 import os
@@ -11,7 +11,7 @@ from vcd.gtkw import GTKWColor, GTKWFlag, GTKWSave
 
 from ..console import UserError, check_output, say, staged
 from . import names
-from .options import say_json
+from .options import print_json
 from .radix import Radixes, is_graph
 from .reader import Signal, Wave
 
@@ -22,21 +22,21 @@ VIEWERS = ("gtkwave", "surfer")
 ABOUT = """\
 Opens a wave in GTKWave or Surfer, whichever is installed.
 
-With SIGNAL, a save file for GTKWave is written that shows these; Surfer has files of its own and
-opens the wave alone. Without SIGNAL the save file beside the wave is used, if there is one, such as
+With SIGNAL, a save file for GTKWave with these signals is written; Surfer has files of its own and
+opens the wave alone. Without SIGNAL, a save file next to the wave is used if there is one, such as
 python -m tb writes.
 """
 
 EXAMPLES = """\
 examples:
   python -m tools.wave view mill.vcd
-      With mill.gtkw, if it is there.
+      With mill.gtkw, if it exists.
 
   python -m tools.wave view mill.vcd 'axis_?' ready --save mine.gtkw
-      These signals; kept in mine.gtkw.
+      These signals, saved in mine.gtkw.
 
   python -m tools.wave view mill.vcd ready --save mine.gtkw --no-open
-      Only write the save file.
+      Write the save file only.
 """
 
 
@@ -47,17 +47,17 @@ def view(subparsers) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="a waveform: VCD, FST or GHW")
     parser.add_argument("signals", metavar="SIGNAL", nargs="*", help="names or patterns")
     parser.add_argument("--save", metavar="FILE", type=Path,
-                        help="write the save file there (default: FILE.view.gtkw)")
-    parser.add_argument("--viewer", choices=VIEWERS, help="which (default: the first installed)")
-    parser.add_argument("--no-open", action="store_true", help="open nothing")
+                        help="path of the save file (default: FILE.view.gtkw)")
+    parser.add_argument("--viewer", choices=VIEWERS, help="the program (default: first installed)")
+    parser.add_argument("--no-open", action="store_true", help="do not open the viewer")
     parser.add_argument("--radix", metavar="NAME=hex", action="append", default=[],
                         help="show a signal as bin, hex, dec or signed; may be repeated")
-    parser.add_argument("--json", action="store_true", help="say in JSON what was done")
+    parser.add_argument("--json", action="store_true", help="print the result in JSON")
     parser.set_defaults(run=_view)
 
 
 def save(path: Path, wave: Wave, signals: list[Signal], radixes: Radixes) -> None:
-    """Write a save file for GTKWave that shows these signals.
+    """Write a save file for GTKWave with these signals.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def _view(args: argparse.Namespace) -> int:
         if not args.signals:
             raise UserError("--save goes with signals: python -m tools.wave list shows them")
         if target.suffix != ".gtkw":
-            raise UserError(f"{target} would be a save file: give it a name that ends in .gtkw")
+            raise UserError(f"{target} is not a name that ends in .gtkw")
         check_output(target)
     viewer = None if args.no_open else _viewer(args.viewer)
     if target is not None:
@@ -98,11 +98,11 @@ def _view(args: argparse.Namespace) -> int:
         target = beside
     opened = target if target is not None and viewer and viewer.endswith("gtkwave") else args.file
     if viewer is not None:
-        # It goes on by itself when the terminal is used for something else or closed.
+        # In a session of its own it survives the end of the terminal.
         subprocess.Popen([viewer, str(opened)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                          stderr=subprocess.DEVNULL, start_new_session=True)
     if args.json:
-        say_json({"viewer": viewer, "opened": str(opened) if viewer else None,
+        print_json({"viewer": viewer, "opened": str(opened) if viewer else None,
                   "save": None if target is None else str(target)})
         return 0
     if args.signals:
@@ -113,7 +113,7 @@ def _view(args: argparse.Namespace) -> int:
 
 
 def _viewer(wanted: str | None) -> str:
-    """Find a viewer that can be opened."""
+    """Return the path of an installed viewer."""
     found = [path for name in ([wanted] if wanted else VIEWERS) if (path := shutil.which(name))]
     if not found:
         raise UserError(f"{wanted or 'neither GTKWave nor Surfer'} is "

@@ -8,16 +8,14 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from ..clock import CLOCK
 from ..drive import MAX_PERIOD
 from ..motion import GuardedController, NumericalController
 from ..panel import Monitor, scan_bits
 from ..panel.display import REFRESH
 
-__all__ = ["CLOCK", "PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
+__all__ = ["PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
            "MillTiming", "step_period"]
-
-CLOCK = 50_000_000
-"""Clock of the thesis's board, in Hz."""
 
 RESOLUTION = Fraction(125, 100) / 6 / 48
 """Travel of a step, in mm: screw pitch / reduction / steps of a turn (thesis, 3.3)."""

@@ -7,18 +7,19 @@ from amaranth import Module
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
+from ..clock import CLOCK
 from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
-from ..motion import MAX_BACKLASH, Axis, Positioning
+from ..motion import MAX_BACKLASH, Axis
+from ..motion.positioner import Positioning
 from ..protocol import (
     BAUD,
     LineReader,
-    PositionerCommands,
     Reporter,
     UARTReceiver,
     UARTTransmitter,
     bit_period,
 )
-from ..protocol.positioner import MOTORS, Answer
+from ..protocol.positioner import MOTORS, Answer, PositionerCommands
 from ..roles import (
     BUZZER,
     DIRECTION,
@@ -28,9 +29,8 @@ from ..roles import (
     STATUS,
     STEP,
     TX,
-    Machine,
+    MachineComponent,
 )
-from .mill import CLOCK
 
 __all__ = ["ANSWERS", "ENDS", "LIMIT_ENDS", "LINE_LENGTH", "TOP_SPEED", "Positioner",
            "PositionerTiming"]
@@ -111,7 +111,7 @@ class PositionerTiming:
                    report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
 
 
-class Positioner(Machine):
+class Positioner(MachineComponent):
     """Three-axis micropositioner on a serial line, without a board.
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line

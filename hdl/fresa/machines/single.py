@@ -7,6 +7,7 @@ from amaranth import Module
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
+from ..clock import CLOCK
 from ..drive import HALF_STEP, PhaseDriver, RateGenerator, swap_inner
 from ..motion import MAX_ACCELERATION, MoveTo, Ramp, ramp_rates
 from ..protocol import (
@@ -19,8 +20,7 @@ from ..protocol import (
 )
 from ..protocol.baud import MAX_CLOCK
 from ..protocol.frames import GREETING, HELP, POSITIONS, SPEEDS
-from ..roles import COILS, ENABLE, NUMBER, RX, STATUS, TX, Machine
-from .mill import CLOCK
+from ..roles import COILS, ENABLE, NUMBER, RX, STATUS, TX, MachineComponent
 
 __all__ = ["FRAME", "PHASES", "TOP_SPEED", "TURN", "Single", "SingleTiming"]
 
@@ -78,7 +78,7 @@ class SingleTiming:
                    clock=clock)
 
 
-class Single(Machine):
+class Single(MachineComponent):
     """Position controller for one stepper, without a board.
 
     Its frames are those of :class:`FrameInterpreter`. Nothing on the line delays a step: the rate

@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out, Signature, connect
 
 from ..drive import FULL_STEP
 from ..motion import CoordinateGenerator, SquareGenerator, StartHandshake
-from ..roles import BUTTON, COILS, DIGITS, RX, SEGMENTS, STATUS, SWITCH, TX, Machine
+from ..roles import BUTTON, COILS, DIGITS, RX, SEGMENTS, STATUS, SWITCH, TX, MachineComponent
 from .mill import Z_TRAVEL, Mill, MillTiming
 from .serial_orders import SerialOrders
 
@@ -20,7 +20,7 @@ OrderSource: TypeAlias = CoordinateGenerator | SquareGenerator | SerialOrders
 _COILS = COILS.resting(FULL_STEP[0])
 
 
-class MillStation(Machine):
+class MillStation(MachineComponent):
     """The mill and an order source.
 
     All inputs are synchronous to the clock and clean. In manual mode the order source is held in

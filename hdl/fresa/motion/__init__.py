@@ -14,7 +14,6 @@ from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
 from .points import PointStore
 from .position import MoveTo
-from .positioning import Positioning
 from .ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
@@ -26,6 +25,6 @@ __all__ = [
     "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Positioning", "Ramp", "Request", "RequestKind", "SpiralWalk",
+    "PointStore", "Ramp", "Request", "RequestKind", "SpiralWalk",
     "SquareGenerator", "StartHandshake", "StepCounter", "ramp_rates",
 ]

@@ -9,7 +9,7 @@ from ..checks import in_range
 __all__ = ["MAX_BACKLASH", "Backlash"]
 
 MAX_BACKLASH = 2**20
-"""Most steps of backlash: 18 mm of the micropositioner, more than its travel."""
+"""Most steps of backlash that can be counted."""
 
 
 class Backlash(wiring.Component):

@@ -26,7 +26,7 @@ def valid_depth(value: object) -> int:
 class RequestKind(enum.Enum, shape=unsigned(8)):
     """Kind of a request."""
 
-    TELL = 0
+    QUERY = 0
     OPEN = 1  # a session; the number is that of the order before its first
     GO = 2
     UP = 3
@@ -46,7 +46,7 @@ class Request(data.Struct):
 class Outcome(enum.Enum, shape=unsigned(4)):
     """Result of a request."""
 
-    TOLD = 0  # the state was asked for
+    REPORTED = 0  # the state, on a query
     OPENED = 1  # or was open already
     TAKEN = 2  # the order was
     AGAIN = 3  # it was taken before
@@ -172,8 +172,8 @@ class OrderLedger(wiring.Component):
             m.d.comb += decided.eq(Outcome.DAMAGED)
         with m.Else():
             with m.Switch(request.kind):
-                with m.Case(RequestKind.TELL):
-                    m.d.comb += decided.eq(Outcome.TOLD)
+                with m.Case(RequestKind.QUERY):
+                    m.d.comb += decided.eq(Outcome.REPORTED)
                 with m.Case(RequestKind.OPEN):
                     with m.If(~self.enable):
                         m.d.comb += decided.eq(Outcome.MANUAL)

@@ -7,7 +7,6 @@ from .frames import FrameInterpreter
 from .hex_reader import CHECK_DIGITS, HexReader
 from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
-from .positioner import PositionerCommands, PositionerOrder
 from .receiver import Received, UARTReceiver
 from .reporter import Reporter
 from .text import TextSource
@@ -17,6 +16,6 @@ from .words import WordReader
 __all__ = [
     "BAUD", "CHECK_DIGITS", "DecimalReader", "DecimalWriter", "FrameInterpreter",
     "HexReader", "HexWriter", "LineEnd", "LineItem", "LineReader",
-    "NumberError", "PositionerCommands", "PositionerOrder", "Received", "Reporter", "TextSource",
+    "NumberError", "Received", "Reporter", "TextSource",
     "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
 ]

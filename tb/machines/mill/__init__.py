@@ -6,7 +6,7 @@ from fresa.machines.mill import Mill, MillTiming
 
 from ...diagram import Diagram
 from ...engines import Engine
-from ...machine import Coverage, Machine, Serve
+from ...machine import Coverage, Machine, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
@@ -74,28 +74,20 @@ def _served(clock: int, *, baud: int):
     return board("mill", machine, debounce=debounce_period(clock))
 
 
-def _scenarios():
-    from .scenarios import mill
-
-    return [mill]
-
-
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
-def _faults():
-    from .faults import TARGETS
-
-    return TARGETS
-
-
-def _netlist():
-    from .netlist import NETLIST
-
-    return NETLIST
+DIAGRAMS = (
+    Diagram(
+        "serial-orders",
+        "Lines come and answers go, 34 bytes and 33, of 16 clocks a bit here: a session is opened, "
+        "order 1 is taken and carried out, order 2 comes damaged, and then undamaged.",
+        "line: rx tx orders: orders_valid orders_ready orders_payload.x orders_payload.up "
+        "numbers: ledger.taken ledger.done", 0, 45_000),
+    Diagram(
+        "mill",
+        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
+        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
+        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
+        "axis_z positions: x.count y.count z.count", 0, 115),
+)
 
 
 MACHINE = Machine(
@@ -103,16 +95,17 @@ MACHINE = Machine(
     make=Mill,
     short={"timing": MillTiming(period=3, scan_bits=4, jog_period=2), "z_travel": 5},
     variants={"mill-guarded": {"guard": True}},
+    benched={"timing": MillTiming(period=4, scan_bits=3), "z_travel": 6},
     model=_model, directed=_directed, random=_random, vhdl=_vhdl,
     real=_real,
     serve=Serve("the mill, with SW7 on, for  python -m tools.send  (docs/serial-orders.md)",
                 _served, {"switches": AUTOMATIC}),
-    fuzz=_fuzz, faults=_faults, netlist=_netlist,
-    scenarios=_scenarios,
-    diagrams=(Diagram(
-        "mill",
-        "The whole machine by its own pins: X and Y by hand to the origin; then orders to (5, 2), "
-        "the tool down, and a cut to (8, 5). The curves are the positions in steps.",
-        "inputs: mode jog start position_x position_y down outputs: ready error axis_x axis_y "
-        "axis_z positions: x.count y.count z.count", 0, 115),),
-    coverage=Coverage(300_000, 98, 98, _travel_far))
+    diagrams=DIAGRAMS,
+    coverage=Coverage(300_000, 98, 98, _travel_far),
+    recorded=Recorded(campaign=10**9, sizes={
+        "mill": ("--board pins", "netlist mill"),
+        "mill-guard": ("--board pins --guard", "netlist mill-guarded"),
+        "mill-serial": ("--orders serial", "fuzz mill"),
+        "mill-picture": ("--size 400x400 --enlarge", "netlist nexys2-picture")}),
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
+            "survivors"))

@@ -7,16 +7,16 @@ from dataclasses import astuple, replace
 from itertools import islice
 
 from fresa.machines.mill import MillTiming
-from tb import boards
 from tb.faults.rows import Row, Rows, rows_of_stimulus
 from tb.faults.target import Coils, FaultTarget
 from tb.plant import WORDS
 
+from . import MACHINE
 from .actions import Action, Hold, Jog, Mode, Order, Reset, Select, Stop
 from .model import MillInputs
 from .stimulus import orders, random_rows
 
-__all__ = ["TARGETS", "TIMING", "TRAVEL", "actions", "rows_of_actions", "target"]
+__all__ = ["FAULTS", "TIMING", "TRAVEL", "actions", "rows_of_actions", "target"]
 
 TIMING = MillTiming(period=4, scan_bits=3)
 TRAVEL = 6
@@ -32,7 +32,7 @@ def target(*, guard: bool) -> FaultTarget:
     A reset does not set where its motors stand, how long ago they stepped, and that `start` has
     been taken; and of the guard what it must remember over a reset.
     """
-    design = boards.mill(timing=TIMING, z_travel=TRAVEL, guard=guard)
+    design = MACHINE.design(timing=TIMING, z_travel=TRAVEL, guard=guard)
     main = "main " if guard else ""
 
     def to_reset(seed: int, number: int) -> Rows:
@@ -51,7 +51,7 @@ def target(*, guard: bool) -> FaultTarget:
         gap=120, window=400, timeout=2000, ignored=("monitor.",), guard=guard)
 
 
-TARGETS = {guard: functools.partial(target, guard=guard) for guard in (False, True)}
+FAULTS = {guard: functools.partial(target, guard=guard) for guard in (False, True)}
 """Its builds for fault injection, by whether they have the guard."""
 
 

@@ -8,11 +8,11 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from ...models.panel import LIT
+
 __all__ = ["COILS", "MillInputs", "MillModel", "MillOutputs"]
 
 COILS = (0b0110, 0b0011, 0b1001, 0b1100)
-LIT = ("abcdef", "bc", "abdeg", "abcdg", "bcfg", "acdfg", "acdefg", "abc",
-       "abcdefg", "abcdfg", "abcefg", "cdefg", "adef", "bcdeg", "adefg", "aefg")
 
 
 @dataclass

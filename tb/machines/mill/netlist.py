@@ -6,7 +6,7 @@ import numpy as np
 from amaranth import Mux
 
 from fresa.machines import MillStation
-from fresa.machines.mill import PIXEL_STEPS, MillTiming
+from fresa.machines.mill import PIXEL_STEPS, Z_TRAVEL, MillTiming
 from fresa.machines.station import OrderSource
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa_boards import wiring
@@ -18,14 +18,19 @@ from tb.mistake import Mistake
 from tb.netlist.part import BuiltPins, NetlistPart
 from tb.netlist.subject import Subject
 from tb.netlist.unknown import Runnable, random_stimulus
-from tb.runners import duts
 from tb.stimulus import Stimulus
+
+from . import MACHINE
 
 __all__ = ["MILL", "NETLIST", "PANEL", "RUN"]
 
 
 def _station(source: OrderSource) -> Design:
     return boards.board("mill", MillStation(source=source))
+
+
+def _real(**options: bool) -> Design:
+    return MACHINE.design(timing=MillTiming.real(), z_travel=Z_TRAVEL, **options)
 
 
 def _square() -> SquareGenerator:
@@ -36,10 +41,8 @@ def _square() -> SquareGenerator:
 _PIXELS = [[(row * row + column) % 3 == 0 for column in range(40)] for row in range(40)]
 _RUNNING = (("automatic", 1), ("reset", 0))
 
-MILL = Subject("mill", lambda: boards.mill(timing=MillTiming.real()),
-               (("rst", 0), ("mode", 1)), "error")
-GUARDED = Subject("mill-guarded", lambda: boards.mill(timing=MillTiming.real(), guard=True),
-                  MILL.running, MILL.shows)
+MILL = Subject("mill", _real, (("rst", 0), ("mode", 1)), "error")
+GUARDED = Subject("mill-guarded", lambda: _real(guard=True), MILL.running, MILL.shows)
 BOARD = Subject("nexys2-square", lambda: _station(_square()), _RUNNING, "error")
 """The Nexys 2 that walks the thesis's square: all of it but the block RAMs."""
 
@@ -77,7 +80,8 @@ def _contacts(seed: int, clocks: int, resets: bool):
     yield rows
 
 
-RUN = Runnable("mill", lambda: duts()["mill"].design(), random_stimulus("mill"), control=True)
+_DUTS = {name: MACHINE.dut(name) for name in (MILL.name, GUARDED.name)}
+RUN = Runnable(MILL.name, _DUTS[MILL.name].design, random_stimulus(_DUTS[MILL.name]), control=True)
 PANEL = Runnable(
     BOARD.name,
     lambda: boards.board("mill", MillStation(source=SquareGenerator(side=3), z_travel=2,
@@ -89,8 +93,8 @@ _NO_RAM = {PICTURE.name: "Yosys has no model of the block RAM that the picture i
 NETLIST = NetlistPart(
     equal=(MILL, GUARDED, BOARD), flipped=((MILL, None),), codes=(MILL, BOARD, PICTURE),
     pins=(PICTURE,), built=(BuiltPins("nexys2-500", "mill", _verilog, "clk50_0__io"),),
-    unknown=(RUN, Runnable(GUARDED.name, lambda: duts()[GUARDED.name].design(),
-                           random_stimulus("mill")), PANEL),
+    unknown=(RUN, Runnable(GUARDED.name, _DUTS[GUARDED.name].design,
+                           random_stimulus(_DUTS[MILL.name])), PANEL),
     mistakes={"codes": ((MILL.with_mistake(_STAYS), "unused codes stay"),
                         (MILL.with_mistake(_HIDDEN), "unused codes do not show")),
               "pins": ((BOARD.with_mistake(_DIRECT), "BTN3 stops the machine directly"),

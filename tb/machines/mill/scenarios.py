@@ -1,16 +1,15 @@
 """Scenarios of `mill`: a tour of all that it does."""
 
-from fresa.machines import Mill
-from fresa.machines.mill import MillTiming
-
 from ...bench import Run, bench
 from ...plant import WORDS
+from . import MACHINE
+from .parts import serial_orders
 
 
 @bench
 def mill(run: Run) -> str:
     """A tour: by hand to the origin, tool down, a cut, two refusals, home, stop."""
-    dut = Mill(timing=MillTiming(period=4, scan_bits=3), z_travel=6)
+    dut = MACHINE.make(**MACHINE.bench_options)
     hand = [0, 0, 0]
 
     async def there(ctx, main, *place):
@@ -78,3 +77,6 @@ def mill(run: Run) -> str:
         f"controller.automatic.{axis}.count" for axis in "xyz"))
     return ("to (5, 2), tool down, a cut to (8, 5), home; two orders refused; stopped after 4 "
             "steps of 9; after every order the counts and the coils agreed")
+
+
+SCENARIOS = [serial_orders, mill]

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from fresa.clock import CLOCK
 from fresa.drive import MAX_PULSE
-from fresa.machines.mill import CLOCK
 from fresa.machines.positioner import (
     ENDS,
     LIMIT_ENDS,
@@ -16,12 +16,13 @@ from fresa.motion import MAX_BACKLASH
 from fresa.protocol import BAUD, bit_period
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve
+from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
 
-def _model(*, timing: PositionerTiming, **options: Any):
+def make_model(*, timing: PositionerTiming, **options: Any):
+    """Make the model of a build."""
     from .model import PositionerModel
 
     return PositionerModel(timing=timing, bit=_bit(timing), **options)
@@ -90,28 +91,34 @@ OPTIONS = (
 )
 
 
-def _scenarios():
-    from .scenarios import positioner
-
-    return [positioner]
-
-
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
-def _faults():
-    from .faults import TARGETS
-
-    return TARGETS
-
-
-def _netlist():
-    from .netlist import NETLIST
-
-    return NETLIST
+DIAGRAMS = (
+    Diagram(
+        "positioner-commands",
+        "`MOV MOT1 C`, a byte a clock where it is read; two clocks after its last letter a word is "
+        "known. With the end of the line the order is there.",
+        "line: items_valid items_ready items_payload.byte items_payload.end order: orders_valid "
+        "orders_payload.answer orders_payload.command orders_payload.motor "
+        "orders_payload.clockwise inside: dut.commands_state_state", 0, 22),
+    Diagram(
+        "positioning",
+        "`MOV` and `GOTO` are refused, the first before `CONNECT`, the second to a point never "
+        "stored; each is answered once, and changes nothing. Then a point is stored, and all "
+        "motors go there.",
+        "inputs: orders_valid orders_payload.command orders_payload.point "
+        "outputs: orders_ready connected run target_0 answers_valid answers_payload", 0, 14),
+    Diagram(
+        "reporter",
+        "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "
+        "would not be over by then waits. Here one is said, and the next waits for the report.",
+        "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
+        "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
+    Diagram(
+        "positioner",
+        "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
+        "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
+        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
+        "y.move.position pins: enable moving rx", 9_480, 9_700),
+)
 
 
 MACHINE = Machine(
@@ -121,18 +128,20 @@ MACHINE = Machine(
     short={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3,
                                       setup=2, hold=4, settle=30, report=10_000),
            "backlash": (3, 0, 12), "limit_ends": ("X-", "Y+", "X+")},
-    model=_model, directed=_directed, random=_random,
+    benched={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2,
+                                        setup=2, hold=2, settle=5, report=10_000),
+             "backlash": (3, 0, 0), "limit_ends": LIMIT_ENDS},
+    model=make_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; commands such as  CONNECT  and line feed",
                 switches=lambda *, limit_ends, **options: limit_ends),
-    fuzz=_fuzz, faults=_faults, netlist=_netlist,
-    scenarios=_scenarios,
-    diagrams=(Diagram(
-        "positioner",
-        "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
-        "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
-        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
-        "y.move.position pins: enable moving rx", 9_480, 9_700),),
-    coverage=Coverage(3_000_000, 96, 95))
+    diagrams=DIAGRAMS,
+    coverage=Coverage(3_000_000, 96, 95),
+    recorded=Recorded(
+        sizes={"positioner": ("", "netlist nexys2-positioner")}, quick_mutants="reporter",
+        unmutated="There are none of `positioner` as a whole: nearly all of them would be in its "
+                  "parts, and its bench is too short to show each of them once more."),
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
+            "survivors"))

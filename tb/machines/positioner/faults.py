@@ -10,9 +10,9 @@ from tb.faults.rows import Rows
 from tb.faults.session import BIT, BYTE, OBEYED, Session, sessions_and_fuzz
 from tb.faults.target import FaultTarget, Line, Pulses
 
-from .fuzz import TARGET
+from .fuzz import FUZZ
 
-__all__ = ["TARGETS", "target"]
+__all__ = ["FAULTS", "target"]
 
 REPORT = 40 * BYTE
 """Within so many clocks an answer is out, be it behind a report."""
@@ -42,11 +42,11 @@ def target() -> FaultTarget:
               "backlash.way", "backlash.left", "limits.since", "limits.before",
               "limits.divider.count", *OF_MEMORIES),
         work=lambda seed: _work(seed, 20),
-        work_to_reset=sessions_and_fuzz(list(design.inputs), TARGET, sessions),
+        work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),
         gap=12_000, window=12_000, timeout=20_000, line=Line(BIT, b"!", _question()))
 
 
-TARGETS = {None: target}
+FAULTS = {None: target}
 """Its builds for fault injection; it has no guard."""
 
 

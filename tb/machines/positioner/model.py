@@ -151,10 +151,10 @@ class PositioningModel:
         self.target = [0, 0, 0]
         self.movement = ["", "", ""]  # of each motor: MOV, GOTO or none
         self.points: dict[int, list[int]] = {}
-        self.looked = False
+        self.lookup_done = False
         self.reasons: list[str] = []  # that wait
         self.answer = ""  # that is being handed on
-        self.hits: set[int] = set()  # motors whose limit is still to be told
+        self.pending_limits: set[int] = set()  # motors whose limit is still to be told
         self.sound = 0  # ticks for which the buzzer is still on
 
     def refusal(self, order: Order) -> str:
@@ -168,11 +168,11 @@ class PositioningModel:
 
     def takes(self, order: Order | None) -> bool:
         """Say whether the order that is offered is taken in this clock."""
-        return bool(order and self.looked)
+        return bool(order and self.lookup_done)
 
     def load(self, order: Order | None) -> list[int] | None:
         """Say what this place is called from the next clock on, if it is called otherwise."""
-        if order and self.looked and not self.refusal(order) and order[1] in ("ORIGIN", "POS"):
+        if order and self.lookup_done and not self.refusal(order) and order[1] in ("ORIGIN", "POS"):
             return order[2] or [0, 0, 0]
         return None
 
@@ -183,18 +183,18 @@ class PositioningModel:
         refusal = self.refusal(order) if order and taken else ""
         said = len(self.reasons)
         if not self.answer or answer_taken:
-            first = min(self.hits, default=None)
+            first = min(self.pending_limits, default=None)
             if first is None:
                 self.answer = self.reasons.pop(0) if self.reasons else ""
             else:
                 self.answer = f"LIMIT MOT{first + 1}"
-                self.hits.remove(first)
+                self.pending_limits.remove(first)
         if refusal and said < self.waiting:
             self.reasons.append(refusal if said < self.waiting - 1 else "OVERFLOW")
         self.sound -= bool(tick and self.sound)
         for motor in range(3):
             if self.movement[motor] and blocked[motor]:
-                self.hits.add(motor)
+                self.pending_limits.add(motor)
                 self.sound = 2
             if there[motor] or blocked[motor]:
                 self.movement[motor] = ""
@@ -202,7 +202,7 @@ class PositioningModel:
             self._obey(*order[1:])
         if halt:
             self.movement = [""] * 3
-        self.looked = bool(order and not taken)
+        self.lookup_done = bool(order and not taken)
 
     def _obey(self, word: str, numbers: list[int]) -> None:
         if word == "CONNECT":

@@ -5,7 +5,8 @@ from tb import boards
 from tb.netlist.part import NetlistPart
 from tb.netlist.subject import Subject
 from tb.netlist.unknown import Runnable, serial_stimulus
-from tb.runners import duts
+
+from . import MACHINE
 
 __all__ = ["NETLIST", "RUN"]
 
@@ -15,8 +16,8 @@ BOARD = Subject("nexys2-positioner", lambda: boards.board("positioner", Position
                 (("reset", 0),), "fault")
 """The Nexys 2 with its block RAMs."""
 
-RUN = Runnable("positioner", lambda: duts()["positioner"].design(), serial_stimulus("positioner"),
-               ("RTL",))
+_DUT = MACHINE.dut("positioner")
+RUN = Runnable("positioner", _DUT.design, serial_stimulus(_DUT), ("RTL",))
 
 NETLIST = NetlistPart(
     equal=(RAW,), flipped=((RAW, 1),), codes=(BOARD,), pins=(BOARD,), unknown=(RUN,),

@@ -1,24 +1,21 @@
 """Scenarios of `positioner`: a session on its line."""
 
-from fresa.machines import Positioner
-from fresa.machines.positioner import ANSWERS, PositionerTiming
+from fresa.machines.positioner import ANSWERS
 from fresa.protocol.positioner import Answer
 
 from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard, ticks
 from ...uart import encode
-from .model import PositionerModel
+from . import MACHINE, make_model
+from .parts import positioner_commands, positioning, reporter
 
 
 @bench
 def positioner(run: Run) -> str:
     """A session on the line: points, jogging, a limit, errors, the origin."""
     bit = 16
-    timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2, setup=2,
-                              hold=2,
-                          settle=5, report=10_000)
-    dut = Positioner(timing=timing, backlash=(3, 0, 0))
-    model = PositionerModel(timing=timing, bit=bit, backlash=(3, 0, 0))
+    options = MACHINE.bench_options
+    dut, model = MACHINE.make(**options), make_model(**options)
     received = bytearray()
     motors = [0, 0, 0]
 
@@ -78,3 +75,6 @@ def positioner(run: Run) -> str:
                  monitor(run, dut.tx, bit, received), count, deadline=90_000)
     return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
             "pulses agreed all the while, and every clock was as the model has it")
+
+
+SCENARIOS = [positioner_commands, positioning, reporter, positioner]

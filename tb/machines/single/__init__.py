@@ -8,12 +8,12 @@ from fresa.protocol import BAUD
 from fresa.protocol.frames import SPEEDS
 
 from ...diagram import Diagram
-from ...machine import Coverage, Machine, Option, Options, Serve
+from ...machine import Coverage, Machine, Option, Options, Recorded, Serve, parts
 
 __all__ = ["MACHINE"]
 
 
-def _model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, greeting: bytes,
+def make_model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, greeting: bytes,
            help_text: bytes):
     """Make a model, which counts rates in the unit of the ramp, if there is one."""
     from fresa.motion import ramp_rates
@@ -30,7 +30,7 @@ def _model(*, timing: SingleTiming, ramp: int = 0, top_speed: int = TOP_SPEED, g
 def _directed(seed: int, clocks: int, **options: Any):
     from .stimulus import directed
 
-    return directed(_model(**options), seed, clocks)
+    return directed(make_model(**options), seed, clocks)
 
 
 def _random(seed: int, block: int, rows: int, *, timing: SingleTiming, **options: Any):
@@ -78,28 +78,23 @@ OPTIONS = (
 )
 
 
-def _scenarios():
-    from .scenarios import single
-
-    return [single]
-
-
-def _fuzz():
-    from .fuzz import TARGET
-
-    return TARGET
-
-
-def _faults():
-    from .faults import TARGETS
-
-    return TARGETS
-
-
-def _netlist():
-    from .netlist import NETLIST
-
-    return NETLIST
+DIAGRAMS = (
+    Diagram(
+        "frame-interpreter",
+        "The frame `x57`, in which a word is read, a number and the end. The set-point is there "
+        "with the clock after the end was taken, and not before; then `ok` and the end of the line "
+        "are sent.",
+        "frames: items_valid items_ready items_payload.byte items_payload.end "
+        "state: dut.interpreter_state_state outputs: target bytes_valid bytes_payload", 1268, 1288,
+        radix=("items_payload.byte=hex", "bytes_payload=hex", "target=dec")),
+    Diagram(
+        "single",
+        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
+        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
+        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
+        "line: rx tx outputs: moving coils position enable", 11940, 12040,
+        radix=("position=dec",)),
+)
 
 
 MACHINE = Machine(
@@ -111,18 +106,16 @@ MACHINE = Machine(
     variants={"single-ramp": {
         "timing": SingleTiming.real(clock=240_000, baud=15_000, turn=5), "ramp": 150_000,
         "top_speed": 25_000}},
-    model=_model, directed=_directed, random=_random,
+    benched={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"hi\r\n",
+             "help_text": b"help\r\n"},
+    model=make_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, figures=_figures,
     serve=Serve("one motor; commands such as  :x100  and Return"),
-    fuzz=_fuzz, faults=_faults, netlist=_netlist,
-    scenarios=_scenarios,
-    diagrams=(Diagram(
-        "single",
-        "The end of the frame `:x5`. With its stop bit the set-point is 5, and the motor is on its "
-        "way: the first step is made at once, the others 10 clocks apart, 5987 rpm at the 48 kHz "
-        "of this bench, or 11 now and then. `tx` falls when the answer begins.",
-        "line: rx tx outputs: moving coils position enable", 11940, 12040,
-        radix=("position=dec",)),),
-    coverage=Coverage(3_000_000, 98, 93))
+    diagrams=DIAGRAMS,
+    coverage=Coverage(3_000_000, 98, 93),
+    recorded=Recorded(sizes={"single": ("", "netlist nexys2-single"),
+                             "single-ramp": ("--ramp 1000", "run single-ramp")}),
+    **parts(__name__, "contracts", "faults", "fuzz", "netlist", "scenarios",
+            "survivors"))

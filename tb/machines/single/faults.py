@@ -10,10 +10,10 @@ from tb.faults.rows import Rows
 from tb.faults.session import BIT, BYTE, OBEYED, Session, sessions_and_fuzz
 from tb.faults.target import Coils, FaultTarget, Line
 
-from .fuzz import TARGET
+from .fuzz import FUZZ
 from .fuzz.session import PHASES
 
-__all__ = ["TARGETS", "target"]
+__all__ = ["FAULTS", "target"]
 
 ANSWER = 12 * BYTE
 """Within so many clocks an answer is out."""
@@ -38,11 +38,11 @@ def target() -> FaultTarget:
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=("driver.row", "driver.coils", "driver.rest", "accumulator", *OF_MEMORIES),
         work=lambda seed: _work(seed, 30),
-        work_to_reset=sessions_and_fuzz(list(design.inputs), TARGET, sessions),
+        work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),
         gap=6000, window=6000, timeout=20_000, line=Line(BIT, b"oe", _question()))
 
 
-TARGETS = {None: target}
+FAULTS = {None: target}
 """Its builds for fault injection; it has no guard."""
 
 

@@ -1,12 +1,12 @@
 """Scenarios of `single`: a session on its line."""
 
-from fresa.machines import Single
-from fresa.machines.single import PHASES, SingleTiming
+from fresa.machines.single import PHASES
 
 from ...bench import Run, bench
 from ...scoreboard import monitor, scoreboard
 from ...uart import encode
-from .model import SingleModel
+from . import MACHINE, make_model
+from .parts import frame_interpreter
 
 BIT = 16
 HELLO, HELP = b"hi\r\n", b"help\r\n"
@@ -23,10 +23,8 @@ SESSION = [
 @bench
 def single(run: Run) -> str:
     """A session at a terminal: every command and error, power off and on, a reset."""
-    timing = SingleTiming.real(clock=48_000, baud=3000)
-    dut = Single(timing=timing, greeting=HELLO, help_text=HELP)
-    model = SingleModel(bit=timing.bit, modulus=timing.modulus, rate=timing.rate, greeting=HELLO,
-                        help_text=HELP)
+    options = MACHINE.bench_options
+    dut, model = MACHINE.make(**options), make_model(**options)
     received = bytearray()
 
     async def receive(ctx, text):
@@ -61,3 +59,6 @@ def single(run: Run) -> str:
     return (f"{len(SESSION)} frames, each answered once: 5 half steps forward, 3 back when power "
             "came again; none that was wrong changed anything; a reset made no step; every clock "
             "was as the model has it")
+
+
+SCENARIOS = [frame_interpreter, single]

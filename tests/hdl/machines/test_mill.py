@@ -14,12 +14,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fresa.machines import Mill
-from fresa.machines.mill import MillTiming, step_period
-from tb.boards import mill
+from fresa.machines.mill import Z_TRAVEL, MillTiming, step_period
 from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.machines.mill import MACHINE
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Select, Stop, Together
-from tb.machines.mill.lockstep import AXES, Lockstep, Trace
 from tb.machines.mill.model import MillModel
+from tests.machines.mill.lockstep import AXES, Lockstep, Trace
 
 NO_COMPILER = CXXRTLEngine.missing()
 RAISE, LOWER = Order(up=1), Order(down=1)
@@ -33,11 +33,12 @@ class Timing(NamedTuple):
     scan_bits: int = 3
 
 
-TIMINGS = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(16, 4, 17, 5)]
+TIMINGS = [Timing(1, 1), Timing(2, 3), Timing(3, 5, 4), Timing(7, 2, 3, 4), Timing(11, 2),
+           Timing(16, 4, 17, 5)]
 
 
 def lockstep(kind, timing: Timing) -> Lockstep:
-    design = mill(
+    design = MACHINE.design(
         timing=MillTiming(timing.period, timing.scan_bits, timing.jog_period),
         z_travel=timing.z_travel
     )
@@ -110,6 +111,22 @@ def check_pins(trace: Trace, timing: Timing) -> None:
     assert not ready[taken + 1].any(), "ready does not fall after an order is taken"
     falls = np.flatnonzero(ready[:-1] & ~ready[1:])
     assert (start[falls] | rst[falls] | ~mode[falls + 1] | held[falls + 1]).all(), "ready falls"
+
+    # A movement lasts while `ready` is 0, unless reset, stop or mode ends it.
+    rises = np.flatnonzero(~ready[:-1] & ready[1:]) + 1
+    for end in rises:
+        begin = int(np.flatnonzero(ready[:end])[-1]) + 1 if ready[:end].any() else 0
+        if (rst | held | ~mode)[begin:end].any():
+            continue
+        x, y, z = (trace.steps(axis) for axis in AXES)
+        x, y, z = (steps[(begin <= steps) & (steps < end)] for steps in (x, y, z))
+        position = trace.position("axis_z")
+        assert abs(position[end] - position[begin]) == len(z) in (0, timing.z_travel), "Z travel"
+        for steps, other in ((x, y), (y, x), (z, x)):
+            # Alone, or together with the other axis, from the first step to the last.
+            both = np.isin(steps, other)
+            apart = np.diff(steps)[both[1:] == both[:-1]]
+            assert (apart == timing.period).all(), "steps of a movement are not a period apart"
 
     digits = 0xF ^ trace["digits"]
     assert (digits & digits - 1 == 0).all(), "two digits on"
@@ -221,10 +238,19 @@ class TestModel:
     def test_scenario(self, machine, timing, script):
         check_pins(machine.apply(script), timing)
 
-    @settings(RANDOM, max_examples=20)
+    @settings(RANDOM, max_examples=50)
     @given(script=scripts)
     def test_random(self, machine, timing, script):
         check_pins(machine.apply(script), timing)
+
+    @pytest.mark.parametrize(("wrong", "message"), [
+        ({"period": -1}, "not a period apart"), ({"period": 1}, "too soon"),
+        ({"z_travel": 1}, "Z travel")])
+    def test_checks_of_the_pins_fail(self, machine, timing, wrong, message):
+        trace = machine.apply([Mode(1), Order(3, 5), LOWER, RAISE])
+        (name, change), = wrong.items()
+        with pytest.raises(AssertionError, match=message):
+            check_pins(trace, timing._replace(**{name: getattr(timing, name) + change}))
 
     @pytest.mark.compiler
     @settings(RANDOM, max_examples=200)
@@ -277,7 +303,6 @@ class TestModel:
 
 
 class TestSteps:
-
     @pytest.mark.parametrize(
         "order",
         [Order(3, 3), Order(5, 2), Order(2, 5), Order(4, 0), Order(0, 4), Order(down=1)],
@@ -353,7 +378,7 @@ class TestHandshake:
 
 class TestPowerUp:
     def test_state_1_and_nothing_under_way(self):
-        with AmaranthEngine(mill(timing=MillTiming(1, 3))) as engine:
+        with AmaranthEngine(MACHINE.design(timing=MillTiming(1, 3), z_travel=Z_TRAVEL)) as engine:
             assert engine.get("axis_x", "axis_y", "axis_z") == (0b0110,) * 3
             assert engine.get("ready", "error", "count", "leds", "digits") == (0, 0, 0, 0b0110, 0xF)
             engine.set(mode=1)
@@ -438,7 +463,7 @@ class TestTiming:
         """The thesis's N: three steps of a jog and three of an order, 493 214 clocks apart."""
         if NO_COMPILER:
             pytest.skip(NO_COMPILER)
-        with CXXRTLEngine(mill(timing=MillTiming.real())) as engine:
+        with CXXRTLEngine(MACHINE.design(timing=MillTiming.real(), z_travel=Z_TRAVEL)) as engine:
             engine.run(600_000, AXES)
             engine.set(jog=0b000101)
             changes = engine.run(3 * 493_214, AXES)

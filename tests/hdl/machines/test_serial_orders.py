@@ -132,7 +132,7 @@ class TestDialogue:
         mill.line.send(bytes(rng.choices([*range(256), *b":0123456789ABCDEF\r" * 9], k=300)))
         mill.listen(300 * BYTE)
         assert mill.engine.get("orders_valid", "busy", "fault") == (0, 0, 0)
-        assert mill.ask(request(Kind.TELL))[-35:-8].startswith(b"=0000000005" + b"0" * 12)
+        assert mill.ask(request(Kind.QUERY))[-35:-8].startswith(b"=0000000005" + b"0" * 12)
 
     def test_a_line_may_come_while_one_is_answered(self, mill):
         answers = mill.ask(request(Kind.OPEN, 5) + request(Kind.GO, 5, 1))
@@ -140,7 +140,7 @@ class TestDialogue:
 
     def test_reset_closes_the_session_and_ends_an_answer(self, mill):
         mill.ask(request(Kind.OPEN, 5) + request(Kind.GO, 5, 1))
-        mill.line.send(request(Kind.TELL))
+        mill.line.send(request(Kind.QUERY))
         mill.line.run(36 * BYTE)  # to somewhere in the answer
         mill.engine.set(rst=1)
         mill.line.run(1)

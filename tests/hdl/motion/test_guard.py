@@ -17,7 +17,8 @@ from fresa.machines.mill import MillTiming
 from fresa.motion import GuardedController
 from fresa_boards.verilog import from_rtlil
 from tb.cosim import lockstep
-from tb.runners import MODEL, close_all, duts, make_runners, stimuli
+from tb.registry import duts
+from tb.runners import MODEL, close_all, make_runners, stimuli
 from tb.yosys import YOSYS
 
 TIMING = MillTiming(period=4, scan_bits=3)

@@ -7,7 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from fresa.machines.mill import CLOCK, MillTiming
+from fresa.clock import CLOCK
+from fresa.machines.mill import MillTiming
 from fresa.panel import SevenSegment
 from tb.boards import component
 from tb.engines import AmaranthEngine

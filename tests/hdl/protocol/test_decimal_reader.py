@@ -117,7 +117,7 @@ class TestDecimalReader:
         assert read(*texts, is_signed=True) == [expected for _, expected in numbers]
 
     @given(st.integers(-2**34, 2**34))
-    @settings(max_examples=15, deadline=None)
+    @settings(max_examples=40, deadline=None)
     @example(2**32)
     def test_numbers(self, number):
         for is_signed in (False, True):

@@ -19,7 +19,7 @@ from tb.machines.single.stimulus import frames
 GOOD, LONG, DAMAGED = 0x100, 0x101, 0x102
 START = {"target": 0, "speed": 100, "enable": 1}
 GREETED, HELPED = b"hi\r\n", b"help\r\n"
-RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
+RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=60)
 
 
 def interpreter() -> AmaranthEngine:

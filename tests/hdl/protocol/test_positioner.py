@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fresa.protocol import PositionerCommands
-from fresa.protocol.positioner import Answer, Command
+from fresa.protocol.positioner import Answer, Command, PositionerCommands
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.machines.positioner.model import CommandsModel
@@ -122,7 +121,7 @@ class TestPositionerCommands:
             lines.append([*line, rng.choice([GOOD] * 9 + [LONG, DAMAGED])])
         assert len(check(lines, seed, haste=rng.choice([1, 0.9, 0.3]))) == 60
 
-    @settings(deadline=None, database=None, derandomize=True, max_examples=25)
+    @settings(deadline=None, database=None, derandomize=True, max_examples=60)
     @given(st.lists(st.lists(st.sampled_from(b"MOVT123C PGO-+09"), max_size=14), max_size=6))
     def test_any_line_is_one_order(self, lines):
         assert len(check([[*line, GOOD] for line in lines], 0)) == len(lines)

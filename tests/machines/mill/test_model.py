@@ -5,8 +5,8 @@ import pytest
 
 from tb.compare import first_difference
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Stop, Together, record
-from tb.machines.mill.lockstep import Trace
 from tb.machines.mill.model import COILS, MillInputs, MillModel
+from tests.machines.mill.lockstep import Trace
 
 
 def model(**parameters) -> MillModel:

@@ -23,3 +23,9 @@ def fake(monkeypatch) -> FakePositioner:
 @pytest.fixture
 def path(tmp_path) -> Path:
     return tmp_path / "panel.json"
+
+
+@pytest.fixture
+def soon_stale(monkeypatch) -> None:
+    """Take a report for old after a tenth of a second."""
+    monkeypatch.setattr("fresa_host.positioner_state.STALE_AFTER", 0.1)

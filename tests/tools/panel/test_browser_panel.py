@@ -1,4 +1,4 @@
-"""The panel in a real browser, with the positioner's gateware behind it."""
+"""The panel in a real browser, with the gateware of its machine behind it."""
 
 import os
 from collections.abc import Iterator

@@ -5,12 +5,11 @@ import time
 
 import pytest
 
-from fresa_host import positioner_state
-from fresa_host.positioner_lines import Steps
 from tests.tools.panel.session import PORT, STOP, session
 from tools.console import UserError
 from tools.panel import machine, panel
 from tools.panel.settings import Settings, load, save
+from tools.panel.stage import Steps
 
 
 def test_connecting_tells_the_machine_what_was_kept(fake, path):
@@ -233,9 +232,7 @@ def test_what_the_machine_complains_of_is_told(fake, path):
     session(path, what)
 
 
-def test_silence_and_a_lost_line_are_told(fake, path, monkeypatch):
-    monkeypatch.setattr(positioner_state, "STALE_AFTER", 0.1)
-
+def test_silence_and_a_lost_line_are_told(fake, path, soon_stale):
     async def what(site):
         await site.connect()
         fake.connected = False

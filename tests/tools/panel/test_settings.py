@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fresa_host.positioner_lines import Steps
 from tools.console import UserError
 from tools.panel.settings import Settings, _read, folder, load, save
+from tools.panel.stage import Steps
 
 UM = st.none() | st.floats(-14_000, 14_000)
 SETTINGS = st.builds(

@@ -218,13 +218,13 @@ class TestManners:
             os.close(writer)
         assert (ended.returncode, ended.stderr) == (LEFT, b"")
 
-    def test_the_status_of_a_reader_that_leaves_is_in_the_help(self, capsys):
+    def test_the_status_of_an_early_end_of_output_is_in_the_help(self, capsys):
         for words in ([], ["find"], ["diff"], ["steps"]):
             with pytest.raises(SystemExit):
                 main([*words, "--help"])
             assert LEFT not in (0, 1, 2)  # which have a meaning
             shown = " ".join(capsys.readouterr().out.split())
-            assert f"{LEFT} if the reader of the output leaves" in shown
+            assert f"{LEFT} if the output pipe is closed early" in shown
 
     @pytest.fixture
     def hangs_up(self):
@@ -308,7 +308,7 @@ class TestManners:
 @pytest.mark.parametrize("subcommand", ["list", "at", "table", "find", "stats", "steps", "draw",
                                         "view"])
 def test_examples_of_the_help_work(wave, mill, tmp_path, monkeypatch, capsys, subcommand):
-    """Those that look into the waveform of the bench, which the help tells how to make."""
+    """Those that read the waveform of the bench; the help shows how to make it."""
     for name in ("mill.vcd", "mill.gtkw"):
         shutil.copy(mill.with_name(name), tmp_path)
     monkeypatch.chdir(tmp_path)

@@ -117,13 +117,13 @@ class TestDiff:
         status, out, _ = wave("diff", a, b, "x.ready")
         assert (status, out) == (1, f"only in {a}: top.x.ready\n")
 
-    def test_what_is_not_clear_is_asked(self, vcd, wave):
+    def test_an_ambiguous_name_is_refused(self, vcd, wave):
         a = vcd("wire 1 k count", changes())
         b = vcd("$scope module x $end\nwire 1 k count\n$upscope $end\n"
                 "$scope module y $end\nwire 1 c count\n$upscope $end", changes("0 0c"),
                 name="b.vcd")
         status, _, err = wave("diff", a, b, "count")
-        assert status == 2 and "may be top.x.count, top.y.count: --map A=B" in err
+        assert status == 2 and "matches top.x.count, top.y.count: --map A=B" in err
 
     def test_nan_is_nan(self, vcd, wave):
         a = vcd("real 64 r r", "#0|rnan r|#5|r1 r|#7|rnan r|#9|r1 r")
@@ -144,7 +144,7 @@ class TestDiff:
     def test_scales_that_do_not_fit_together(self, vcd, wave):
         a = vcd("wire 1 a a", "#0|0a|#1000000|1a", timescale="1 s")
         b = vcd("wire 1 a a", "#0|0a|#10|1a", name="b.vcd", timescale="1 fs")
-        assert wave("diff", a, b)[2].count("too far apart in scale") == 1
+        assert wave("diff", a, b)[2].count("differ too much in scale") == 1
 
 
 class TestCompared:

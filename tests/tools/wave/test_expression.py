@@ -197,17 +197,17 @@ class TestMeaning:
 class TestRefused:
     @pytest.mark.parametrize(("text", "message"), [
         ("", "a signal or a value"), ("a ==", "where 'a ==' ends"), ("a b", "an operator"),
-        ("a = 1", "no part of an expression: '= 1'"), ("(a", "a \\) should"),
-        ("a[", "number of a bit"), ("a[0:3]", "\\[high:low\\]"), ("1 < a < 3", "joined by and"),
+        ("a = 1", "unexpected character: '= 1'"), ("(a", "\\) is expected"),
+        ("a[", "a bit number is"), ("a[0:3]", "\\[high:low\\]"), ("1 < a < 3", "joined by and"),
         ("a & b | 1 == 2", "parentheses"), ("3", "names no signal"), ("s", "compare it"),
         ("a == 'x'", "cannot compare a number with a name"), ("s < 'x'", "the same or not"),
         ("not rise a", "no opposite"), ("rise a or b", "one of each"),
         ("rise (rise a)", "of a value"), ("rise a == 1", "cannot compare an event"),
         ("s & 1", "whole numbers"), ("s[0]", "have bits"),
-        ("nobody", "no signal 'nobody'"), ("0x", "no part"), ("a == 1__0", "no number"),
+        ("absent", "no signal"), ("0x", "unexpected character"), ("a == 1__0", "not a number"),
         ("__import__('os')", "an operator"), ("a.__class__", "no signal"),
-        ("rise", "should be here"),
-        ("-a", "a number should"), ("a == 09", "no number"),
+        ("rise", "is expected"),
+        ("-a", "a number is"), ("a == 09", "not a number"),
         ("(" * 60 + "a" + ")" * 60, "nested"), ("a" * (LONGEST + 1), "at most"),
     ])
     def test_in_a_line(self, text, message):

@@ -43,13 +43,13 @@ class TestNames:
         assert names.one(scopes, name).path == path
 
     @pytest.mark.parametrize(("name", "message"), [
-        ("count", "'count' is one of top.x.count, top.y.count: say more"),
-        ("apart", "is one of top.x.apart, top.y.deep.apart"),  # neither scope holds the other
+        ("count", "'count' matches top.x.count, top.y.count: give more"),
+        ("apart", "matches top.x.apart, top.y.deep.apart"),  # neither scope contains the other
         ("redy", "no signal 'redy'; is it top.ready"),
         ("qqqqq", "python -m tools.wave list"), ("ount", "is it top.x.count"), ("", "no signal ''"),
         ("x.", "no signal"), ("ready.x", "no signal"),
     ])
-    def test_what_is_not_clear_is_told(self, scopes, name, message):
+    def test_an_ambiguous_name_is_refused(self, scopes, name, message):
         with pytest.raises(UserError, match=message):
             names.one(scopes, name)
 
@@ -76,9 +76,9 @@ class TestTimes:
         assert Timeline(Wave(clocked)).ticks(text) == ticks
 
     @pytest.mark.parametrize(("text", "message"), [
-        ("12", "written like 12us"), ("", "written like"), ("-3ns", "written like"),
-        ("1e9s", "written like"), ("3 weeks", "written like"), ("21clk", "rises 20 times"),
-        ("1.5clk", "whole"), ("9" * 31 + "s", "written like"), ("1KB", "written like"),
+        ("12", "written 12us"), ("", "written 12us"), ("-3ns", "written 12us"),
+        ("1e9s", "written 12us"), ("3 weeks", "written 12us"), ("21clk", "rises 20 times"),
+        ("1.5clk", "whole"), ("9" * 31 + "s", "written 12us"), ("1KB", "written 12us"),
     ])
     def test_refused(self, clocked, text, message):
         with pytest.raises(UserError, match=message):
@@ -104,7 +104,8 @@ class TestTimes:
 
     def test_no_clock(self, vcd):
         timeline = Timeline(Wave(vcd("wire 4 a a", "#0|b1 a|#9|b10 a")))
-        assert timeline.clock is None and timeline.told(3) == "3ns" and timeline.period is None
+        assert timeline.clock is None and timeline.period is None
+        assert timeline.text_with_clock(3) == "3ns"
         with pytest.raises(UserError, match="there is no clock"):
             timeline.ticks("3clk")
 

@@ -225,7 +225,7 @@ class TestBroken:
         path = tmp_path / "bad.vcd"
         path.write_text(HEAD + END + "#1\nb1 !\nb1 unheard\n")
         wave = Wave(path)
-        with pytest.raises(UserError, match="not as a waveform file should be"):
+        with pytest.raises(UserError, match="its contents are malformed"):
             wave.trace(wave.signals[0])
         print("still here", flush=True)
         assert capfd.readouterr() == ("still here\n", "")

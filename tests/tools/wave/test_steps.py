@@ -48,9 +48,9 @@ class TestCoils:
         found = json.loads(out)
         assert status == 1
         assert [(fault["time"], fault["fault"]) for fault in found["faults"]] == [
-            ("20ns", "0b1111 is no coil word"), ("40ns", "a jump to 0b0110, two words on"),
-            ("50ns", "x1x0 is no coil word"), ("60ns", "0b0000 is no coil word"),
-            ("80ns", "0b1110 is no coil word")]
+            ("20ns", "0b1111 is not a coil word"), ("40ns", "a jump to 0b0110, two words on"),
+            ("50ns", "x1x0 is not a coil word"), ("60ns", "0b0000 is not a coil word"),
+            ("80ns", "0b1110 is not a coil word")]
         assert [row["position"] for row in found["steps"]] == [1, 2, 3]
         status, out, _ = wave("steps", path, "axis_x")
         assert status == 1 and out.count("fault ") == 5
@@ -58,7 +58,7 @@ class TestCoils:
     def test_unknown_at_the_start_is_told(self, vcd, wave):
         path = vcd("wire 4 a axis_x", coils(["xxxx", WORDS[0], WORDS[1]]))
         status, out, _ = wave("steps", path, "axis_x")
-        assert status == 1 and "xxxx is no coil word" in out and "+1 to 1" in out
+        assert status == 1 and "xxxx is not a coil word" in out and "+1 to 1" in out
 
     def test_within_a_window_positions_are_those_of_the_wave(self, vcd, wave):
         path = vcd("wire 4 a axis_x", coils([WORDS[n % 4] for n in range(10)]))
@@ -74,7 +74,8 @@ class TestCoils:
         assert status == 2 and "has none of axis_x, axis_y, axis_z" in err
 
     def test_no_coil_word(self, vcd, wave):
-        assert "does not have 4 bits" in wave("steps", vcd("wire 3 a a", "#0|b1 a"), "a")[2]
+        shown = wave("steps", vcd("wire 3 a a", "#0|b1 a"), "a")[2]
+        assert "has 3 bits: a coil word has 4" in shown
 
 
 class TestPulses:

@@ -7,13 +7,13 @@ from its model or its gateware but the machine itself.
 from fresa.machines import MillStation, SerialOrders
 from fresa.machines.mill import MillTiming
 from tb import boards
-from tb.fuzz.line import FRAME, Levels, decode, decode_output
 from tb.fuzz.target import Findings, Floods, FuzzTarget, Seen
+from tb.uart import FRAME, Levels, decode, decode_output
 
 from .lines import ENDS, PROTOCOL, frames
 from .session import OrderSession, check_moves, motors
 
-__all__ = ["TARGET"]
+__all__ = ["FUZZ"]
 
 BIT, PERIOD, TRAVEL = 16, 60, 40
 """Clocks of a bit and of a step, and steps of Z."""
@@ -35,7 +35,7 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
         findings.timed = findings.steps
 
 
-TARGET = FuzzTarget(
+FUZZ = FuzzTarget(
     "mill", BIT, PROTOCOL,
     lambda: boards.board(
         "mill", MillStation(source=SerialOrders(period=BIT), z_travel=TRAVEL,

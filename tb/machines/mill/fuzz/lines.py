@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from tb.fuzz.frames import Frame
 from tb.fuzz.frames import frames as split
 from tb.fuzz.inputs import LineProtocol
-from tb.fuzz.line import DecodedByte
+from tb.uart import DecodedByte
 
-__all__ = ["DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "PROTOCOL", "ROOM", "TELL", "UP",
+__all__ = ["DOWN", "ENDS", "GO", "LONGEST", "NUMBERS", "OPEN", "PROTOCOL", "ROOM", "QUERY", "UP",
            "decode_request", "frames", "request", "with_crc"]
 
 SIDE = 400
@@ -19,7 +19,7 @@ are so far from each other that orders have to wait."""
 
 LONGEST, ROOM, NUMBERS = 32, 63, 1 << 24
 ENDS = b"\r\n"
-TELL, OPEN, GO, UP, DOWN = range(5)
+QUERY, OPEN, GO, UP, DOWN = range(5)
 
 
 def frames(received: Iterator[DecodedByte]) -> Iterator[Frame]:
@@ -53,7 +53,7 @@ _GAP = b" " * 36
 def _job(rng: random.Random) -> bytes:
     """Give a session and its first orders, or other requests."""
     if rng.random() < 0.3:
-        kind = rng.choice([TELL, OPEN, GO, UP, DOWN, DOWN + 1, 0xFF])
+        kind = rng.choice([QUERY, OPEN, GO, UP, DOWN, DOWN + 1, 0xFF])
         return request(kind, rng.choice([0, 1, rng.getrandbits(32)]) if kind != OPEN else 0,
                        rng.choice([0, 1, NUMBERS - 1]), 0, 0)
     session, number = rng.getrandbits(32), rng.choice([0, 7, NUMBERS - 2])
@@ -67,10 +67,11 @@ def _job(rng: random.Random) -> bytes:
 
 
 PROTOCOL = LineProtocol(
-    _job, quiet=(request(TELL), request(TELL), request(TELL)[:-3] + b"\r", b":\r", b"AB\n", b":"),
+    _job, quiet=(request(QUERY), request(QUERY), request(QUERY)[:-3] + b"\r", b":\r", b"AB\n",
+                 b":"),
     end=b"\r", letters=b":\r\n0123456789ABCDEF=", longest=LONGEST, room=ROOM, answer=40,
-    begin=request(TELL),
+    begin=request(QUERY),
     alive=b"".join(line + _GAP * 9 for line in [
         request(OPEN), request(OPEN), request(OPEN, 5), request(GO, 5, 1, 0, SIDE),
-        request(GO, 5, 2, SIDE, SIDE), request(DOWN, 5, 3), request(UP, 5, 4), request(TELL)]))
+        request(GO, 5, 2, SIDE, SIDE), request(DOWN, 5, 3), request(UP, 5, 4), request(QUERY)]))
 """Its line, for random inputs."""

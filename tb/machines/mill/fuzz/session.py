@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from tb.fuzz.answers import AnswerSession
 from tb.fuzz.frames import Frame
-from tb.fuzz.line import CUT, Text
-from tb.fuzz.trajectory import Failure, Steps
+from tb.fuzz.trajectory import NEVER, Failure, Steps
+from tb.uart import Text
 
-from .lines import DOWN, GO, LONGEST, NUMBERS, OPEN, ROOM, TELL, UP, decode_request, with_crc
+from .lines import DOWN, GO, LONGEST, NUMBERS, OPEN, QUERY, ROOM, UP, decode_request, with_crc
 
 __all__ = ["AcceptedOrder", "OrderSession", "check_moves", "motors"]
 
@@ -23,7 +23,8 @@ DEPTH = 2
 """Orders that may wait."""
 
 ANSWER = rb"=[0-9A-F]{30}\r\n"
-(TOLD, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED, UNKNOWN) = range(11)
+(REPORTED, OPENED, TAKEN, AGAIN, FULL, BUSY, UNEXPECTED, CLOSED, MANUAL, DAMAGED,
+ UNKNOWN) = range(11)
 
 
 class AcceptedOrder(NamedTuple):
@@ -65,7 +66,7 @@ def check_moves(orders: Sequence[AcceptedOrder], steps: Sequence[Steps], period:
             ways[axis].append(np.full(abs(turn), np.sign(turn)))
         (x, y), lowered = to, low
     failures, last = [], np.full(len(orders), -1)
-    first = np.full(len(orders), CUT)
+    first = np.full(len(orders), NEVER)
     for name, own, parts in zip("xyz", steps, ways, strict=True):
         of = np.arange(len(orders)).repeat([len(part) for part in parts])
         ordered = np.concatenate([*parts, np.zeros(1, int)])[:-1]
@@ -142,7 +143,7 @@ class OrderSession(AnswerSession):
     def check_flooded(self, answer: bytes, end: int) -> None:
         """Check that an answer in a flood gives the state, or says that a line was damaged."""
         outcome, *_ = fields = self._fields(answer)
-        if outcome not in (TOLD, DAMAGED) or not self._is_so(fields):
+        if outcome not in (REPORTED, DAMAGED) or not self._is_so(fields):
             self.fail(end, f"a flood is answered by {answer!r}")
 
     def _fields(self, answer: bytes) -> tuple[int, ...]:
@@ -169,8 +170,8 @@ class OrderSession(AnswerSession):
             return {DAMAGED}
         kind, session, number, *_ = request
         idle = self._done == self._number
-        if kind == TELL:
-            return {TOLD}
+        if kind == QUERY:
+            return {REPORTED}
         if kind == OPEN:
             return {OPENED} if idle or session == self._session else {OPENED, BUSY}
         if kind > DOWN:

@@ -11,16 +11,16 @@ import numpy as np
 
 from fresa.machines.positioner import Positioner, PositionerTiming
 from tb import boards
-from tb.fuzz.line import FRAME, Levels, decode, decode_output
 from tb.fuzz.target import Findings, Floods, FuzzTarget, Rates, Seen
 from tb.fuzz.trajectory import check_trajectory
+from tb.uart import FRAME, Levels, decode, decode_output
 
 from .axes import Axis, Ends, load_steps
 from .limits import check_buzzer
 from .lines import AXES, PROTOCOL, TOP_SPEED, begin, split_lines
 from .session import LineSession
 
-__all__ = ["TARGET"]
+__all__ = ["FUZZ"]
 
 BIT = 16
 SETTLE, REPORT = 30, 40_000
@@ -65,7 +65,7 @@ def _target(backlash: Sequence[int], limit_ends: Sequence[str]) -> FuzzTarget:
         switches=("limits", AXES), rates=Rates(TOP_SPEED, TIMING.clock, AXES, begin))
 
 
-TARGET = replace(_target((0, 0, 0), ("X+", "Y+", "Z+")),
+FUZZ = replace(_target((0, 0, 0), ("X+", "Y+", "Z+")),
                  others=(_target((0, 9, 70), ("X-", "X+", "Y-")),),
                  about="Every other session is with backlash in two axes, and limit switches at "
                        "other ends. It is flooded with lines of all kinds and obeys each; how many "

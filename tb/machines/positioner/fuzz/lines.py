@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from tb.fuzz.inputs import LineProtocol
-from tb.fuzz.line import DecodedByte
+from tb.uart import DecodedByte
 
 __all__ = ["AXES", "BREAK", "PROTOCOL", "DOWN", "START_SPEED", "TOP_SPEED", "UP", "Line", "begin",
            "refusal", "split_lines"]

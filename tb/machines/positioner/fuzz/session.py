@@ -5,8 +5,8 @@ from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from tb.fuzz.line import Text
 from tb.fuzz.trajectory import Failure
+from tb.uart import Text
 
 from .axes import Axis
 from .limits import check_limit_reports

@@ -9,15 +9,15 @@ from math import sqrt
 
 from fresa.machines.single import Single, SingleTiming
 from tb import boards
-from tb.fuzz.line import FRAME, Levels, decode, decode_output
 from tb.fuzz.ramp import Ramp, check_ramp
 from tb.fuzz.target import Findings, Floods, FuzzTarget, Rates, Seen
 from tb.fuzz.trajectory import TrajectoryCheck, check_trajectory
+from tb.uart import FRAME, Levels, decode, decode_output
 
 from .lines import ENDS, GREETING, HELP, PROTOCOL, SPEEDS, begin, frames
 from .session import FrameSession, motor
 
-__all__ = ["TARGET"]
+__all__ = ["FUZZ"]
 
 FINE = 16
 """With a ramp, rates are counted in so many parts of an rpm."""
@@ -69,7 +69,7 @@ def _rates(acceleration: int, top: int, modulus: int, clock: int) -> list[int]:
     return rates
 
 
-TARGET = replace(_target(clock=48_000, baud=3000, turn=48), others=(
+FUZZ = replace(_target(clock=48_000, baud=3000, turn=48), others=(
     # With a ramp of 15 steps, from some 900 clocks each to some 100.
     _target(clock=240_000, baud=15_000, turn=5, ramp=150_000, top_speed=25_000),),
     about="Every other session is with a ramp: the rate of each step is then that of its place on "

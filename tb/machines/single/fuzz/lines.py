@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from tb.fuzz.frames import Frame
 from tb.fuzz.frames import frames as split
 from tb.fuzz.inputs import LineProtocol
-from tb.fuzz.line import DecodedByte
+from tb.uart import DecodedByte
 
 __all__ = ["ASKS", "ENDS", "GREETING", "HELP", "LEGAL", "PROTOCOL", "ROOM", "SPEEDS",
            "START_SPEED", "begin", "frames", "refusal", "word"]

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from tb.fuzz.answers import AnswerSession
 from tb.fuzz.frames import Frame
-from tb.fuzz.line import Text
 from tb.fuzz.trajectory import Effect, Failure, Mode, Steps
+from tb.uart import Text
 
 from .lines import ASKS, GREETING, HELP, LEGAL, ROOM, START_SPEED, refusal, word
 

@@ -7,8 +7,7 @@ import re
 
 import pytest
 
-from fresa.motion import Positioning
-from fresa.motion.positioning import WAITING
+from fresa.motion.positioner import WAITING, Positioning
 from fresa.protocol.positioner import Answer, Command
 from tb.boards import component
 from tb.engines import AmaranthEngine

@@ -2,12 +2,11 @@
 
 from amaranth import Cat, Const, Mux
 
-from fresa.protocol import PositionerCommands, positioner
+from fresa.protocol import positioner
 from fresa.protocol.line import LineEnd
-from fresa.protocol.positioner import CLOCKWISE, MOT, Answer, Command, Kind
+from fresa.protocol.positioner import CLOCKWISE, MOT, Answer, Command, Kind, PositionerCommands
 from fresa.protocol.words import NUMBER_STARTS
-
-from .contract import Bits, Contract
+from tb.contracts.contract import Bits, Contract
 
 __all__ = ["watch_read"]
 

@@ -15,8 +15,7 @@ from amaranth import Array, Cat, Mux, signed
 from fresa.machines import Positioner
 from fresa.machines.positioner import PositionerTiming
 from fresa.protocol.positioner import Answer, Command
-
-from .contract import Case, Component, Contract, Unknown
+from tb.contracts.contract import Case, Component, Contract, Unknown
 
 __all__ = ["POSITIONER"]
 

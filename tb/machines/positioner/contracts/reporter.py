@@ -4,8 +4,7 @@ from amaranth import Array, Cat, Fragment, Mux, signed
 
 from fresa.machines.positioner import ANSWERS
 from fresa.protocol import DecimalWriter, Reporter
-
-from .contract import Bits, Case, Component, Contract
+from tb.contracts.contract import Bits, Case, Component, Contract
 
 __all__ = ["REPORTER"]
 

@@ -19,15 +19,15 @@ from fresa.protocol import (
     UARTTransmitter,
 )
 from fresa.protocol.frames import POSITIONS, SPEEDS, Answer
+from tb.contracts.contract import Bits, Case, Component, Contract
+from tb.contracts.line import LINE
+from tb.contracts.phase import PHASE
+from tb.contracts.position import POSITION
+from tb.contracts.rate import RATE
+from tb.contracts.uart_receiver import UART_RECEIVER
+from tb.contracts.uart_transmitter import UART_TRANSMITTER
 
-from .contract import Bits, Case, Component, Contract
 from .frames import FRAMES_INSIDE
-from .line import LINE
-from .phase import PHASE
-from .position import POSITION
-from .rate import RATE
-from .uart_receiver import UART_RECEIVER
-from .uart_transmitter import UART_TRANSMITTER
 
 __all__ = ["SINGLE"]
 

@@ -2,13 +2,12 @@
 
 from fresa.machines import Mill
 from fresa.machines.mill import MillTiming
-
-from .automatic import watch_counts
-from .contract import Case, Component, Contract
-from .controller import Pins, watch_machine, watch_parts
-from .display import watch_display
-from .monitor import watch_leds
-from .order_control import watch_order
+from tb.contracts.automatic import watch_counts
+from tb.contracts.contract import Case, Component, Contract
+from tb.contracts.controller import Pins, watch_machine, watch_parts
+from tb.contracts.display import watch_display
+from tb.contracts.monitor import watch_leds
+from tb.contracts.order_control import watch_order
 
 __all__ = ["MILL"]
 

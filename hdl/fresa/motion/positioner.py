@@ -112,7 +112,7 @@ class Positioning(wiring.Component):
         m.submodules.points = points = PointStore(points=POINTS, axes=MOTORS)
         order = self.orders.p
         command = order.command
-        looked = Signal()  # the order was offered a clock ago, so its point has been read
+        lookup_done = Signal()  # the order was offered a clock ago, so its point has been read
         refusal = Signal(Answer)
         obeyed = Signal()
         m.d.comb += points.number.eq(order.point)
@@ -122,34 +122,34 @@ class Positioning(wiring.Component):
                 m.d.comb += refusal.eq(Answer.DISCONNECTED)
             with m.Elif((command == Command.GOTO) & ~points.stored):
                 m.d.comb += refusal.eq(Answer.EMPTY)
-        m.d.sync += looked.eq(self.orders.valid & ~looked)
+        m.d.sync += lookup_done.eq(self.orders.valid & ~lookup_done)
         m.d.comb += [
-            self.orders.ready.eq(looked),
-            obeyed.eq(self.orders.valid & looked & (refusal == Answer.NONE)),
+            self.orders.ready.eq(lookup_done),
+            obeyed.eq(self.orders.valid & lookup_done & (refusal == Answer.NONE)),
         ]
 
         m.submodules.reasons = reasons = SyncFIFO(width=4, depth=self.waiting)
         m.d.comb += [
-            reasons.w_en.eq(self.orders.valid & looked & (refusal != Answer.NONE)),
+            reasons.w_en.eq(self.orders.valid & lookup_done & (refusal != Answer.NONE)),
             reasons.w_data.eq(Mux(reasons.level < self.waiting - 1, refusal, Answer.OVERFLOW)),
         ]
 
         # A limit switch ends a movement; its answer comes before all refusals.
         stopped = Signal(MOTORS)
-        hits = Signal(MOTORS)  # not answered yet
+        pending_limits = Signal(MOTORS)  # not answered yet
         free = Signal()
         m.d.comb += [
             stopped.eq(self.run & self.blocked),
             free.eq(~self.answers.valid | self.answers.ready),
-            reasons.r_en.eq(free & ~hits.any()),
+            reasons.r_en.eq(free & ~pending_limits.any()),
         ]
-        first = hits & (~hits + 1)[:MOTORS]
+        first = pending_limits & (~pending_limits + 1)[:MOTORS]
         with m.If(free):
             m.d.sync += [
-                self.answers.valid.eq(hits.any() | reasons.r_rdy),
-                self.answers.payload.eq(Mux(hits.any(), _limit(first), reasons.r_data)),
+                self.answers.valid.eq(pending_limits.any() | reasons.r_rdy),
+                self.answers.payload.eq(Mux(pending_limits.any(), _limit(first), reasons.r_data)),
             ]
-        m.d.sync += hits.eq(Mux(free, hits & ~first, hits) | stopped)
+        m.d.sync += pending_limits.eq(Mux(free, pending_limits & ~first, pending_limits) | stopped)
         self._sound(m, stopped)
 
         going = Signal(MOTORS)  # to a point

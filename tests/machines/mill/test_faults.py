@@ -4,34 +4,24 @@
 
 import json
 import subprocess
-from collections.abc import Callable
-from contextlib import closing
-from dataclasses import replace
-from itertools import islice, pairwise
+from itertools import islice
 
 import numpy as np
 import pytest
-from amaranth import Const, Mux
+from amaranth import Mux
 
 from tb.engines import source
-from tb.engines.build import missing
-from tb.faults.rows import Rows, rows_of_stimulus
-from tb.faults.session import BIT
-from tb.faults.target import FaultTarget
+from tb.faults.rows import rows_of_stimulus
 from tb.faults.upsets import Trial
-from tb.faults.verdicts import Verdict, WrongReset
-from tb.fuzz.line import decode
+from tb.faults.verdicts import Verdict
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, record
 from tb.machines.mill.faults import TIMING, TRAVEL, actions, rows_of_actions
 from tb.machines.mill.faults import target as mill
 from tb.machines.mill.model import MillInputs, MillModel
 from tb.machines.mill.stimulus import orders, random_rows
-from tb.machines.positioner import faults as positioner_faults
-from tb.machines.single import faults as single_faults
 from tb.mistake import Mistake
 from tb.yosys import YOSYS
-
-compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
+from tests.machines.faults import compiled, run_with_fault
 
 
 def model() -> MillModel:
@@ -61,18 +51,6 @@ class TestWork:
         levels = np.repeat(rows.levels, rows.clocks, axis=0)
         assert (levels == np.stack([stimulus[name] for name in vars(MillInputs())], axis=1)).all()
         assert not rows.waits.any()
-
-    def test_sessions_are_lines(self):
-        """All that they say on the line is heard, and each begins with the line at rest."""
-        for sessions, first, end in ((positioner_faults.sessions, b"CONNECT\n", b"\n"),
-                                     (single_faults.sessions, b":v", b"\r")):
-            rows = sessions(3)
-            begins = np.flatnonzero(rows.begins)
-            for begin, stop in pairwise([*begins, len(rows)]):
-                line = np.repeat(rows.levels[begin:stop, 1], rows.clocks[begin:stop])
-                said = [received.byte for received in decode(line.astype(np.uint8), BIT)]
-                assert bytes(said).startswith(first) and bytes(said).endswith(end)
-            assert len(begins) == 40
 
     def test_every_error_is_over_before_the_next_reset(self):
         """Nor may manual mode end one: an upset in it would be seen by nobody."""
@@ -158,19 +136,6 @@ class TestUpsets:
             trial.work()
 
 
-def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
-           ) -> tuple[int, WrongReset | None]:
-    """Reset a machine with a mistake in it; give the clocks that it took, and what is wrong."""
-    machine = make()
-    machine = replace(machine, design=mistake.planted(machine.design))
-    rng = np.random.default_rng(1)
-    with closing(Trial(machine)) as trial:
-        trial.load(rows)
-        asks = [machine.line is not None and place % 5 == 0 for place in range(500)]
-        clocks, _, wrong = trial.resets(rng.integers(1, gap, 500).tolist(), [1] * 500, asks)
-    return clocks, wrong
-
-
 WORK = [Reset(), Mode(1), Hold(), Order(5, 3), Order(down=1), Order(2, 1), Order(up=1), Mode(0),
         Hold(2), Jog(0b010101, 9), Jog(0, 2)]
 
@@ -198,67 +163,3 @@ class TestResets:
         clocks, steps, wrong = trial.resets([30] * 500, [2] * 500)
         assert wrong is None
         assert clocks == 500 * 32 and steps > 500
-
-
-def positioner() -> FaultTarget:
-    return positioner_faults.target()
-
-
-def single() -> FaultTarget:
-    return single_faults.target()
-
-
-ON_A_LINE = {"single": (single, single_faults.sessions),
-             "positioner": (positioner, positioner_faults.sessions)}
-
-
-@compiled
-@pytest.mark.compiler
-class TestResetsOnALine:
-    @pytest.mark.parametrize(("name", "mistake", "found"), [
-        ("positioner", Mistake("x.driver.ready", lambda _, at: (
-            at("x.driver.over") & ~at("x.driver.step_pin") & at("x.driver.right")
-            & at("x.driver.enable_pin"))), "a reset moves "),
-        ("positioner", Mistake("x.driver.high", reset_less=False), "a pulse of "),
-        ("positioner", Mistake("x.driver.power", reset_less=False), "DIR or ENABLE of "),
-        ("positioner", Mistake("positioning.going", reset_less=True),
-         "positioning.going is not as from power-up after a reset"),
-        ("positioner", Mistake("positioning.halt", lambda *_: Const(1)),
-         "after a reset it does not do what it is asked"),
-        ("single", Mistake("driver.ready", lambda _, at: (
-            at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
-        ("single", Mistake("driver.coils", reset_less=False),
-         "the coil word of the motor is illegal"),
-        ("single", Mistake("tx", lambda *_: Const(1)),
-         "after a reset it does not do what it is asked, or does not say so"),
-    ], ids=["begins", "cuts", "turns", "keeps", "halts", "moves", "off", "dumb"])
-    def test_mistakes_are_found(self, name, mistake, found):
-        make, sessions = ON_A_LINE[name]
-        _, wrong = run_with_fault(mistake, make, sessions(1), 9000)
-        assert wrong is not None and wrong.what.startswith(found)
-
-    def test_none_without_a_mistake(self):
-        for make, sessions in ON_A_LINE.values():
-            with closing(Trial(make())) as trial:
-                trial.load(sessions(2))
-                clocks, steps, wrong = trial.resets([6000] * 40, [3] * 40, [False, True] * 20)
-                assert wrong is None
-                assert clocks > 40 * 6003 and steps > 1000
-
-
-@compiled
-@pytest.mark.compiler
-def test_upsets_of_single():
-    """What is known of some by thinking: its row is where the motor stands."""
-    machine = single()
-    with closing(Trial(machine)) as trial:
-        trial.load(machine.work(1))
-        trial.work()
-        verdicts, silent = trial.upsets(7, 0, 3000)
-        come = {register.name: set(np.flatnonzero(row))
-                for register, row in zip(trial.registers, verdicts, strict=True)}
-    assert come["driver.row"] == {Verdict.SILENT}
-    assert come["transmitter.word"] == come["driver.rest"] == {Verdict.HARMLESS}
-    assert Verdict.VISIBLE in come["receiver.receiver_state_state"]  # shows a fault
-    assert Verdict.VISIBLE in come["lines.tail"]  # a frame is refused
-    assert silent and all(len(upset.place) == 1 for upset in silent)

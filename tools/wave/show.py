@@ -1,4 +1,4 @@
-"""Looking into a wave: its signals, their values at a time, their changes."""
+"""Subcommands `list`, `at` and `table`: the signals of a wave, their values and changes."""
 
 import argparse
 import os.path
@@ -9,14 +9,14 @@ import numpy as np
 
 from ..console import UserError, colour, say
 from . import names
-from .options import Asked, add_file, add_format, add_window, plain, say_json, say_rows
+from .options import Query, add_file, add_format, add_window, plain, print_json, print_rows
 from .reader import Signal, Wave
 from .trace import Trace, moments
 
 __all__ = ["at", "list_signals", "table"]
 
 DEEPEST = 30
-"""Scopes deeper than this are not moved further to the right."""
+"""Scopes deeper than this are not indented further."""
 
 AT, LIST, TABLE = (
     "the values of signals at a time", "the signals as a tree, with their widths",
@@ -28,13 +28,13 @@ examples:
       All signals.
 
   python -m tools.wave list mill.vcd '*.x.*'
-      Those whose path, or the end of it, is like this.
+      Signals whose path, or the end of it, matches a pattern.
 """
 
 AT_EXAMPLES = """\
 examples:
   python -m tools.wave at mill.vcd 1.23us ready error
-      A time, and the ends of the names of signals.
+      A time, and ends of signal paths.
 
   python -m tools.wave at mill.vcd 200clk 'axis_?' x.count --radix x.count=dec
       After the rising edge of clock 200: three axes and a counter.
@@ -43,7 +43,7 @@ examples:
 TABLE_EXAMPLES = """\
 examples:
   python -m tools.wave table mill.vcd axis_x axis_y --from 20clk --to 1.5us
-      What the coils do in that time. The first row is what they are at its start.
+      The coil words in that interval. The first row holds the values at its start.
 
   python -m tools.wave table mill.vcd 'sequencer*state' | head
       The first states.
@@ -86,7 +86,7 @@ def _list(args: argparse.Namespace) -> int:
     if args.glob is not None and not signals:
         raise UserError(f"{wave.path} has no signal like {args.glob!r}")
     if args.json:
-        say_rows(({"path": signal.path, "bits": signal.bits, "kind": signal.kind}
+        print_rows(({"path": signal.path, "bits": signal.bits, "kind": signal.kind}
                   for signal in signals), None)
         return 0
     rows = list(_tree(signals))
@@ -97,7 +97,7 @@ def _list(args: argparse.Namespace) -> int:
 
 
 def _tree(signals: list[Signal]) -> Iterator[tuple[str, str]]:
-    """Return a line for each scope and signal: its name, moved to the right, and its width."""
+    """Yield a line for each scope and signal: its name, indented, and its width."""
     last: tuple[str, ...] = ()
     for signal in signals:
         same = len(os.path.commonprefix([last, signal.parts[:-1]]))
@@ -111,52 +111,52 @@ def _tree(signals: list[Signal]) -> Iterator[tuple[str, str]]:
 
 
 def _at(args: argparse.Namespace) -> int:
-    asked = Asked.of(args)
-    signals = names.several(asked.wave, args.signals)
-    time = min(asked.timeline.ticks(args.time).__floor__(), asked.wave.span[1])
-    values = {signal: asked.wave.trace(signal).at(time) for signal in signals}
+    query = Query.of(args)
+    signals = names.several(query.wave, args.signals)
+    time = min(query.timeline.ticks(args.time).__floor__(), query.wave.span[1])
+    values = {signal: query.wave.trace(signal).at(time) for signal in signals}
     if args.json:
-        say_json({**asked.moment(time),
+        print_json({**query.moment(time),
                   "values": {signal.path: plain(value) for signal, value in values.items()}})
         return 0
-    say(asked.timeline.told(time))
+    say(query.timeline.text_with_clock(time))
     width = max(len(signal.path) for signal in signals)
     for signal, value in values.items():
-        say(f"  {signal.path:{width}}  {asked.radixes.text(signal, value)}")
+        say(f"  {signal.path:{width}}  {query.radixes.text(signal, value)}")
     return 0
 
 
 def _table(args: argparse.Namespace) -> int:
-    asked = Asked.of(args)
-    signals = names.several(asked.wave, args.signals)
-    traces = [asked.wave.trace(signal) for signal in signals]
-    window = asked.timeline.window(args.start, args.end)
+    query = Query.of(args)
+    signals = names.several(query.wave, args.signals)
+    traces = [query.wave.trace(signal) for signal in signals]
+    window = query.timeline.window(args.start, args.end)
     if args.json:
-        say_rows(({**asked.moment(time), "values": {
+        print_rows(({**query.moment(time), "values": {
             signal.path: plain(trace.value(row))
             for signal, trace, row in zip(signals, traces, rows, strict=True)
         }} for time, rows, _ in _changes(traces, *window)), None)
         return 0
     heads = names.heads(signals)
-    widths = [max(len(head), _widest(asked, signal, trace))
+    widths = [max(len(head), _widest(query, signal, trace))
               for head, signal, trace in zip(heads, signals, traces, strict=True)]
     say(colour("  ".join([f"{'time':>12}", f"{'clk':>8}", *(
         f"{head:>{width}}" for head, width in zip(heads, widths, strict=True))]), 1, sys.stdout))
     for time, rows, changed in _changes(traces, *window):
         cells = []
         for place, row in enumerate(rows):
-            text = asked.radixes.text(signals[place], traces[place].value(row))
+            text = query.radixes.text(signals[place], traces[place].value(row))
             text = f"{text:>{widths[place]}}"
             cells.append(text if changed[place] else colour(text, 2, sys.stdout))
-        clock = int(asked.timeline.clocks(time)) if len(asked.timeline.rises) else ""
-        say("  ".join([f"{asked.timeline.text(time):>12}", f"{clock:>8}", *cells]))
+        clock = int(query.timeline.clocks(time)) if len(query.timeline.rises) else ""
+        say("  ".join([f"{query.timeline.text(time):>12}", f"{clock:>8}", *cells]))
     return 0
 
 
 def _changes(
     traces: list[Trace], start: int, end: int
 ) -> Iterator[tuple[int, list[int], list[bool]]]:
-    """Return each time of a change, the row of each trace, and which have changed."""
+    """Yield each time of a change, the row of each trace, and which traces have changed."""
     last = [-2] * len(traces)
     for some in moments(traces, start, end):
         rows = np.array([trace.rows(some) for trace in traces]).T
@@ -165,10 +165,10 @@ def _changes(
             last = row
 
 
-def _widest(asked: Asked, signal: Signal, trace: Trace) -> int:
+def _widest(query: Query, signal: Signal, trace: Trace) -> int:
     """Return the width of the widest value; numbers are as wide as their bits allow."""
-    texts = [asked.radixes.text(signal, word) for word in trace.words]
+    texts = [query.radixes.text(signal, word) for word in trace.words]
     if signal.kind in ("bits", "signed"):
         half = 1 << max(signal.bits - 1, 0)
-        texts += [asked.radixes.text(signal, half), asked.radixes.text(signal, 2 * half - 1)]
+        texts += [query.radixes.text(signal, half), query.radixes.text(signal, 2 * half - 1)]
     return max(map(len, texts), default=1)

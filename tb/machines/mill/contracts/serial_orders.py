@@ -15,8 +15,7 @@ from amaranth.lib import wiring
 from fresa.machines import serial_orders
 from fresa.machines.serial_orders import SerialOrders
 from fresa.motion import Outcome, RequestKind
-
-from .contract import Case, Component, Contract, Unknown
+from tb.contracts.contract import Case, Component, Contract, Unknown
 
 __all__ = ["SERIAL_ORDERS"]
 

@@ -2,11 +2,18 @@
 
 from amaranth import Array, Cat, Mux, Value
 
-from fresa.protocol import LineEnd, PositionerCommands
-from fresa.protocol.positioner import ARGUMENTS, POINTS, Answer, Command, Kind
+from fresa.protocol import LineEnd
+from fresa.protocol.positioner import (
+    ARGUMENTS,
+    POINTS,
+    Answer,
+    Command,
+    Kind,
+    PositionerCommands,
+)
+from tb.contracts.contract import Bits, Case, Component, Contract
 
-from .contract import Bits, Case, Component, Contract
-from .positioner_read import watch_read
+from .read import watch_read
 
 __all__ = ["POSITIONER_COMMANDS"]
 

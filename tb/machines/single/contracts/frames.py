@@ -6,8 +6,7 @@ from fresa.protocol import FrameInterpreter
 from fresa.protocol.frames import POSITIONS, SPEEDS, START_SPEED, Answer
 from fresa.protocol.line import LineEnd
 from fresa.protocol.words import NUMBER_STARTS
-
-from .contract import Bits, Case, Component, Contract
+from tb.contracts.contract import Bits, Case, Component, Contract
 
 __all__ = ["FRAMES", "FRAMES_INSIDE"]
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 from amaranth import Cat, Const, Mux
 
-from fresa.motion import Positioning, positioning
+from fresa.motion import positioner as positioning
+from fresa.motion.positioner import Positioning
 from fresa.protocol.positioner import Answer, Command
-
-from .contract import Bits, Case, Component, Contract
+from tb.contracts.contract import Bits, Case, Component, Contract
 
 __all__ = ["POSITIONING"]
 
@@ -168,20 +168,20 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                   then=c.past(dut.orders.valid & ~dut.orders.ready))
 
     # The queue of reasons, from the one that is said next
-    hits = c.signal("hits")
+    pending_limits = c.signal("pending_limits")
     level = c.signal("reasons.level")
     free = ~offered | dut.answers.ready
-    told = free & ~hits.any() & (level != 0)
+    told = free & ~pending_limits.any() & (level != 0)
     joins = taken & refused & ~c.rst & (level != dut.waiting)
     said = Mux(level == dut.waiting - 1, Answer.OVERFLOW, reason)
     c.implication("counts-reasons", "Each refusal joins the queue unless it is full, each that is "
                   "handed on leaves it, and nothing else changes it.", when=c.past(~c.rst),
                   then=level == c.past(level) + c.past(joins) - c.past(told))
     c.implication("reasons-are-said", "While there is a reason and no limit to be told, one is "
-                  "next.", when=c.past((level != 0) & free & ~hits.any() & ~c.rst),
+                  "next.", when=c.past((level != 0) & free & ~pending_limits.any() & ~c.rst),
                   then=offered & ~limit)
     c.implication("answers-have-a-cause", "An answer that is new is that of a refusal, or a "
-                  "limit's.", when=offered & ~kept, then=c.past(told | hits.any()))
+                  "limit's.", when=offered & ~kept, then=c.past(told | pending_limits.any()))
     words, first = c.words("reasons.storage"), c.signal("reasons.consume")
     c.invariant("knows-its-reasons", "The queue is where it says, and has nothing but reasons in "
                 "it.",
@@ -200,15 +200,18 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
         mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
         ended = struck[motor]
         c.implication(f"limit-{motor + 1}-is-told", "A switch that ends a movement of motor "
-                      f"{motor + 1} is told of.", when=c.past(ended & ~c.rst), then=hits[motor])
+                      f"{motor + 1} is told of.", when=c.past(ended & ~c.rst),
+                      then=pending_limits[motor])
         c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is told only of "
                       "where it ended a movement, and once for that.", when=mine & ~kept,
-                      then=c.past(hits[motor]) & (~hits[motor] | c.past(ended)))
+                      then=c.past(pending_limits[motor]) & (~pending_limits[motor] | c.past(ended)))
         c.implication(f"limit-{motor + 1}-is-not-lost", f"What is to be told of motor {motor + 1} "
                       "stays so until it is being told.",
-                      when=c.past(hits[motor] & ~c.rst) & ~hits[motor], then=mine)
+                      when=c.past(pending_limits[motor] & ~c.rst) & ~pending_limits[motor],
+                      then=mine)
         c.implication(f"limit-{motor + 1}-has-a-cause", "Nothing is to be told of motor "
-                      f"{motor + 1} that did not happen.", when=hits[motor] & ~c.past(hits[motor]),
+                      f"{motor + 1} that did not happen.", when=pending_limits[motor]
+                      & ~c.past(pending_limits[motor]),
                       then=c.past(ended))
     c.implication("sounds", "The buzzer is on after a switch ended a movement.",
                   when=c.past(struck.any() & ~c.rst), then=dut.buzzer)

@@ -1,19 +1,15 @@
-"""Orders that come over a serial line."""
+"""Each order that comes over a line, once."""
 
-from fresa.machines import SerialOrders
 from fresa.motion import OrderLedger, Outcome, RequestKind
 
 from ..bench import Run, bench
-from ..models.orders import checked
-from ..scoreboard import monitor
-from ..uart import encode
 
 
 @bench
 def order_ledger(run: Run) -> str:
     """Each order once and in its turn; whatever is not the next does nothing."""
     dut = OrderLedger(depth=2)
-    tell, open_, go, up = (RequestKind.TELL, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
+    tell, open_, go, up = (RequestKind.QUERY, RequestKind.OPEN, RequestKind.GO, RequestKind.UP)
 
     async def ask(ctx, outcome, kind, session=7, number=0, x=0, good=1, **now):
         ctx.set(dut.requests.p, {"good": good, "value": {
@@ -60,51 +56,12 @@ def order_ledger(run: Run) -> str:
         run.see(ctx, dut, busy=0)
         run.see(ctx, dut.orders, valid=0)
         ctx.set(dut.error, 1)
-        await ask(ctx, Outcome.TOLD, tell, taken=7, done=7, error=1)
+        await ask(ctx, Outcome.REPORTED, tell, taken=7, done=7, error=1)
         ctx.set(dut.enable, 0)
         await ctx.tick()
         await ask(ctx, Outcome.CLOSED, go, number=8)
-        await ask(ctx, Outcome.TOLD, tell, taken=0, done=0)
+        await ask(ctx, Outcome.REPORTED, tell, taken=0, done=0)
 
     run.simulate(dut, test)
     return ("orders 5, 6 and 7 of a session, each offered once; 5 again, 7 too early, a damaged 6 "
             "and all but the next did nothing")
-
-
-@bench
-def serial_orders(run: Run) -> str:
-    """Lines over a serial line to orders, and an answer to each."""
-    dut = SerialOrders(period=16)
-    received = bytearray()
-
-    async def ask(ctx, digits, answer, *, damage=None):
-        text = bytearray(f":{checked(digits)}\r".encode())
-        if damage is not None:
-            text[damage] ^= 1
-        for level in encode(bytes(text), 16):
-            ctx.set(dut.rx, level)
-            await ctx.tick()
-        await ctx.tick().repeat(6000)
-        last = [line[:23] for line in bytes(received).splitlines()[-1:]]
-        run.expect("answer", last, [f"={answer}".encode()])
-
-    async def test(ctx):
-        ctx.set(dut.rx, 1)
-        ctx.set(dut.enable, 1)
-        await ctx.tick().repeat(9)
-        await ask(ctx, "01C0FFEE01" "000000" "00000000", "10C0FFEE01" "000000" "000000")
-        await ask(ctx, "02C0FFEE01" "000001" "00800100", "20C0FFEE01" "000001" "000000")
-        run.see(ctx, dut.orders, valid=1)
-        order = ctx.get(dut.orders.payload)
-        run.expect("order", (order.x, order.y), (128, 256))
-        ctx.set(dut.orders.ready, 1)
-        await ctx.tick()
-        ctx.set(dut.orders.ready, 0)
-        await ask(ctx, "03C0FFEE01" "000002" "00000000", "90C0FFEE01" "000001" "000001", damage=9)
-        run.see(ctx, dut.orders, valid=0)
-        await ask(ctx, "03C0FFEE01" "000002" "00000000", "20C0FFEE01" "000002" "000001")
-        run.expect("tool", ctx.get(dut.orders.p.up), 1)
-        run.expect("answers", received.count(b"\n"), 4)
-
-    run.simulate(dut, test, monitor(run, dut.tx, 16, received), deadline=80_000)
-    return "a session opened, order 1 taken, order 2 taken once its line came undamaged"

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...compare import first_difference
-from ...engines import Engine
-from .actions import Action, Recording, record
-from .model import COILS, MillInputs, MillModel
+from tb.compare import first_difference
+from tb.engines import Engine
+from tb.machines.mill.actions import Action, Recording, record
+from tb.machines.mill.model import COILS, MillInputs, MillModel
 
 __all__ = ["AXES", "Lockstep", "Trace"]
 
@@ -60,7 +60,7 @@ class Lockstep:
     Parameters
     ----------
     engine : Engine
-        Runs :func:`tb.boards.mill`. It may have run before, and is used again for every script.
+        Runs the mill by its own pins. It may have run before, and is used again for every script.
     model : callable
         Makes a model of that machine, as after power-up.
     outputs : sequence of str, optional

@@ -1,0 +1,55 @@
+"""Resets of a machine with a mistake in it, and of one on a line without any."""
+
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tb.engines.build import missing
+from tb.faults.rows import Rows
+from tb.faults.session import BIT
+from tb.faults.target import FaultTarget
+from tb.faults.upsets import Trial
+from tb.faults.verdicts import WrongReset
+from tb.mistake import Mistake
+from tb.uart import decode
+
+__all__ = ["check_resets", "check_sessions", "compiled", "run_with_fault"]
+
+compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
+
+
+def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
+           ) -> tuple[int, WrongReset | None]:
+    """Reset a machine with a mistake in it; return the clocks that it took, and what is wrong."""
+    machine = make()
+    machine = replace(machine, design=mistake.planted(machine.design))
+    rng = np.random.default_rng(1)
+    with closing(Trial(machine)) as trial:
+        trial.load(rows)
+        asks = [machine.line is not None and place % 5 == 0 for place in range(500)]
+        clocks, _, wrong = trial.resets(rng.integers(1, gap, 500).tolist(), [1] * 500, asks)
+    return clocks, wrong
+
+
+def check_resets(make: Callable[[], FaultTarget], sessions: Callable[[int], Rows]) -> None:
+    """Check that nothing is wrong with resets of a machine on a line."""
+    with closing(Trial(make())) as trial:
+        trial.load(sessions(2))
+        clocks, steps, wrong = trial.resets([6000] * 40, [3] * 40, [False, True] * 20)
+        assert wrong is None
+        assert clocks > 40 * 6003 and steps > 1000
+
+
+def check_sessions(sessions: Callable[[int], Rows], first: bytes, end: bytes) -> None:
+    """Check that sessions are whole lines, and that each begins with the line at rest."""
+    rows = sessions(3)
+    begins = np.flatnonzero(rows.begins)
+    for begin, stop in pairwise([*begins, len(rows)]):
+        line = np.repeat(rows.levels[begin:stop, 1], rows.clocks[begin:stop])
+        received = bytes(each.byte for each in decode(line.astype(np.uint8), BIT))
+        assert received.startswith(first) and received.endswith(end)
+    assert len(begins) == 40

@@ -1,0 +1,56 @@
+# amaranth: UnusedElaboratable=no
+
+"""Fault injection into `single`: its sessions, and mistakes of its resets."""
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+from amaranth import Const
+
+from tb.faults.upsets import Trial
+from tb.faults.verdicts import Verdict
+from tb.machines.single.faults import sessions, target
+from tb.mistake import Mistake
+from tests.machines.faults import check_resets, check_sessions, compiled, run_with_fault
+
+
+def test_sessions_are_lines():
+    check_sessions(sessions, b":v", b"\r")
+
+
+@compiled
+@pytest.mark.compiler
+class TestResets:
+    @pytest.mark.parametrize(("mistake", "found"), [
+        (Mistake("driver.ready", lambda _, at: (
+            at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
+        (Mistake("driver.coils", reset_less=False),
+         "the coil word of the motor is illegal"),
+        (Mistake("tx", lambda *_: Const(1)),
+         "after a reset it does not do what it is asked, or does not say so"),
+    ], ids=["moves", "off", "dumb"])
+    def test_mistakes_are_found(self, mistake, found):
+        _, wrong = run_with_fault(mistake, target, sessions(1), 9000)
+        assert wrong is not None and wrong.what.startswith(found)
+
+    def test_none_without_a_mistake(self):
+        check_resets(target, sessions)
+
+
+@compiled
+@pytest.mark.compiler
+def test_upsets():
+    """What is known of some by thinking: its row is where the motor stands."""
+    machine = target()
+    with closing(Trial(machine)) as trial:
+        trial.load(machine.work(1))
+        trial.work()
+        verdicts, silent = trial.upsets(7, 0, 3000)
+        come = {register.name: set(np.flatnonzero(row))
+                for register, row in zip(trial.registers, verdicts, strict=True)}
+    assert come["driver.row"] == {Verdict.SILENT}
+    assert come["transmitter.word"] == come["driver.rest"] == {Verdict.HARMLESS}
+    assert Verdict.VISIBLE in come["receiver.receiver_state_state"]  # shows a fault
+    assert Verdict.VISIBLE in come["lines.tail"]  # a frame is refused
+    assert silent and all(len(upset.place) == 1 for upset in silent)

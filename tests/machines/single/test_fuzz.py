@@ -1,0 +1,73 @@
+# amaranth: UnusedElaboratable=no
+
+"""Fuzzing `single`: mistakes in its gateware are found, with few bytes; and no other."""
+
+from dataclasses import replace
+
+import pytest
+from amaranth import Mux
+
+from fresa.protocol import frames
+from tb.engines import CXXRTLEngine
+from tb.fuzz import fuzz, shortest
+from tb.fuzz.inputs import OPENING
+from tb.machines.single.fuzz import lines
+from tb.mistake import Mistake
+from tb.registry import fuzz_targets
+from tests.machines.fuzzing import BREAK, drifts, kinds, run
+
+BEGIN = b":v50000\r"
+OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
+    at("commands.answer") == frames.Answer.RANGE.value, at("commands.value"), right))
+MISTAKES = {  # few bytes, what is found, the mistake
+    "a wrong answer": (b":x5a\r", "answer", Mistake(
+        "commands.answer", lambda right, _: Mux(
+            right == frames.Answer.NUMBER.value, frames.Answer.COMMAND.value, right))),
+    "a refused frame that is obeyed": (b":x10005\r", "step", OBEYS_REFUSED),
+    "a speed that drifts": (b":v20001\r:x9000\r", "time", drifts("")),
+    "a position that is not that of the motor": (b":x9\r:x?\r", "place", Mistake(
+        "commands.writer.numbers__payload", lambda right, _: right ^ 1)),
+}
+
+
+class TestMistakes:
+    def test_nothing_is_found_where_there_is_none(self):
+        texts = dict.fromkeys(text for text, *_ in MISTAKES.values())
+        found = run("single", BEGIN + b"".join(texts), low=BREAK)
+        assert found.failures == [] and found.steps
+
+    @pytest.mark.parametrize("mistake", MISTAKES)
+    def test_is_found_with_few_bytes(self, mistake):
+        text, kind, planted = MISTAKES[mistake]
+        assert kind in kinds("single", BEGIN + text, mistake=planted)
+
+    def test_of_a_ramp_is_found(self):
+        found = run("single", BEGIN + b":x7\r", other=True)
+        assert found.failures == [] and found.timed == found.steps == 7
+        up_too_long = Mistake("dut.move.goes_to", lambda right, at: Mux(
+            at("dut.move.moved") & at("move.above") & (at("move.left") == at("move.level")),
+            at("move.level") + 1, right))
+        failure, = run("single", BEGIN + b":x7\r", other=True, mistake=up_too_long).failures
+        assert failure.kind == "time" and "too early" in failure.message
+
+    @pytest.mark.compiler
+    def test_what_finds_it_is_made_short(self, libraries):
+        if reason := CXXRTLEngine.missing():
+            pytest.skip(reason)
+        target = fuzz_targets()["single"]
+        wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()), others=())
+        outcome = next(iter(fuzz(wrong, 1, 3000)))
+        assert outcome.findings.failures
+        short = shortest(outcome.target, outcome.inputs, 60)
+        assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
+        assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
+
+
+@pytest.mark.parametrize(("text", "wrong"), [
+    (b"x?", ""), (b"V?", ""), (b"d", ""), (b"X0009", ""), (b"e1", ""), (b"v59999", ""),
+    (b"", "command"), (b"x?1", "command"), (b"dd", "command"), (b"y1", "command"),
+    (b"x", "number"), (b"x 1", "number"), (b"x-1", "number"), (b"x12a", "number"),
+    (b"x10000", "range"), (b"v0", "range"), (b"v60000", "range"), (b"e2", "range"),
+])
+def test_frames_that_are_refused(text, wrong):
+    assert lines.refusal(text) == wrong
