@@ -1,1 +1,1 @@
-"""Measurements, each side by side in one run. Run one with `python -m benchmarks.NAME`."""
+"""Measurements of speed, made side by side. Run one with `python -m benchmarks.NAME`."""

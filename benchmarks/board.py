@@ -1,11 +1,11 @@
-"""How fast the board on the page is beside its engine alone, and how soon a click shows.
+"""Speed of the board's page compared with its engine alone, and delay of a click.
 
     python -m benchmarks.board [SECONDS]
 
-Starts `tools.board` on the example, mills, and watches it as a page does. In turns, so that other
-work on this computer disturbs both alike: for some seconds the board runs with a page connected
-that takes every frame; then the board is paused and the same engine runs alone, without a watch.
-Then the page moves SW7, again and again, and waits until LD7 shows it.
+Starts `tools.board` on the example, mills, and connects like a page. In alternation, so that other
+load affects both equally: for some seconds the board runs with a page connected that takes every
+frame; then the board is paused and the same engine runs alone, without watching outputs. Finally
+the page moves SW7 repeatedly and waits until LD7 shows it.
 """
 
 import asyncio
@@ -28,8 +28,8 @@ from tools.simulate import EXAMPLE
 ROOT = Path(__file__).parents[1]
 ROUNDS = 10
 CLICKS = 100
-#: Seconds after which a click that does not show is held to be lost.
-PATIENCE = 30
+#: Seconds after which a click without an effect counts as lost.
+CLICK_TIMEOUT_S = 30
 
 
 class Page:
@@ -39,12 +39,12 @@ class Page:
         self._socket = socket
         self.clock, self.leds, self.frames = 0, bytes(8), 0
 
-    async def tell(self, name: str, **fields: object) -> None:
-        """Ask for something."""
+    async def send(self, name: str, **fields: object) -> None:
+        """Send a request."""
         await self._socket.send_json({"do": name, **fields})
 
     async def frame(self) -> None:
-        """Take one frame."""
+        """Receive one frame."""
         while (message := await self._socket.receive()).type != WSMsgType.BINARY:
             if message.type != WSMsgType.TEXT:
                 raise RuntimeError("the board has ended")
@@ -54,10 +54,10 @@ class Page:
         if isinstance(leds := parts.get("leds"), bytes):
             self.leds = leds
         self.frames += 1
-        await self.tell("next")
+        await self.send("next")
 
     async def watch(self, seconds: float) -> tuple[float, float]:
-        """Take frames for so long; give clocks and frames a second."""
+        """Receive frames for a number of seconds; return clocks and frames per second."""
         await self.frame()
         start, clock, frames = time.perf_counter(), self.clock, self.frames
         while time.perf_counter() - start < seconds:
@@ -66,22 +66,22 @@ class Page:
         return (self.clock - clock) / took, (self.frames - frames) / took
 
     async def automatic(self, on: bool) -> None:
-        """Put SW7 on or off, and leave the other switches alone."""
-        await self.tell("switches", mask=AUTOMATIC, value=AUTOMATIC if on else 0)
+        """Set or clear SW7, and leave the other switches unchanged."""
+        await self.send("switches", mask=AUTOMATIC, value=AUTOMATIC if on else 0)
 
     async def click(self, on: bool) -> float:
-        """Put SW7 on or off, and give the seconds until LD7, ready, says so too."""
+        """Set or clear SW7, and return the seconds until LD7, ready, follows."""
         start = time.perf_counter()
         await self.automatic(on)
         while (self.leds[7] > 0) != on:
-            if time.perf_counter() - start > PATIENCE:
-                raise TimeoutError(f"SW7 was put {'on' if on else 'off'}, and LD7 does not say so")
+            if time.perf_counter() - start > CLICK_TIMEOUT_S:
+                raise TimeoutError(f"SW7 is {'on' if on else 'off'}, but LD7 does not follow")
             await self.frame()
         return time.perf_counter() - start
 
 
 def alone(engine: Engine, seconds: float) -> float:
-    """Run an engine for so long; give its clocks a second."""
+    """Run an engine for a number of seconds; return its clocks per second."""
     clocks = 1000
     start, first = time.perf_counter(), engine.clock
     while (took := time.perf_counter() - start) < seconds:
@@ -91,20 +91,20 @@ def alone(engine: Engine, seconds: float) -> float:
 
 
 async def measure(address: str, seconds: float, engine: Engine) -> None:
-    """Measure a board that runs at an address."""
+    """Measure a running board at an address."""
     async with ClientSession() as session, session.ws_connect(address + "ws") as socket:
         page = Page(socket)
         await page.frame()
         await page.automatic(True)
         await page.watch(0.2)
         for level in (BUTTON["start"], 0):
-            await page.tell("buttons", value=level)
+            await page.send("buttons", value=level)
             await page.watch(0.2)
         boards, frames, engines = [], [], []
         for _ in range(ROUNDS):
-            await page.tell("run")
+            await page.send("run")
             speed, rate = await page.watch(seconds)
-            await page.tell("pause")
+            await page.send("pause")
             boards.append(speed)
             frames.append(rate)
             engines.append(alone(engine, seconds))
@@ -114,7 +114,7 @@ async def measure(address: str, seconds: float, engine: Engine) -> None:
               f"{statistics.median(frames):.1f} frames/s")
         print(f"board : alone     {statistics.median(ratios):.3f}, each round "
               f"{' '.join(f'{ratio:.2f}' for ratio in ratios)}")
-        await page.tell("run")
+        await page.send("run")
         await page.automatic(False)
         await page.watch(0.5)
         waits = sorted([await page.click(n % 2 == 1) for n in range(1, CLICKS + 1)])

@@ -1,11 +1,11 @@
-"""How fast the engines mill, side by side in one run.
+"""Speed of milling on the engines, side by side.
 
     python -m benchmarks.engines [PIXELS]
 
 Mills a picture of 400 x 400 with PIXELS set pixels (4000 by default) on CXXRTL, from nothing to the
-finished cut, compilation included, by the compiler of the system and by that of the Python package
-ziglang, in turns; then a corner of it on each engine that runs here, and prints clocks a second and
-their ratio.
+finished cut, including compilation, with the system's compiler and that of the Python package
+ziglang, in alternation; then a corner of it on each available engine, and prints clocks per second
+and their ratio.
 """
 
 import os
@@ -39,7 +39,7 @@ def picture(pixels: int) -> np.ndarray:
 
 
 def from_nothing(pixels: np.ndarray, command: str) -> float:
-    """Mill on CXXRTL with a compiler, nothing being compiled before; return clocks a second."""
+    """Mill on CXXRTL with a compiler, without caches; return clocks per second."""
     caches = {"YOWASP_CACHE_DIR": "YoWASP", "ZIG_GLOBAL_CACHE_DIR": "zig"}  # not of our engines
     for name, folder in caches.items():
         os.environ.setdefault(name, str(Path(platformdirs.user_cache_dir(), folder)))
@@ -72,7 +72,7 @@ def main() -> int:
             print(f"{command} : {first} = {' '.join(f'{ratio:.2f}' for ratio in ratios)}")
     speeds = {}
     for name, engine in ENGINES.items():
-        # Yosys has no model of a block RAM, and nobody has described a board in VHDL.
+        # Yosys has no model of a block RAM, and boards have no VHDL reference.
         if engine.missing() or name.startswith(("netlist", "ghdl")):
             continue
         cut = mill_picture(small, engine)

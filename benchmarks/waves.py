@@ -1,11 +1,11 @@
-"""How fast a large waveform is looked into, and how much memory that takes.
+"""Time and memory of commands on a large waveform.
 
     python -m benchmarks.waves [MEGABYTES]
 
-Makes a VCD of that size (100 unless told otherwise), and runs commands on it, each in a process of
-its own. Beside each stand the time that Python takes to read the bytes of the file, and the ratio;
-and the most memory that was in use, as a multiple of the file, or for diff of both files. Where
-there would be millions of lines, --to makes them few; all of the file is read nevertheless.
+Makes a VCD of that size (100 by default), and runs commands on it, each in a process of its own.
+Prints the time, its ratio to the time in which Python reads the bytes of the file, and the peak
+memory as a multiple of the file, or for diff of both files. Commands with millions of lines are
+limited by --to; they read the whole file nevertheless.
 """
 
 import os
@@ -16,7 +16,7 @@ from pathlib import Path
 
 SIGNALS = 200
 OTHER = "OTHER"
-"""Stands for a second waveform of the same content, which counts as part of what is read."""
+"""Stands for a second waveform of the same content, which also counts as read."""
 
 COMMANDS = (
     ("list",), ("stats", "clk"), ("stats", "count"), ("stats", "state", "axis_x"),
@@ -55,7 +55,7 @@ def write(path: Path, size: int) -> None:
 
 
 def run(*command: str) -> tuple[float, int]:
-    """Run a command; give its time in seconds and the most memory that it had in bytes."""
+    """Run a command; return its time in seconds and its peak memory in bytes."""
     begun = time.perf_counter()
     child = os.fork()
     if child == 0:
@@ -85,8 +85,8 @@ def main() -> int:
             files = 1 + rest.count(OTHER)
             seconds, memory = run("tools.wave", name, str(vcd),
                                   *(str(vcd) if word == OTHER else word for word in rest))
-            asked = " ".join((name, *rest))
-            print(f"{asked:69} {seconds:5.2f} s, {seconds / read / files:4.0f} x reading; "
+            words = " ".join((name, *rest))
+            print(f"{words:69} {seconds:5.2f} s, {seconds / read / files:4.0f} x reading; "
                   f"{memory / 1e6:4.0f} MB, {memory / size / files:.2f} x the file")
     return 0
 

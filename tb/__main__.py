@@ -1,4 +1,4 @@
-"""Run a bench, or list them."""
+"""Run a bench, or list all."""
 
 import argparse
 import difflib
@@ -18,8 +18,8 @@ from .machines import added, split_option
 __all__ = ["main"]
 
 ABOUT = """\
-Benches: each runs a part of the gateware on Amaranth's simulator, checks what it shows, and says
-so in a line or two. Without a name they are listed.
+Benches: each runs a part of the gateware on Amaranth's simulator, checks it, and prints the result
+in one or two lines. Without a name they are listed.
 """
 
 EPILOG = """\
@@ -31,16 +31,16 @@ examples:
       Run one.
 
   {prog} motion-sequencer --vcd motion.vcd
-      Write also its waveform, and motion.gtkw beside it, which tells GTKWave what to show:
+      Also write its waveform, and the save file motion.gtkw for GTKWave:
           gtkwave motion.gtkw
 
   {prog} all
       Run them all.
 
-Clocks are counted from 1; one takes 20 ns in the waveform. When a check fails the marker of
-GTKWave stands at its clock.
+Clocks are counted from 1; one takes 20 ns in the waveform. When a check fails, the marker of
+GTKWave is at its clock.
 
-exit status: 0 if all went as expected, 1 if a check failed, 2 if the command cannot be carried out.
+exit status: 0 if all checks passed, 1 if a check failed, 2 if the command cannot be carried out.
 """
 
 
@@ -57,9 +57,9 @@ def main(argv: list[str] | None = None, *, prog: str = "python -m tb") -> int:
     Parameters
     ----------
     argv : list of str, optional
-        Its arguments; those of the process unless given.
+        Its arguments; by default those of the process.
     prog : str
-        How the command was called, for help and errors.
+        Name of the command, for help and errors.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def _run(argv: Sequence[str], prog: str) -> int:
     parser = Parser(prog=prog, description=ABOUT, epilog=EPILOG.format(prog=prog),
                     allow_abbrev=False, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name", metavar="NAME", nargs="?", help="the bench to run, or all")
-    parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform there")
+    parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform to a file")
     parser.add_argument("--machines", metavar="FOLDER", default=argparse.SUPPRESS,
                         help="add the machines of a folder; may be repeated")
     args = parser.parse_args(argv)
@@ -96,7 +96,8 @@ def _run(argv: Sequence[str], prog: str) -> int:
             return error(f"no bench is named {args.name!r}; {nearest(args.name, prog)}")
         return run_one(known[args.name], args.vcd)
     except BrokenPipeError:
-        # Whoever read us has left. Python flushes stdout once more at exit: let it have a sink.
+        # The reader of the output has gone. Python flushes stdout once more at exit: give it a
+        # sink.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 1
     except KeyboardInterrupt:
@@ -104,13 +105,13 @@ def _run(argv: Sequence[str], prog: str) -> int:
 
 
 def error(message: str, *, status: int = 2) -> int:
-    """Say what is wrong; give the exit status."""
+    """Print an error; return the exit status."""
     print(f"error: {message}", file=sys.stderr)
     return status
 
 
 def listing() -> str:
-    """Return the names of all benches, a line each, by group."""
+    """Return the names of all benches, one per line, by group."""
     width = max(map(len, benches()))
     lines = []
     for group, members in groups().items():
@@ -119,7 +120,7 @@ def listing() -> str:
 
 
 def nearest(name: str, prog: str) -> str:
-    """Name the benches that may be meant, or else the command that lists them."""
+    """Suggest similar names, or else the command that lists them."""
     names = list(benches())
     near = [known for known in names if name and name in known]
     near += [known for known in difflib.get_close_matches(name, names) if known not in near]
@@ -127,22 +128,22 @@ def nearest(name: str, prog: str) -> str:
 
 
 def run_one(bench: Bench, vcd: Path | None) -> int:
-    """Run a bench and say what came of it."""
+    """Run a bench and print its result."""
     status = 0
     try:
-        says = bench.run(vcd)
+        result = bench.run(vcd)
     except CheckFailed as failure:
-        says, status = f"FAILED at {failure}", 1
+        result, status = f"FAILED at {failure}", 1
     except OSError as reason:
         return error(f"cannot write {reason.filename or vcd}: {reason.strerror or reason}")
-    print(textwrap.fill(f"{bench.name}: {says}", 100, subsequent_indent="  "))
+    print(textwrap.fill(f"{bench.name}: {result}", 100, subsequent_indent="  "))
     if vcd is not None:
         print(f"wrote {vcd} and {vcd.with_suffix('.gtkw')}")
     return status
 
 
 def run_all() -> int:
-    """Run every bench, with a line for each as it ends."""
+    """Run every bench, and print a line for each."""
     failed, known = [], benches()
     width = max(map(len, known))
     for number, bench in enumerate(known.values(), start=1):

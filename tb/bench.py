@@ -1,4 +1,4 @@
-"""What every bench needs: a clock, a deadline, checks that say what they saw, and a waveform."""
+"""What every bench uses: a clock, a deadline, checks with their messages, and a waveform."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -18,7 +18,7 @@ __all__ = ["Bench", "CheckFailed", "Run", "bench", "put"]
 
 
 class CheckFailed(Exception):
-    """Something was not as expected; the message says what, and `clock` when."""
+    """A check that failed; the message describes it, and `clock` is its clock."""
 
     def __init__(self, clock: int, message: str) -> None:
         super().__init__(f"clock {clock} ({clock_ns(clock)} ns): {message}")
@@ -26,19 +26,19 @@ class CheckFailed(Exception):
 
 
 def clock_ns(clock: int) -> int:
-    """Return the time of a rising edge, the first of which is clock 1; 0 for clock 0."""
+    """Return the time of a rising edge in ns; the first is clock 1, and clock 0 is at 0 ns."""
     return max(0, clock * PERIOD - PERIOD // 2)
 
 
 class Run:
-    """One run of one bench, which gets it as its argument.
+    """One run of one bench, passed to it as its argument.
 
     A bench of a component calls :meth:`simulate`, a bench of a board :meth:`engine`.
 
     Parameters
     ----------
     vcd : Path, optional
-        Where to write the waveform.
+        Path of the waveform.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Run:
     rst : Signal
         Reset of the component simulated.
     layout : Layout
-        What to show of the waveform.
+        Signals to show of the waveform.
     """
 
     def __init__(self, vcd: Path | None = None) -> None:
@@ -69,20 +69,20 @@ class Run:
         Parameters
         ----------
         dut : Component
-            What to run.
+            The component.
         test : async function of one argument
             Testbench.
         runners : async functions of one argument
-            What is around the component meanwhile.
+            Run concurrently: the surroundings of the component.
         inside : sequence of str
             Signals of its submodules to show in the waveform.
         deadline : int
-            Clocks after which `test` must have returned.
+            Clocks within which `test` must return.
 
         Raises
         ------
         CheckFailed
-            If `test` says so, or is still waiting at the deadline.
+            If a check of `test` fails, or it does not return by the deadline.
         """
         m = Module()
         m.domains.sync = sync = ClockDomain()
@@ -90,7 +90,7 @@ class Run:
         m.submodules.dut = dut
         ports = {wiring.In: [], wiring.Out: []}
         for path, member, port in dut.signature.flatten(dut):
-            # Inside, a port may have to share its name with one of a submodule.
+            # At the inner scope a port may share its name with one of a submodule.
             name = "_".join(map(str, path))
             m.d.comb += Signal(member.shape, name=name).eq(port)
             ports[member.flow].append(name)
@@ -138,9 +138,9 @@ class Run:
         self.see(ctx, dut, **expected)
 
     def expect(self, what: str, seen: object, expected: object, *, bits: int | None = None) -> None:
-        """Check that what is seen is what is expected.
+        """Check that a value is as expected.
 
-        With `bits` both are told in binary; of two lists, the first items that differ.
+        With `bits` both are shown in binary; of two lists, the first items that differ.
         """
         if seen == expected:
             return
@@ -160,11 +160,11 @@ class Bench:
     Attributes
     ----------
     name : str
-        What people call it.
+        Its name on the command line.
     shows : str
-        What it shows, in a line.
+        What it demonstrates, in one line.
     function : callable
-        Does it with a `Run`, and says in a line or two what was seen.
+        Runs it with a `Run`, and returns one or two lines on the result.
     """
 
     name: str
@@ -172,28 +172,28 @@ class Bench:
     function: Callable[[Run], str]
 
     def run(self, vcd: Path | None = None) -> str:
-        """Run it, and return what it says.
+        """Run it, and return its result.
 
         Parameters
         ----------
         vcd : Path, optional
-            Where to write the waveform; a save file for GTKWave is put beside it.
+            Path of the waveform; a save file for GTKWave is written next to it.
 
         Raises
         ------
         CheckFailed
-            If a check fails. The waveform is there all the same, with the marker at that clock.
+            If a check fails. The waveform is complete up to then, with the marker at that clock.
         OSError
             If the waveform cannot be written.
         """
         if vcd is None:
             return self.function(Run())
         failure = None
-        says = ""
+        result = ""
         with staged(vcd) as (wave, save):
             run = Run(wave)
             try:
-                says = self.function(run)
+                result = self.function(run)
             except CheckFailed as error:
                 failure = error
             assert run.layout is not None
@@ -201,11 +201,11 @@ class Bench:
                       mark=failure.clock if failure else None)
         if failure:
             raise failure
-        return says
+        return result
 
 
 def bench(function: Callable[[Run], str]) -> Bench:
-    """Make a bench of a function, named as it is, that shows what its docstring says first."""
+    """Make a bench of a function, with its name and the first line of its docstring."""
     shows = (function.__doc__ or "").partition("\n")[0]
     return Bench(function.__name__.replace("_", "-"), shows, function)
 

@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The designs that engines run: machines by their own pins, and boards by theirs."""
+"""Designs for engines: machines with their own pins, and boards with theirs."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -22,7 +22,7 @@ __all__ = ["board", "component", "described"]
 def component(name: str, dut: wiring.Component) -> Design:
     """Return a component as a design: its members by name, and ``rst``, the reset of ``sync``.
 
-    Members that are interfaces, such as streams, are joined to their path by underscores.
+    Members of interfaces, such as streams, have their path joined by underscores.
     """
     m = Module()
     m.domains.sync = ClockDomain()
@@ -38,7 +38,7 @@ def component(name: str, dut: wiring.Component) -> Design:
 
 
 def described(name: str, **parameters: int | bool) -> Design:
-    """Return a component that `tb.vhdl` describes, of the first case there if none is given."""
+    """Return a component with a VHDL reference, by default of its first case there."""
     reference = REFERENCES[name]
     parameters = parameters or dict(reference.cases[0])
     design = component(reference.entity, reference.component(**parameters))
@@ -48,10 +48,10 @@ def described(name: str, **parameters: int | bool) -> Design:
 def board(name: str, machine: MachineComponent, *, debounce: int | None = None,
           scan_bits: int | None = None, inverted: Collection[str] = (),
           on: Board = NEXYS2_500) -> Design:
-    """Return a machine on a board, wired as it is built, on pins of a simulation.
+    """Return a machine on a board, wired as it is built, with the pins of a simulation.
 
-    Its inputs and outputs are the places of the machine's allotment, such as ``switches``,
-    ``buttons``, ``leds`` and the ports on headers, all with the levels of the board.
+    Its inputs and outputs are named by the machine's allotment, such as ``switches``, ``buttons``,
+    ``leds`` and header ports, all with the levels of the board.
 
     Parameters
     ----------

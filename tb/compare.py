@@ -1,4 +1,4 @@
-"""Outputs that are compared, clock by clock."""
+"""Comparison of outputs, clock by clock."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ __all__ = ["Difference", "first_difference"]
 
 @dataclass(frozen=True)
 class Difference:
-    """The first clock in which two sets of outputs differ, and the outputs that do."""
+    """The first clock in which two sets of outputs differ, and the differing outputs."""
 
     clock: int
     outputs: dict[str, tuple[int, int]]  # expected, seen
@@ -27,7 +27,7 @@ class Difference:
 def first_difference(
     expected: Mapping[str, ArrayLike], seen: Mapping[str, ArrayLike]
 ) -> Difference | None:
-    """Compare outputs, a row a clock. All that are expected must be among those seen."""
+    """Compare outputs, one row per clock. `seen` must contain all expected outputs."""
     rows = {name: (np.asarray(row), np.asarray(seen[name])) for name, row in expected.items()}
     clocks = [int(np.argmax(a != b)) for a, b in rows.values() if (a != b).any()]
     if not clocks:

@@ -1,4 +1,4 @@
-"""Cosimulation: the same stimulus for several runners, and every output of every clock compared."""
+"""Cosimulation: equal stimulus for several runners, and all outputs compared in every clock."""
 
 import functools
 import time
@@ -18,32 +18,32 @@ __all__ = ["Finding", "Outcome", "Tally", "compare", "lockstep"]
 
 @dataclass
 class Tally:
-    """Clocks that a runner has made, and in which time."""
+    """Clocks that a runner has made, and the seconds that they took."""
 
     clocks: int = 0
     seconds: float = 0.0
 
     @property
     def speed(self) -> float:
-        """Clocks a second."""
+        """Clocks per second."""
         return self.clocks / self.seconds if self.seconds else 0.0
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Engines differ.
+    """A difference between engines.
 
     Attributes
     ----------
     engine : str
-        Which differs from most; of two, the second.
+        The engine that differs from most; of two, the second.
     reference : str
-        The one that it was compared with.
+        The engine that it was compared with.
     difference : Difference
-        Clock and outputs, with what they are in the reference and in the engine. A level that is
-        not known is -1.
+        Clock and outputs, with their levels in the reference and in the engine. An unknown level
+        is -1.
     also : tuple of str
-        Others that differ in the same clock.
+        Other engines that differ in the same clock.
     """
 
     engine: str
@@ -65,14 +65,14 @@ def _level(value: int) -> str:
 
 @dataclass
 class Outcome:
-    """What came of a comparison.
+    """Result of a comparison.
 
     Attributes
     ----------
     tallies : dict of str to Tally
         By runner.
     checksum : int
-        Of every output of every clock, 64 bits. The same for every engine and every computer.
+        Over every output of every clock, 64 bits. Equal for every engine and computer.
     finding : Finding or None
         The first difference.
     """
@@ -84,7 +84,7 @@ class Outcome:
 
 def compare(runners: Mapping[str, Runner], stimulus: Stimulus, outputs: Sequence[str]
             ) -> Finding | None:
-    """Play a stimulus to runners at power-up; give their first difference."""
+    """Run a stimulus on runners at power-up; return their first difference."""
     return lockstep(runners, [stimulus], outputs).finding
 
 
@@ -92,7 +92,7 @@ def lockstep(
     runners: Mapping[str, Runner], blocks: Iterable[Stimulus], outputs: Sequence[str], *,
     most: Mapping[str, int] | None = None, advance: Callable[[int], object] = lambda clocks: None,
 ) -> Outcome:
-    """Play a stimulus to all runners and compare every output of every clock.
+    """Run a stimulus on all runners and compare every output of every clock.
 
     Parameters
     ----------
@@ -101,11 +101,11 @@ def lockstep(
     blocks : iterable of mappings of str to array
         The stimulus.
     outputs : sequence of str
-        What to compare.
+        The compared outputs.
     most : mapping of str to int, optional
-        Clocks after which a runner is left behind.
+        Clocks after which a runner drops out.
     advance : callable
-        Is told how many clocks were done.
+        Called with the number of clocks done.
     """
     most = most or {}
     outcome = Outcome({name: Tally() for name in runners})
@@ -135,7 +135,7 @@ def lockstep(
 
 
 def _pieces(blocks: Iterable[Stimulus], ends: Sequence[int]) -> Iterator[Stimulus]:
-    """Cut blocks where a runner is left behind."""
+    """Split blocks where a runner drops out."""
     clock = 0
     for block in blocks:
         rows = len(next(iter(block.values())))
@@ -147,7 +147,7 @@ def _pieces(blocks: Iterable[Stimulus], ends: Sequence[int]) -> Iterator[Stimulu
 
 @dataclass(frozen=True)
 class _Unknown:
-    """In place of outputs, of which one is X."""
+    """Stands for outputs with an X."""
 
     output: str
     clock: int
@@ -155,7 +155,7 @@ class _Unknown:
 
 
 def _judge(seen: Mapping[str, Mapping[str, NDArray] | _Unknown]) -> Finding | None:
-    """Say who differs from whom, and first."""
+    """Find the first difference, and the engine that differs."""
     reference = next((name for name, rows in seen.items() if not isinstance(rows, _Unknown)), None)
     if reference is None:
         lost, engine = min(((rows, name) for name, rows in seen.items()
@@ -194,7 +194,7 @@ def _powers(rows: int, outputs: int) -> NDArray[np.uint64]:
 
 
 def _sum(clock: int, seen: Mapping[str, NDArray] | _Unknown, outputs: Sequence[str]) -> int:
-    """Sum all outputs, each times a power of its own, which no cutting into blocks can change."""
+    """Sum all outputs, weighted by powers, so that the split into blocks has no influence."""
     assert not isinstance(seen, _Unknown)
     powers = _powers(len(seen[outputs[0]]), len(outputs))
     total = 0

@@ -1,9 +1,9 @@
-"""Coverage: the states and transitions of state machines by proof, lines and levels by a run.
+"""Coverage: states and transitions of FSMs by proof, lines and toggles by simulation.
 
-A state machine is what :func:`fresa.fsm.leave_unused_codes` has marked. Its transitions are those
-that are written in the gateware, found in what it elaborates to; a cover shows that inputs lead
-there from power-up. The state for upset registers is covered where there are codes that no state
-has, which lead to it; where every code is in use only an upset itself does.
+FSMs are those that :func:`fresa.fsm.leave_unused_codes` has marked. Their transitions are found in
+the elaborated gateware; a cover shows that inputs lead there from power-up. The state for upset
+registers is covered where unused codes exist, which lead to it; where every code is in use only an
+upset itself does.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -26,26 +26,26 @@ from .runners import stimuli
 
 __all__ = ["Reached", "cover_lines", "cover_states", "with_state_machine"]
 
-#: The transition that no state has: from the codes that are not used.
+#: Source of the transition that belongs to no state.
 UNUSED = "unused codes"
 
 
 @dataclass(frozen=True)
 class Reached:
-    """A state or a transition, and the first clock in which inputs lead to it.
+    """A state or a transition, and the first clock in which it is reached.
 
     Attributes
     ----------
     component : str
-        Whose state machine.
+        The component of the FSM.
     kind : str
         ``state`` or ``transition``.
     name : str
         ``IDLE``, or ``IDLE -> DECIDE``.
     upset : bool
-        It takes a register that begins with any code.
+        Whether reaching it takes a register that starts with any code.
     clock : int or None
-        From power-up; None if it was not found.
+        Counted from power-up; None if it was not reached.
     """
 
     component: str
@@ -62,16 +62,16 @@ def with_state_machine() -> list[str]:
 
 
 def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[Reached]:
-    """Look for a way to every state and through every transition of a component.
+    """Search for inputs that lead to every state and transition of a component.
 
     Parameters
     ----------
     name : str
-        Of the component, one of `with_state_machine`.
+        A component of `with_state_machine`.
     folder : Path
         Empty folder to work in.
     lock : context manager
-        Held while gateware is elaborated.
+        Held during elaboration.
     """
     component = components()[name]
     wanted: list[Reached] = []
@@ -91,11 +91,11 @@ def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[
 
 
 Transition: TypeAlias = tuple[Collection[str] | None, int]
-"""The codes that it comes from, as patterns, or None for any; and the code that it goes to."""
+"""Source codes as patterns, or None for any; and the destination code."""
 
 
 def _machine(component: Component, case: Case) -> tuple[Signal, list[Transition]] | None:
-    """Find the register of a component's own state machine, and its transitions."""
+    """Return the register of a component's own FSM, and its transitions."""
     fragment = Fragment.get(component.make(**case.parameters), None)
     for statements in fragment.statements.values():
         for signal in statements._lhs_signals():
@@ -115,13 +115,13 @@ def _transitions(statements, register: Signal, codes) -> Iterator[Transition]:
 
 
 def _covers(name: str, component: Component, case: Case) -> tuple[Contract, list[Reached]]:
-    """Set up a case that states nothing and covers its state machine; say what is to be found."""
+    """Make a case without properties that covers the FSM; return it and its points."""
     machine = _machine(component, case)
     assert machine is not None
     points: list[Reached] = []
 
     def describe(c: Contract, dut) -> None:
-        component.describe(c, dut)  # for what it assumes
+        component.describe(c, dut)  # for its assumptions
         register = c.signal(str(machine[0].name))
         state = State(register)
         names = {code: word for word, code in state.codes.items()}
@@ -160,16 +160,16 @@ def _label(point: Reached) -> str:
 
 def cover_lines(name: str, seed: int, clocks: int,
                 advance: Callable[[int], object] = lambda clocks: None) -> list[Point]:
-    """Run what `tools.cosim` runs; give what was come by.
+    """Run the stimulus of `tools.cosim`; return the coverage points.
 
     Parameters
     ----------
     name : str
-        Of the machine. What explores it, if its declaration has that, goes on from there.
+        The machine. If its declaration has an explorer, that continues the run.
     seed, clocks : int
         As in :func:`tb.runners.stimuli`.
     advance : callable
-        Told how many clocks were run.
+        Called with the number of clocks done.
     """
     dut, goal = duts()[name], machines()[name].coverage
     with CoverageEngine(dut.shared) as engine:

@@ -1,4 +1,4 @@
-"""What an engine runs: gateware with its clock, its inputs and its outputs by name."""
+"""A design that engines run: gateware with its clock, inputs and outputs by name."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ __all__ = ["Design", "Entity"]
 
 @dataclass(frozen=True)
 class Entity:
-    """A description of a design in VHDL, written beside the gateware and not made of it.
+    """A VHDL reference of a design, written independently of the gateware.
 
     Its ports have the names and the widths of the design's; those of one bit are `std_logic`, the
     others `std_logic_vector`, downwards to 0.
@@ -21,11 +21,11 @@ class Entity:
     name : str
         Name of the entity.
     files : tuple of path
-        What it is made of, in the order in which it is analysed.
+        Its files, in the order of analysis.
     generics : mapping of str to int or bool
         Values of its generics.
     renamed : mapping of str to str
-        Names of its ports where the design's is a word of the language.
+        Names of its ports where the design's is a reserved word.
     """
 
     name: str
@@ -38,24 +38,24 @@ class Entity:
 class Design:
     """Gateware ready to run.
 
-    The gateware makes its own clock domains out of `clk`, so that what runs here is what is built.
+    The gateware derives its clock domains from `clk`, as it does on a board.
 
     Attributes
     ----------
     name : str
         Name of the top module.
     top : Elaboratable
-        The gateware. It is elaborated once; make a new design for a second engine.
+        The gateware. It is elaborated once; a second engine needs a new design.
     clk : Signal
-        The one clock.
+        The clock.
     inputs : mapping of str to Signal
-        Inputs but the clock. Each is 0 until it is set.
+        Inputs without the clock. Each is 0 until it is set.
     outputs : mapping of str to Signal
         Outputs.
     vhdl : Entity, optional
-        The same in VHDL, for the engine that runs that.
+        The VHDL reference, for GHDL.
     names : mapping of str to str
-        On a board the bits of its machine: the output, input or register that has each.
+        On a board: the output, input or register of the design for each bit of the machine.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A timing diagram of the documentation: which part of which bench's waveform."""
+"""A timing diagram of the documentation: a part of the waveform of a bench."""
 
 from dataclasses import dataclass
 
@@ -14,13 +14,13 @@ class Diagram:
     bench : str
         Name of the bench, and of the diagram.
     shows : str
-        What there is to be seen.
+        Caption of the diagram.
     signals : str
         Signals and headings, with spaces between.
     start, end : int
-        The clocks from and to which it goes.
+        First and last clock.
     radix : tuple of str
-        How values are written, such as ``value=hex``.
+        Radixes of values, such as ``value=hex``.
     """
 
     bench: str
@@ -32,5 +32,5 @@ class Diagram:
 
     @property
     def title(self) -> str:
-        """Its name in words."""
+        """Its title."""
         return self.bench.replace("-", " ").capitalize().replace("Uart", "UART")

@@ -1,4 +1,4 @@
-"""A picture milled in simulation: the whole board, from its switches to its coils."""
+"""A picture milled in simulation, with the whole board: from its switches to its coils."""
 
 import time
 from collections.abc import Callable
@@ -25,17 +25,17 @@ __all__ = ["AUTOMATIC", "BUTTON", "DEBOUNCE", "LED", "SETTLE", "Cut", "mill_pict
 BUTTON = {"reset": 1 << 0, "start": 1 << 1, "stop": 1 << 3}
 LED = {"busy": 1 << 5, "error": 1 << 6, "ready": 1 << 7}
 DEBOUNCE = 2
-"""Clocks for which a contact must be still in simulation; people take 500 000 times as long."""
+"""Debouncing time in simulated clocks; the board's is 500 000 times as long."""
 
 SETTLE = 2 * DEBOUNCE + 4
-"""Clocks after which the machine has surely seen a contact that was moved."""
+"""Clocks within which the machine has sampled a change of a contact."""
 
 SLICE = 0.2
-"""Seconds that the engine runs before progress is reported."""
+"""Seconds that the engine runs between two reports of progress."""
 
 
 def press(engine: Engine, button: str) -> None:
-    """Press a button of the board and let go of it, each long enough to be seen."""
+    """Press a button of the board and release it, each long enough to be sampled."""
     for level in (BUTTON[button], 0):
         engine.set(buttons=level)
         engine.run(SETTLE)
@@ -43,25 +43,25 @@ def press(engine: Engine, button: str) -> None:
 
 @dataclass(frozen=True)
 class Cut:
-    """What became of a picture.
+    """The result of milling a picture.
 
     Attributes
     ----------
-    asked : array of bool
+    target : array of bool
         Pixels to mill.
     plant : Plant
-        The machine, with all that was done to it.
+        The simulated motors, tool and plate.
     period : int
-        Clocks from step to step in the simulation.
+        Clocks per step in the simulation.
     clocks : int
         Clocks simulated, from power-up.
     seconds : float
-        Time that the simulation took, without making the engine.
+        Time that the simulation took, without building the engine.
     engine : str
         Name of the engine.
     """
 
-    asked: NDArray[np.bool_]
+    target: NDArray[np.bool_]
     plant: Plant
     period: int
     clocks: int
@@ -70,38 +70,37 @@ class Cut:
 
     @property
     def missed(self) -> int:
-        """Pixels asked that were not milled."""
-        return int(np.count_nonzero(self.asked & ~self.plant.cut))
+        """Target pixels that were not milled."""
+        return int(np.count_nonzero(self.target & ~self.plant.cut))
 
     @property
     def in_error(self) -> int:
-        """Pixels milled that were not asked, and steps in the plate outside those asked."""
-        return int(np.count_nonzero(self.plant.cut & ~self.asked)) + self.plant.wrong_steps
+        """Other pixels that were milled, and steps in the plate outside target pixels."""
+        return int(np.count_nonzero(self.plant.cut & ~self.target)) + self.plant.wrong_steps
 
     @property
     def right(self) -> bool:
-        """Whether the plate is as asked, the motors could follow, and the tool is back, raised."""
+        """Whether the cut is the picture, every word was legal, and the tool is back and raised."""
         plant = self.plant
         return not (self.missed or self.in_error or plant.faults) and plant.position == (0, 0, 0)
 
     def job_seconds(self, step_rate: Fraction = TOP_SPEED, clock: int = CLOCK) -> float:
-        """Time that the job takes on the real machine, at its top speed unless told otherwise.
+        """Return the seconds of the job on the real machine, by default at its top speed.
 
-        Every step takes the real period instead of the simulation's; all other clocks are as they
-        are.
+        Every step takes the real period instead of the simulated one; the other clocks stay.
         """
         plant = self.plant
         made = plant.air.steps + plant.milled.steps + plant.steps["axis_z"]
         return (self.clocks + made * (step_period(step_rate, clock) - self.period)) / clock
 
     def facts(self) -> dict[str, object]:
-        """List the figures, ready for JSON."""
+        """Return the figures for JSON."""
         plant = self.plant
         return {
             "engine": self.engine,
-            "rows": self.asked.shape[0],
-            "columns": self.asked.shape[1],
-            "pixels_asked": int(np.count_nonzero(self.asked)),
+            "rows": self.target.shape[0],
+            "columns": self.target.shape[1],
+            "pixels_asked": int(np.count_nonzero(self.target)),
             "pixels_cut": int(np.count_nonzero(plant.cut)),
             "pixels_missed": self.missed,
             "cut_in_error": self.in_error,
@@ -125,29 +124,29 @@ def ready_to_mill(
     vcd: str | PathLike[str] | None = None, guard: bool = False, scan_bits: int = 8,
     traceable: bool = False,
 ) -> Engine:
-    """Put the mill on a Nexys 2, with a picture built in, on an engine.
+    """Build the mill on a Nexys 2, with a picture, on an engine.
 
     Parameters
     ----------
     picture : array of bool
         Rows of pixels, true where to mill.
     engine : type of Engine
-        What to run it on. It may compile the design first.
+        The engine. It may compile the design first.
     period : int
-        Clocks from step to step; the real machine takes some 500 000.
+        Clocks per step; the real machine has some 500 000.
     vcd : path, optional
         Where to write a waveform of the whole job.
     guard : bool
-        Whether the machine has its guard.
+        Whether the machine has a guard.
     scan_bits : int
-        Binary logarithm of the clocks for which a digit of the display has its turn.
+        Binary logarithm of the clocks that each digit of the display is driven.
     traceable : bool
         Whether the engine can write waveforms of parts of its run.
 
     Raises
     ------
     EngineError
-        If the engine cannot run here.
+        If the engine is not available.
     """
     source = CoordinateGenerator(np.asarray(picture, bool).tolist(), pixel_steps=PIXEL_STEPS)
     machine = MillStation(source=source, timing=MillTiming(period=period, scan_bits=scan_bits),
@@ -167,21 +166,21 @@ def run_job(
     run : Engine
         From :func:`ready_to_mill`, with this picture and period.
     picture : array of bool
-        What the plate shall be like.
+        The target picture.
     period : int
-        Clocks from step to step.
+        Clocks per step.
     progress : callable, optional
-        Called now and then with the number of pixels milled since the last call.
+        Called repeatedly with the number of pixels milled since the last call.
 
     Raises
     ------
     RuntimeError
-        If the machine shows an error, or stands still without being done.
+        If the machine shows an error, or does not step although it is not done.
     """
     picture = np.asarray(picture, bool)
     plant = Plant(picture, pitch=PIXEL_STEPS, travel=Z_TRAVEL)
-    # To copy the picture and then to search all of it takes no more clocks without a step.
-    patience = (1 << 15) + 32 * max(picture.shape) ** 2 + 8 * period
+    # Copying the picture and then searching all of it takes no longer without a step.
+    limit = (1 << 15) + 32 * max(picture.shape) ** 2 + 8 * period
     watch = ("axis_x", "axis_y", "axis_z", "leds")
 
     begun = time.perf_counter()
@@ -193,8 +192,8 @@ def run_job(
     while (leds := run.get("leds")) & LED["busy"]:
         if leds & LED["error"]:
             raise RuntimeError(f"the machine shows an error at clock {run.clock}")
-        if run.clock - moved_at > patience:
-            raise RuntimeError(f"the machine stands still since clock {moved_at}")
+        if run.clock - moved_at > limit:
+            raise RuntimeError(f"the machine has made no step since clock {moved_at}")
         start = time.perf_counter()
         changes = run.run(slice_, watch, until={"leds": LED["ready"]})
         if len(changes):
@@ -206,7 +205,7 @@ def run_job(
         done = milled
         if time.perf_counter() - start < SLICE / 2:
             slice_ = min(2 * slice_, 1 << 20)
-    plant.feed(run.run(2, watch))  # what is still on its way to the pins
+    plant.feed(run.run(2, watch))  # the pipeline to the pins
     seconds = time.perf_counter() - begun
     return Cut(picture, plant, period, run.clock, seconds, run.name)
 

@@ -3,10 +3,10 @@
 # pyright: reportIncompatibleMethodOverride=false, reportAssignmentType=false
 # pyright: reportGeneralTypeIssues=false
 
-"""A mistake in a design: what a signal that is named becomes, whatever the source text says.
+"""A mistake in a design: a signal, named by its path, is assigned something else.
 
-The fragment is changed and not the source, so the mistake is in the design for every engine, for
-the netlist and for proofs.
+It is planted in the fragment and not in the source text, so that it is in the design for every
+engine, for the netlist and for proofs.
 """
 
 from collections.abc import Callable, Iterator
@@ -24,24 +24,24 @@ from .design import Design
 __all__ = ["Find", "Mistake", "connections"]
 
 Find = Callable[[str], Any]
-"""Gives a signal of the design by its path."""
+"""Returns a signal of the design by its path."""
 
 
 @dataclass(frozen=True)
 class Mistake:
     """A mistake to plant in a design.
 
-    A path is the names of the submodules that lead to a signal, and its own, such as
-    ``driver.coils``. The first of them may be left out: then the signal is meant that is nearest to
-    the top, and there must be but one. Ports of the design have a name alone.
+    A path consists of the names of the submodules that lead to a signal, and its own, such as
+    ``driver.coils``. The first of them may be left out: then the signal nearest to the top is
+    meant, if it is unique. Ports of the design have a name only.
 
     Attributes
     ----------
     path : str
-        Of a signal that statements assign: a register, or one that is combinational.
+        A signal that statements assign: a register or a combinational signal.
     becomes : callable, optional
-        Gives what is assigned instead: is given what is assigned without the mistake, for a
-        register its next value, and a function that finds other signals by their paths.
+        Returns the new right-hand side. Arguments: the correct one, for a register its next value,
+        and a function that returns other signals by their paths.
     reset_less : bool, optional
         Whether the register keeps its value in a reset.
     init : int, optional
@@ -54,26 +54,26 @@ class Mistake:
     init: int | None = None
 
     def planted(self, design: Design) -> Design:
-        """Return a design with the mistake in it; the one that is given is not used any more.
+        """Return the design with the mistake in it; the design passed in must not be used any more.
 
         Raises
         ------
         LookupError
-            If no signal has a path, or several have, or nothing assigns the one to change.
+            If a path has no signal or several, or the signal is never assigned.
         """
         fragment = Fragment.get(design.top, None)
         self.plant(fragment, {**design.inputs, **design.outputs})
         return replace(design, top=fragment)
 
     def plant(self, fragment: Fragment, ports: dict[str, Any] | None = None) -> None:
-        """Plant it in a fragment; raises as :meth:`planted` does.
+        """Plant it in a fragment; raises like :meth:`planted`.
 
         Parameters
         ----------
         fragment : Fragment
-            Is changed.
+            The fragment, changed in place.
         ports : dict of str to Value, optional
-            Signals that have a name alone.
+            Signals that have a name only.
         """
         def find(path: str) -> Any:
             if ports and path in ports:
@@ -104,12 +104,12 @@ class Mistake:
 
 
 def _unused(signal: Signal) -> Signal:
-    """Take what is assigned together with a signal, and is of no use."""
+    """A sink for parts of an assignment that are not of interest."""
     return Signal.like(signal, name=f"{signal.name}_unused", attrs={})
 
 
 class _Targets(ValueTransformer):
-    """Put other signals on the left-hand side of an assignment; what it reads stays."""
+    """Replace signals on the left-hand side of an assignment; those that it reads stay."""
 
     def __init__(self, other: Callable[[Signal], Signal]) -> None:
         self._other = other
@@ -126,7 +126,7 @@ class _Targets(ValueTransformer):
 
 
 class _Assigning(StatementTransformer):
-    """Assign to other signals; leave out assignments that are not `only` to one, or to one."""
+    """Redirect assignments; drop those that are not `only` to one, or to one."""
 
     def __init__(self, other: Callable[[Signal], Signal], *, only: Signal | None = None,
                  without: Signal | None = None) -> None:
@@ -180,7 +180,7 @@ def _ports(fragment: Fragment) -> Iterator[tuple[str, Value]]:
 
 
 def _named(fragment: Fragment) -> Iterator[tuple[str, Signal]]:
-    """Name registers, the ports of components, and what else statements assign."""
+    """Name registers, ports of components, and other assigned signals."""
     ports: dict[int, tuple[str, Any]] = {}
     for path, port in _ports(fragment):
         ports.setdefault(id(port), (path, port))
@@ -202,6 +202,6 @@ def _find(fragment: Fragment, path: str) -> Signal:
     if len(found) == 1:
         return names[found[0]]
     if found:
-        raise LookupError(f"{path!r} may be {', '.join(found)}")
+        raise LookupError(f"{path!r} matches {', '.join(found)}")
     near = get_close_matches(path, names, 5, 0)
     raise LookupError(f"no signal {path!r} in this design; there are {', '.join(near)} ...")

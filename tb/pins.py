@@ -1,4 +1,4 @@
-"""Levels of pins, row by row, as a waveform: for what has no waveform of its own."""
+"""Waveforms of pin levels given row by row, for models, which cannot write one."""
 
 from collections.abc import Mapping
 from os import PathLike
@@ -16,7 +16,7 @@ __all__ = ["write_pins"]
 
 
 def write_pins(path: str | PathLike[str], design: Design, rows: Mapping[str, NDArray]) -> None:
-    """Write a VCD of the ports of a design, a row a clock, at the times of an engine's waveform."""
+    """Write a VCD of the ports of a design, one row per clock, timed like an engine's waveform."""
     ports = {**design.inputs, **design.outputs}
     clocks = len(next(iter(rows.values())))
     events: list[tuple[int, int, str, int]] = []
@@ -26,7 +26,7 @@ def write_pins(path: str | PathLike[str], design: Design, rows: Mapping[str, NDA
     for name, levels in rows.items():
         values = np.asarray(levels).astype(np.uint64)
         changes = np.flatnonzero(np.r_[True, values[1:] != values[:-1]])
-        # What an edge does is seen at the edge, and inputs change while the clock falls.
+        # Outputs change at the rising edge, and inputs at the falling one.
         early = PERIOD // 2 if name in design.outputs else 0
         events += [(max(0, int(row) * PERIOD - early), 1, name, int(values[row]))
                    for row in changes]

@@ -1,9 +1,8 @@
-"""The world beyond the pins: three motors and a tool that know only coil words.
+"""The plant: three motors and a tool, simulated from coil words.
 
-Each motor is decoded by itself, from the words where it changes; then the steps of the three are
-put together in the order of their clocks, and everything else is asked of that one list of
-positions. All of it is done on whole arrays, and what is asked never depends on where one array
-ends and the next begins.
+Each motor is decoded separately, at the changes of its words; then the steps of the three are
+merged in the order of their clocks, and everything else is derived from that list of positions. All
+of it works on whole arrays, and results do not depend on where one array ends and the next begins.
 """
 
 from collections.abc import Sequence
@@ -24,15 +23,15 @@ __all__ = ["STEP", "WORDS", "Fault", "Motor", "Plant", "Polyline", "Travel", "Wr
 #: Coil words in ascending order: black, orange, brown, yellow.
 WORDS = (0b0110, 0b0011, 0b1001, 0b1100)
 
-#: Millimetres a step.
+#: Millimetres per step.
 STEP = float(RESOLUTION)
 
-#: Clock of no step at all.
+#: Clock that stands for no step.
 NEVER = -(1 << 62)
 
 
 class Fault(NamedTuple):
-    """A word that no motor can follow: not of the table, or two phases on from the last."""
+    """A word that no motor can follow: not in the table, or two phases from the last."""
 
     clock: int
     axis: str
@@ -41,7 +40,7 @@ class Fault(NamedTuple):
 
 
 class Wrong(NamedTuple):
-    """A position in the plate where nothing was to be cut, and the clock of the step to it."""
+    """A position in the plate where the picture has no pixel, and the clock of the step to it."""
 
     clock: int
     x: int
@@ -50,7 +49,7 @@ class Wrong(NamedTuple):
 
 
 class Travel(NamedTuple):
-    """Way in the plane. A step of both axes at once is one step, the diagonal of a square."""
+    """Travel in the plane. A step of both axes at once is one step, the diagonal of a square."""
 
     steps: int
     mm: float
@@ -58,7 +57,7 @@ class Travel(NamedTuple):
 
 @dataclass(frozen=True)
 class Polyline:
-    """A stretch of the tool's path in steps, one row (x, y) a corner, in plate or air."""
+    """A segment of the tool's path in steps, one row (x, y) per corner, in plate or air."""
 
     cut: bool
     points: NDArray[np.int64]
@@ -70,9 +69,9 @@ class Motor:
     Attributes
     ----------
     steps : int
-        Steps so far, either way.
+        Steps so far, in both directions.
     least : int or None
-        Fewest clocks between two of them; None until there are two.
+        Least clocks between two of them; None until there are two.
     """
 
     def __init__(self) -> None:
@@ -85,13 +84,13 @@ class Motor:
     def feed(
         self, clock: NDArray, words: NDArray
     ) -> tuple[NDArray, NDArray[np.int64], NDArray, NDArray]:
-        """Go on with these words.
+        """Continue with these words.
 
         Parameters
         ----------
         clock, words : array of int64, shape (n,)
-            When, and which word from then on; at least one. What is no word of the table is
-            illegal, numbers below 0 also.
+            Clocks of the changes, and the words from then on; at least one. A number that is not in
+            the table is illegal, negative numbers too.
 
         Returns
         -------
@@ -114,7 +113,7 @@ class Motor:
         if len(clocks):
             apart = np.diff(clocks, prepend=self.last)
             least = int(apart.min())
-            # The distance to NEVER is more than any clock.
+            # The difference to NEVER is more than any clock.
             if least < -NEVER:
                 self.least = least if self.least is None else min(self.least, least)
             self.last = int(clocks[-1])
@@ -123,7 +122,7 @@ class Motor:
 
 
 class _Log:
-    """Rows that come in blocks and are asked for from some place on."""
+    """Rows that are appended in blocks and read from some index on."""
 
     def __init__(self, width: int) -> None:
         self._blocks: list[NDArray[np.int64]] = []
@@ -136,7 +135,7 @@ class _Log:
             self.rows += len(block)
 
     def since(self, first: int) -> NDArray[np.int64]:
-        """Give the rows from number `first` on, in a time that depends on these alone."""
+        """Return the rows from index `first` on, in time proportional to their number."""
         start, taken = self.rows, []
         for block in reversed(self._blocks):
             if start <= first:
@@ -153,47 +152,46 @@ _PHASES[list(WORDS)] = range(4)
 class Plant:
     """Three motors, a tool and a plate.
 
-    The first words fed are where the motors stand: (0, 0, 0), the tool on the plate's face. An
+    The first words define the position (0, 0, 0), with the tool on the plate's face. An illegal
     illegal word leaves a motor as it was; a jump may have turned it either way, so it only sets
     the phase.
 
-    The plate is a picture, rows along x and columns along y, a pixel every `pitch` steps with the
-    centre of the first at (0, 0). A pixel is cut when the tool stands at full depth on its very
-    centre: the way from centre to centre runs half in one pixel and half in the next, so that a
-    tool which only grazes a pixel has not milled it. A step made below the face is wrong when
-    none of the pixels nearest to where it ends is asked. Half way between two centres both are
-    nearest, and all four on a corner: whoever goes from pixel to pixel along a diagonal passes
-    there.
+    The plate is a picture, rows along x and columns along y, one pixel every `pitch` steps with the
+    centre of the first at (0, 0). A pixel is cut when the tool is at full depth exactly on its
+    centre: the path from centre to centre lies half in one pixel and half in the next, so that a
+    tool which only grazes a pixel has not milled it. A step below the face is wrong if none of the
+    pixels nearest to its end is a target. Half way between two centres both are nearest, and all
+    four on a corner, which a diagonal from pixel to pixel passes.
 
     Parameters
     ----------
-    asked : array of bool, optional
-        The picture: which pixels are to be cut. Without one nothing is judged.
+    target : array of bool, optional
+        The picture: the pixels to be cut. Without one there are no wrong steps.
     pitch : int
         Steps from one pixel to the next.
     travel : int
         Steps of the tool from the plate's face down to full depth.
     axes : sequence of str
-        Outputs that are the coil words of X, Y and Z.
+        Outputs with the coil words of X, Y and Z.
 
     Attributes
     ----------
     position : tuple of int
-        Steps forward less steps back, an axis.
+        Steps forward minus steps back, per axis.
     cut : array of bool
-        Which pixels have been cut.
+        The pixels that have been cut.
     wrong_steps : int
-        How many steps ended in the plate where nothing was to be cut; the first `KEPT` are
-        in `wrong`.
+        Number of steps that ended in the plate where the picture has no pixel; the first
+        `KEPT` are in `wrong`.
     lifts : int
-        How often the tool left the plate.
+        Number of times that the tool left the plate.
     """
 
     KEPT = 1000
 
     def __init__(
         self,
-        asked: ArrayLike | None = None,
+        target: ArrayLike | None = None,
         *,
         pitch: int = 128,
         travel: int = 1152,
@@ -204,13 +202,13 @@ class Plant:
                 f"Pitch and travel must be at least 1 with three axes, not {pitch!r}, {travel!r}, "
                 f"{axes!r}"
             )
-        self.judged = asked is not None
-        self.asked = np.array(np.zeros((0, 0)) if asked is None else asked, bool)
-        if self.asked.ndim != 2:
-            raise ValueError(f"Picture must be rows and columns, not the shape {self.asked.shape}")
+        self.judged = target is not None
+        self.target = np.array(np.zeros((0, 0)) if target is None else target, bool)
+        if self.target.ndim != 2:
+            raise ValueError(f"Picture must be rows and columns, not the shape {self.target.shape}")
         self.pitch, self.travel, self.axes = pitch, travel, tuple(axes)
         self.position = (0, 0, 0)
-        self.cut = np.zeros(self.asked.shape, bool)
+        self.cut = np.zeros(self.target.shape, bool)
         self.wrong: list[Wrong] = []
         self.wrong_steps = 0
         self.lifts = 0
@@ -224,55 +222,55 @@ class Plant:
 
     @property
     def steps(self) -> dict[str, int]:
-        """Steps that each axis has made, either way."""
+        """Steps of each axis, in both directions."""
         return {axis: motor.steps for axis, motor in self._motors.items()}
 
     @property
     def least(self) -> dict[str, int | None]:
-        """Fewest clocks between two steps of each axis; None until it has made two."""
+        """Least clocks between two steps of each axis; None with fewer than two."""
         return {axis: motor.least for axis, motor in self._motors.items()}
 
     @property
     def faults(self) -> list[Fault]:
-        """Every illegal word, once when it appears, and every jump."""
+        """All illegal words, once at each change, and all jumps."""
         return list(self._faults)
 
     @property
     def air(self) -> Travel:
-        """Way in the plane with the tool on the face or above."""
+        """Travel in the plane with the tool on the face or above."""
         return self._way(False)
 
     @property
     def milled(self) -> Travel:
-        """Way in the plane with the tool below the face."""
+        """Travel in the plane with the tool below the face."""
         return self._way(True)
 
     @property
     def corners(self) -> NDArray[np.int64]:
-        """The tool's path: its start, wherever it turns, and where it stands; one row (x, y, z)."""
+        """The tool's path: its start, its corners, and its present position; one row (x, y, z)."""
         return self.corners_from(0)
 
     def corners_from(self, first: int) -> NDArray[np.int64]:
-        """Give the corners from number `first` on; the last one is where the tool stands."""
+        """Return the corners from index `first` on; the last one is the present position."""
         return np.concatenate([self._corners.since(first), np.array([self.position], np.int64)])
 
     def milled_from(self, first: int) -> NDArray[np.int64]:
-        """Give the pixels that were cut, in that order, from number `first` on: (row, column)."""
+        """Return the cut pixels in order, from index `first` on: (row, column)."""
         return self._milled.since(first)
 
     def forget_path(self) -> None:
-        """Let the path begin where the tool stands. All else stays as it is."""
+        """Restart the path at the present position. All else stays."""
         self._corners = _Log(3)
         self._heading = np.zeros(3, np.int64)
 
     @property
     def turns(self) -> int:
-        """Corners of the path so far, without the place where the tool stands."""
+        """Corners of the path so far, without the present position."""
         return self._corners.rows
 
     @property
     def path(self) -> list[Polyline]:
-        """The tool's path in the plane, cut in lines of one kind."""
+        """The tool's path in the plane, split into segments in plate and in air."""
         lines: list[Polyline] = []
         points: list[NDArray] = []
         was = False
@@ -290,7 +288,7 @@ class Plant:
         return [*lines, Polyline(was, np.array(points))] if points else lines
 
     def feed(self, changes: Changes) -> None:
-        """Go on with these words, the first of which are those that hold now or the next."""
+        """Continue with these words; the first are those at present, or the next ones."""
         clock = changes.clock
         if not len(clock):
             return
@@ -334,7 +332,7 @@ class Plant:
         plane = places[:, :2]
         pixels, rest = np.divmod(plane, self.pitch)
         deep = (places[:, 2] == -self.travel) & (rest == 0).all(axis=1)
-        deep &= ((pixels >= 0) & (pixels < self.asked.shape)).all(axis=1)
+        deep &= ((pixels >= 0) & (pixels < self.target.shape)).all(axis=1)
         found = pixels[deep]
         found = found[~self.cut[found[:, 0], found[:, 1]]]
         if len(found):
@@ -342,23 +340,23 @@ class Plant:
             self._milled.add(found[np.sort(firsts)])
             self.cut[found[:, 0], found[:, 1]] = True
 
-        # Nearest from above and from below: they differ half way between two.
+        # Nearest rounded up and rounded down: they differ half way between two.
         high = (2 * plane + self.pitch) // (2 * self.pitch)
         low = -((self.pitch - 2 * plane) // (2 * self.pitch))
-        wrong = ~self._is_asked(high[:, 0], high[:, 1])
+        wrong = ~self._is_target(high[:, 0], high[:, 1])
         for rows, columns in ((high, low), (low, high), (low, low)):
             left = np.flatnonzero(wrong)
-            wrong[left] = ~self._is_asked(rows[left, 0], columns[left, 1])
+            wrong[left] = ~self._is_target(rows[left, 0], columns[left, 1])
         left = np.flatnonzero(wrong)
         self.wrong_steps += len(left)
         for n in left[: self.KEPT - len(self.wrong)]:
             x, y, z = (int(v) for v in places[n])
             self.wrong.append(Wrong(int(clock[n]), x, y, z))
 
-    def _is_asked(self, row: NDArray, column: NDArray) -> NDArray[np.bool_]:
-        rows, columns = self.asked.shape
+    def _is_target(self, row: NDArray, column: NDArray) -> NDArray[np.bool_]:
+        rows, columns = self.target.shape
         on = (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
-        on[on] = self.asked[row[on], column[on]]
+        on[on] = self.target[row[on], column[on]]
         return on
 
     def _way(self, cut: bool) -> Travel:

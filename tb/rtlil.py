@@ -1,9 +1,9 @@
-"""RTLIL in a canonical form: what a design is, without how its source was written.
+"""RTLIL in a canonical form: the design without how its source was written.
 
-Amaranth names wires after local variables, numbers what has no name, and says for everything in
-which line it was made. Here all of that goes: within a module, wires, cells and inner ports have
-numbers in the order in which its cells use them. What is left changes only with the design: it is
-what verdicts on a design are keyed by, and what mutants are made of.
+Amaranth names wires after local variables, numbers anonymous ones, and gives the source line of
+everything. The canonical form drops that: within a module, wires, cells and inner ports are
+numbered in the order in which its cells use them. It changes only with the design: verdicts on a
+design are keyed by it, and mutants are made of it.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 __all__ = ["canonical", "fingerprint"]
 
 _IDENTIFIER = re.compile(r"(?<!\S)[\\$]\S+")
-#: What tools show of a wire, a cell or a module, and what nothing depends on.
+#: Attributes of wires, cells and modules that nothing depends on.
 _SHOWN = re.compile(r" *attribute \\(src|generator|enum_\w+) ")
 _SUFFIX = re.compile(r"\$\d+$")
 
@@ -68,7 +68,7 @@ def canonical(text: str) -> str:
 
 
 def fingerprint(*texts: str) -> str:
-    """Return a SHA-256, in hexadecimal, of some texts in their order."""
+    """Return the SHA-256 of some texts in order, in hexadecimal."""
     key = hashlib.sha256()
     for text in texts:
         key.update(hashlib.sha256(text.encode()).digest())
@@ -102,7 +102,7 @@ def _modules(text: str) -> Iterator[_Module]:
 def _module_names(modules: Iterable[_Module]) -> dict[str, str]:
     """Return new names of modules by their old ones: `motor$17` is numbered among its siblings.
 
-    Amaranth adds a number where a submodule has the name of a signal, too, and counts the signals.
+    Amaranth also numbers a submodule that has the name of a signal, and counts the signals.
     """
     new: dict[str, str] = {}
     for module in modules:  # each comes after the one that it is in
@@ -119,7 +119,7 @@ def _module_names(modules: Iterable[_Module]) -> dict[str, str]:
 
 
 def _write(module: _Module, names: Mapping[str, str], ports: dict[str, dict[str, str]]) -> str:
-    """Write a module; `ports` has those of the modules in it, and gets its own."""
+    """Write a module; `ports` has those of its submodules, and gets its own."""
     is_top = any("\\top " in attribute for attribute in module.attributes)
     wires = {item.name: item for item in module.items if item.kind == "wire"}
     aliases = set(_aliases(module.items, wires))
@@ -194,7 +194,7 @@ def _is_port(wire: _Item) -> bool:
 
 
 def _aliases(items: Iterable[_Item], wires: Mapping[str, _Item]) -> Iterator[str]:
-    """Find wires that are no more than a second name of something."""
+    """Return the wires that are only another name of a port or wire."""
     items = list(items)
     lines = [line for item in items for line in [item.head, *item.body]]
     # The word after `connect` is a port of a cell, or what is driven here.

@@ -1,4 +1,4 @@
-"""Runners beside the test of a machine.
+"""Runners for benches of a machine: scoreboard and serial monitor.
 
 The scoreboard compares every output in every clock with that of its model; the monitor decodes its
 serial output.
@@ -22,13 +22,13 @@ __all__ = ["monitor", "scoreboard", "ticks"]
 def scoreboard(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any], Coroutine]:
     """Return a runner that compares a machine with its model, from power-up on.
 
-    It should come before runners that look at outputs: what is wrong is then said where it shows
-    first.
+    It should come before runners that check outputs, so that a difference is reported where it
+    appears first.
 
     Raises
     ------
     CheckFailed
-        While it runs, if an output is not that of the model.
+        While it runs, if an output differs from the model.
     """
     async def compare(ctx) -> None:
         pins = model.Inputs()
@@ -46,9 +46,9 @@ def scoreboard(run: Run, dut: wiring.Component, model: Model) -> Callable[[Any],
 
 def monitor(run: Run, line: Value, period: int, received: bytearray
             ) -> Callable[[Any], Coroutine]:
-    """Return a runner that appends the bytes on a serial output to `received`.
+    """Return a runner that appends received bytes of a serial output to `received`.
 
-    Each is there a clock after the middle of its stop bit.
+    Each is complete one clock after the middle of its stop bit.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def monitor(run: Run, line: Value, period: int, received: bytearray
     line : Value
         The output.
     period : int
-        Clocks of a bit.
+        Clocks per bit.
     received : bytearray
-        Where the bytes go.
+        Destination of the bytes.
 
     Raises
     ------
@@ -77,6 +77,6 @@ def monitor(run: Run, line: Value, period: int, received: bytearray
 
 
 async def ticks(ctx, count: int) -> None:
-    """Wait so many clocks; unlike ``repeat``, this can be left when another runner fails."""
+    """Wait for a number of clocks; unlike ``repeat``, this ends when another runner fails."""
     for _ in range(count):
         await ctx.tick()

@@ -1,8 +1,8 @@
-"""Stimulus: levels of the inputs of a machine or a component, a row a clock.
+"""Stimulus: levels of the inputs of a machine or a component, one row per clock.
 
 Half of it is directed, as each machine declares it; the other half is random. Random stimulus comes
-in blocks that stand alone: a seed and the number of a block give its rows, whatever ran before. For
-any component there are levels to hold one after the other, and bursts.
+in independent blocks: a seed and the number of a block determine its rows. For any component there
+are levels held one after the other, and bursts.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 __all__ = ["BLOCK", "Random", "Stimulus", "bursts", "cut", "held", "last_rows", "random_blocks"]
 
 Stimulus: TypeAlias = Mapping[str, NDArray]
-"""Levels of every input, a row a clock."""
+"""Levels of every input, one row per clock."""
 
 Random: TypeAlias = Callable[[int, int, int], Stimulus]
-"""Gives, of a seed and the number of a block, so many of its first rows."""
+"""Returns the first rows of a block, given a seed, the number of the block and a row count."""
 
 #: Rows of a block of random stimulus.
 BLOCK = 1 << 16
 
-#: Inputs that, were they 1 often, would leave nothing else to see.
+#: Inputs that would mask everything else if they were often 1.
 RARE = ("rst", "stop")
 
 
 def held(pins: Iterable[str], holds: Iterable[tuple[Mapping[str, int], int]], clocks: int
          ) -> dict[str, NDArray]:
-    """Give so many clocks of holds, or as many as there are; all pins are 0 before."""
+    """Yield a number of clocks of holds, or all there are; all pins are 0 before."""
     levels: Mapping[str, int] = dict.fromkeys(pins, 0)
     made: list[Mapping[str, int]] = []
     for changes, rows in holds:
@@ -41,17 +41,16 @@ def bursts(fields: Mapping[str, Sequence[int]], seed: int, block: int, rows: int
            ) -> dict[str, NDArray]:
     """Return the first rows of a block of random stimulus, for any inputs.
 
-    Each field of an input has bursts of its own, some dozens of clocks each, and in each another
-    rate: never, now and then, half the time, mostly or always 1, if it is a bit; staying or
-    changing as often, if it is a number, and then mostly near 0, where numbers are equal, or at an
-    end of their range.
+    Each field of an input has bursts of its own, some dozens of clocks each, each with another
+    rate: a bit is never, seldom, half the time, mostly or always 1; a number stays or changes as
+    often, and is then mostly near 0, where comparisons are decided, or at an end of its range.
 
     Parameters
     ----------
     fields : mapping of str to sequence of int
         Widths of the fields of each input, from bit 0.
     seed, block, rows : int
-        The same ones give the same rows; of the seed and the number of a block come all of it.
+        Seed, number of the block, and number of rows. Equal values give equal rows.
     """
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, block])))
 
@@ -81,18 +80,18 @@ def bursts(fields: Mapping[str, Sequence[int]], seed: int, block: int, rows: int
 
 
 def random_blocks(random: Random, seed: int, clocks: int, *, first: int = 0) -> Iterator[Stimulus]:
-    """Give so many clocks of random stimulus, from the first block on."""
+    """Yield a number of clocks of random stimulus, from the first block on."""
     for block in range(-(-clocks // BLOCK)):
         yield random(seed, first + block, min(BLOCK, clocks - block * BLOCK))
 
 
 def cut(stimulus: Stimulus, start: int, stop: int) -> dict[str, NDArray]:
-    """Give some of the rows."""
+    """Return a range of rows."""
     return {name: row[start:stop] for name, row in stimulus.items()}
 
 
 def last_rows(blocks: Iterable[Stimulus], stop: int, most: int) -> dict[str, NDArray]:
-    """Give the rows before one, at most so many."""
+    """Return the rows before one, up to a maximum."""
     kept: list[Stimulus] = []
     clock = 0
     for block in blocks:
@@ -101,7 +100,7 @@ def last_rows(blocks: Iterable[Stimulus], stop: int, most: int) -> dict[str, NDA
         clock += rows
         if clock >= stop:
             break
-        # What is further back than `most` even from here is never asked for.
+        # Rows further back than `most` are never requested.
         while sum(len(next(iter(part.values()))) for part in kept[1:]) >= most:
             kept.pop(0)
     joined = {name: np.concatenate([part[name] for part in kept]) for name in kept[0]}

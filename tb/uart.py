@@ -1,7 +1,7 @@
 """Serial lines, 8N1: bytes to levels, and levels or change times to bytes.
 
-A line changes only where bits do. So an engine is asked to run from one change to the next, and
-what it sends is decoded from the times at which its output changed.
+A line changes only at bit boundaries. So an engine runs from one change to the next, and what it
+sends is decoded from the times of the changes.
 """
 
 from bisect import bisect_left
@@ -21,17 +21,17 @@ __all__ = ["FRAME", "BitTimingError", "DecodedByte", "Decoder", "Levels", "Seria
 
 Levels = NDArray[np.uint8]
 
-#: Bits of a byte on the line: start, eight, stop.
+#: Bits of a character on the line: start, eight data bits, stop.
 FRAME = 10
 
 _WORDS = np.array([bits(byte) for byte in range(256)], np.uint8)
-#: Majority of three samples of each bit: levels as a number of ten bytes, and the bits of that.
+#: Majority of three samples of each bit: index is ten bits of levels, value their majority.
 _FRAMES = {int.from_bytes(bytes(word >> n & 1 for n in range(FRAME)), "little"): word
            for word in range(1 << FRAME)}
 
 
 class BitTimingError(Exception):
-    """A level of an output does not last for whole bits of a byte.
+    """A level of an output that does not last for whole bits of a character.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class BitTimingError(Exception):
     """
 
     def __init__(self, clock: int) -> None:
-        super().__init__("what is sent is no byte: a bit is not as long as it should be")
+        super().__init__("the output is not 8N1: a bit has a wrong length")
         self.clock = clock
 
 
@@ -50,13 +50,13 @@ class DecodedByte(NamedTuple):
     Attributes
     ----------
     clock : int
-        With which it is complete.
+        The clock in which it is complete.
     byte : int
         Its value.
     error : bool
         Framing error: its stop bit is low.
     broken : int
-        The clock with which the line, low from this byte on, is a break; -1 if it is none.
+        The clock from which the line, low since this byte, is a break; -1 if it is not.
     """
 
     clock: int
@@ -66,26 +66,26 @@ class DecodedByte(NamedTuple):
 
 
 class Text:
-    """Bytes from an output.
+    """Bytes of an output.
 
     Attributes
     ----------
     text : bytes
-        All of them.
+        All bytes.
     starts : list of int
-        The clock in which each begins.
+        The clock in which each byte begins.
     """
 
     def __init__(self, text: bytes, starts: list[int]) -> None:
         self.text, self.starts = text, starts
 
     def before(self, clock: int) -> int:
-        """Count the bytes that begin before a clock."""
+        """Return the number of bytes that begin before a clock."""
         return bisect_left(self.starts, clock)
 
 
 def levels(data: bytes, period: int) -> Levels:
-    """Encode bytes, one after the other without a gap, `period` clocks a bit."""
+    """Encode bytes without gaps between them, `period` clocks per bit."""
     return _WORDS[np.frombuffer(data, np.uint8)].reshape(-1).repeat(period)
 
 
@@ -100,13 +100,13 @@ def high(clocks: int) -> Levels:
 
 
 def decode(line: Levels, period: int) -> Iterator[DecodedByte]:
-    """Decode any levels as a receiver with noise rejection does.
+    """Decode levels like a receiver with majority voting.
 
-    It samples each bit three times about its middle, counted from the edge of the start bit, a
+    It samples each bit three times around its middle, counted from the edge of the start bit, a
     sixteenth of a bit apart, and takes the majority. A start bit that is high is dropped. After a
-    framing error, and at first, the line must have been high for longer than a disturbance.
-    Until then it is a break at once if that byte is 0, and else when it has been low for the time
-    of a byte more.
+    framing error, and at first, the line must have been high for longer than a disturbance. Until
+    then it is a break at once if that byte is 0, and otherwise when it has been low for the time of
+    one more byte.
     """
     row, spread = line.tobytes(), period // 16
     middle, idle = period // 2, b"\1" * (2 * spread + 1)
@@ -142,7 +142,7 @@ def decode(line: Levels, period: int) -> Iterator[DecodedByte]:
 def decode_output(line: ArrayLike, period: int) -> Text:
     """Decode an output, each bit of which must last exactly `period` clocks.
 
-    A byte that is cut off at the end is left out.
+    An incomplete byte at the end is left out.
 
     Raises
     ------
@@ -163,19 +163,19 @@ def decode_output(line: ArrayLike, period: int) -> Text:
 
 
 class Decoder:
-    """Decodes bytes from the times at which a line changes, by a sample in the middle of each bit.
+    """Decoder of the times at which a line changes, with a sample in the middle of each bit.
 
     The line is high at first.
 
     Parameters
     ----------
     period : int
-        Clocks of a bit.
+        Clocks per bit.
 
     Attributes
     ----------
     errors : int
-        Framing errors so far. Bytes that have one are left out.
+        Framing errors so far. Bytes with one are left out.
     """
 
     def __init__(self, period: int) -> None:
@@ -186,9 +186,9 @@ class Decoder:
         self.errors = 0
 
     def feed(self, clock: int, level: int) -> bytes:
-        """Take the level of the line from a clock on; return bytes completed before it.
+        """Set the level of the line from a clock on; return the bytes completed before it.
 
-        The same level as before only says that time has passed.
+        A level equal to the last only advances the time.
         """
         received = b"".join(self._until(clock))
         if self._start is None and self._level and not level:
@@ -197,7 +197,7 @@ class Decoder:
         return received
 
     def _until(self, clock: int) -> Iterator[bytes]:
-        """Sample each bit that has its middle before a clock."""
+        """Sample each bit whose middle is before a clock."""
         while self._start is not None:
             if self._start + len(self._bits) * self._period + self._period // 2 >= clock:
                 return
@@ -212,49 +212,49 @@ class Decoder:
 
 
 class SerialLine:
-    """A serial line to a design that runs. It is high for a byte's time before anything is sent.
+    """A serial line to a running design. It is high for a byte's time at the start.
 
     Parameters
     ----------
     engine : Engine
         The design.
     period : int
-        Clocks of a bit.
+        Clocks per bit.
     rx, tx : str
-        Its input and its output, as it calls them.
+        Names of its input and its output.
     """
 
     def __init__(self, engine: Engine, period: int, *, rx: str = "rx", tx: str = "tx") -> None:
         self._engine, self._period, self._rx, self._tx = engine, period, rx, tx
         self._waiting: deque[int] = deque()
-        # Of the byte under way, and for how long. First it rests, so that the first byte is seen.
+        # Level of the byte under way, and its remaining clocks. The line is idle first.
         self._levels = deque([(1, FRAME * period)])
         self._decoder = Decoder(period)
         engine.set(**{rx: 1})
 
     @property
     def waiting(self) -> int:
-        """Bytes that have not begun."""
+        """Queued bytes that have not begun."""
         return len(self._waiting)
 
     @property
     def errors(self) -> int:
-        """Framing errors in what the design has sent."""
+        """Framing errors in the output of the design."""
         return self._decoder.errors
 
     def send(self, data: bytes) -> None:
-        """Send bytes, when those before are sent."""
+        """Queue bytes."""
         self._waiting.extend(data)
 
     def send_break(self) -> None:
-        """Hold the line low for two bytes' time, at once; what waits comes behind that.
+        """Hold the line low for two bytes' time, now; queued bytes follow.
 
         A byte that is under way is cut off.
         """
         self._levels = deque([(0, 2 * FRAME * self._period), (1, FRAME * self._period)])
 
     def run(self, clocks: int) -> bytes:
-        """Run so many clocks; return the bytes that the design has sent meanwhile.
+        """Run a number of clocks; return the bytes that the design has sent meanwhile.
 
         A byte is complete with the middle of its stop bit.
         """
@@ -273,7 +273,7 @@ class SerialLine:
         return b"".join(received)
 
     def _next_level(self, idle: int) -> tuple[int, int]:
-        """Return the level of the line now, and for how many clocks; `idle` if nothing waits."""
+        """Return the level of the line now and its remaining clocks; `idle` if none are queued."""
         while self._levels and not self._levels[0][1]:
             self._levels.popleft()
         if not self._levels and self._waiting:

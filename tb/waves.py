@@ -1,4 +1,4 @@
-"""Waveforms for people: a GTKWave save file beside each VCD, and both files whole or not at all."""
+"""Waveform files: a GTKWave save file next to each VCD, both written atomically."""
 
 import os
 import secrets
@@ -18,17 +18,17 @@ FEMTO = 1_000_000
 """Units of time of Amaranth's VCD in a nanosecond."""
 
 HEX = {"count", "shown", "value"}
-"""What the display shows is read in its digits."""
+"""Names that are written in hexadecimal, as the display shows them."""
 
 BITS = {
     "active", "allowed", "at_high", "at_low", "axes", "axis_x", "axis_y", "axis_z", "buttons",
     "coils", "digits", "direction", "high", "i", "jog", "jogging", "leds", "low", "moved", "o",
     "refused", "segments", "step", "switches",
 }
-"""Every bit is something of its own: a coil, a segment, a switch, an axis."""
+"""Names that are written in binary: each bit is a coil, a segment, a switch or an axis."""
 
 SIGNED = {"accumulator", "at_x", "at_y", "at_z", "place", "position", "target"}
-"""Positions go below 0, and so does a time until something is due."""
+"""Names of signed values: positions, and times until something is due."""
 
 GRAPHS = ("x.count", "y.count", "z.count")
 """Positions that are drawn as curves."""
@@ -40,12 +40,12 @@ WINDOW, NAMES, REST = (1500, 900), 220, 80
 """Size of the window, of its column of names, and of its frame, in pixels."""
 
 FRAME = 200
-"""GTKWave's zoom is the binary logarithm of the time that so many pixels show, negative."""
+"""GTKWave's zoom is minus the binary logarithm of the time that so many pixels show."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of a VCD: its scopes, its name, its bits. States are strings and have 0."""
+    """A variable of a VCD: its scopes, name and width. States are strings, with width 0."""
 
     scope: tuple[str, ...]
     name: str
@@ -53,14 +53,14 @@ class Variable:
 
     @property
     def path(self) -> str:
-        """The name by which GTKWave knows it."""
+        """Its name in GTKWave's save files."""
         span = f"[{self.bits - 1}:0]" if self.bits > 1 else ""
         return ".".join((*self.scope, self.name)) + span
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What to show of a waveform.
+    """Signals to show of a waveform.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Layout:
 
 
 def variables(vcd: Path) -> list[Variable]:
-    """List the variables that a VCD of Amaranth declares: a line each."""
+    """Parse the variables that a VCD of Amaranth declares, one per line."""
     found: list[Variable] = []
     scope: list[str] = []
     with vcd.open(encoding="utf-8") as file:
@@ -99,9 +99,9 @@ def variables(vcd: Path) -> list[Variable]:
 
 @contextmanager
 def staged(vcd: Path) -> Iterator[tuple[Path, Path]]:
-    """Give places to write a VCD and its save file to; put both where they belong at the end.
+    """Yield temporary paths for a VCD and its save file; move both to their places at the end.
 
-    If the body fails, what was there before stays.
+    If the body fails, existing files stay.
 
     Raises
     ------
@@ -141,21 +141,21 @@ def save_file(
     Parameters
     ----------
     save, vcd : Path
-        The file to write; the waveform to look into.
+        The file to write; the waveform that it belongs to.
     layout : Layout
-        What to show.
+        Signals to show.
     home : Path
-        Where the waveform will be.
+        Final path of the waveform.
     clocks : int
-        Its length. All of it fills the window.
+        Its length, which fills the window.
     mark : int, optional
-        Clock at which to put the marker.
+        Clock of the marker.
     """
     declared = variables(vcd)
     known = {".".join((*var.scope, var.name)): var for var in declared}
 
     def port(name: str) -> list[tuple[str, Variable]]:
-        """Give a port, or its fields."""
+        """Return the variables of a port, or of its fields."""
         fields = [var for var in declared
                   if ".".join(var.scope) == TOP and var.name.startswith(f"\\{name}.")]
         return [(var.name.lstrip("\\").replace("_payload", "").replace(".", "_"), var)

@@ -1,6 +1,6 @@
-"""How Yosys is called: the one from pip, whatever is on PATH, as a process that can be heard.
+"""Calling Yosys: always the one from pip, as a process whose output is readable.
 
-It sees nothing of the file system but the folder it runs in: name files relative to that.
+It reads only the folder that it runs in: file names are relative to that.
 """
 
 import sys

@@ -1,1 +1,1 @@
-"""Commands for people. `python -m tools` lists them."""
+"""Commands for users. `python -m tools` lists them."""

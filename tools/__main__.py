@@ -12,14 +12,14 @@ __all__ = ["commands", "main"]
 EPILOG = """\
 examples:
   python -m tools.build --help
-      What a command does, and its options.
+      Describe a command and its options.
 """
 
 
 def commands(folder: Path = Path(__file__).parent) -> dict[str, str]:
-    """Return the first line of each command by its name.
+    """Return the first line of each command's docstring by its name.
 
-    A command is a module that runs when it is called, or a package with a `__main__` that does.
+    A command is a runnable module, or a package with a `__main__`.
     """
     modules = {path.stem: path for path in folder.glob("*.py") if not path.stem.startswith("_")}
     modules |= {path.parent.name: path for path in folder.glob("*/__main__.py")}
@@ -36,17 +36,17 @@ def _is_guard(statement: ast.stmt) -> bool:
 
 
 def listing() -> str:
-    """Return the names of all commands, a line each."""
+    """Return the names of all commands, one per line."""
     found = commands()
     width = max(map(len, found))
     lines = [f"  {name:{width}}  {about}" for name, about in found.items()]
     return "\n".join(["commands:", *lines, "",
-                      "python -m tools.NAME runs one, and explains itself with --help."])
+                      "python -m tools.NAME runs one, and --help describes it."])
 
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     given = sys.argv[1:] if argv is None else argv
     if given and not given[0].startswith("-"):
         name = known(given[0], commands(), "command")

@@ -1,4 +1,4 @@
-"""Run a bench, or list them."""
+"""Run a bench, or list all."""
 
 from tb.__main__ import main as benches
 

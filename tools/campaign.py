@@ -1,7 +1,7 @@
-"""A campaign of cosimulation: a billion random clocks, in chunks for all cores, resumable.
+"""A campaign of cosimulation: many random clocks, in chunks for all cores, resumable.
 
-Each chunk starts at power-up and has random blocks of its own, so that any process can run it,
-now or tomorrow. What is done is a file of JSON, put in place whole after every chunk.
+Each chunk starts at power-up and has random blocks of its own, so that any process can run it at
+any time. The state is a JSON file, replaced atomically after every chunk.
 """
 
 import hashlib
@@ -29,7 +29,7 @@ CHUNK = 64 * BLOCK
 
 @dataclass(frozen=True)
 class Plan:
-    """What a campaign runs. Two with equal plans are the same campaign.
+    """The parameters of a campaign. Campaigns with equal plans are the same.
 
     Attributes
     ----------
@@ -38,11 +38,11 @@ class Plan:
     engines : tuple of str
         Names of the engines.
     seed : int
-        Of the stimulus.
+        Seed of the stimulus.
     clocks : int
-        In all.
+        Total number of clocks.
     gateware : str
-        Hash of what the machine is elaborated to.
+        Fingerprint of the machine's design.
     """
 
     machine: str
@@ -53,13 +53,13 @@ class Plan:
 
     @classmethod
     def of(cls, machine: str, engines: Sequence[str], seed: int, clocks: int) -> "Plan":
-        """Make the plan for a machine as it is now."""
+        """Make the plan of a machine as it is now."""
         text = source.rtlil(duts()[machine].shared)
         return cls(machine, tuple(engines), seed, clocks, hashlib.sha256(text.encode()).hexdigest())
 
     @property
     def chunks(self) -> int:
-        """How many there are."""
+        """Number of chunks."""
         return -(-self.clocks // CHUNK)
 
     def size(self, chunk: int) -> int:
@@ -69,16 +69,16 @@ class Plan:
 
 @dataclass
 class Campaign:
-    """A plan, and how far it is.
+    """A plan, and its progress.
 
     Attributes
     ----------
     plan : Plan
-        What is run.
+        The plan.
     done : dict of int to (str, dict)
         Checksum, and seconds by engine, of the chunks that are done.
     failed : (int, Finding), optional
-        A chunk with a difference. It is not done.
+        A chunk with a difference. It is not counted as done.
     """
 
     plan: Plan
@@ -92,28 +92,28 @@ class Campaign:
 
     @property
     def checksum(self) -> str:
-        """Hash of the checksums of all chunks, in their order."""
+        """Hash of the checksums of all chunks, in order."""
         every = "".join(self.done[chunk][0] for chunk in sorted(self.done))
         return hashlib.sha256(every.encode()).hexdigest()[:16]
 
     def seconds(self, engine: str) -> float:
-        """Time that an engine took for what is done."""
+        """Seconds that an engine took so far."""
         return sum(times[engine] for _, times in self.done.values())
 
     def save(self, path: Path) -> None:
-        """Write it, whole."""
+        """Write the state atomically."""
         done = {str(chunk): self.done[chunk] for chunk in sorted(self.done)}
         state = {"plan": asdict(self.plan), "done": done}
         write_atomically(path, (json.dumps(state, indent=1) + "\n").encode())
 
 
 def load(path: Path, plan: Plan) -> Campaign:
-    """Go on with a campaign, or begin it if the file does not exist.
+    """Resume a campaign, or begin it if the file does not exist.
 
     Raises
     ------
     UserError
-        If the file is none of a campaign, or of another one.
+        If the file is not the state of a campaign, or of another one.
     """
     if not path.exists():
         return Campaign(plan)
@@ -131,13 +131,13 @@ def load(path: Path, plan: Plan) -> Campaign:
 
 
 def chunk_blocks(plan: Plan, chunk: int) -> Iterator[Stimulus]:
-    """Give the stimulus of a chunk."""
+    """Return the stimulus of a chunk."""
     return random_blocks(duts()[plan.machine].random, plan.seed, plan.size(chunk),
                          first=chunk * (CHUNK // BLOCK))
 
 
 def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], object]) -> None:
-    """Run what is left, in so many processes, up to the first difference; save after each chunk."""
+    """Run the remaining chunks until one differs; save after each."""
     plan = campaign.plan
     left = iter([chunk for chunk in range(plan.chunks) if chunk not in campaign.done])
     with ProcessPoolExecutor(jobs, get_context("spawn"), _ignore_interrupts) as pool:
@@ -164,7 +164,7 @@ def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], obje
 
 
 def _ignore_interrupts() -> None:
-    """Leave Ctrl-C to the process that has the state."""
+    """Ignore Ctrl-C: the parent process handles it and saves the state."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 

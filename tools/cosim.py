@@ -1,4 +1,4 @@
-"""Run the machine on several engines at once, and compare every output of every clock."""
+"""Run a machine on several engines at once, and compare every output of every clock."""
 
 import argparse
 import importlib.metadata

@@ -50,7 +50,7 @@ def draw_cut(cut: Cut, step_rate: Fraction = TOP_SPEED) -> Image.Image:
     PIL.Image.Image
         The drawing, in colour, some 1200 pixels wide.
     """
-    rows, columns = cut.asked.shape
+    rows, columns = cut.target.shape
     scale = max(1, min(24, 560 // max(rows, columns)))
     height, width = rows * scale, columns * scale
     font = ImageFont.load_default(TEXT)
@@ -77,11 +77,11 @@ def draw_cut(cut: Cut, step_rate: Fraction = TOP_SPEED) -> Image.Image:
         mask = Image.fromarray(np.where(pixels, 255, 0).astype(np.uint8))
         canvas.paste(colour, (left, top), mask.resize((width, height), Image.Resampling.NEAREST))
 
-    paint(lefts[0], cut.asked, CUT)
+    paint(lefts[0], cut.target, CUT)
     milled = cut.plant.cut
-    paint(lefts[1], milled & cut.asked, CUT)
-    paint(lefts[1], cut.asked & ~milled, MISSED)
-    paint(lefts[1], milled & ~cut.asked, IN_ERROR)
+    paint(lefts[1], milled & cut.target, CUT)
+    paint(lefts[1], cut.target & ~milled, MISSED)
+    paint(lefts[1], milled & ~cut.target, IN_ERROR)
 
     def place(x: int, y: int) -> tuple[float, float]:
         return (lefts[1] + (y / PIXEL_STEPS + 0.5) * scale, top + (x / PIXEL_STEPS + 0.5) * scale)

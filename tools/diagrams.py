@@ -20,7 +20,7 @@ WIDTH = 960
 """Width of a diagram in pixels."""
 
 PAGE, FOLDER = "timing.md", "timing"
-"""The page, and the folder of its pictures beside it."""
+"""The page, and the folder of its pictures."""
 
 ABOUT = """\
 Runs the bench of each component on Amaranth's simulator, and draws a part of its waveform:
@@ -34,20 +34,20 @@ examples:
       Draw them all again.
 
   python -m tools.diagrams --check
-      Only say which are not as the gateware is now.
+      List those that are out of date.
 
-exit status: 0 if all went well, 1 if one is stale or a bench fails, 2 if they cannot be written.
+exit status: 0 on success, 1 if one is stale or a bench fails, 2 if they cannot be written.
 """
 
 HEAD = """\
 # Timing diagrams
 
 One for each component, drawn from the waveform of its bench by `python -m
-tools.diagrams`; a test fails when one is not as the gateware is. The benches run the components
-with much shorter periods than the machine has. The numbers below count clocks; what changes at one
-is there after its rising edge.
+tools.diagrams`; a test fails when one is out of date. The benches run the components with much
+shorter periods than the machine. The numbers below the diagrams count clocks; the effect of an
+edge is shown after it.
 
-`python -m tb NAME --vcd FILE` makes the whole waveform, and `python -m tools.wave` looks into it.
+`python -m tb NAME --vcd FILE` writes the whole waveform, and `python -m tools.wave` inspects it.
 """
 
 
@@ -55,18 +55,18 @@ DIAGRAMS = (
     Diagram(
         "frequency-divider",
         "A tick every 5 clocks while `enable` is on. Without it the count stays where it is; "
-        "`clear` begins a period anew.",
+        "`clear` restarts the period.",
         "inputs: enable clear outputs: tick inside: dut.count", 0, 32, radix=("dut.count=dec",)),
     Diagram(
         "coil-driver",
         "Each step takes the coils one word on in the motor's table, or with `direction` 0 one "
-        "back. At the end `step` is kept on: what is asked for sooner than 4 clocks after a step "
-        "is refused, and the coils stay.",
+        "back. At the end `step` is kept on: a step requested sooner than 4 clocks after "
+        "the last is refused, and the coils stay.",
         "inputs: step direction outputs: coils moved refused inside: dut.rest", 20, 72),
     Diagram(
         "axis-drivers",
-        "Three motors, a bit of `step` and of `direction` for each, X the lowest: every motor "
-        "follows its own and no other.",
+        "Three motors, a bit of `step` and of `direction` for each, X the lowest: each motor "
+        "follows its own bit only.",
         "inputs: step direction outputs: moved axis_x axis_y axis_z", 90, 112),
     Diagram(
         "phase-driver",
@@ -85,8 +85,8 @@ DIAGRAMS = (
         "rate-generator",
         "`accumulator` grows by the rate in every clock, and a step is due where it is not below "
         "0; the "
-        "step takes 40 off it. A new rate counts at once, one above the highest, 10, as that. A "
-        "step that is due waits until it is made, and the next is due a whole time after it.",
+        "step takes 40 off it. A new rate counts at once, limited to the highest, 10. A "
+        "step that is due waits until it is made, and the next is due a full period after it.",
         "inputs: rate moved outputs: due inside: dut.accumulator", 70, 98,
         radix=("rate=dec",)),
     Diagram(
@@ -95,22 +95,23 @@ DIAGRAMS = (
         "inputs: step direction clear outputs: count", 0, 17, radix=("count=dec",)),
     Diagram(
         "move-to",
-        "Three steps towards 4, when -2 becomes the target: it turns back at once. The position "
-        "counts what is made. At the target it asks for nothing; nor without `run`, nor in a "
-        "`load`, which calls this place another.",
+        "Three steps towards 4, when -2 becomes the target: it reverses at once. The position "
+        "counts the steps made. No step is requested at the target, without `run`, or in a "
+        "`load`, which sets the position.",
         "inputs: target run load moved outputs: step direction position", 0, 42),
     Diagram(
         "ramp",
         "Twelve steps from standstill: the first at once, the others by the rates of the levels, "
         "up to 5, and down in time. Then 40 is the target, until at 16 it is 15: the motor slows "
-        "down past it, stands at 20, and comes back.",
+        "down past it, stops at 20, and comes back.",
         "inputs: target moved outputs: step direction rate level position", 20, 312,
         radix=("rate=dec", "level=dec")),
     Diagram(
         "backlash",
         "After each reversal 3 steps only take up backlash and are not counted; where 2 are taken "
         "up "
-        "and it reverses again, 2. A reset moves no gear. Then the backlash is 1.",
+        "and it reverses again, 2. A reset leaves this state. "
+        "Then the backlash is 1.",
         "inputs: backlash moved direction outputs: counted inside: dut.left", 0, 42,
         radix=("backlash=dec", "dut.left=dec")),
     Diagram(
@@ -122,14 +123,14 @@ DIAGRAMS = (
         "axis",
         "From 4 back to 1: DIR turns, two steps take up the backlash and are not counted, three "
         "are. "
-        "Then the switch at the low end is pressed and the target is below: what is due is blocked "
+        "Then the switch at the low end is pressed and the target is below: due steps are blocked "
         "until the target is above.",
         "inputs: target low rate pins: step_pin direction_pin outputs: moved blocked there "
         "position", 82, 190),
     Diagram(
         "point-store",
-        "Points 1 and 3 are stored, 0 is not: there is none. Whether there is a point is known at "
-        "once, and where it is with the next clock.",
+        "Points 1 and 3 are stored, 0 is not. Whether a point is stored is valid at "
+        "once, and its position with the next clock.",
         "inputs: number store place_0 place_1 outputs: stored found_0 found_1", 0, 8),
     Diagram(
         "order-control",
@@ -149,20 +150,20 @@ DIAGRAMS = (
     Diagram(
         "automatic-control",
         "A movement of X by 5 becomes steps and counts. The second step is refused by the motors: "
-        "it is not counted, and comes again. `shown` is the count that `select` asks for.",
+        "it is not counted, and repeated. `shown` is the count that `select` selects.",
         "movement: moves_valid moves_ready moves_payload.axes moves_payload.steps "
         "steps: step moved direction display: select shown counts: x.count", 0, 26,
         radix=("shown=dec",)),
     Diagram(
         "manual-control",
-        "Two switches an axis: X up, X down, and both, which is up. While a switch is on, a step "
+        "Two switches per axis: X up, X down, and both, which is up. While a switch is on, a step "
         "comes every 4 clocks; between two jogs nothing moves.",
         "inputs: enable jog outputs: active direction step", 0, 28),
     Diagram(
         "numerical-controller",
-        "By hand X makes three steps; with `mode` this place becomes the origin, and the order to "
-        "(3, 1) goes there by a step of X and Y together, then two of X alone. The coils go on "
-        "from where they were.",
+        "X is jogged by three steps; with `mode` this position becomes the origin, and the order "
+        "to (3, 1) goes there by a step of X and Y together, then two of X alone. The coils "
+        "continue from where they were.",
         "inputs: mode jog start order.x order.y outputs: ready axis_x axis_y counts: x.count "
         "y.count", 0, 36),
     Diagram(
@@ -181,8 +182,8 @@ DIAGRAMS = (
     Diagram(
         "spiral-walk",
         "Around a pixel in ever larger rings. `near` holds for the pixel and the ring that touches "
-        "it; `inside` says whether a place is in the picture, of 4 rows and 5 columns. What lies "
-        "before the first row or column counts down from 31.",
+        "it; `inside` is 1 for places in the picture, of 4 rows and 5 columns. Rows and columns "
+        "before the first count down from 31.",
         "inputs: home centre advance outputs: row column inside near", 0, 40),
     Diagram(
         "square-generator",
@@ -192,22 +193,22 @@ DIAGRAMS = (
     Diagram(
         "coordinate-generator",
         "Once the picture is copied from block RAM, it searches in rings for the nearest pixel "
-        "that is left to mill, and orders the tool up, there, and down.",
+        "left to mill, and orders the tool up, to it, and down.",
         "inputs: orders_ready outputs: busy orders_valid orders_payload.x orders_payload.y "
         "orders_payload.up orders_payload.down state: dut.coordinates_state_state "
         "picture: dut.row dut.column", 32, 60),
     Diagram(
         "order-ledger",
-        "A session is opened behind order 4; order 5 is taken, and again does nothing. Then come "
-        "the session once more, a damaged line, and 7, which is too early; 6 is taken, and with "
-        "it there is no room. An answer is there with the clock after its request.",
+        "A session is opened behind order 4; order 5 is taken, and its repetition does nothing. "
+        "Then come the session once more, a damaged line, and 7, which is too early; 6 is taken, "
+        "and with it the queue is full. An answer comes one clock after its request.",
         "requests: requests_valid requests_payload.good requests_payload.value.number "
         "answers: answers_valid answers_payload.outcome answers_payload.taken answers_payload.done "
         "orders: orders_valid orders_ready orders_payload.x", 4, 30),
     Diagram(
         "debouncer",
-        "Bounces do not pass. A level that lasts does, at the second tick after it began; a gap of "
-        "7 clocks, less than the period of 8, is not seen.",
+        "Bounces do not pass. A stable level does, at the second tick after it began; a gap of "
+        "7 clocks, less than the period of 8, is ignored.",
         "contacts: i levels: o inside: dut.divider.tick", 60, 155),
     Diagram(
         "seven-segment",
@@ -221,8 +222,8 @@ DIAGRAMS = (
         "inputs: mode jogging axis_x axis_y axis_z count outputs: leds digits segments", 0, 96),
     Diagram(
         "uart-receiver",
-        "A byte is looked at in the middle of each of its ten bits, of 16 clocks here. Each bit is "
-        "disturbed there for a clock, and is received all the same: two of three looks decide.",
+        "Each of the ten bits of a byte, 16 clocks long here, is sampled around its middle. Each "
+        "bit is disturbed there for a clock, which the majority of three samples corrects.",
         "inputs: rx bytes_ready outputs: bytes_valid bytes_payload.byte bytes_payload.error "
         "state: dut.receiver_state_state inside: dut.word", 0, 176,
         radix=("bytes_payload.byte=hex", "dut.word=bin")),
@@ -234,30 +235,30 @@ DIAGRAMS = (
         radix=("bytes_payload=hex",)),
     Diagram(
         "line-reader",
-        "Outside a frame nothing is kept. Behind `:` (0x3A) three bytes are, and are handed on "
-        "when 0x0D has come, with their end. Then a line that is too long: all there is of it is "
-        "an end that says 1.",
+        "Bytes outside a frame are dropped. After `:` (0x3A) three bytes are stored, and passed on "
+        "after 0x0D, followed by an end. Of the second line, which is too long, only an end with "
+        "code 1 is passed on.",
         "bytes: bytes_valid bytes_ready bytes_payload.byte lines: items_valid items_ready "
         "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 34,
         radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
     Diagram(
         "word-reader",
         "`mov` is the first of a table of five words, a bit each in `alive`, from the lowest: "
-        "after `m` MOV and MOT are left. The space behind it stays in the line. Then MOT is read "
+        "after `m` MOV and MOT are left. The space after it stays in the line. Then MOT is read "
         "up to a 2 (0x32), with which a number begins.",
         "line: items_valid items_ready items_payload.byte words: words_valid words_ready "
         "words_payload.known words_payload.index inside: dut.place dut.alive", 0, 11,
         radix=("items_payload.byte=hex", "dut.alive=bin", "dut.place=dec")),
     Diagram(
         "decimal-reader",
-        "1500, then -42: digits are taken, one a clock, and the space behind them is not. It stays "
-        "in the line for who comes next, and says that the number is complete.",
+        "1500, then -42: digits are taken, one per clock; the space after them completes the "
+        "number, and stays in the line.",
         "line: items_valid items_ready items_payload.byte numbers: numbers_valid numbers_ready "
         "numbers_payload.value numbers_payload.error inside: dut.negative", 0, 13,
         radix=("items_payload.byte=hex", "numbers_payload.value=signed")),
     Diagram(
         "decimal-writer",
-        "205: the powers of ten that are too large are passed over, then 100 is taken away twice, "
+        "205: the powers of ten that are too large are skipped, then 100 is subtracted twice, "
         "10 not at all, 1 five times. Each digit holds until it is taken.",
         "number: numbers_valid numbers_ready numbers_payload bytes: bytes_valid bytes_ready "
         "bytes_payload state: dut.writer_state_state inside: dut.place dut.left dut.digit", 0, 34,

@@ -1,4 +1,4 @@
-"""Change every component in thousands of small ways; benches and contracts must notice."""
+"""Make mutants of every component, which contracts and benches must kill."""
 
 import argparse
 import functools

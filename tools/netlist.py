@@ -1,4 +1,4 @@
-"""Check the Spartan-3E netlist: equal to the RTL, every state left, no loose pin, no X."""
+"""Check the Spartan-3E netlist: equivalence, unused states, pins, X."""
 
 import json
 import os

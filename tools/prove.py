@@ -1,4 +1,4 @@
-"""Prove the properties of every component, for every input and for ever."""
+"""Prove the properties of every component, for every input and unbounded time."""
 
 import json
 import os

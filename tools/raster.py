@@ -1,4 +1,4 @@
-"""What is done to the pixels of a picture, as arrays."""
+"""Operations on the pixels of a picture, as arrays."""
 
 from fractions import Fraction
 

@@ -31,13 +31,12 @@ __all__ = ["EXAMPLE", "main", "report", "simulate", "step_rate"]
 EXAMPLE = Path(__file__).parent.parent / "examples" / "strawberry.png"
 
 ABOUT = """\
-Runs the gateware of the whole board on a picture, from the switches and buttons of the Nexys 2 to
-the coils of the motors, and draws what the tool cut beside what was asked.
+Simulates the gateware of the whole board on a picture, from the switches and buttons of the Nexys 2
+to the coils of the motors, and draws the target picture and the cut.
 
-The simulation sets SW7 and presses BTN1. Motors and tool are modelled by a plant that sees coil
-words alone; what it has cut must be the picture, pixel for pixel, or the exit
-status is 1. Only the time from step to step is shortened; the time that the job takes on the real
-machine is worked out from it.
+The simulation sets SW7 and presses BTN1. Motors and tool are modelled by a plant, whose only inputs
+are coil words; its cut must equal the picture, pixel for pixel, or the exit status is 1. Only the
+time from step to step is shortened; the time of the job on the real machine is calculated.
 """
 
 EPILOG = """\
@@ -49,15 +48,15 @@ examples:
       Prepare a photograph as python -m tools.image does, and mill it.
 
   python -m tools.simulate --image logo.png --json logo.json --step-rate 50
-      Keep the figures; work out the time at 50 steps a second.
+      Write the figures; calculate the time at 50 steps per second.
 
   python -m tools.simulate --image tiny.png --vcd tiny.vcd --engine amaranth
-      Keep the waveform of the whole job, with names of states. It is large: some 300 bytes
-      a clock. A picture of 8 x 8 pixels is plenty.
+      Write the waveform of the whole job, with names of states. It is large: some 300 bytes
+      a clock. A picture of 8 x 8 pixels is enough.
 
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; millions of clocks a second
-  amaranth   Amaranth's own simulator; always there; thousands of clocks a second
+  amaranth   Amaranth's own simulator; always available; thousands of clocks a second
   verilator, icarus   the Verilog that is built, if one of these is installed
   netlist, netlist-icarus   the cells of the Spartan-3E, for pictures that take no block RAM
 """
@@ -65,25 +64,25 @@ engines:
 
 def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
              vcd: Path | None = None, guard: bool = False) -> Cut:
-    """Mill a picture with a progress bar.
+    """Mill a picture, with a progress bar.
 
     Parameters
     ----------
     prepared : Prepared
         The picture.
     engine : str, optional
-        Name of the engine; None for the fastest that runs here.
+        Name of the engine; None for the fastest available.
     period : int
-        Clocks from step to step in simulation.
+        Clocks per step in the simulation.
     vcd : path, optional
-        Where to write a waveform: whole, or not at all.
+        Where to write a waveform, atomically.
     guard : bool
         Whether the machine has its guard, see :class:`fresa.machines.Mill`.
 
     Raises
     ------
     UserError
-        If the engine does not exist or cannot run here.
+        If the engine does not exist or is not available.
     """
     with ExitStack() as stack:
         place = stack.enter_context(staged(vcd)) if vcd else None
@@ -100,11 +99,11 @@ def simulate(prepared: Prepared, *, engine: str | None = None, period: int = 1,
 
 
 def report(cut: Cut, rate: Fraction = TOP_SPEED) -> str:
-    """Describe a cut, in a few lines."""
+    """Describe a cut in a few lines."""
     facts, plant = cut.facts(), cut.plant
     steps = plant.steps
     lines = [
-        f"pixels     {facts['pixels_asked']} asked, {facts['pixels_cut']} cut, "
+        f"pixels     {facts['pixels_asked']} requested, {facts['pixels_cut']} cut, "
         f"{facts['pixels_missed']} missed, {facts['cut_in_error']} cut in error",
         f"steps      x {steps['axis_x']}, y {steps['axis_y']}, z {steps['axis_z']}; "
         f"{strokes(facts['strokes'])}",
@@ -130,15 +129,15 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--image", metavar="FILE", type=Path, default=EXAMPLE,
                         help="picture to mill (default: examples/strawberry.png)")
     parser.add_argument("--png", metavar="FILE", type=Path, default=Path("cut.png"),
-                        help="draw the cut there (default: %(default)s)")
-    parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform there")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
+                        help="picture of the cut (default: %(default)s)")
+    parser.add_argument("--vcd", metavar="FILE", type=Path, help="write the waveform to a file")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures to a file")
     parser.add_argument("--engine", metavar="NAME", choices=sorted(ENGINES),
-                        help="see below (default: the fastest that runs here)")
+                        help="see below (default: the fastest available)")
     parser.add_argument("--period", metavar="CLOCKS", type=_period, default=1,
-                        help="clocks from step to step in the simulation (default: %(default)s)")
+                        help="clocks per step in the simulation (default: %(default)s)")
     parser.add_argument("--step-rate", metavar="HZ", type=step_rate, default=TOP_SPEED,
-                        help="steps a second of the real machine, for the time (default: 101.376)")
+                        help="step rate of the real machine, for the time (default: 101.376)")
     add_picture_arguments(parser)
     args = parser.parse_args(argv)
 
@@ -160,7 +159,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def step_rate(text: str) -> Fraction:
-    """Read a step rate from the command line."""
+    """Parse a step rate."""
     try:
         step_period(text)
     except ValueError as error:

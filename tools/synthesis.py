@@ -1,4 +1,4 @@
-"""What a design takes of an FPGA, by Yosys."""
+"""Resources of an FPGA that a design takes, by Yosys."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from tb.yosys import YOSYS
 __all__ = ["PASSES", "Resources", "synthesise"]
 
 PASSES = 46
-"""Passes that ``synth_xilinx`` announces, so that progress can be shown."""
+"""Passes that ``synth_xilinx`` reports, for a progress bar."""
 
 _PASS = re.compile(r"2\.(\d+)\. ")
 
@@ -29,7 +29,8 @@ class Resources:
     luts : int
         Look-up tables of 1 to 4 inputs.
     inverters : int
-        Inverters that Yosys counts apart. Most of them vanish into what they drive.
+        Inverters that Yosys counts separately. Most of them are merged into the cells that they
+        drive.
     flip_flops : int
         Flip-flops.
     block_rams : int
@@ -37,7 +38,7 @@ class Resources:
     multipliers : int
         Multipliers of 18 x 18 bits.
     tool : str
-        What counted.
+        Name and version of the tool.
     """
 
     luts: int
@@ -48,7 +49,7 @@ class Resources:
     tool: str
 
     def facts(self) -> dict[str, object]:
-        """List the figures, ready for JSON."""
+        """Return the figures for JSON."""
         return asdict(self)
 
 

@@ -1,4 +1,4 @@
-"""Compare the gateware with its description in VHDL, clock by clock and by proof."""
+"""Compare the gateware with its VHDL reference, clock by clock and by proof."""
 
 import json
 import os
@@ -38,33 +38,33 @@ __all__ = ["Comparison", "main", "run"]
 TRACES = Path(__file__).parent.parent / "build" / "vhdl"
 
 ABOUT = """\
-Compares components of the mill, and the whole of it, with the entities in tb/vhdl, which were
+Compares components of the mill, and the whole mill, with the entities in tb/vhdl, which were
 written in VHDL from the thesis. Each is compared in three ways:
 
-  in step   the same stimulus for the gateware and for GHDL; every output of every clock
-  proved    GHDL's Verilog and the gateware as one circuit with the same inputs: every output is
-            the same in every clock from power-up, for every input and for ever, with reset in any
+  in step   equal stimulus for the gateware and for GHDL; every output of every clock
+  proved    GHDL's Verilog and the gateware in one circuit with common inputs: all outputs are
+            equal in every clock from power-up, for every input, unbounded, with reset in any
             clock; with small parameters, and with those of the board
-  control   a mistake is planted in the gateware, and the solver has to find the difference
+  control   a mutant of the gateware, for which the solver must find a difference
 
-The exit status is 1 if two differ, something is not proved, or a mistake is not found.
+The exit status is 1 if two differ, something is not proved, or a mutant is not found.
 """
 
 EPILOG = """\
 examples:
   python -m tools.vhdl
-      Compare everything; about a minute on two cores.
+      Compare all of them; about a minute on two cores.
 
   python -m tools.vhdl sequencer --cycles 1000000 --seed 7
       One component, with a longer stimulus and another one.
 
   python -m tools.vhdl --list
-      Which entity describes which component, and in which file.
+      List the entities, their components and files.
 
   python -m tools.vhdl --json vhdl.json
-      Keep all figures: clocks, seconds, properties with their k, versions.
+      Write all figures: clocks, seconds, properties with their k, versions.
 
-What differs is shown, shrunk and drawn by
+A difference is shown, shrunk and drawn by
   python -m tools.cosim --machine COMPONENT --engines cxxrtl,ghdl
 
 It needs GHDL (Debian's package ghdl), and z3 and Yosys: pip install -e '.[prove]'
@@ -73,20 +73,20 @@ It needs GHDL (Debian's package ghdl), and z3 and Yosys: pip install -e '.[prove
 
 @dataclass
 class Comparison:
-    """What came of a component and its VHDL.
+    """Result of comparing a component with its VHDL.
 
     Attributes
     ----------
     name, entity : str
-        Which.
+        Names of both.
     engine : str
-        What ran the gateware.
+        Engine of the gateware.
     outcome : Outcome
-        Of the run in step.
+        Result of the run in step.
     proofs : list of Proof
         Of every case.
     controls : list of Control
-        What became of the planted mistake.
+        Results of the mutants.
     seconds : dict of str to float
         Time that the run in step, the proofs and the control took.
     """
@@ -101,17 +101,17 @@ class Comparison:
 
     @property
     def differs(self) -> str | None:
-        """The first difference in step."""
+        """First difference in step."""
         return str(self.outcome.finding) if self.outcome and self.outcome.finding else None
 
     @property
     def unproved(self) -> list[Proof]:
-        """What could not be proved."""
+        """Proofs that failed."""
         return [proof for proof in self.proofs if proof.verdict != "proved"]
 
     @property
     def good(self) -> bool:
-        """They are the same, and a mistake would have shown."""
+        """Whether all comparisons agree and every mutant was found."""
         return (self.outcome is not None and not self.differs and bool(self.proofs)
                 and not self.unproved and bool(self.controls)
                 and all(control.clock is not None for control in self.controls))
@@ -126,15 +126,15 @@ def run(names: Iterable[str], *, cycles: int, seed: int, jobs: int | None = None
     names : iterable of str
         Components, as in `REFERENCES`.
     cycles : int
-        Clocks to run in step.
+        Clocks in step.
     seed : int
         Of the stimulus.
     jobs : int, optional
-        Things to do at a time; as many as there are cores, unless told otherwise.
+        Tasks that run in parallel; None for the number of cores.
     traces : path
-        Where to leave waveforms of what is not proved.
+        Folder for waveforms of failed proofs.
     advance : callable
-        Is called after each thing done: see :func:`steps`.
+        Called after each task: see :func:`steps`.
     """
     engine = choose().name
     made = {name: Comparison(name, REFERENCES[name].entity, engine) for name in names}
@@ -199,12 +199,12 @@ def run(names: Iterable[str], *, cycles: int, seed: int, jobs: int | None = None
 
 
 def steps(names: Iterable[str]) -> int:
-    """Count what there is to do for some components."""
+    """Return the number of tasks for some components."""
     return sum(len(MITERS[name].cases) + 2 for name in names)
 
 
 def line(one: Comparison) -> str:
-    """Say what came of a component, in a line, and in a line more for each thing that is wrong."""
+    """Format the result of a component: one line, and one for each failure."""
     clocks = one.outcome.tallies["ghdl"].clocks if one.outcome else 0
     depth = max((proof.k or 0 for proof in one.proofs), default=0)
     cases = len({proof.case for proof in one.proofs})
@@ -214,7 +214,7 @@ def line(one: Comparison) -> str:
         f"in {one.seconds['in_step']:.1f} s",
         f"{len(one.proofs) - len(one.unproved)} of {len(one.proofs)} properties proved, "
         f"{cases} case{'s' * (cases > 1)}, k={depth}, {one.seconds['proofs']:.1f} s",
-        "mistake NOT FOUND" if clock is None else f"mistake found in clock {clock}",
+        "mutant NOT FOUND" if clock is None else f"mutant found in clock {clock}",
     ]
     wrong = [one.differs] if one.differs else []
     wrong += [f"{proof.name} {proof.verdict} with {proof.case}"
@@ -224,7 +224,7 @@ def line(one: Comparison) -> str:
 
 
 def figures(one: Comparison) -> dict[str, Any]:
-    """Give all figures of a component, for the JSON."""
+    """Return all figures of a component, for JSON."""
     assert one.outcome is not None
     return {
         "name": one.name, "entity": one.entity, "good": one.good, "engine": one.engine,
@@ -240,20 +240,20 @@ def figures(one: Comparison) -> dict[str, Any]:
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.vhdl", description=ABOUT, epilog=EPILOG)
     parser.add_argument("components", metavar="COMPONENT", nargs="*", help="what to compare; all")
-    parser.add_argument("--list", action="store_true", help="say what there is, and stop")
+    parser.add_argument("--list", action="store_true", help="list the components, and exit")
     parser.add_argument("--cycles", metavar="N", type=whole(1), default=100_000,
-                        help="clocks to run in step (default: %(default)s)")
+                        help="clocks in step (default: %(default)s)")
     parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures to a file")
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
-                        help="leave waveforms of what is not proved there (default: build/vhdl of "
+                        help="folder for waveforms of failed proofs (default: build/vhdl of "
                              "the checkout)")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
-                        help="at a time (default: all cores)")
+                        help="tasks in parallel (default: all cores)")
     args = parser.parse_args(argv)
 
     names = [known(name, REFERENCES, "component described in VHDL")

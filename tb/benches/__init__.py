@@ -29,7 +29,7 @@ COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, 
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:
-    """Return the benches by group, in the order in which they are best read."""
+    """Return the benches by group, in reading order."""
     return _groups(tuple(machines().values()))
 
 

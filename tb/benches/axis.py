@@ -1,4 +1,4 @@
-"""Axes that know where they are: rates, positions, switches, and the drivers of their motors."""
+"""Benches of axes: rates, positions, limit switches, and the drivers of their motors."""
 
 from fresa.drive import HALF_STEP, PhaseDriver, RateGenerator, StepDirDriver
 from fresa.motion import Backlash, Limits, MoveTo
@@ -61,7 +61,7 @@ def step_dir_driver(run: Run) -> str:
     dut = StepDirDriver(width=3, low=4, setup=2, hold=2)
 
     async def pulse(ctx, way):
-        """Where a step is asked for it is made now, and its pulse lasts."""
+        """Make requested steps at once, and follow the length of the pulse."""
         run.see(ctx, dut, moved=1, ready=1, step_pin=0, direction_pin=way)
         await ctx.tick()
         for level in (1, 1, 1, 0, 0, 0):
@@ -99,7 +99,7 @@ def step_dir_driver(run: Run) -> str:
             await ctx.tick()
         ctx.set(dut.direction, 1)
         for _ in range(3):
-            run.see(ctx, dut, direction_pin=0, ready=0)  # nobody steps that way
+            run.see(ctx, dut, direction_pin=0, ready=0)  # no step in that direction
             await ctx.tick()
         ctx.set(dut.direction, 0)
 
@@ -123,11 +123,11 @@ def step_dir_driver(run: Run) -> str:
 
 @bench
 def rate_generator(run: Run) -> str:
-    """7 steps in 40 clocks; a new rate under way; a step that has to wait."""
+    """7 steps in 40 clocks; a new rate meanwhile; a step that has to wait."""
     dut = RateGenerator(modulus=40, max_rate=10)
 
     async def steps(ctx, clocks, expected):
-        """Make the steps that are due; those are the clocks, from 0."""
+        """Make the steps that are due; return their clocks, from 0."""
         for clock in range(clocks):
             run.see(ctx, dut, due=clock in expected)
             await ctx.tick()
@@ -163,7 +163,7 @@ def move_to(run: Run) -> str:
     dut = MoveTo(width=8)
 
     async def go(ctx, target, places, direction):
-        """Make every step that is asked for, in the second clock of it."""
+        """Make every requested step, in its second clock."""
         ctx.set(dut.target, target)
         for place in places:
             for moved in (0, 1):
@@ -179,7 +179,7 @@ def move_to(run: Run) -> str:
 
     async def test(ctx):
         ctx.set(dut.target, 4)
-        await rests(ctx, 0)  # until it shall run
+        await rests(ctx, 0)  # until `run`
         ctx.set(dut.run, 1)
         await go(ctx, 4, (0, 1, 2), 1)
         await go(ctx, -2, (3, 2, 1, 0, -1), 0)

@@ -1,4 +1,4 @@
-"""The tests that the thesis reports, by the pins of the Nexys 2."""
+"""The tests of the thesis, with the pins of the Nexys 2."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,10 +21,10 @@ PERIOD, SCAN_BITS, Z_TRAVEL = 4, 3, 5
 AXES = ("axis_x", "axis_y", "axis_z")
 
 SIDE = 0x123
-"""Steps of the square's side: every digit is another."""
+"""Steps of the square's side: four different digits."""
 
 PIXEL = 6
-"""Steps from one pixel to the next."""
+"""Steps per pixel."""
 
 FIGURE = (
     "..#....",
@@ -37,7 +37,7 @@ FIGURE = (
 
 
 class Nexys2:
-    """A board with its motors, for a bench that runs it."""
+    """A board with its motors, for a bench."""
 
     def __init__(self, run: Run, engine: Engine, plant: Plant) -> None:
         self._run, self._engine, self.plant = run, engine, plant
@@ -45,7 +45,7 @@ class Nexys2:
         self.clocks(0)
 
     def clocks(self, clocks: int) -> list[dict[str, int]]:
-        """Go on; give the new words of the axes that stepped, a row for each clock of a step."""
+        """Continue; return the new words of axes that stepped, a row for each such clock."""
         changes = self._engine.run(clocks, AXES)
         self.plant.feed(changes)
         self._run.expect("coil words that no motor can follow", self.plant.faults, [])
@@ -58,12 +58,12 @@ class Nexys2:
         return steps
 
     def switch(self, switches: int) -> list[dict[str, int]]:
-        """Set the switches, and go on until they have been seen."""
+        """Set the switches, and continue until they have been sampled."""
         self._engine.set(switches=switches)
         return self.clocks(SETTLE)
 
     def jog(self, way: tuple[int, ...], steps: int) -> list[dict[str, int]]:
-        """Jog the axes up (1) and down (-1) for as long as so many steps take."""
+        """Jog axes up (1) and down (-1) for the duration of a number of steps."""
         switches = sum({0: 0b00, 1: 0b01, -1: 0b10}[up] << 2 * axis for axis, up in enumerate(way))
         seen = self.switch(switches) + self.clocks(PERIOD * steps - SETTLE)
         first = next(axis for axis, up in enumerate(way) if up)
@@ -72,17 +72,17 @@ class Nexys2:
         return seen + self.switch(0)
 
     def press(self, button: str) -> None:
-        """Press a button and let go of it."""
+        """Press a button and release it."""
         for level in (BUTTON[button], 0):
             self._engine.set(buttons=level)
             self.clocks(SETTLE)
 
     def lit(self, led: str) -> bool:
-        """Say whether an LED is on."""
+        """Return whether an LED is on."""
         return bool(self._engine.get("leds") & LED[led])
 
     def wait(self, done: Callable[[], bool], what: str, state: str, within: int = 5000) -> None:
-        """Go on until `done()`: until `what` is in a state."""
+        """Continue until `done()`: until `what` is in a state."""
         end = self._engine.clock + within
         while not done():
             if self._engine.clock >= end:
@@ -105,7 +105,7 @@ class Nexys2:
 def nexys2(
     run: Run, source: CoordinateGenerator | SquareGenerator, plant: Plant, *, counts: bool = False,
 ) -> Iterator[Nexys2]:
-    """Give a board under power; its waveform shows the axis counters if wanted."""
+    """Return a board after power-up; its waveform shows the axis counters on request."""
     timing = MillTiming(period=PERIOD, scan_bits=SCAN_BITS)
     design = board("mill", MillStation(source=source, timing=timing, z_travel=Z_TRAVEL),
                    debounce=DEBOUNCE)
@@ -116,7 +116,7 @@ def nexys2(
 
 @bench
 def jog_axes(run: Run) -> str:
-    """Each axis by hand, both ways, by the switches; coil words at the pins."""
+    """Each axis jogged in both directions by the switches; coil words at the pins."""
     with nexys2(run, SquareGenerator(side=1), Plant()) as board:
         for axis, name in enumerate(AXES):
             for up, words in [(1, WORDS[1:] + WORDS[:1]), (-1, WORDS[::-1])]:
@@ -182,20 +182,20 @@ def square(run: Run) -> str:
 @bench
 def image(run: Run) -> str:
     """BTN1 mills a figure; the plate is compared with it, pixel by pixel."""
-    asked = np.array([[pixel == "#" for pixel in row] for row in FIGURE])
-    plant = Plant(asked, pitch=PIXEL, travel=Z_TRAVEL)
-    source = CoordinateGenerator(asked.tolist(), pixel_steps=PIXEL)
+    target = np.array([[pixel == "#" for pixel in row] for row in FIGURE])
+    plant = Plant(target, pitch=PIXEL, travel=Z_TRAVEL)
+    source = CoordinateGenerator(target.tolist(), pixel_steps=PIXEL)
     with nexys2(run, source, plant, counts=True) as board:
         board.switch(AUTOMATIC)
         board.press("start")
         run.expect("LD5, busy", board.lit("busy"), True)
         board.wait(lambda: not board.lit("busy"), "LD5", "dark", within=20_000)
         run.expect("LD6, error", board.lit("error"), False)
-        board.clocks(2)  # what is still on its way to the pins
-        for pixel in np.ndindex(asked.shape):
-            cut, ask = ("milled" if plate[pixel] else "left" for plate in (plant.cut, asked))
-            run.expect(f"pixel {pixel}", cut, ask)
+        board.clocks(2)  # the pipeline to the pins
+        for pixel in np.ndindex(target.shape):
+            cut, goal = ("milled" if plate[pixel] else "left" for plate in (plant.cut, target))
+            run.expect(f"pixel {pixel}", cut, goal)
         run.expect("steps in the plate beside the figure", plant.wrong, [])
         run.expect("position at the end", plant.position, (0, 0, 0))
-    return (f"{plant.cut.sum()} of {asked.sum()} pixels milled in {plant.lifts} strokes, nothing "
+    return (f"{plant.cut.sum()} of {target.sum()} pixels milled in {plant.lifts} strokes, nothing "
             "beside them; back at the origin, raised")

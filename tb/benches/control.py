@@ -1,4 +1,4 @@
-"""Manual mode, automatic mode, and both."""
+"""Benches of manual mode, automatic mode, and both."""
 
 from fresa.motion import AutomaticControl, ManualControl, NumericalController
 
@@ -15,11 +15,11 @@ def automatic_control(run: Run) -> str:
     made = [0, 0, 0]
 
     async def motors(ctx):
-        asked = 0
+        requests = 0
         while True:
             step = ctx.get(dut.step)
-            asked += step != 0
-            moved = 0 if asked == 2 else step  # the second is too soon for the motors
+            requests += step != 0
+            moved = 0 if requests == 2 else step  # the second is too soon for the motors
             ctx.set(dut.moved, moved)
             direction = ctx.get(dut.direction)
             await ctx.tick()
@@ -81,7 +81,7 @@ def manual_control(run: Run) -> str:
 
 @bench
 def numerical_controller(run: Run) -> str:
-    """To automatic mode and back, a reset and a stop: no coil ever jumps."""
+    """To automatic mode and back, a reset and a stop: no coil word ever jumps."""
     dut = NumericalController(period=3, z_travel=4)
 
     async def coils(ctx, x, y):

@@ -1,4 +1,4 @@
-"""Steps to pins."""
+"""Benches of drivers: steps to pins."""
 
 from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
 
@@ -8,7 +8,7 @@ from ..plant import WORDS
 
 @bench
 def frequency_divider(run: Run) -> str:
-    """A tick every 5 clocks; how it pauses, and how it begins anew."""
+    """A tick every 5 clocks; pause and restart."""
     dut = FrequencyDivider(period=5)
 
     async def test(ctx):
@@ -42,7 +42,7 @@ def frequency_divider(run: Run) -> str:
 
 @bench
 def coil_driver(run: Run) -> str:
-    """Coil words down the table and back; steps asked for too soon."""
+    """Coil words down the table and back; steps requested too soon."""
     dut = CoilDriver(period=4)
 
     async def test(ctx):
@@ -73,7 +73,7 @@ def coil_driver(run: Run) -> str:
             run.see(ctx, dut, coils=WORDS[-2])
 
     run.simulate(dut, test)
-    return ("8 steps down the table and 8 back; 3 asked for sooner than 4 clocks were refused; "
+    return ("8 steps down the table and 8 back; 3 requested sooner than 4 clocks were refused; "
             "a reset left the coils as they were")
 
 

@@ -1,4 +1,4 @@
-"""The guard: what upsets a flip-flop is made here, which no pin of the machine can do."""
+"""Bench of the guard, with an upset flip-flop, which no pin of the machine can cause."""
 
 from amaranth import Fragment, Module, Signal
 from amaranth.lib import wiring
@@ -9,16 +9,16 @@ from ..bench import Run, bench
 from ..plant import WORDS
 
 
-class Struck(wiring.Component):
+class UpsetController(wiring.Component):
     """A guarded controller with its pins, and a register in it that a bench may upset.
 
-    A netlist has no such register to offer: so this is another component, and mutants of the guard
-    itself are for its contract alone.
+    A netlist has no such register: so this is a component of its own, and mutants of the guard are
+    for its contract alone.
 
     Attributes
     ----------
     register : Signal
-        Where the controller that drives the motors counts the steps of X. There once this is
+        The counter of steps of X in the controller that drives the motors. It exists once this is
         elaborated.
     """
 
@@ -41,7 +41,7 @@ class Struck(wiring.Component):
 @bench
 def guarded_controller(run: Run) -> str:
     """A bit of a count is upset: an error, and no step until a reset."""
-    dut = Struck(GuardedController(period=3, z_travel=4))
+    dut = UpsetController(GuardedController(period=3, z_travel=4))
 
     async def go(ctx, **order):
         ctx.set(dut.mode, 1)

@@ -1,4 +1,4 @@
-"""Orders to steps."""
+"""Benches of motion: orders to steps."""
 
 from fresa.motion import MotionSequencer, OrderControl, StepCounter
 

@@ -1,4 +1,4 @@
-"""Where orders come from."""
+"""Benches of sources of orders."""
 
 from fresa.motion import CoordinateGenerator, SpiralWalk, SquareGenerator, StartHandshake
 

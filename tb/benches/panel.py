@@ -1,4 +1,4 @@
-"""Switches and buttons in, LEDs and the display out."""
+"""Benches of switches and buttons, LEDs and the display."""
 
 from fresa.panel import Debouncer, Monitor, SevenSegment
 
@@ -32,7 +32,7 @@ def debouncer(run: Run) -> str:
             run.see(ctx, dut, o=0b01)
             await ctx.tick()
 
-        ctx.set(dut.i, 0b10)  # one let go, the other pressed
+        ctx.set(dut.i, 0b10)  # one released, the other pressed
         await ctx.tick().repeat(16)
         run.see(ctx, dut, o=0b10)
         ctx.set(dut.i, 0b00)

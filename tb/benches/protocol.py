@@ -1,4 +1,4 @@
-"""Lines, words, numbers and texts."""
+"""Benches of the protocol: lines, words, numbers and texts."""
 
 from fresa.protocol import (
     DecimalReader,

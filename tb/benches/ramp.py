@@ -1,4 +1,4 @@
-"""A motor that is sped up and slowed down."""
+"""Bench of acceleration and deceleration."""
 
 from fresa.motion import Ramp
 
@@ -15,7 +15,7 @@ def ramp(run: Run) -> str:
     accumulator = -MODULUS
 
     async def clock(ctx) -> bool:
-        """Make a clock, and the step that is due in it; say whether one was made."""
+        """Make a clock, and the step that is due in it; return whether one was made."""
         nonlocal accumulator
         due = accumulator >= 0
         moved = due and ctx.get(dut.step)
@@ -27,7 +27,7 @@ def ramp(run: Run) -> str:
         return moved
 
     async def go(ctx, target, levels, *, asked=31, way=1):
-        """Make steps: before each it goes that way, behind each it is at the next level."""
+        """Make steps; check the direction before each, and the level after it."""
         ctx.set(dut.target, target)
         ctx.set(dut.asked, asked)
         for level in levels:

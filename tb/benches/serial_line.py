@@ -1,4 +1,4 @@
-"""Bytes on a serial line."""
+"""Benches of the UART."""
 
 from fresa.protocol import UARTReceiver, UARTTransmitter
 

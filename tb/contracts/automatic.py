@@ -37,7 +37,7 @@ def watch_counts(c: Contract, path: str, *, reset: Bits) -> None:
         with c.m.If(taken):
             c.m.d.sync += began.eq(position)
         c.invariant(f"{name}-lands",
-                    f"A movement takes {name} as far as it has stepped, the way told.",
+                    f"A movement takes {name} as far as it has stepped, in the ordered direction.",
                     ~state("MOVING", "CLEAR")
                     | (position == (began + Mux(direction[index], made, -made))[:16]),
                     cover=state("CLEAR") & (position != began))
@@ -58,7 +58,7 @@ def watch_counts(c: Contract, path: str, *, reset: Bits) -> None:
 
 def describe(c: Contract, dut: AutomaticControl) -> None:
     """Positions follow the motors; a movement makes the steps ordered, whatever is refused."""
-    # Motors refuse as they please, but all or none of a movement, and move only when asked.
+    # Motors may refuse any step, but all or none of a movement, and move only on request.
     c.assume((dut.moved == 0) | (dut.moved == dut.step))
     main = c.signal("main.count")
     watch_order(c, "orders", reset=c.rst)
@@ -68,8 +68,8 @@ def describe(c: Contract, dut: AutomaticControl) -> None:
         [("main", main), ("x", dut.at_x), ("y", dut.at_y), ("z", dut.at_z)]):
         c.implication(f"shows-{name}", f"Choice {code} shows the count {name}.",
                       when=(dut.select == code) & count.any(), then=dut.shown == count)
-    c.implication("refused-not-counted", "A step that is asked for and refused is counted by "
-                  "nobody.", when=c.past(dut.step.any() & (dut.moved == 0) & ~c.rst),
+    c.implication("refused-not-counted", "A requested step that is refused is not "
+                  "counted.", when=c.past(dut.step.any() & (dut.moved == 0) & ~c.rst),
                   then=(main == c.past(main)) & (dut.at_x == c.past(dut.at_x))
                   & (dut.at_y == c.past(dut.at_y)) & (dut.at_z == c.past(dut.at_z)))
     c.implication("ready-is-rest", "A move can come exactly at rest.",

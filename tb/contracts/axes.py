@@ -11,7 +11,7 @@ __all__ = ["AXES"]
 
 
 def describe(c: Contract, dut: AxisDrivers) -> None:
-    """Each axis does what a coil driver does, and nothing of what the others are told."""
+    """Each axis behaves like a coil driver, and independently of the requests to the others."""
     for index, (name, coils) in enumerate(
         [("x", dut.axis_x), ("y", dut.axis_y), ("z", dut.axis_z)]):
         phase, legal = phase_of(c, coils)
@@ -22,13 +22,13 @@ def describe(c: Contract, dut: AxisDrivers) -> None:
 
         c.invariant(f"{name}-word-legal", f"The coil word of {name} is one of the motor's table.",
                     legal, cover=phase == 2)
-        c.implication(f"{name}-moved-or-refused", f"A step asked of {name} is made or refused.",
+        c.implication(f"{name}-moved-or-refused", f"A requested step of {name} is made or refused.",
                       when=step, then=moved ^ refused)
-        c.implication(f"{name}-not-asked", f"What nobody asks of {name} is neither made nor "
+        c.implication(f"{name}-not-asked", f"Without a request no step of {name} is made or "
                       "refused.", when=~step & dut.step.any(), then=~moved & ~refused)
         c.implication(f"{name}-not-in-reset", f"In reset no step of {name} is made.",
                       when=c.rst & step, then=~moved)
-        c.implication(f"{name}-direction", f"A step of {name} goes the way that {name} was told.",
+        c.implication(f"{name}-direction", f"A step of {name} has the requested direction.",
                       when=was_moved, then=phase == (before + Mux(up, 1, -1))[:2])
         c.implication(f"{name}-neighbour", f"The word of {name} changes on a step, to a neighbour.",
                       when=word != coils, then=was_moved & is_neighbour(word, coils))

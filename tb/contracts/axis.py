@@ -13,63 +13,64 @@ __all__ = ["AXIS"]
 
 
 def describe(c: Contract, dut: Axis) -> None:
-    """What leaves the pins was asked for, and is what is counted."""
+    """Steps at the pins are requested, and are counted."""
     driver, rate = c.part("driver"), c.part("rate")
     moved, up = dut.moved, dut.target > dut.position
     towards = Mux(up, dut.high, dut.low)
     rises = dut.step_pin & ~c.past(dut.step_pin)
     c.invariant("counts-what-leaves", "STEP rises in the clock after a step is made, and at no "
                 "other time.", rises == c.past(moved), cover=rises)
-    c.implication("asked-by-a-target", "A step is made only on the way to a target: with `run`, "
-                  "in no load, and not there.", when=moved, then=dut.run & ~dut.load & ~dut.there)
-    c.implication("there", "It is there where the position is the target.",
+    c.implication("asked-by-a-target", "A step is made only towards a target: with `run`, "
+                  "without a load, and not at the target.", when=moved,
+                  then=dut.run & ~dut.load & ~dut.there)
+    c.implication("there", "`there` is 1 where the position is the target.",
                   when=dut.position == dut.target, then=dut.there & ~moved)
     c.implication("the-way-it-goes", "STEP rises with DIR as the target was, seen from the "
                   "position.", when=rises, then=dut.direction_pin == c.past(up))
-    c.implication("powered", "STEP rises only with ENABLE, where it was asked for.", when=rises,
+    c.implication("powered", "STEP rises only with ENABLE, where it was requested.", when=rises,
                   then=dut.enable_pin & c.past(dut.enable))
     c.implication("a-switch-blocks", "No step is made towards a switch that is pressed.",
                   when=towards & dut.run, then=~moved)
-    c.implication("says-what-blocks", "Where a switch blocks no step is made; where one is made "
-                  "none does.", when=dut.blocked | moved,
+    c.implication("says-what-blocks", "`blocked` and a step exclude each other, and a step "
+                  "is made only when due.", when=dut.blocked | moved,
                   then=~(dut.blocked & moved) & (rate.due | ~moved))
-    c.implication("blocked-in-time", "A step that a pressed switch blocks is told of when it is "
+    c.implication("blocked-in-time", "A step that a pressed switch blocks is reported when it is "
                   "due.", when=dut.run & ~dut.load & ~dut.there & rate.due & towards,
                   then=dut.blocked)
     _position(c, dut, moved, up)
     watch_driver(c, driver, path="driver.")
     accumulator = c.signal("rate.accumulator")
-    c.invariant("no-more-is-owed", "The sum of the rate is in its range.",
+    c.invariant("no-more-is-owed", "The accumulator of the rate is in its range.",
                 (accumulator >= -dut.modulus) & (accumulator < dut.max_rate),
                 cover=accumulator >= 0)
     watch_spaced(c, rate, accumulator + dut.modulus)
 
 
 def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
-    """What the position has to do with the pulses."""
+    """The relation of the position and the pulses."""
     was, up_then = c.past(dut.position), c.past(up)
     change = dut.position - was
     kept = c.past(c.rst | dut.load)
     c.implication("moves-with-a-step", "The position changes only by a step that was made, by "
                   "one, its way; by a load; and by a reset.", when=(change != 0) & ~kept,
                   then=c.past(moved) & (change == Mux(up_then, 1, -1)))
-    c.implication("load", "After a load this place is called as it was told.",
+    c.implication("load", "A load sets the position.",
                   when=c.past(dut.load & ~c.rst), then=dut.position == c.past(dut.place))
 
-    # A motor and its load, with the backlash between them: by the pulses, and by the position.
+    # A motor, by the pulses, and its load, by the position, with the backlash between them.
     first = c.keep(dut.backlash.shape(), name="first_backlash")
     steady = c.keep(1, init=1, name="steady")
     is_steady = steady & ((dut.backlash == first) | ~c.past(1))
     c.m.d.sync += [first.eq(dut.backlash), steady.eq(is_steady)]
-    gap = c.keep(signed(len(dut.backlash) + 2), name="gap")  # motor less load, before the last step
+    gap = c.keep(signed(len(dut.backlash) + 2), name="gap")  # motor - load, before the last step
     turned = Mux(c.past(moved), Mux(up_then, 1, -1), 0)
     counted = Mux(kept & ~c.past(dut.load & ~c.rst) | c.past(dut.load), 0, change)
     lost = c.past(c.rst & moved)  # no step is made in a reset
     now = gap + turned - counted
     c.m.d.sync += gap.eq(now)
     way, left = c.signal("backlash.way"), c.signal("backlash.left")
-    c.implication("within-the-backlash", "The pulses and the position are never further apart "
-                  "than the backlash, for ever: without backlash they are the same.",
+    c.implication("within-the-backlash", "The pulses and the position never differ by more "
+                  "than the backlash, at any time: without backlash they are the same.",
                   when=is_steady, then=(now >= 0) & (now <= dut.backlash) & ~lost)
     c.implication("backlash-is-left", "What is left of the backlash is what is missing to its end.",
                   when=is_steady, then=(left <= dut.backlash) & (now == Mux(way,

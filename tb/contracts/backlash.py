@@ -1,4 +1,4 @@
-"""Contract of the backlash of gears: what a motor and its load do, with steps in between."""
+"""Contract of the backlash of gears: a motor and its load, with steps in between."""
 
 from amaranth import Mux, signed
 
@@ -10,7 +10,7 @@ __all__ = ["BACKLASH"]
 
 
 def describe(c: Contract, dut: Backlash) -> None:
-    """While the backlash is what it is, motor and load are never further apart than that."""
+    """With constant backlash, the difference of motor and load never exceeds it."""
     up, down = dut.moved & dut.direction, dut.moved & ~dut.direction
     first = c.keep(dut.backlash.shape(), name="first_backlash")
     steady = c.keep(1, init=1, name="steady")  # the backlash was never another before this clock

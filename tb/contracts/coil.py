@@ -1,4 +1,4 @@
-"""Contract of the coil driver, and what every contract with motors in it says of them."""
+"""Contract of the coil driver, and helpers of contracts with motors."""
 
 from amaranth import Cat, Mux, Signal
 
@@ -21,13 +21,13 @@ def phase_of(c: Contract, coils: Bits) -> tuple[Bits, Bits]:
 
 
 def is_neighbour(before: Bits, after: Bits) -> Bits:
-    """Say whether one coil changes its sign, with the one that is its opposite."""
+    """Return whether one coil changes its sign, with the one that is its opposite."""
     changed = before ^ after
     return (changed == 0b0101) | (changed == 0b1010)
 
 
 def watch_spacing(c: Contract, moved: Bits, period: int, name: str = "rested") -> Bits:
-    """Return how many clocks ago the last step was, less one; at most `period`."""
+    """Return the clocks since the last step, minus one; at most `period`."""
     rested = c.keep(range(period + 1), init=period, name=name)
     with c.m.If(moved):
         c.m.d.sync += rested.eq(0)
@@ -37,7 +37,7 @@ def watch_spacing(c: Contract, moved: Bits, period: int, name: str = "rested") -
 
 
 def describe(c: Contract, dut: CoilDriver) -> None:
-    """A step is made when asked for, not too soon, and a step is a neighbour."""
+    """A step is made on request, not too soon, and to a neighbour in the table."""
     phase, legal = phase_of(c, dut.coils)
     before, moved, up = c.past(phase), c.past(dut.moved), c.past(dut.direction)
     word, was_reset = c.past(dut.coils, init=FULL_STEP[0]), c.past(c.rst)
@@ -56,15 +56,15 @@ def describe(c: Contract, dut: CoilDriver) -> None:
                   when=c.past(1) & ~moved, then=word == dut.coils)
     c.implication("reset-keeps-the-word", "Reset changes no coil.",
                   when=was_reset, then=word == dut.coils)
-    c.implication("asked", "A step is made only where one is asked for.",
+    c.implication("asked", "A step is made only on request.",
                   when=dut.moved, then=dut.step & ~c.rst)
-    c.implication("moved-or-refused", "What is asked for is made or refused, and not both.",
+    c.implication("moved-or-refused", "A requested step is either made or refused.",
                   when=dut.step, then=dut.moved ^ dut.refused)
-    c.implication("refused-was-asked", "What nobody asked for is not refused.",
+    c.implication("refused-was-asked", "Without a request there is no refusal.",
                   when=dut.refused, then=dut.step & ~dut.moved)
 
     rested = watch_spacing(c, dut.moved, dut.period)
-    c.implication("made-when-rested", "After `period` clocks a step asked for is made.",
+    c.implication("made-when-rested", "After `period` clocks a requested step is made.",
                   when=dut.step & (rested >= dut.period - 1) & ~c.rst, then=dut.moved)
     if dut.period == 1:
         return

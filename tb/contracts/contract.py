@@ -1,13 +1,13 @@
 # amaranth: UnusedElaboratable=no
 
-"""What must hold of a component, as gateware that can be proved.
+"""Contracts: the properties of a component, as gateware that can be proved.
 
-A contract puts a component on a bench that leaves every input free in every clock, also reset, and
-watches it. Each property has a name, a sentence, a premise (when it says anything) and a
-consequence. It becomes an assertion, and a cover that shows that its premise can come about.
+A contract puts a component on a bench whose inputs, reset among them, are free in every clock. Each
+property has a name, a sentence, a premise and a consequence. It becomes an assertion, and a cover
+that shows that the premise is reachable.
 
-A property of registers inside is as good as one about pins: induction starts from any state that
-keeps all of them, and what makes it succeed is an invariant more, not a clock more.
+Properties may also be about internal registers: induction starts from any state that satisfies all
+of them, and it succeeds by more invariants rather than by more clocks.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -24,19 +24,19 @@ from amaranth.lib.wiring import In, Out
 __all__ = ["Bits", "Case", "Component", "Contract", "Property", "State", "Unknown"]
 
 Bits: TypeAlias = Any
-"""What Amaranth takes for a value; its arithmetic is more than annotations can follow."""
+"""A value in Amaranth's sense; its arithmetic is beyond what annotations can express."""
 
 
 @dataclass(frozen=True)
 class Property:
-    """What must hold.
+    """A property.
 
     Attributes
     ----------
     name, description : str
         A few words, and one sentence.
     upset : bool
-        It is about codes that no state machine gets into by itself.
+        It is about codes that no FSM reaches by itself.
     lemma : bool
         No mutant of the gateware has to break it: an induction needs it, or it is stated of a part
         inside, and a mutant breaks it in the part by itself.
@@ -55,13 +55,13 @@ class Case:
     Attributes
     ----------
     parameters : mapping
-        As the component takes them.
+        Arguments of the component.
     real : bool
-        They are those of the board, whose long times no cover can wait for: the other cases have
+        They are those of the board, whose long times are beyond covers: the other cases have
         the covers.
     upset : bool
-        Every register of the component begins with any value, as if it had just been upset in
-        whatever it did; only the properties about that are looked at.
+        Every register of the component starts with any value, as after an upset; only properties
+        about upsets are asserted.
     """
 
     parameters: Mapping[str, object] = field(default_factory=dict)
@@ -80,7 +80,7 @@ class Case:
 
 
 class State:
-    """The register of a state machine, and the codes of its states by name."""
+    """The register of an FSM, and the codes of its states by name."""
 
     def __init__(self, register: Bits) -> None:
         self.register = register
@@ -92,19 +92,19 @@ class State:
                 break
 
     def __call__(self, *names: str) -> Bits:
-        """Be in one of these states."""
+        """Return whether it is in one of these states."""
         return _any(self.register == self.codes[name] for name in names)
 
     def is_unused(self) -> Bits:
-        """Be in a code that no state has."""
+        """Return whether its code belongs to no state."""
         return self.register > max(self.codes.values())
 
 
 class Unknown(wiring.Component):
-    """In place of a part of a component: what it says is anything, see :meth:`Contract.unknown`."""
+    """Replaces a part of a component; its outputs are free, see :meth:`Contract.unknown`."""
 
     def __init__(self, part: wiring.Component) -> None:
-        Fragment.get(part, None)  # else Amaranth says that it was made for nothing
+        Fragment.get(part, None)  # else Amaranth warns that it is unused
         super().__init__(dict(part.signature.members))
 
     def elaborate(self, platform) -> Module:
@@ -112,39 +112,39 @@ class Unknown(wiring.Component):
 
 
 class Contract:
-    """A component, its free inputs, and what must hold of it.
+    """A component, its free inputs, and its properties.
 
     Parameters
     ----------
     dut : wiring.Component
         The component, not elaborated yet.
     describe : callable
-        States the properties: is given this and `dut`.
+        States the properties; its arguments are this contract and `dut`.
     upset : bool
         See :class:`Case`.
     only : collection of str, optional
         Properties to assert; all by default.
     broken : bool
-        Nothing is asserted: each property is a cover of the clock in which it breaks.
+        Assert nothing: each property becomes a cover of the clock in which it fails.
 
     Attributes
     ----------
     m : Module
         The bench, with the component in it.
     rst : Value
-        What resets the component.
+        The reset of the component.
     properties : dict of str to Property
-        What is stated.
+        The stated properties.
     parts : bool
-        State as well what a part states by itself, where its own proof is enough: then a mutant
-        inside the part is seen as it is in the part by itself.
+        State the contracts of parts as well, even where their own proofs are enough: then a mutant
+        inside a part is found as in the part by itself.
     fragment : Fragment
         The component, elaborated.
     upset : bool
         As given.
     kept : dict of str to Signal
-        Registers of the contract itself, by name; of a part that keeps its own contract after
-        the path, as in ``sequencer:under_way``.
+        Registers of the contract itself, by name; those of a part's contract after its path, as in
+        ``sequencer:under_way``.
     """
 
     parts = False
@@ -165,17 +165,17 @@ class Contract:
         describe(self, dut)
 
     def rtlil(self) -> str:
-        """Write it for Yosys. An assertion has the name of its property, its cover a ``?`` more."""
+        """Return it as RTLIL. An assertion is named like its property, its cover with a ``?``."""
         inputs = [Value.cast(value) for _, member, value in self._dut.signature.flatten(self._dut)
                   if member.flow == In]
         return rtlil.convert(self.m, name="top",
                              ports=[self._clock.clk, self.rst, *inputs, *self._free])
 
-    # What a property is made of
+    # Elements of properties
 
     def implication(self, name: str, description: str, *, when: Bits, then: Bits,
                     upset: bool = False, lemma: bool = False) -> None:
-        """State that in every clock with `when` there is `then`.
+        """State that `then` holds in every clock with `when`.
 
         Parameters
         ----------
@@ -193,9 +193,9 @@ class Contract:
 
     def invariant(self, name: str, description: str, condition: Bits, *, cover: Bits,
                   upset: bool = False, lemma: bool = False) -> None:
-        """State `condition` of every clock; `cover` is when that is worth something.
+        """State `condition` for every clock; `cover` is a clock in which it is of interest.
 
-        The rest is as in :meth:`implication`.
+        Other parameters are those of :meth:`implication`.
         """
         self._property(name, description, Value.cast(condition).any(), Value.cast(cover).any(),
                        upset, lemma)
@@ -217,28 +217,28 @@ class Contract:
 
     @contextmanager
     def each(self, name: str) -> Iterator[None]:
-        """Put this name before those of all properties: of one part of several that are alike."""
+        """Put a prefix before the names of properties, for one of several equal parts."""
         before = self._prefix
         self._prefix = f"{before}{name}-"
         yield
         self._prefix = before
 
     def keeps(self, path: str, component: "Component", *, reset: Bits = None) -> None:
-        """State of a part inside what its own contract states.
+        """State the contract of a part inside.
 
-        What it assumes of its inputs is a lemma here: it has to hold in this component. A case with
-        `upset` leaves all of it to the part. What the part makes of inputs that this component
-        never gives it is not seen, nor is anything that its contract restricts covers to: the
-        proofs of the part by itself are about that.
+        Its assumptions become lemmas here: they must hold in this component. A case with `upset`
+        leaves all of it to the part. Behaviour of the part for inputs that this component never
+        gives it is not covered, nor what its contract restricts covers to: that is in the proofs of
+        the part by itself.
 
         Parameters
         ----------
         path : str
-            Leads to the part.
+            Path of the part.
         component : Component
             Its contract.
         reset : Value, optional
-            What resets it, if that is more than the reset of this component.
+            The reset of the part, if it is more than the reset of this component.
         """
         if self.upset:
             return
@@ -249,42 +249,42 @@ class Contract:
         self._prefix, self._root, self._assumed, self.rst = before
 
     def unknown(self, path: str) -> None:
-        """Let an `Unknown` part inside say anything in any clock."""
+        """Let the outputs of an `Unknown` part be anything in any clock."""
         for names, member, value in self.part(path).signature.flatten(self.part(path)):
             if member.flow == Out:
-                said = Value.cast(value)
-                self.m.d.comb += said.eq(self.free(
-                    len(said), name="_".join([path, *map(str, names)])))
+                free = Value.cast(value)
+                self.m.d.comb += free.eq(self.free(
+                    len(free), name="_".join([path, *map(str, names)])))
 
     def assume(self, condition: Bits) -> None:
-        """Leave out what the component is never given."""
+        """Assume a condition on inputs that the component's environment meets."""
         if self._root:
             self._assumed += 1
-            self.invariant(f"assumed-{self._assumed}", "It is used as it is meant to be.",
+            self.invariant(f"assumed-{self._assumed}", "The assumptions on its inputs hold.",
                            condition, cover=condition, lemma=True)
         else:
             self.m.d.comb += Assume(condition)
 
     def restrict_covers(self, condition: Bits) -> None:
-        """Let covers, and nothing else, look only where this holds: they are found sooner."""
+        """Restrict covers, and nothing else, to clocks in which this holds, to find them sooner."""
         if not self._root:
             self.m.d.comb += Assume(condition, "restrict-covers")
 
     def past(self, value: Bits, *, init: int = 0) -> Any:
-        """Return `value` one clock ago; `init` in the first clock. Reset does not touch it."""
+        """Return `value` one clock ago; `init` in the first clock. Reset has no effect on it."""
         value = Value.cast(value)
         before = Signal(value.shape(), init=init, reset_less=True)
         self.m.d.sync += before.eq(value)
         return before
 
     def keep(self, shape, *, init: int = 0, name: str | None = None) -> Any:
-        """Return a register of the contract's own, that reset does not touch; see `kept`."""
+        """Return a register of the contract's own, which reset does not change; see `kept`."""
         register = Signal(shape, init=init, reset_less=True, name=name or "watched")
         self.kept[f"{self._prefix}{name}"] = register
         return register
 
     def part(self, path: str) -> Any:
-        """Find a component inside, such as ``orders.divider``; an empty path is the outermost."""
+        """Return a component inside, such as ``orders.divider``; an empty path is the outermost."""
         return next(origin for origin in self._inside(path).origins or ()
                     if isinstance(origin, wiring.Component))
 
@@ -295,7 +295,7 @@ class Contract:
         return fragment
 
     def signal(self, path: str) -> Any:
-        """Find a signal that is driven inside, such as ``orders.divider.count``."""
+        """Return a signal that is driven inside, such as ``orders.divider.count``."""
         where, _, name = path.rpartition(".")
         fragment = self._inside(where)
         # A register comes before a port that has its name.
@@ -306,16 +306,16 @@ class Contract:
         raise LookupError(f"no signal {path!r} is driven in the component")
 
     def state(self, path: str) -> State:
-        """Find a state machine inside the component by the path and name that it was given."""
+        """Return an FSM inside the component by its path and name."""
         return State(self.signal(f"{path}_state"))
 
     def free(self, shape, *, name: str) -> Any:
-        """Return an input of the contract's own, that may be anything in any clock."""
+        """Return an input of the contract's own, which is free in every clock."""
         self._free.append(Signal(shape, name=name))
         return self._free[-1]
 
     def words(self, path: str) -> list[Any]:
-        """Look into a memory inside, such as ``to_mill``: return its words."""
+        """Return the words of a memory inside, such as ``to_mill``."""
         depth, words = self.part(path).depth, []
         for address in range(depth):
             words.append(Signal(self.part(path).shape, name=f"word_{address}"))
@@ -325,7 +325,7 @@ class Contract:
         return words
 
     def write(self, path: str, words: Bits, *, when: Bits) -> None:
-        """Write words of a bit to a memory inside, from address 0 on, all in a clock."""
+        """Write one-bit words to a memory inside, from address 0 on, all in one clock."""
         for address, word in enumerate(words):
             self._memory(path).write_port(
                 domain="sync", addr=Const(address, range(self.part(path).depth)), data=word,
@@ -335,12 +335,12 @@ class Contract:
         return self._inside(path)
 
     def any_code(self, path: str) -> State:
-        """Find a state machine that begins with any code in a case with `upset`, as all does."""
+        """Return an FSM that starts with any code in a case with `upset`."""
         return self.state(path)
 
     def leaves_unused_codes(self, path: str, *, fault: Bits, shows: Bits,
                             reset: Bits = None) -> None:
-        """State what every state machine does about an upset register.
+        """State the response of every FSM to an upset register.
 
         Parameters
         ----------
@@ -349,20 +349,20 @@ class Contract:
         fault : Value
             Shows an upset, and nothing else.
         shows : Value
-            What else there is to see of an upset: that nothing is done.
+            Other effects of an upset: that nothing is done.
         reset : Value, optional
-            What resets it, if that is more than the reset of the component.
+            The reset of the FSM, if it is more than the reset of the component.
         """
         state = self.any_code(path)
         name = path.rpartition(".")[2].replace("_", "-")
         known, was_reset = self.past(1), self.past(self.rst if reset is None else reset)
         if max(state.codes.values()) + 1 < 1 << len(state.register):
             self.implication(f"{name}-leaves-unused-codes",
-                             "From a code that no state has, FAULT comes with the next clock.",
+                             "An unused code is followed by FAULT in the next clock.",
                              when=known & self.past(state.is_unused()) & ~was_reset,
                              then=state("FAULT"), upset=True)
             self.implication(f"{name}-shows-unused-codes",
-                             "A code that no state has shows at once, and nothing is done in it.",
+                             "An unused code shows at once, and nothing is done in it.",
                              when=state.is_unused(), then=fault & shows, upset=True)
         self.implication(f"{name}-reset-leaves-any-code", "Reset ends any code, FAULT among them.",
                          when=known & was_reset, then=state.register == state.register.init,
@@ -375,7 +375,7 @@ class Contract:
         self.invariant(f"{name}-codes-in-use", "No input leads to FAULT or to an unused code.",
                        ~state("FAULT") & ~state.is_unused(),
                        cover=state.register != state.register.init)
-        self.invariant(f"{name}-no-false-alarm", "No fault shows unless the register was upset.",
+        self.invariant(f"{name}-no-false-alarm", "No fault is shown unless the register was upset.",
                        ~fault, cover=state.register != state.register.init)
 
 
@@ -393,13 +393,13 @@ class Component:
     Attributes
     ----------
     make : callable
-        Makes the component of the parameters of a case.
+        Makes the component from the parameters of a case.
     describe : callable
         States its properties; see :class:`Contract`.
     cases : tuple of Case
-        Mutants that break its properties are looked for in one after the other.
+        Mutants are searched for in one case after the other.
     depth : int
-        Clocks in which every premise can come about and a mutant can break every property.
+        Clocks within which every premise is reachable, and a mutant can violate every property.
     """
 
     make: Callable[..., wiring.Component]
@@ -409,11 +409,11 @@ class Component:
 
     def contract(self, case: Case, *, only: Collection[str] | None = None,
                  broken: bool = False) -> Contract:
-        """Set up a case; see :class:`Contract`."""
+        """Make the contract of a case; see :class:`Contract`."""
         return Contract(self.make(**case.parameters), self.describe, upset=case.upset, only=only,
                         broken=broken)
 
     def properties(self) -> dict[str, Property]:
-        """List what is stated in any case, by name."""
+        """Return the properties of all cases, by name."""
         return {name: found for case in self.cases
                 for name, found in self.contract(case).properties.items()}

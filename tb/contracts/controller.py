@@ -1,4 +1,4 @@
-"""Contract of both modes and the motors: the whole machine, but for its display."""
+"""Contract of the controller: both modes and the motors, without the display."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ __all__ = ["CONTROLLER", "Pins", "watch_machine", "watch_parts"]
 
 @dataclass(frozen=True)
 class Pins:
-    """What a machine shows, whatever its pins are called."""
+    """Outputs of a machine, whatever the names of its pins."""
 
     mode: Bits
     stop: Bits
@@ -32,7 +32,7 @@ class Pins:
 
 
 def describe(c: Contract, dut: NumericalController) -> None:
-    """The machine on its own pins, and what goes on in it."""
+    """The machine on its own pins, and its state."""
     pins = Pins(mode=dut.mode, stop=dut.stop, jog=dut.jog, ready=dut.ready, error=dut.error,
                 count=dut.count, select=dut.select, coils=(dut.axis_x, dut.axis_y, dut.axis_z))
     watch_machine(c, pins, period=dut.period, path="")
@@ -46,7 +46,7 @@ def describe(c: Contract, dut: NumericalController) -> None:
 
 
 def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
-    """State of manual control and of the sequencer what their own contracts do, if `parts`.
+    """State the contracts of manual control and of the sequencer, if `parts`.
 
     `path` leads to the controller. In manual mode the sequencer is held in reset.
     """
@@ -57,7 +57,7 @@ def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
     c.keeps(f"{prefix}sequencer", SEQUENCER, reset=c.rst | ~mode)
     order = c.state(f"{prefix}automatic.orders.order_state")
     moves = c.part(f"{prefix}sequencer").moves
-    c.invariant("under-way-by-order", "What moves was ordered.",
+    c.invariant("under-way-by-order", "Every movement was ordered.",
                 c.kept[f"{prefix}sequencer:under_way"] | order("REST", "FAULT"),
                 cover=order("MOVING"))
     c.invariant("taken-at-once", "A move is offered when it can be taken.",
@@ -65,7 +65,7 @@ def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
 
 
 def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
-    """State what people rely on, of the pins alone where that is possible.
+    """State the requirements of users, by the pins alone where possible.
 
     `path` leads to the controller.
     """
@@ -73,7 +73,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
         return c.signal(f"{path}.{name}")
 
     drivers, automatic = c.part(f"{path}.drivers"), c.part(f"{path}.automatic")
-    moved, refused, asked = drivers.moved, drivers.refused, drivers.step
+    moved, refused, requested = drivers.moved, drivers.refused, drivers.step
     by_hand, by_order = c.part(f"{path}.manual").step, automatic.step
     order = c.any_code(f"{path}.automatic.orders.order_state")
     motion = c.any_code(f"{path}.sequencer.motion_state")
@@ -87,7 +87,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
         change = phase - before
         rested = watch_spacing(c, word != words[index], period, f"rested_{name}")
         at = getattr(automatic, f"at_{name}")
-        c.invariant(f"{name}-word-legal", f"The coils of {name} are a row of the table, for ever.",
+        c.invariant(f"{name}-word-legal", f"The coils of {name} are a row of the table.",
                     legal,
                     cover=phase == 2)
         c.implication(f"{name}-only-on-a-step",
@@ -116,7 +116,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
         now = Mux(to_origin, 0, (travel + change[:2].as_signed())[:16])
         c.m.d.sync += travel.eq(now)
         c.invariant(f"{name}-no-lost-step",
-                    f"The position of {name} is what its coils have done, for ever.",
+                    f"The position of {name} equals the steps of its coils, at any time.",
                     at == now, cover=at != 0)
         origin = c.keep(2, name=f"origin_{name}")
         here = Mux(to_origin, phase, origin)
@@ -124,7 +124,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
         c.invariant(f"{name}-phase-is-position",
                     f"Coils and position of {name} agree since the origin.",
                     (phase - here)[:2] == at[:2], cover=at != 0)
-        c.implication(f"shows-{name}", f"The count shown is what the coils of {name} have done.",
+        c.implication(f"shows-{name}", f"The shown count equals the steps of the coils of {name}.",
                       when=(pins.select == index + 1) & (now != 0), then=pins.count == now)
 
     main = inside("automatic.main.count")
@@ -135,7 +135,7 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                   then=_all(now == before for now, before in zip(pins.coils, words, strict=True)))
     c.implication("mode-change-moves-nothing", "In the clock of a change of mode no step is made.",
                   when=c.past(1) & (pins.mode != was_mode), then=moved == 0)
-    c.implication("one-hand", "Jog and automatic never ask for a step in the same clock.",
+    c.implication("one-hand", "Jog and automatic never request a step in the same clock.",
                   when=by_order.any(), then=by_hand == 0)
     c.implication("automatic-drives", "In automatic mode only orders make steps.",
                   when=pins.mode & moved.any(), then=(moved & ~by_order) == 0)
@@ -147,9 +147,9 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                                             "under way.",
                   when=to_origin, then=order("REST") & motion("REST"))
     c.implication("never-refused", "In automatic mode no step is refused, but by reset.",
-                  when=pins.mode & asked.any() & ~c.rst, then=(refused == 0) & (moved == asked))
-    c.implication("not-made-not-counted", "A step of an order that is not made is counted by no "
-                                          "counter.",
+                  when=pins.mode & requested.any() & ~c.rst,
+                  then=(refused == 0) & (moved == requested))
+    c.implication("not-made-not-counted", "A step of an order that is not made is not counted.",
                   when=c.past(by_order.any() & (moved == 0)),
                   then=_counts(c, path) == Mux(to_origin, 0, c.past(_counts(c, path))))
 
@@ -165,9 +165,10 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                   then=_all(now == before for now, before in zip(pins.coils, words, strict=True)))
     c.implication("stopped-never-ready", "A machine that is stopped is not ready.",
                   when=stopped | pins.stop, then=~pins.ready)
-    c.implication("ready-at-rest", "Ready means automatic mode, at rest, no step asked for, not "
+    c.implication("ready-at-rest", "Ready means automatic mode, at rest, no step requested, not "
                                    "stopped.",
-                  when=pins.ready, then=pins.mode & motion("REST") & order("REST") & (asked == 0)
+                  when=pins.ready, then=pins.mode & motion("REST") & order("REST")
+                  & (requested == 0)
                   & ~stopped & ~pins.stop)
 
 

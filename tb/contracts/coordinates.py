@@ -42,7 +42,7 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
         c.m.d.sync += down.eq(orders.p.down)
     with c.m.Elif(taken):
         c.m.d.sync += [at_row.eq(row), at_column.eq(column)]
-    c.invariant("knows-the-tool", "It knows whether the tool is down.", lowered == down, cover=down)
+    c.invariant("knows-the-tool", "Its state agrees with the tool.", lowered == down, cover=down)
     c.implication("mills-a-pixel", "With the tool down it goes to one of the 8 neighbours.",
                   when=orders.valid & ~tool & down,
                   then=_near(row - at_row) & _near(column - at_column))
@@ -84,7 +84,7 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     c.implication("stays-there", "Before the tool is lowered and marked, the walk is where the "
                   "tool is.", when=state("LOWER", "MARK"),
                   then=(row == at_row) & (column == at_column))
-    c.implication("one-thing-at-a-time", "The walk is never told two things in a clock.",
+    c.implication("one-thing-at-a-time", "The walk gets at most one command in a clock.",
                   when=walk.advance, then=~walk.centre & ~walk.home)
     centre_row, centre_column = (c.keep(row.shape(), name=f"centre_{name}")
                                  for name in ("row", "column"))
@@ -109,7 +109,7 @@ def _near(distance):
 
 def make(*, rows: int = 0, columns: int = 0, pixels_set: int = 0,
          **parameters) -> CoordinateGenerator:
-    """Make a generator of a picture that is given, or of any with so many pixels set."""
+    """Make a generator of a given picture, or of any with a number of set pixels."""
     if rows:
         return AnyPicture([[row * columns + column < pixels_set for column in range(columns)]
                            for row in range(rows)], **parameters)

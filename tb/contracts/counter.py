@@ -8,7 +8,7 @@ __all__ = ["COUNTER"]
 
 
 def describe(c: Contract, dut: StepCounter) -> None:
-    """Forward less back, modulo 65 536, since the last clear or reset."""
+    """Steps forward minus steps back, modulo 65 536, since the last clear or reset."""
     before = c.past(dut.count)
     stepped = c.past(dut.step & ~dut.clear & ~c.rst)
     up = c.past(dut.direction)
@@ -28,7 +28,7 @@ def describe(c: Contract, dut: StepCounter) -> None:
         c.m.d.sync += total.eq(total + 1)
     with c.m.Elif(dut.step):
         c.m.d.sync += total.eq(total - 1)
-    c.invariant("forward-less-back", "The count is the steps forward less those back, for ever.",
+    c.invariant("forward-less-back", "The count is the steps forward less those back.",
                 dut.count == total[:16], cover=total.all())
 
 

@@ -9,7 +9,7 @@ from .contract import Bits, Case, Component, Contract
 __all__ = ["DECIMAL_WRITER"]
 
 WATCHED = 8
-"""Most bits of a number whose digits are put together again; what more bits change is the sum."""
+"""Most bits of a number whose digits are put together again; more bits only lengthen the sum."""
 
 
 def describe(c: Contract, dut: DecimalWriter) -> None:
@@ -57,7 +57,7 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     c.implication("only-then", "And not before.", when=c.past(busy & ~(last & given) & ~c.rst),
                   then=~state("REST"))
     c.implication("reset-rests", "Reset ends it.", when=c.past(c.rst), then=state("REST"))
-    c.implication("digit-fits", "What is left is less than the places still to come can hold.",
+    c.implication("digit-fits", "The remainder fits into the digits still to come.",
                   when=state("COUNT", "DIGIT"), then=(place < dut.digits) & (digit <= 9)
                   & (left < power * (10 - digit)) & (~state("DIGIT") | (left < power)))
     counted = state("COUNT") & (left >= power)
@@ -68,13 +68,13 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                   when=c.past(state("COUNT", "DIGIT") & ~counted & ~c.rst) & state("COUNT",
                                                                                    "DIGIT"),
                   then=(left == c.past(left)) & (digit == Mux(c.past(given), 0, c.past(digit))))
-    c.implication("takes-all-of-it", "What is counted is the number without its sign.",
+    c.implication("takes-all-of-it", "The remainder starts as the absolute value.",
                   when=~c.past(state("COUNT", "DIGIT")) & state("COUNT"),
                   then=left == Mux(minus, -number, number)[:len(left)])
-    c.implication("adds-nothing", "What is left is never more than that.",
+    c.implication("adds-nothing", "The remainder never exceeds that.",
                   when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number,
                                                                  number)[:len(left)])
-    c.implication("written-counts", "It knows whether a digit was written.",
+    c.implication("written-counts", "The state agrees with whether a digit was written.",
                   when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
                   & (digits + place < dut.digits))
     if dut.shape.width <= WATCHED:

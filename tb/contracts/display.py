@@ -22,7 +22,7 @@ def watch_display(c: Contract, path: str, *, segments: Bits, digits: Bits, value
         c.m.d.sync += turn.eq(0)
     digit, within = turn[scan_bits:], turn[:scan_bits]
     eighth = within[-3:]
-    c.invariant("time-is-time", "The digits take turns by the clocks since reset.", time == turn,
+    c.invariant("time-is-time", "Digits take turns by the clocks since reset.", time == turn,
                 cover=turn == 9)
     c.implication("one-digit", "At most one digit is on.", when=lit.any(),
                   then=(lit & (lit - 1)) == 0)

@@ -13,7 +13,7 @@ FAULT = "(Cat(differ).any() | fault) & ~(ResetSignal() & seen)"
 
 
 def describe(c: Contract, dut: GuardedController) -> None:
-    """Outputs as without the guard, for ever; from any upset on, an error or no difference."""
+    """Outputs as without the guard, at any time; from any upset on, an error or no difference."""
     never_alarms(c, dut)
     misses_nothing(c, dut)
 
@@ -33,7 +33,7 @@ def never_alarms(c: Contract, dut: GuardedController) -> None:
             outputs.append((name, Value.cast(value) == Value.cast(same)))
 
     moved = c.part("main.drivers").moved
-    c.invariant("never-alarms", "Where nothing is upset the fault is never raised, for ever.",
+    c.invariant("never-alarms", "Where nothing is upset the fault is never raised.",
                 ~c.signal("fault") & ~c.signal("seen"), cover=moved.any())
     c.invariant("words-agree", "Where nothing is upset both controllers have the same coil words.",
                 _all(c.signal(f"apart_{name}{when}") == 0
@@ -47,7 +47,7 @@ def never_alarms(c: Contract, dut: GuardedController) -> None:
                 _all(main[name] == other[name] for name in main), cover=c.past(moved.any()))
     for name, same in outputs:
         c.invariant(f"{name.replace('_', '-')}-as-without",
-                    f"`{name}` is what it would be without a guard, for ever.",
+                    f"`{name}` is what it would be without a guard.",
                     same, cover=c.past(moved.any()))
 
 

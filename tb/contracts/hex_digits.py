@@ -14,7 +14,7 @@ from .contract import Bits, Case, Component, Contract
 __all__ = ["HEX_READER", "HEX_WRITER"]
 
 POLYNOMIAL, RESIDUE = 0xEDB88320, 0xDEBB20E3
-"""Of the CRC-32, the highest power in bit 0; and what is left behind a line that is right."""
+"""Of the CRC-32, the highest power in bit 0; and the remainder after a correct line."""
 
 
 def with_digit(crc: Bits, digit: Bits) -> Bits:
@@ -25,7 +25,7 @@ def with_digit(crc: Bits, digit: Bits) -> Bits:
 
 
 def describe_reader(c: Contract, dut: HexReader) -> None:
-    """Every line gives a message, which is good if the line was, and then is what it said."""
+    """Every line gives a message, which is good if the line was, and then has its digits."""
     byte, end = dut.items.p.byte, dut.items.p.end
     message = dut.messages.payload.as_value()
     value, good = dut.messages.p.value, dut.messages.p.good
@@ -40,7 +40,7 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
     count = c.keep(range(longest + 2), name="digits_so_far")
     other = c.keep(1, name="not_digits")
     crc = c.keep(32, init=0xFFFFFFFF, name="crc_so_far")
-    said = [c.keep(4, name=f"digit_{place}") for place in range(dut.digits)]
+    held = [c.keep(4, name=f"digit_{place}") for place in range(dut.digits)]
     right = c.keep(1, name="line_is_right")
     with c.m.If(c.rst | over):
         c.m.d.sync += [count.eq(0), other.eq(0), crc.eq(crc.init)]
@@ -53,7 +53,7 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
         c.m.d.sync += count.eq(count + 1)
         with c.m.If(count < longest):
             c.m.d.sync += crc.eq(with_digit(crc, digit))
-        for place, at in enumerate(said):
+        for place, at in enumerate(held):
             with c.m.If(count == place):
                 c.m.d.sync += at.eq(digit)
 
@@ -76,20 +76,20 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
                   "again.", when=c.past(over | c.rst), then=~waits)
     c.implication("begins-with-nothing", "After power-up, and after reset, nothing is left of a "
                   "message.", when=~c.past(1) | c.past(c.rst), then=message == 0)
-    c.implication("good-is-right", "What is good has its digits, a CRC that is right, and no "
-                  "other byte, and its line came whole.", when=waits & good, then=right)
+    c.implication("good-is-right", "A good message has its digits, a correct CRC, and no "
+                  "other byte, and its line was complete.", when=waits & good, then=right)
     c.implication("right-is-good", "A line that has all of that is good.", when=waits & right,
                   then=good)
-    c.implication("says-what-was-said", "What is good is the digits of the line.",
+    c.implication("says-what-was-said", "Good data are the digits of the line.",
                   when=waits & good,
-                  then=Cat(reversed(said)) == value)
-    c.invariant("knows-the-line", "It knows how much has come, and whether all of it were digits.",
+                  then=Cat(reversed(held)) == value)
+    c.invariant("knows-the-line", "It counts the items, and remembers whether all were digits.",
                 (c.signal("count") == Mux(count > longest, longest, count))
                 & (c.signal("wrong") == (other | (count > longest)))
                 & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
                 & Cat((place >= count) | (at == value.word_select(
                     (Mux(count > dut.digits, dut.digits, count) - 1 - place)[:8], 4))
-                    for place, at in enumerate(said)).all()
+                    for place, at in enumerate(held)).all()
                 & (~waits | (good == right)),
                 cover=count > longest)
 
@@ -140,11 +140,11 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
     c.implication("reset-ends-it", "Reset ends a line.", when=c.past(c.rst),
                   then=dut.messages.ready & ~offered)
     rest, register = c.signal("rest"), c.signal("crc.crc_reg")
-    behind = Array(Cat(Const(0, 4 * said), message)[:len(rest)] for said in (
+    behind = Array(Cat(Const(0, 4 * held), message)[:len(rest)] for held in (
         0, *(min(place, dut.digits) for place in range(length))))
     c.implication("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
                   then=(rest == 0) & register.all())
-    c.invariant("knows-the-place", "It knows what is left of the line.",
+    c.invariant("knows-the-place", "It counts the rest of the line.",
                 (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
                 & (~sending | (register == Cat(reversed(crc))))
                 & (rest == Mux(sending, behind[sent], 0)),

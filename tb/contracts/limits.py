@@ -10,7 +10,7 @@ __all__ = ["LIMITS"]
 
 
 def describe(c: Contract, dut: Limits) -> None:
-    """What leads to a switch that is on is blocked, and nothing else, of each axis by itself."""
+    """A step towards a pressed switch is blocked, and no other, independently for each axis."""
     up, down = dut.step & dut.direction, dut.step & ~dut.direction
     c.implication("high-blocks", "No step up is let out while the high switch is pressed, from "
                   "the clock in which it is seen.", when=up & dut.high,
@@ -19,9 +19,9 @@ def describe(c: Contract, dut: Limits) -> None:
                   "the clock in which it is seen.", when=down & dut.low,
                   then=~(dut.allowed & down & dut.low).any())
     c.implication("the-others-are-free", "A step is let out unless the switch ahead of it is on, "
-                  "whatever the others are.", when=up & ~dut.at_high | down & ~dut.at_low,
+                  "independently of the others.", when=up & ~dut.at_high | down & ~dut.at_low,
                   then=~((up & ~dut.at_high | down & ~dut.at_low) & ~dut.allowed).any())
-    c.implication("asked", "What is not asked for is not let out.", when=~dut.step,
+    c.implication("asked", "A step that is not requested is not let out.", when=~dut.step,
                   then=~(dut.allowed & ~dut.step).any())
 
     count = c.signal("divider.count") + dut.period - 1 if dut.period > 1 else Const(0)
@@ -44,7 +44,7 @@ def describe(c: Contract, dut: Limits) -> None:
                   when=c.past(switches) & ~switches, then=_all(settled))
     c.implication("lets-go", "A switch counts as off when it was for two periods.",
                   when=~switches & on, then=_all(let_go))
-    c.invariant("marks-are-times", "The marks of each switch say between which ticks it was on.",
+    c.invariant("marks-are-times", "The marks of a switch give the ticks between which it was on.",
                 _all(marked), cover=c.signal("before"))
 
 

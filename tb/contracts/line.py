@@ -10,7 +10,7 @@ from .contract import Bits, Case, Component, Contract
 __all__ = ["LINE"]
 
 WATCHED = 4
-"""Depth of the buffer whose content is watched; what a deeper one does differs in nothing else."""
+"""Depth of the buffer whose content is checked; a deeper one has the same logic."""
 
 
 def describe(c: Contract, dut: LineReader) -> None:
@@ -45,12 +45,12 @@ def describe(c: Contract, dut: LineReader) -> None:
     verdict = Mux(error | damaged, LineEnd.DAMAGED, Mux(long, LineEnd.LONG, LineEnd.GOOD))
     wanted = ends & (bad | (size > 0) | (not dut.skip_empty))
 
-    # What waits: bytes and ends
+    # Stored items: bytes and ends
     waiting = c.keep(range(dut.depth + 1), name="waiting")
     added = Mux(wanted, Mux(bad, 1, size + 1), 0)
     c.m.d.sync += waiting.eq(Mux(c.rst, 0, waiting - given + added))
 
-    c.implication("whole-lines-only", "What is offered is of a line that has ended.",
+    c.implication("whole-lines-only", "An offered item belongs to a line that has ended.",
                   when=dut.items.valid, then=waiting > 0)
     c.implication("offered-soon", "A line that has ended is offered the clock after the next.",
                   when=c.past((waiting > given) & ~c.rst), then=dut.items.valid)
@@ -61,18 +61,18 @@ def describe(c: Contract, dut: LineReader) -> None:
     c.implication("room-is-used", "With room a byte is taken.",
                   when=waiting + count < dut.depth - 1,
                   then=dut.bytes.ready)
-    c.implication("stream-keeps", "What is offered stays until it is taken.",
+    c.implication("stream-keeps", "An offered item stays until it is taken.",
                   when=c.past(dut.items.valid & ~dut.items.ready & ~c.rst),
                   then=dut.items.valid & (payload == c.past(payload)))
     c.implication("reset-forgets", "Reset forgets every line.", when=c.past(c.rst),
                   then=~dut.items.valid & dut.bytes.ready)
-    c.invariant("knows-the-line", "It knows how long the line is, and what is wrong with it.",
+    c.invariant("knows-the-line", "It holds the length of the line and its errors.",
                 (c.signal("count") == count) & (c.signal("long") == long)
                 & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
                 & (c.signal("cr") == cr) & (~cr | (count > 0))
                 & (count <= dut.length) & ((count == 0) | (inside & ~long & ~damaged)),
                 cover=count == dut.length)
-    c.invariant("knows-what-waits", "Behind what waits is the line that is read.",
+    c.invariant("knows-what-waits", "The line being received follows the complete ones.",
                 ((c.signal("kept") - c.signal("tail"))[:len(c.signal("tail"))] == waiting)
                 & (waiting + count < dut.depth), cover=waiting > 1)
     if dut.start:
@@ -110,14 +110,14 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: 
             new = Mux((behind == number) & (number < size) & ~bad, was, new)
         c.m.d.sync += at.eq(Mux((place < left) | ~wanted, moved, new))
 
-    c.implication("as-it-went-in", "What is offered are the bytes of good lines and the ends of "
+    c.implication("as-it-went-in", "Offered items are the bytes of good lines and the ends of "
                   "all.", when=dut.items.valid, then=payload == queue[0])
-    for says, word in [
+    for fault, word in [
         ("good", LineEnd.GOOD),
         ("long", LineEnd.LONG),
         ("damaged", LineEnd.DAMAGED),
     ]:
-        c.implication(f"tells-{says}", f"A line that is {says} ends so.",
+        c.implication(f"tells-{fault}", f"A line that is {fault} ends so.",
                       when=dut.items.valid & (queue[0] == Cat(Const(word, 8), Const(1, 1))),
                       then=payload == queue[0])
     words = c.words("ring")
@@ -129,12 +129,12 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: 
             value = Mux(place[:len(tail)] == address, words[address], value)
         return value
 
-    c.invariant("stored", "What waits, and the line so far, is in the buffer.",
+    c.invariant("stored", "Complete lines, and the line so far, are in the buffer.",
                 Cat((place >= waiting) | (word_at(tail + place) == at)
                     for place, at in enumerate(queue)).all()
                 & Cat((place >= count) | (word_at(kept + place) == at)
                       for place, at in enumerate(so_far)).all(), cover=waiting > 1)
-    c.implication("fetched", "What is offered is what is stored there.", when=dut.items.valid,
+    c.implication("fetched", "An offered item is the stored one.", when=dut.items.valid,
                   then=payload == word_at(tail))
 
 

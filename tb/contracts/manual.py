@@ -29,7 +29,7 @@ def describe(c: Contract, dut: ManualControl) -> None:
         c.implication(f"{name}-off", f"Without a switch of {name} that counts, {name} rests.",
                       when=~up & ~down & dut.jog[2 * axis], then=~dut.active[axis]
                       & ~dut.step[axis])
-    c.implication("only-manual", "Nothing is asked for but in manual mode.",
+    c.implication("only-manual", "Nothing is requested but in manual mode.",
                   when=~dut.enable & dut.jog.any(), then=(dut.step == 0) & (dut.active == 0))
     c.implication("held-at-entry", "A switch that is on when manual mode is entered does nothing.",
                   when=c.past(~dut.enable | c.rst) & dut.jog.any(), then=dut.active == 0)
@@ -42,7 +42,7 @@ def describe(c: Contract, dut: ManualControl) -> None:
         c.m.d.sync += held.eq(0)
     with c.m.Elif(held < dut.period):
         c.m.d.sync += held.eq(held + 1)
-    c.implication("timing", "A step is asked for at every `period`-th clock of jogging, and no "
+    c.implication("timing", "A step is requested at every `period`-th clock of jogging, and no "
                   "other.", when=active, then=dut.step.any() == (held == dut.period - 1))
     if dut.period > 1:
         count = c.signal("divider.count")

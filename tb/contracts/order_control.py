@@ -39,9 +39,9 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
                   when=c.past(taken & ~reset), then=count == 0)
     c.implication("clears-only-to-begin", "The count is cleared only where a movement begins.",
                   when=clear, then=taken)
-    c.implication("steps-only-moving", "A step is asked for only while moving.",
+    c.implication("steps-only-moving", "A step is requested only while moving.",
                   when=step.any(), then=state("MOVING"))
-    c.implication("axes-together", "A step is asked of all axes of the move, and of no other.",
+    c.implication("axes-together", "A step is requested of all axes of the move, and of no other.",
                   when=step.any(), then=step == axes)
     c.invariant("never-past-the-end", "The count never passes the steps ordered.",
                 ~state("MOVING") | (count <= steps), cover=state("MOVING") & (count == 2))
@@ -49,7 +49,7 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
                   when=state("CLEAR"), then=count == steps)
     c.implication("ends", "Where the steps are made the movement is over two clocks later.",
                   when=c.past(state("MOVING") & (count >= steps) & ~reset), then=state("CLEAR"))
-    c.implication("goes-on", "Where steps are missing the movement goes on.",
+    c.implication("goes-on", "The movement continues while steps are missing.",
                   when=c.past(state("MOVING") & (count < steps) & ~reset), then=state("MOVING"))
     c.implication("no-axes-left", "At rest no axis is left over from the last movement.",
                   when=state("REST"), then=axes == 0)
@@ -58,21 +58,21 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
                   when=state("MOVING"), then=axes.any())
 
     # How the steps lie in time
-    asked = c.keep(range(period + 1), init=period, name="since_request")
+    since_request = c.keep(range(period + 1), init=period, name="since_request")
     with c.m.If(reset | taken | step.any()):
-        c.m.d.sync += asked.eq(0)
-    with c.m.Elif(asked < period):
-        c.m.d.sync += asked.eq(asked + 1)
+        c.m.d.sync += since_request.eq(0)
+    with c.m.Elif(since_request < period):
+        c.m.d.sync += since_request.eq(since_request + 1)
     c.implication("over-at-once", "When the steps are made, the last one was made just now.",
-                  when=state("MOVING") & (count >= steps), then=asked == 0)
+                  when=state("MOVING") & (count >= steps), then=since_request == 0)
     if period > 1:
-        c.implication("timing", "A step is asked for `period` clocks after the last one or the "
-                      "start.", when=step.any(), then=asked == period - 1)
+        c.implication("timing", "A step is requested `period` clocks after the last one or the "
+                      "start.", when=step.any(), then=since_request == period - 1)
         ticks = c.signal(f"{path}.divider.count")
         c.invariant("timing-is-the-count", "The divider counts the clocks to the next step.",
-                    Mux(state("MOVING"), ticks == asked - (period - 1), 1)
+                    Mux(state("MOVING"), ticks == since_request - (period - 1), 1)
                     & (ticks <= 0) & (ticks >= 1 - period), cover=ticks == 0)
-        c.implication("divider-at-rest", "At rest the divider has its whole period before it.",
+        c.implication("divider-at-rest", "At rest the divider is at the start of its period.",
                       when=state("REST"), then=ticks == 1 - period)
     c.leaves_unused_codes(
         f"{path}.order_state", fault=orders.fault, shows=~step.any() & ~moves.ready & ~clear,
@@ -90,12 +90,12 @@ def describe(c: Contract, dut: OrderControl) -> None:
                  (dut.count == count) | (c.past(dut.step.any()) & (dut.count == count + 1))))
     watch_order(c, "", reset=c.rst)
     state = c.state("order_state")
-    c.implication("counted-was-asked", "What is counted was asked for.", when=made,
+    c.implication("counted-was-asked", "Counted steps were requested.", when=made,
                   then=c.past(state("MOVING")))
     c.implication("no-axes-no-move", "A move without axes is over at once.",
                   when=c.past(dut.moves.valid & dut.moves.ready & ~dut.moves.p.axes.any()),
                   then=state("REST"))
-    c.implication("asks-again", "A step that is refused is asked for again at the next tick.",
+    c.implication("asks-again", "A step that is refused is requested again at the next tick.",
                   when=state("MOVING") & (dut.count < c.signal("steps")) & c.signal("divider.tick"),
                   then=dut.step == c.signal("axes"))
     c.implication("reset-rests", "Reset ends a movement.", when=was_reset,

@@ -10,12 +10,12 @@ __all__ = ["ORDER_LEDGER"]
 
 
 def describe(c: Contract, dut: OrderLedger) -> None:
-    """A queue beside it holds what was taken, by rules that are written down another way."""
+    """A reference queue holds the orders taken, by rules that are stated independently."""
     request, good = dut.requests.p.value, dut.requests.p.good
     given = dut.requests.valid & dut.requests.ready
     offered, payload = dut.orders.valid, dut.orders.payload.as_value()
     carried_out = offered & dut.orders.ready
-    # Who takes answers stays ready until there is one.
+    # The receiver of answers stays ready until there is one.
     c.assume(~c.past(dut.answers.ready & ~dut.answers.valid & ~c.rst) | dut.answers.ready)
 
     session = c.keep(32, name="open_session")
@@ -63,7 +63,7 @@ def describe(c: Contract, dut: OrderLedger) -> None:
             word = Mux(number[:len(place)] == address, ring[address], word)
         return word
 
-    c.invariant("knows-what-waits", "What waits lies in its places.",
+    c.invariant("knows-what-waits", "Queued orders are at their addresses.",
                 ((taken - done)[:24] == count) & (count <= dut.depth)
                 & Cat((number >= count) | (word_at(place + 1 + number) == at)
                       for number, at in enumerate(queue)).all(),
@@ -78,7 +78,7 @@ def _watch_orders(c: Contract, dut: OrderLedger, offered: Bits, payload: Bits, f
     """State what the machine is offered."""
     c.invariant("offered-while-it-waits", "While orders wait the first is offered, and else none.",
                 offered == ((count != 0) & dut.enable), cover=offered)
-    c.implication("each-once-in-its-turn", "What is offered is what the line of that number said.",
+    c.implication("each-once-in-its-turn", "An offered order is that of the line with its number.",
                   when=offered, then=payload == first)
     c.implication("stream-keeps", "It stays as it is until it is taken.",
                   when=c.past(offered & ~dut.orders.ready & ~c.rst & dut.enable) & dut.enable,
@@ -119,7 +119,7 @@ def _watch_requests(c: Contract, dut: OrderLedger, given: Bits, opens: Bits, tak
 
 def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, taken: Bits,
                    done: Bits, count: Bits, ours: Bits, is_order: Bits, is_next: Bits) -> None:
-    """State what is answered."""
+    """State the answers to requests."""
     request, good, answer = dut.requests.p.value, dut.requests.p.good, dut.answers.p
     answers, kind = dut.answers.valid, request.kind
     c.implication("answers-each", "A request is answered with the next clock.",

@@ -32,14 +32,14 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
                   then=(before == _word(c, dut, place - 1)) & (dut.coils == _word(c, dut, place)))
     c.implication("back", "A step with direction 0 goes back.", when=moved & ~up,
                   then=(before == _word(c, dut, place + 1)) & (dut.coils == _word(c, dut, place)))
-    c.implication("asked", "A step is made only where it is asked for, with power and without "
+    c.implication("asked", "A step is made only where it is requested, with power and without "
                   "reset.", when=dut.moved, then=dut.step & dut.enable & ~c.rst)
-    c.implication("ready-is-kept", "When it is ready the step that is asked for is made.",
+    c.implication("ready-is-kept", "When it is ready the step that is requested is made.",
                   when=dut.ready & dut.step, then=dut.moved)
 
     rested = watch_spacing(c, dut.moved, dut.period)
     c.implication("spacing", "No step is made sooner than `period` clocks after the last, "
-                  "whatever becomes of power and reset.", when=dut.moved,
+                  "also through resets and without power.", when=dut.moved,
                   then=rested >= dut.period - 1)
     held = c.keep(range(dut.period + 1), name="held")  # clocks before this with the word of now
     with c.m.If(~dut.enable | (dut.coils == 0) | dut.moved):

@@ -1,9 +1,9 @@
 """Contract of the pixels of a picture: each that is set is milled once, and no other.
 
 What makes it so is that a search never passes a pixel that is left to mill: then it meets all of
-them, and ends before its coordinates mean nothing any more. So the contract knows the whole spiral
+them, and ends before its coordinates mean nothing any more. So the contract has the whole spiral
 and looks into the memories. In the cases of :class:`AnyPicture` the memory of the picture holds,
-from the first clock on, whatever the prover likes.
+from the first clock on, whatever the prover chooses.
 """
 
 from collections.abc import Iterable, Iterator
@@ -34,7 +34,7 @@ def spiral_of(pixels: int) -> Iterator[tuple[int, int, int, int, int]]:
 
 def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple[Bits, Bits],
                  centre: tuple[Bits, Bits]) -> None:
-    """State what is milled, and what makes it so.
+    """State which pixels are milled, and the lemmas for it.
 
     `down` and `at` are what the tool does, by the orders that were taken; `centre` is where the
     spiral has its centre.
@@ -101,17 +101,17 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
                   when=state("COPY"), then=(milled == -dut.pixels_set) & ~_any(cut) & (visit == 0))
     at_work = state("READ", "SEARCH", "WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
     found = (milled < 0) & state("WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
-    c.implication("left-is-not-milled", "What is set is milled or left in the copy, and nothing "
+    c.implication("left-is-not-milled", "A set pixel is milled or left in the copy, and nothing "
                   "else is.", when=at_work,
                   then=~_any(
         (left[n] != picture[n] & (~cut[n] | (state("MARK") & here[n])))
         | (cut[n] & ~picture[n]) for n in range(size)))
     c.implication("counts-what-is-left", "The count is that of the pixels left.",
                   when=at_work, then=-milled == _ones(Cat(left[:size])))
-    c.implication("reads-its-pixel", "What was read of the copy is the pixel looked at.",
+    c.implication("reads-its-pixel", "The bit read from the copy is that of the present pixel.",
                   when=state("SEARCH") | found,
                   then=c.part("to_mill").read_ports[0].data == Array(left)[number[:len(writing)]])
-    c.implication("found-is-left", "What was found is set, and not yet milled.",
+    c.implication("found-is-left", "A found pixel is set, and not yet milled.",
                   when=found, then=_any(here[n] & left[n] for n in range(size)))
     order = {place[:2]: count for count, place in enumerate(places)}
 
@@ -121,7 +121,7 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
                      for of in range(size))
         return _any(at_pixel[of] & (visit <= order[place]) for of, place in enumerate(from_each))
 
-    c.implication("passes-nothing", "What is left lies ahead on the spiral.",
+    c.implication("passes-nothing", "The pixels left are ahead on the spiral.",
                   when=state("READ", "SEARCH", "WALK"),
                   then=~_any(left[n] & ~ahead(n) for n in range(size)))
 

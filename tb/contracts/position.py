@@ -11,7 +11,7 @@ __all__ = ["POSITION"]
 
 def describe(c: Contract, dut: MoveTo) -> None:
     """The position is that of the steps made, and each leads towards the target of its clock."""
-    c.assume(~dut.moved | dut.step)  # a driver makes what is asked of it
+    c.assume(~dut.moved | dut.step)  # a driver makes what is requested
     was, sent = c.past(dut.position), c.past(dut.target)
     moved, up = c.past(dut.moved & ~c.rst), c.past(dut.direction)
 
@@ -24,21 +24,21 @@ def describe(c: Contract, dut: MoveTo) -> None:
     with c.m.Elif(dut.moved):
         c.m.d.sync += place.eq(place + Mux(dut.direction, 1, -1))
     c.invariant("no-lost-step", "The position is that of the last reset or load, and the steps "
-                "made since, up less down, for ever.", dut.position == place, cover=moved)
+                "made since, up less down.", dut.position == place, cover=moved)
     c.implication("nearer", "Each step leads one nearer to the target that was given in its clock.",
                   when=moved, then=Mux(up, (sent > was) & (dut.position == was + 1),
                                        (sent < was) & (dut.position == was - 1)))
     c.implication("never-wraps", "A step up makes the position more, a step down less: it never "
                   "wraps.", when=moved, then=Mux(up, dut.position > was, dut.position < was))
     c.invariant("direction",
-                "The direction is that of the target, also where no step is asked for.",
+                "The direction is that of the target, also where no step is requested.",
                 dut.direction == (dut.target > dut.position), cover=dut.direction)
     c.implication("asks", "Until it is at the target it asks for a step.",
                   when=dut.run & ~dut.load & (dut.position != dut.target), then=dut.step)
     c.implication("asks-for-no-more",
                   "At the target, in a load and without `run` it asks for none.",
                   when=~dut.run | dut.load | (dut.position == dut.target), then=~dut.step)
-    c.implication("reset-is-0", "After a reset this place is 0, whatever was loaded or made.",
+    c.implication("reset-is-0", "After a reset the position is 0.",
                   when=c.past(c.rst), then=dut.position == 0)
 
 

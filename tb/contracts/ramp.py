@@ -17,9 +17,9 @@ def describe(c: Contract, dut: Ramp) -> None:
 
     That it gets there: until it stands at the target it asks for a step (``stands-there``); each
     brings it nearer, or takes it a level down (``nearer-or-slower``); once there is room to slow
-    down there always is (``never-passed``); and the rate is 0 only if 0 is asked for.
+    down there always is (``never-passed``); and the rate is 0 only if 0 is requested.
     """
-    c.assume(~dut.moved | (dut.step & ~c.rst & c.past(1)))  # a driver makes what is asked of it
+    c.assume(~dut.moved | (dut.step & ~c.rst & c.past(1)))  # a driver makes what is requested
     fastest = Array([dut.rates[0], *dut.rates])[dut.level]
     slowest = Array([0, dut.rates[0], *dut.rates])[dut.level]
     above, below = dut.asked > fastest, dut.asked <= slowest
@@ -37,7 +37,7 @@ def describe(c: Contract, dut: Ramp) -> None:
                   "the power lost or a reset.", when=dut.level != level,
                   then=~goes_on & rests
 | moved & (dut.level == level + 1) | moved & (dut.level + 1 == level))
-    c.implication("turns-at-0", "It goes on the way it went while the level is not 0.",
+    c.implication("turns-at-0", "The direction is kept while the level is not 0.",
                   when=~rests & dut.run, then=dut.step & (dut.direction == up))
     c.implication("stands-there", "It stands at the target only, and at level 0.",
                   when=dut.run & ~dut.step, then=rests & (dut.position == dut.target))
@@ -49,18 +49,18 @@ def describe(c: Contract, dut: Ramp) -> None:
                   then=Mux(c.past(room), _distance(dut) + 1 == c.past(_distance(dut)),
                            dut.level + 1 == level))
     _rates(c, dut, fastest, slowest)
-    c.implication("slows-down", "With each step at a rate that is too high for what is asked it "
+    c.implication("slows-down", "At a rate above the requested one, with each step it "
                   "goes a level down.", when=moved & goes_on & c.past(below & ~rests),
                   then=dut.level + 1 == level)
     left = c.past(ahead) - 1
-    c.implication("speeds-up", "With each step it goes a level up if a higher rate is asked for, "
+    c.implication("speeds-up", "With each step it goes a level up if a higher rate is requested, "
                   "there is one, and there is room to slow down from it.",
                   when=moved & goes_on & c.past(~rests & above) & (level != len(dut.rates)),
                   then=(dut.level == level + 1) == (left > level))
     c.implication("no-faster-than-it-must",
-                  "It goes a level up only if a higher rate is asked for.",
+                  "It goes a level up only if a higher rate is requested.",
                   when=dut.level == level + 1, then=c.past(above))
-    c.implication("power-lost", "Without power no step is asked for, and the level is 0 with the "
+    c.implication("power-lost", "Without power no step is requested, and the level is 0 with the "
                   "next clock; as after a reset.", when=~dut.run | ~goes_on,
                   then=(dut.run | ~dut.step) & (goes_on | rests | ~c.past(1)))
     _range(c, dut, up, rests)
@@ -73,18 +73,18 @@ def _distance(dut: Ramp) -> Bits:
 
 
 def _rates(c: Contract, dut: Ramp, fastest: Bits, slowest: Bits) -> None:
-    """State what the rate has to do with the level, and with what is asked for."""
+    """State the relation of the rate to the level, and to what is requested."""
     known = c.past(1)
     c.invariant("there-is-its-level", "The level is one that has rates.",
                 dut.level <= len(dut.rates), cover=dut.level == len(dut.rates))
     c.implication("no-faster-than-its-level", "The rate is never above the highest of the level.",
                   when=known, then=dut.rate <= fastest)
-    c.implication("no-faster-than-asked", "The rate is above that asked for only as the lowest of "
+    c.implication("no-faster-than-asked", "The rate is above that requested only as the lowest of "
                   "the level.", when=known, then=(dut.rate <= dut.asked) | (dut.rate == slowest))
-    c.implication("no-slower-than-asked", "The rate is below that asked for only as the highest "
+    c.implication("no-slower-than-asked", "The rate is below that requested only as the highest "
                   "of the level.", when=known, then=(dut.rate >= dut.asked) | (dut.rate == fastest))
     c.implication("no-jump", "The rate is never below the lowest of the level: it does not fall "
-                  "by more than a level a step, however low a rate is asked for.", when=known,
+                  "by more than a level a step, however low a rate is requested.", when=known,
                   then=dut.rate >= slowest)
     c.invariant("starts-unknown", "In the first clock the rate is 0.", known | (dut.rate == 0),
                 cover=~known & (dut.asked != 0))

@@ -11,20 +11,20 @@ __all__ = ["RATE", "watch_spaced"]
 
 
 def describe(c: Contract, dut: RateGenerator) -> None:
-    """The steps are the sum of the rates, for ever, and never closer than the highest allows."""
+    """The steps are the sum of the rates, and never closer than the highest allows."""
     made = dut.due & dut.moved
     given = Mux(dut.rate > dut.max_rate, dut.max_rate, dut.rate)
     # All rates of the clocks in which none waited, less a modulus a step: there are bits enough
-    # that it is what it says.
+    # its correctness.
     owed = c.keep(range(-2 * dut.modulus, 4 * dut.modulus), name="owed")
     c.m.d.sync += owed.eq(owed + Mux(made | ~dut.due, given, 0) - Mux(made, dut.modulus, 0))
 
     c.invariant("no-drift", "The rates that were given, less a modulus for each step that was "
-                "made, are less than a step that is due and a clock, for ever.",
+                "made, are less than a step that is due and a clock.",
                 (owed >= 0) & (owed < dut.modulus + dut.max_rate), cover=made)
     c.invariant("due-when-owed", "A step is due when the rates come to a modulus, and not before.",
                 dut.due == (owed >= dut.modulus), cover=dut.due)
-    c.invariant("sum-is-what-is-owed", "The sum inside is what is owed.",
+    c.invariant("sum-is-what-is-owed", "The accumulator is the sum of rates minus that of steps.",
                 c.signal("accumulator") == owed - dut.modulus, cover=dut.due)
     c.implication("waits", "A step that is due stays due until it is made.",
                   when=c.past(dut.due & ~dut.moved), then=dut.due)
@@ -35,7 +35,7 @@ def describe(c: Contract, dut: RateGenerator) -> None:
 
 
 def watch_spaced(c: Contract, dut: RateGenerator, owed: Bits, *, alone: bool = False) -> None:
-    """State that steps are not too close; `owed` is the sum, also of what is due.
+    """State that steps are not too close; `owed` is the accumulator, with steps that are due.
 
     `alone` is a generator without a motor, which has to get ready first.
     """
@@ -44,9 +44,9 @@ def watch_spaced(c: Contract, dut: RateGenerator, owed: Bits, *, alone: bool = F
     rested = watch_spacing(c, made, least)
     if least > 1:
         c.implication("spacing", "Two steps are never closer than those of the highest rate, "
-                      "whatever rates are given, and however long one waited.", when=made,
+                      "for any rates, and however long a step waited.", when=made,
                       then=rested >= least - 1)
-    c.invariant("spacing-is-in-the-sum", "What is owed so long after a step is no more than that.",
+    c.invariant("spacing-is-in-the-sum", "The accumulator is bounded by the time since a step.",
                 (rested == least) | (owed < (rested + 2) * dut.max_rate), cover=rested == 0)
 
 

@@ -11,7 +11,7 @@ __all__ = ["SEQUENCER"]
 
 
 def describe(c: Contract, dut: MotionSequencer) -> None:
-    """Orders are taken, split, offered and refused as the table of the states says."""
+    """Orders are taken, split, offered and refused as in the table of states."""
     state = c.state("motion_state")
     moves, order = dut.moves, dut.order
     was_reset, known = c.past(c.rst), c.past(1)
@@ -40,7 +40,7 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
                   when=dut.ready, then=state("REST") & ~dut.hold)
     c.implication("rest-is-ready", "At rest it is ready unless something holds it.",
                   when=state("REST") & ~dut.hold, then=dut.ready)
-    c.implication("ready-falls", "Whatever is ordered, ready falls in the next clock.",
+    c.implication("ready-falls", "After any order ready falls in the next clock.",
                   when=c.past(taken & ~c.rst), then=~dut.ready)
     used = c.keep(1, name="used")
     c.m.d.sync += used.eq(dut.start & (used | (taken & ~c.rst)))
@@ -50,7 +50,7 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
     c.m.d.sync += spent.eq(dut.start & (spent | (dut.ready & ~c.rst) | ~state("REST")))
     c.invariant("start-used-up", "A start is used up where it is taken or comes on the way, and "
                 "not while it is held.", started == spent, cover=spent & dut.ready)
-    c.implication("level-once", "A start that stays high is taken once, whatever resets there are.",
+    c.implication("level-once", "A start that stays high is taken once, also through resets.",
                   when=used & dut.start & state("REST"),
                   then=~taken)
     c.implication("no-start-no-move", "Without an order nothing begins.",
@@ -135,8 +135,8 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
     c.implication("together", "Equal distances are one movement of both axes.",
                   when=state("TOGETHER"), then=moves.valid & (moves.p.axes == 0b011)
                   & (steps_x == steps_y) & (moves.p.steps == steps_x))
-    if not isinstance(dut, WholeOrders):  # whose proof is long enough without it
-        c.implication("together-moves", "What is gone together is at least a step.",
+    if not isinstance(dut, WholeOrders):  # their proof takes long enough without it
+        c.implication("together-moves", "The diagonal part has at least a step.",
                       when=state("TOGETHER"), then=steps_x != 0)
     c.implication("diagonal", "Unequal distances begin with a diagonal of the smaller.",
                   when=state("DIAGONAL") & moves.valid, then=(moves.p.axes == 0b011)

@@ -38,7 +38,7 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
     c.implication("turns-for-a-step", "DIR changes only for a step, to its direction.",
                   when=dut.direction_pin != c.past(dut.direction_pin),
                   then=c.past(dut.step) & (dut.direction_pin == c.past(dut.direction)))
-    c.implication("power-as-asked", "ENABLE changes only to what is asked for.",
+    c.implication("power-as-asked", "ENABLE changes only to the requested level.",
                   when=dut.enable_pin != c.past(dut.enable_pin),
                   then=dut.enable_pin == c.past(dut.enable))
     c.invariant("starts-off", "All pins are low at power-up.",
@@ -48,7 +48,7 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
 
 def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, alone: bool
            ) -> None:
-    """When STEP is high, and what has to be before."""
+    """State the timing of STEP, and of DIR and ENABLE before it."""
     c.invariant("pulse", "STEP is high for `width` clocks after each step that is made, whatever "
                 "is asked meanwhile, and at no other time.", dut.step_pin == (since < dut.width),
                 cover=dut.step_pin)
@@ -57,12 +57,12 @@ def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits,
                       when=dut.moved, then=~dut.step_pin & (low >= dut.low - 1))
     c.implication("setup", "DIR and ENABLE are as they are for `setup` clocks before STEP rises.",
                   when=dut.moved, then=still >= dut.setup - 1)
-    c.implication("right-way", "STEP rises only with DIR as asked for, and with ENABLE.",
+    c.implication("right-way", "STEP rises only with DIR as requested, and with ENABLE.",
                   when=dut.moved,
                   then=(dut.direction_pin == dut.direction) & dut.enable & dut.enable_pin)
-    c.implication("asked", "A step is made only where it is asked for, and not in a reset.",
+    c.implication("asked", "A step is made only where it is requested, and not in a reset.",
                   when=dut.moved, then=dut.step & ~c.rst)
-    c.implication("ready-is-kept", "When it is ready the step that is asked for is made.",
+    c.implication("ready-is-kept", "When it is ready the step that is requested is made.",
                   when=dut.ready & dut.step, then=dut.moved)
 
 
@@ -79,16 +79,17 @@ def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits
                     (low - wait >= pause - 1) & (still - wait >= dut.setup - 1)), cover=wait == 0)
     wanted = (dut.enable != dut.enable_pin) & (dut.enable == c.past(dut.enable))
     differs = _count(c, wanted, whole, "wanted_for")
-    c.invariant("power-follows", "ENABLE follows what is asked for within `width` and the longer "
+    c.invariant("power-follows", "ENABLE follows the requested level within `width` and the longer "
                 "of `low` and `hold`, or `setup` if that is longer.",
                 ~wanted | (differs + 1 + left < whole), cover=wanted & (left == 0))
     right = (dut.direction_pin == dut.direction) & dut.enable_pin
-    asked = (dut.step & dut.enable & ~c.rst & (dut.direction == c.past(dut.direction))
+    requested = (dut.step & dut.enable & ~c.rst & (dut.direction == c.past(dut.direction))
              & ~c.past(dut.moved))
-    so_far = _count(c, asked, whole + dut.setup, "asked_for")
-    c.invariant("made-in-time", "A step that stays asked for is made, `setup` after all else at "
-                "most.", ~asked | (so_far + left + Mux(right, 0, dut.setup) < whole + dut.setup),
-                cover=asked & dut.moved)
+    so_far = _count(c, requested, whole + dut.setup, "asked_for")
+    c.invariant("made-in-time", "A step that stays requested is made, `setup` after all else at "
+                "most.", ~requested | (so_far + left + Mux(right, 0,
+                                                           dut.setup) < whole + dut.setup),
+                cover=requested & dut.moved)
 
 
 def _count(c: Contract, condition: Bits, most: int, name: str) -> Bits:

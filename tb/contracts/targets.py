@@ -1,7 +1,7 @@
-"""Contract of whole orders: when it is ready again, the machine is where it was sent.
+"""Contract of whole orders: when it is ready again, the machine is at the target.
 
 What carries out the moves is stated elsewhere to land where each leads (:mod:`.automatic`); that
-is what is taken for granted here.
+is assumed here.
 """
 
 from amaranth import Cat, Mux
@@ -34,18 +34,18 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
 
     # The order, from its taking to the clock in which it is ready again
     ordered = c.keep(1, name="ordered")
-    asked = [c.keep(16, name=f"asked_{name}") for name in "xy"]
+    target = [c.keep(16, name=f"asked_{name}") for name in "xy"]
     up, down = c.keep(1, name="asked_up"), c.keep(1, name="asked_down")
     came = [c.keep(16, name=f"came_{name}") for name in "xyz"]
     with c.m.If(c.rst):
         c.m.d.sync += ordered.eq(0)
     with c.m.Elif(dut.ready & dut.start & ~c.signal("started")):
-        c.m.d.sync += [ordered.eq(1), up.eq(order.up), down.eq(order.down), asked[0].eq(order.x),
-                       asked[1].eq(order.y), *(was.eq(place) for was, place in
+        c.m.d.sync += [ordered.eq(1), up.eq(order.up), down.eq(order.down), target[0].eq(order.x),
+                       target[1].eq(order.y), *(was.eq(place) for was, place in
                                                zip(came, at, strict=True))]
     with c.m.Elif(dut.ready):
         c.m.d.sync += ordered.eq(0)
-    far = [_distance(*pair) for pair in zip(came, asked, strict=False)]
+    far = [_distance(*pair) for pair in zip(came, target, strict=False)]
     least, low = Mux(far[0] < far[1], far[0], far[1]), came[2][-1]
     sent_z = (came[2] + Mux(up & ~down & low, dut.z_travel, 0)
               - Mux(down & ~up & ~low, dut.z_travel, 0))[:16]
@@ -56,31 +56,31 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
     def on_the_way(places) -> Bits:
         """Have gone the diagonal from where it came from."""
         return Cat(place == (was + Mux(goal > was, least, -least))[:16]
-                   for place, was, goal in zip(places, came, asked, strict=False)).all()
+                   for place, was, goal in zip(places, came, target, strict=False)).all()
 
     ends = ordered & dut.ready
     c.implication("ends-at-its-target", "When it is ready again it is exactly where it was sent, "
                   "or where it came from if milling there was refused, with the tool as it was.",
                   when=ends & ~up & ~down,
                   then=(at[2] == came[2]) & (
-(Cat(at[:2]) == Cat(asked))
+(Cat(at[:2]) == Cat(target))
 | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0))))
     c.implication("tool-ends-as-ordered", "When it is ready again the tool is up, or down by its "
                   "travel, as ordered, and the table where it was.", when=ends & (up | down),
                   then=stays(at) & (at[2] == sent_z))
 
     # What makes it so
-    c.implication("knows-its-order", "Its goal is that of the order under way.",
+    c.implication("knows-its-order", "Its target is that of the present order.",
                   when=Cat(motion(name) for name in motion.codes if name not in ("REST",
                                                                                  "FAULT")).any(),
-                  then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(asked))
+                  then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(target))
                   & ((up | down) == motion("TOOL", "TOOL-WAIT"))
                   & (~motion("TOOL") | ((up ^ down) & (c.signal("raising") == up))))
     knows_the_way = Cat(
         (c.signal(f"steps_{name}") == _distance(place, goal))
         & (c.signal(f"ascending_{name}") == (goal > place))
-        for name, place, goal in zip("xy", at, asked, strict=False)).all()
-    c.implication("sets-out", "Before it moves it is where it was, and knows the way.",
+        for name, place, goal in zip("xy", at, target, strict=False)).all()
+    c.implication("sets-out", "Before it moves it is where it was, and has the direction.",
                   when=motion("DECIDE", "TOGETHER", "DIAGONAL", "TOOL"),
                   then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | knows_the_way)
                   & ~(motion("TOGETHER") & (far[0] != far[1]))
@@ -92,13 +92,13 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
                   when=motion("STRAIGHT"), then=(at[2] == came[2]) & (far[0] != far[1])
                   & knows_the_way & on_the_way(at))
     c.implication("last-leads-there", "The last movement leads to the goal.", when=motion("WAIT"),
-                  then=(will_be[2] == came[2]) & (Cat(will_be[:2]) == Cat(asked)))
+                  then=(will_be[2] == came[2]) & (Cat(will_be[:2]) == Cat(target)))
     c.implication("tool-leads-there", "A movement of the tool leads up or down, and nowhere else.",
                   when=motion("TOOL-WAIT"), then=stays(will_be) & (will_be[2] == sent_z))
     c.implication("rests-there", "At rest an order is carried out, whether it is shown or not.",
                   when=ordered & motion("REST"), then=Mux(
                       up | down, stays(at) & (at[2] == sent_z), (at[2] == came[2]) & (
-                          (Cat(at[:2]) == Cat(asked))
+                          (Cat(at[:2]) == Cat(target))
                           | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0)))))
 
 

@@ -34,7 +34,7 @@ def describe(c: Contract, dut: TextSource) -> None:
                   then=sending & (byte == expected))
     c.implication("soon", "The first is there two clocks after the number, another in every clock.",
                   when=c.past(sending & ~last & ~c.rst), then=offered)
-    c.implication("whole", "The next number is taken when the last byte has been, and not before.",
+    c.implication("whole", "The next number is taken after the last byte, and not before.",
                   when=sending | dut.numbers.ready, then=sending ^ dut.numbers.ready)
     c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
                   when=c.past(offered & ~dut.bytes.ready & ~c.rst),
@@ -45,7 +45,7 @@ def describe(c: Contract, dut: TextSource) -> None:
     c.implication("reset-ends-it", "Reset ends a text.", when=c.past(c.rst),
                   then=dut.numbers.ready & ~offered)
     start = Array(sum(map(len, dut.texts[:which])) for which in range(len(dut.texts)))[number]
-    c.invariant("knows-the-place", "It is where the next byte lies.",
+    c.invariant("knows-the-place", "It is at the address of the next byte.",
                 Cat(c.signal("busy") == sending, ~sending | (c.signal("place") == start + sent),
                     ~sending | (sent < length), ~sending | (number < len(dut.texts)),
                     sending | ~offered).all(), cover=sent == longest - 1)

@@ -18,7 +18,7 @@ LINE = (
 
 
 def describe(c: Contract, dut: UARTReceiver) -> None:
-    """What a sender within 2 % puts on the line is received, and what is wrong with it is told."""
+    """What a sender within 2 % puts on the line is received, and errors in it are reported."""
     state, time, word = c.state("receiver_state"), c.signal("time"), c.signal("word")
     period, first = dut.period, dut.period // 2 + dut.spread
     payload = dut.bytes.payload.as_value()
@@ -99,13 +99,13 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
                 c.signal("low") == low, cover=longest)
     zeros = ended & ~stop & (word == 0)
     again = state("LOW") & ~dut.rx & longest
-    c.implication("break-in-a-byte", "So is one that is low for ten bits more, whatever came "
+    c.implication("break-in-a-byte", "So is one that is low for ten bits more, after any bits "
                   "before.", when=c.past(again & ~c.rst), then=dut.line_break)
     c.implication("break-shows", "A line that is low for a byte and its stop bit is a break.",
                   when=c.past(zeros & ~c.rst), then=dut.line_break)
     c.implication("break-ends", "It is over when the line has been high for long enough.",
                   when=c.past(state("LOW") & settled), then=~dut.line_break)
-    c.implication("break-lasts", "Until then it shows, whatever disturbs it.",
+    c.implication("break-lasts", "Until then it shows, despite disturbances.",
                   when=c.past(dut.line_break & ~settled & ~c.rst), then=dut.line_break)
     c.implication("break-is-waiting", "While it shows no byte is looked for.", when=dut.line_break,
                   then=state("LOW"))
@@ -124,7 +124,7 @@ def _majority(c: Contract, dut: UARTReceiver, time: Bits) -> Bits:
             c.m.d.sync += seen[number].eq(dut.rx)
     looks = c.signal("looks")
     known = c.state("receiver_state")("START", "DATA", "STOP") & (time > -2 * dut.spread)
-    c.implication("looks-are-the-line", "What it saw of a bit is what the line was.",
+    c.implication("looks-are-the-line", "The samples of a bit are levels of the line.",
                   when=known, then=Mux(time > -dut.spread, looks == Cat(seen[1], seen[0]),
                                        looks[0] == seen[0]))
     return seen[0] + seen[1] + dut.rx >= 2
@@ -145,7 +145,7 @@ def _usual_line(c: Contract, dut: UARTReceiver, period: int) -> Bits:
 
 def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte: Bits,
                   taken: Bits, ended: Bits) -> None:
-    """State that a byte is received whose bits last `bit` clocks, with one bad look at each."""
+    """State that a byte is received whose bits last `bit` clocks, with one wrong sample of each."""
     state, time = c.state("receiver_state"), c.signal("time")
     period, first = dut.period, dut.period // 2 + dut.spread
     begins = state("IDLE") & ~dut.rx
@@ -165,7 +165,7 @@ def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte:
         c.m.d.sync += [on.eq(1), sent.eq(any_byte), at.eq(0), clock.eq(1), wrong.eq(0)]
 
     good = c.past(on & ended & ~(bad & wrong) & ~c.rst)
-    c.implication(f"received-{name}", f"What is sent is received: {_SENDERS[name]}.",
+    c.implication(f"received-{name}", f"A sent byte is received: {_SENDERS[name]}.",
                   when=good & ~c.past(dut.overrun), then=dut.bytes.valid
                   & (dut.bytes.p.byte == sent))
     c.implication(f"good-{name}", "Nothing is wrong with it.",

@@ -52,7 +52,7 @@ def describe(c: Contract, dut: UARTTransmitter) -> None:
                 & (~sending | (c.signal("left") == 9 - bit))
                 & (clock < dut.period) & (bit < 10) & (sending | ((clock == 0) & (bit == 0))),
                 cover=bit == 1)
-    c.invariant("word-is-the-rest", "The word is what is still to send, and ones.",
+    c.invariant("word-is-the-rest", "The word is the bits still to be sent, and ones.",
                 c.signal("word") == ((Cat(Const(0, 1), sent, Const(-1, 10)) >> bit)
                                      | ~sending.replicate(9))[:9], cover=bit == 1)
 

@@ -31,7 +31,7 @@ def describe(c: Contract, dut: WordReader) -> None:
                 c.m.d.sync += at.eq(letter)
 
     def begins(word: bytes) -> Bits:
-        """Say whether what was read so far is a beginning of a word."""
+        """Return whether the letters so far are the beginning of a word."""
         return (count <= len(word)) & Cat((count <= place) | (letters[place] == expected)
                                           for place, expected in enumerate(word)).all()
 
@@ -50,14 +50,14 @@ def describe(c: Contract, dut: WordReader) -> None:
                   when=c.past(waits & ~dut.words.ready & ~c.rst),
                   then=waits & (payload == c.past(payload)))
     for number, (word, found) in enumerate(zip(dut.table, is_word, strict=True)):
-        c.implication(f"word-{number}", f"Where it is {word.decode()} that is told.",
+        c.implication(f"word-{number}", f"Where it is {word.decode()} it is recognised.",
                       when=waits & found, then=known & (index == number))
-    c.implication("no-other", "Every other word is not known.", when=waits & ~Cat(is_word).any(),
+    c.implication("no-other", "Every other word is unknown.", when=waits & ~Cat(is_word).any(),
                   then=~known)
     c.implication("begins-anew", "After a word was taken, and after reset, the next begins at "
                   "nothing.", when=c.past(given | c.rst),
                   then=~waits & c.signal("alive").all() & (c.signal("place") == 0))
-    c.invariant("knows-the-letters", "Alive are the words that begin with what was read.",
+    c.invariant("knows-the-letters", "The candidates begin with the letters so far.",
                 (c.signal("alive") == Cat(map(begins, dut.table))) & (c.signal("place") == count)
                 & (count <= longest + 1), cover=count == longest + 1)
 

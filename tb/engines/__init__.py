@@ -1,4 +1,4 @@
-"""Engines: what runs a design. All are used alike, see `Engine`."""
+"""Engines, which run designs; all have the interface of `Engine`."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -15,7 +15,7 @@ from .verilator import VerilatorEngine
 __all__ = ["ENGINES", "PERIOD", "Changes", "Engine", "EngineError", "UnknownLevelError",
            "build_with_fallback", "choose", "why_slow"]
 
-Made = TypeVar("Made")
+T = TypeVar("T")
 
 ENGINES: dict[str, type[Engine]] = {
     engine.name: engine
@@ -25,12 +25,12 @@ ENGINES: dict[str, type[Engine]] = {
 
 
 def choose(name: str | None = None) -> type[Engine]:
-    """Give the engine of that name, or the fastest that runs here.
+    """Return an engine by name, or the fastest available.
 
     Raises
     ------
     EngineError
-        If there is no such engine or it cannot run here.
+        If there is no such engine, or it is not available.
     """
     if name is None:
         return AmaranthEngine if CXXRTLEngine.missing() else CXXRTLEngine
@@ -42,49 +42,49 @@ def choose(name: str | None = None) -> type[Engine]:
 
 
 def why_slow(name: str | None = None) -> str | None:
-    """Return why `choose` gives the slow engine, in a line that says what to install.
+    """Return why `choose` returns the slow engine, in a line that names what to install.
 
     Parameters
     ----------
     name : str, optional
-        The engine that was chosen by name, if one was.
+        The name that was chosen, if any.
 
     Returns
     -------
     str or None
-        None if the engine was chosen by name, or the fast one runs here.
+        None if an engine was chosen by name, or the fast one is available.
     """
     reason = CXXRTLEngine.missing() if name is None else None
-    return reason and _going_on(reason)
+    return reason and _slow_note(reason)
 
 
-def _going_on(reason: str) -> str:
-    return (f"{reason}; going on with the slow engine, {AmaranthEngine.name}, "
+def _slow_note(reason: str) -> str:
+    return (f"{reason}; using the slow engine, {AmaranthEngine.name}, "
             "which takes hundreds of times as long")
 
 
 def build_with_fallback(name: str | None,
-                        make: Callable[[type[Engine]], Made]) -> tuple[Made, str | None]:
-    """Make something on the engine of that name, or on the fastest that works here.
+                        make: Callable[[type[Engine]], T]) -> tuple[T, str | None]:
+    """Build something on an engine by name, or on the fastest that works.
 
     Parameters
     ----------
     name : str, optional
-        The engine. Without it, the slow one serves where the fast one is there but fails.
+        The engine. Without it, the slow one is used if the fast one fails.
     make : callable
-        Makes it, given the class of the engine.
+        Builds it, given the class of the engine.
 
     Returns
     -------
     Made
-        What was made.
+        What `make` returned.
     str or None
-        How the fast engine failed, for people to read, if it did.
+        Why the fast engine failed, as a message, if it did.
 
     Raises
     ------
     EngineError
-        As of `choose`, or if it cannot be made.
+        As of `choose`, or if nothing can be built.
     """
     engine = choose(name)
     try:
@@ -92,5 +92,5 @@ def build_with_fallback(name: str | None,
     except EngineError as error:
         if name is not None or engine is AmaranthEngine:
             raise
-        note = _going_on(str(error))
+        note = _slow_note(str(error))
     return make(AmaranthEngine), note

@@ -1,4 +1,4 @@
-"""What every engine does: inputs by name, clocks by the thousand, outputs by name."""
+"""The interface of engines: inputs by name, clocks in runs, outputs by name."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,10 +17,10 @@ from ..design import Design
 
 __all__ = ["CUT_SHORT", "PERIOD", "Changes", "Engine", "EngineError", "Rows"]
 
-#: What is said of a waveform that could not be written to its end.
+#: Message for a waveform that could not be written to its end.
 CUT_SHORT = "The waveform is cut short: its disk is full, or it is gone"
 
-#: Nanoseconds from one rising edge to the next in a waveform: the 50 MHz of the boards.
+#: Nanoseconds per clock in a waveform: the 50 MHz of the boards.
 PERIOD = 20
 
 
@@ -30,15 +30,15 @@ class EngineError(ProgramError):
 
 @dataclass(frozen=True)
 class Changes:
-    """When the watched outputs changed, and to what.
+    """Changes of watched outputs.
 
     Attributes
     ----------
     clock : array of int64
-        Clocks since the engine was made, counted after the edge. Ascending, each at most once.
+        Clocks since power-up, counted after the edge. Ascending, each at most once.
     values : mapping of str to array
-        What each watched output was from then on, one row for each of `clock`. ``int64``, or
-        ``uint64`` for an output of 64 bits.
+        The level of each watched output from then on, one row per element of `clock`.
+        ``int64``, or ``uint64`` for an output of 64 bits.
     """
 
     clock: NDArray[np.int64]
@@ -52,7 +52,7 @@ class Changes:
 
 
 class Rows(NamedTuple):
-    """Clocks made, when rows differed (counted from the start of the run), and a row an output."""
+    """Clocks made, clocks of differing rows (from the start of the run), and rows per output."""
 
     clocks: int
     clock: NDArray[np.int64]
@@ -60,34 +60,34 @@ class Rows(NamedTuple):
 
 
 class Engine(ABC):
-    """A design that runs.
+    """A running design.
 
-    It starts with every input at 0, at clock 0, before any edge. Outputs are seen between
-    edges, with the clock low and everything settled. Every port is its bits: a signed one is
-    read and set as the unsigned number with the same bits.
+    It starts with every input at 0, at clock 0, before any edge. Outputs are sampled between edges,
+    with the clock low and everything settled. Ports are bit vectors: a signed one is read and set
+    as the unsigned number with the same bits.
 
     Parameters
     ----------
     design : Design
-        What to run.
+        The design.
     vcd : path, optional
-        Where to write a waveform of the whole run. It is complete once the engine is closed.
+        Path of a waveform of the whole run. It is complete once the engine is closed.
     traceable : bool
-        Whether `trace` is to work. Not every engine can.
+        Whether `trace` can be used. Not every engine supports it.
 
     Attributes
     ----------
     name : str
-        What people call the engine.
+        Name of the engine, as commands take it.
     clock : int
         Clocks so far.
 
     Raises
     ------
     ValueError
-        If a port is not 1 to 64 bits wide, or one name is given to two ports.
+        If a port is not 1 to 64 bits wide, or two ports have the same name.
     EngineError
-        If the engine cannot run here, or cannot run this design, or cannot trace.
+        If the engine is not available, cannot run this design, or cannot trace.
     """
 
     name: ClassVar[str]
@@ -119,11 +119,11 @@ class Engine(ABC):
     @classmethod
     @abstractmethod
     def missing(cls) -> str | None:
-        """Name in one line what to install before this engine can run here; None if it can."""
+        """Return one line on what to install before this engine is available; None if it is."""
 
     @abstractmethod
     def _set(self, values: Mapping[str, int]) -> None:
-        """Apply inputs that are known to be right."""
+        """Apply validated inputs."""
 
     @abstractmethod
     def _get(self, names: Sequence[str]) -> tuple[int, ...]:
@@ -134,7 +134,7 @@ class Engine(ABC):
         self, clocks: int, watch: Sequence[str], last: Sequence[int], until: Mapping[str, int],
         once: bool,
     ) -> Rows:
-        """Run a clock or more; give back the rows that differ from `last` and from each other.
+        """Run one clock or more; return the rows that differ from `last` and from each other.
 
         With `once` stop after the first such row.
         """
@@ -143,23 +143,23 @@ class Engine(ABC):
     def _play(
         self, stimulus: Mapping[str, NDArray[np.uint64]], rows: int, outputs: Sequence[str]
     ) -> NDArray[np.uint64]:
-        """Apply, settle, sample and clock each row; give back one row an output."""
+        """Apply, settle, sample and clock each row; return one row per output."""
 
     def _trace(self, path: str | None) -> None:
-        """Begin a waveform, or finish the one there is; for engines that can."""
+        """Begin a waveform, or finish the present one; for engines that can."""
         raise NotImplementedError
 
     @abstractmethod
     def _close(self) -> None:
-        """Let go of the design and finish the waveform."""
+        """Release the design and finish the waveform."""
 
     def close(self) -> None:
-        """Let go of the design and finish the waveform. Closing twice does nothing.
+        """Release the design and finish the waveform. A second call does nothing.
 
         Raises
         ------
         EngineError
-            If the waveform could not be written to its end. The design is let go of all the same.
+            If the waveform could not be written to its end. The design is released all the same.
         """
         if not self._closed:
             self._closed = True
@@ -172,12 +172,12 @@ class Engine(ABC):
         self.close()
 
     def set(self, **inputs: int) -> None:
-        """Set inputs. They hold until they are set again.
+        """Set inputs, which keep their levels until they are set again.
 
         Raises
         ------
         ValueError
-            If there is no such input or it cannot hold the value. Then nothing is set.
+            If there is no such input or a value is out of range. Then nothing is set.
         """
         self._open()
         for name, value in inputs.items():
@@ -196,7 +196,7 @@ class Engine(ABC):
     def get(self) -> tuple[()]: ...
 
     def get(self, *names: str) -> int | tuple[int, ...]:
-        """Read outputs as they are now: one as a number, several as a tuple."""
+        """Return the present outputs: one as a number, several as a tuple."""
         self._open()
         for name in names:
             self._known(name, self._outputs, "output")
@@ -204,17 +204,17 @@ class Engine(ABC):
         return values[0] if len(names) == 1 else values
 
     def trace(self, path: str | PathLike[str] | None) -> None:
-        """Write a waveform from here on, or with None stop.
+        """Start a waveform, or with None stop it.
 
-        It holds the signals as they are now and every change from then on, at times counted
-        from the making of the engine, `PERIOD` a clock. It is complete once it is stopped or the
-        engine is closed. A waveform that is being written is finished first.
+        It has the present levels of the signals and all later changes, at times counted from
+        power-up, `PERIOD` per clock. It is complete once it is stopped or the engine is closed. A
+        waveform that is being written is finished first.
 
         Raises
         ------
         EngineError
             If the engine was not made ``traceable``, or the file cannot be written, or the one
-            before could not be written to its end. Then it goes on without a waveform.
+            before could not be written to its end. Then it continues without a waveform.
         """
         self._open()
         if not self.traceable:
@@ -230,22 +230,22 @@ class Engine(ABC):
         self, clocks: int, watch: Sequence[str] = (), *, until: Mapping[str, int] | None = None,
         once: bool = False,
     ) -> Changes:
-        """Make `clocks` rising edges with the inputs held.
+        """Make `clocks` rising edges with the inputs unchanged.
 
-        The first run that watches an output starts with a row for the present. From there each run
-        that watches the same outputs goes on where the one before it stopped, so that their rows
-        joined are those of one long run. Only if other calls made clocks in between, and
-        the outputs are no longer what they were, a row for the present comes first again.
-        An output that an input changes without an edge is seen after the next edge.
+        The first run that watches an output starts with a row of the present levels. A run that
+        watches the same outputs as the one before continues its rows, so that joined rows are those
+        of one long run. Only if other calls made clocks in between and the outputs have changed, it
+        starts with a row of the present levels again. An output that an input changes without an
+        edge is seen after the next edge.
 
         Parameters
         ----------
         clocks : int
-            Edges to make.
+            Number of edges.
         watch : sequence of str
             Outputs to watch.
         until : mapping of str to int
-            Stop after the first edge that leaves any of these outputs at its value.
+            Stop after the first edge with any of these outputs at its value.
         once : bool
             Stop after the first edge that changes a watched output.
         """
@@ -280,17 +280,16 @@ class Engine(ABC):
 
     def apply(self, stimulus: Mapping[str, ArrayLike], outputs: Sequence[str]) -> dict[str,
                                                                                        NDArray]:
-        """Apply a stimulus, a row a clock, and read the outputs at every clock.
+        """Apply a stimulus, one row per clock, and return the outputs of every clock.
 
-        For each row: apply the inputs, settle, sample the outputs, then make one rising
-        edge. Inputs that are not in the stimulus hold, and those that are keep the last
-        row.
+        For each row: apply the inputs, settle, sample the outputs, then make one rising edge. Other
+        inputs keep their levels, and those of the stimulus keep their last row.
 
         Raises
         ------
         ValueError
-            If a name is unknown, a value does not fit, or the rows are not equally
-            many. Then nothing has run.
+            If a name is unknown, a value is out of range, or numbers of rows differ. Then nothing
+            has run.
         """
         self._open()
         ready: dict[str, NDArray[np.uint64]] = {}
@@ -327,7 +326,7 @@ class Engine(ABC):
 
     @contextmanager
     def _or_closed(self) -> Iterator[None]:
-        """Whoever interrupts a run, with Ctrl-C say, no longer knows at which clock it stands."""
+        """After an interrupted run, by Ctrl-C for example, the number of clocks is unknown."""
         try:
             yield
         except BaseException:

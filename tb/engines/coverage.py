@@ -1,4 +1,4 @@
-"""Which lines and which levels of a design a run has come by, as Verilator counts them."""
+"""Engine for code coverage: lines, branches and toggles of a design, counted by Verilator."""
 
 import ctypes
 import re
@@ -16,17 +16,17 @@ from .verilator import VerilatorEngine
 
 __all__ = ["CoverageEngine", "Point"]
 
-#: Keeps what is a branch in the gateware a branch in the Verilog.
+#: Keeps branches of the gateware as branches of the Verilog.
 SCRIPT = ("read_rtlil design.il; proc -nomux -norom; memory_collect; "
           "write_verilog -norename design.v")
 
-#: What Yosys adds: a register that starts each process once.
+#: Yosys adds this: a register that starts each process once.
 _TRIGGER = "verilog_backend.cc"
 
-#: How Verilator writes what a name of C++ cannot have.
+#: Escapes of Verilator for characters that names of C++ cannot have.
 _ESCAPED = re.compile("__0([0-9A-F]{2})")
 
-#: What every run comes by: the first value of a register, and where a process begins.
+#: Covered by every run: the first value of a register, and where a process begins.
 _ALWAYS = re.compile(r"(reg|always) .*")
 
 _RECORD = re.compile(r"^C '(.*)' (\d+)$", re.M)
@@ -34,7 +34,7 @@ _RECORD = re.compile(r"^C '(.*)' (\d+)$", re.M)
 
 @dataclass(frozen=True)
 class Point:
-    """A line of a process, a branch of it, or a bit of a signal.
+    """A coverage point: a line, a branch, or a bit of a signal.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Point:
     module : str
         Path of its module in the design, with dots.
     what : str
-        The text of the line; which way and the condition of a branch; the bit.
+        The text of the line; direction and condition of a branch; the bit.
     count : int
-        How often it was come by; of a bit, how often it changed.
+        Number of times it was covered; of a bit, its changes.
     """
 
     kind: str
@@ -55,10 +55,10 @@ class Point:
 
 
 class CoverageEngine(VerilatorEngine):
-    """Runs a design and counts what it comes by. See `Engine`.
+    """Runs a design and counts its coverage. See `Engine`.
 
-    It is given Verilog in which every ``If`` and ``Switch`` of the gateware is still a branch; in
-    that which users get they are multiplexers, which have no lines to come by.
+    Its Verilog keeps every ``If`` and ``Switch`` of the gateware as a branch; in the Verilog for
+    users they are multiplexers, which have no lines to cover.
     """
 
     name = "coverage"
@@ -69,7 +69,7 @@ class CoverageEngine(VerilatorEngine):
         self._text = self._sources(design)["design.v"].splitlines()
         self._at_start: list[Point] = []
         self._get(list(design.outputs))
-        # Settling after power-up changes bits from the random values that they had before.
+        # Settling after power-up changes bits from their random initial values.
         self._at_start = self.points()
 
     @classmethod
@@ -80,7 +80,7 @@ class CoverageEngine(VerilatorEngine):
             return {"design.v": Path(folder, "design.v").read_text(encoding="utf-8")}
 
     def points(self) -> list[Point]:
-        """Give every point, with what was counted since power-up."""
+        """Return every point with its count since power-up."""
         self._open()
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "coverage.dat")
@@ -93,7 +93,7 @@ class CoverageEngine(VerilatorEngine):
 
 
 def _read(records: str, text: list[str]) -> Iterator[Point]:
-    """Read what Verilator counted; leave out what cannot be missed, and ports seen from outside."""
+    """Parse Verilator's counts; leave out points that are always covered, and outer ports."""
     for match in _RECORD.finditer(records):
         # \x01 begins the name of a field, \x02 its value.
         fields = dict(field.split("\x02", 1) for field in match[1].split("\x01") if field)
@@ -104,7 +104,7 @@ def _read(records: str, text: list[str]) -> Iterator[Point]:
         module = fields["h"].partition(".")[2].partition(".")[2]
         if _TRIGGER in line or (kind == "line" and _ALWAYS.fullmatch(line)):
             continue
-        if "." not in module:  # has but the ports of what is in it
+        if "." not in module:  # has only ports of its submodules
             continue
         name = _ESCAPED.sub(lambda code: chr(int(code[1], 16)), fields["o"])
         what = {"line": line, "branch": f"{name} of {line}"}.get(kind, name)

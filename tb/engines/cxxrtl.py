@@ -1,6 +1,6 @@
-"""CXXRTL: the design as C++, compiled and loaded. A thousand times as fast as Amaranth's own.
+"""The engine CXXRTL: the design as C++, compiled. A thousand times as fast as Amaranth's own.
 
-Yosys writes the design as C++. See `build` for how it becomes a library.
+Yosys writes the C++; see `build` for how it becomes a library.
 """
 
 import ctypes
@@ -16,7 +16,7 @@ __all__ = ["CXXRTLEngine"]
 class CXXRTLEngine(CompiledEngine):
     """Runs a design compiled by CXXRTL. See `Engine`.
 
-    Waveforms hold every signal with its path, but not the rows of memories nor the names of states.
+    Waveforms have every signal with its path, but neither rows of memories nor names of states.
     """
 
     name = "cxxrtl"

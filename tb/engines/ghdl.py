@@ -1,4 +1,4 @@
-"""GHDL: a design's description in VHDL, which nobody made of the gateware.
+"""The engine GHDL: the VHDL reference of a design, written independently of the gateware.
 
 The process runs the bench of ``bench.vhd``.
 """
@@ -17,13 +17,13 @@ __all__ = ["GHDLEngine"]
 STANDARD = "--std=08"
 BENCH = Path(__file__).with_name("bench.vhd")
 
-# Before the first delta cycle every signal inside is U, and arithmetic says so. Later it must not:
-# a comparison with a U in it is false, which would hide it.
+# Before the first delta cycle every signal inside is U, and arithmetic warns of it. Later warnings
+# are errors: a comparison with a U in it is false, which would hide it.
 STRICT = ("--ieee-asserts=disable-at-0", "--assert-level=warning")
 
 
 class GHDLEngine(PipedEngine):
-    """Runs the VHDL of a design, for those that have one. See `PipedEngine`."""
+    """Runs the VHDL reference of a design that has one. See `PipedEngine`."""
 
     name = "ghdl"
     program = "ghdl"
@@ -34,12 +34,12 @@ class GHDLEngine(PipedEngine):
 
     @classmethod
     def version(cls) -> str:
-        """Say which GHDL it is."""
+        """Return the version of GHDL."""
         return version("ghdl", "--version").partition("\n")[0].strip()
 
     def _command(self, design: Design, work: Path) -> list[str]:
         if design.vhdl is None:
-            raise EngineError(f"GHDL runs VHDL, and nobody has described {design.name} in it")
+            raise EngineError(f"GHDL runs VHDL, and {design.name} has no VHDL reference")
         (work / "bench.vhd").write_text(_bench(design, design.vhdl))
         files = map(str, design.vhdl.files)
         call(["ghdl", "-a", STANDARD, *files, "bench.vhd"], work)
@@ -48,11 +48,11 @@ class GHDLEngine(PipedEngine):
             waves = ["-gwaveform=true", f"--vcd={Path(self.vcd).absolute()}"]
         return ["ghdl", "--elab-run", STANDARD, "bench", *STRICT, *waves]
 
-    def _hear(self, size: int | None = None) -> bytes:
-        said = super()._hear(size)
-        if b":" in said:  # no answer but an assertion, which ends it
-            self._died(said)
-        return said
+    def _read_answer(self, size: int | None = None) -> bytes:
+        message = super()._read_answer(size)
+        if b":" in message:  # not an answer but a failed assertion, which ends it
+            self._died(message)
+        return message
 
 
 def _bench(design: Design, entity: Entity) -> str:
@@ -61,7 +61,7 @@ def _bench(design: Design, entity: Entity) -> str:
     joined = ["clk => clk"]
 
     def join(ports: list[Port], levels: str) -> int:
-        """Join ports to their places; the first is leftmost. Give the bits of all."""
+        """Connect ports to their places, the first leftmost; return the number of bits."""
         place = bits = sum(4 * port.digits for port in ports)
         for port in ports:
             place -= 4 * port.digits

@@ -1,4 +1,4 @@
-"""Icarus Verilog: the Verilog that users get, interpreted, with X for all that has no value.
+"""The engine Icarus Verilog: the Verilog for users, interpreted, with X for unknown levels.
 
 The process runs the bench of ``bench.v``.
 """
@@ -34,12 +34,12 @@ class IcarusEngine(PipedEngine):
 
     @classmethod
     def version(cls) -> str:
-        """Say which Icarus it is."""
+        """Return the version of Icarus."""
         return version("iverilog", "-V").partition("\n")[0].strip()
 
     @classmethod
     def _sources(cls, design: Design) -> dict[str, str]:
-        """Give the files of Verilog by name."""
+        """Return the Verilog files by name."""
         return {"design.v": source.verilog(design)}
 
     @classmethod

@@ -1,6 +1,6 @@
-"""The netlist for the Spartan-3E, as Yosys makes it of the Verilog that users get.
+"""Engines for the netlist: cells of the Spartan-3E, as Yosys maps the Verilog for users.
 
-Its cells are Yosys' own models. Under Verilator it is fast; under Icarus it shows every X.
+Cells are Yosys' own models. Under Verilator it is fast; under Icarus every X is visible.
 """
 
 import importlib.metadata
@@ -29,15 +29,15 @@ def netlist(design: Design, *, rams: bool = True) -> str:
     Parameters
     ----------
     design : Design
-        What to synthesize.
+        The design.
     rams : bool
-        Whether memories become RAMs; else they become flip-flops.
+        Whether memories are mapped to RAMs; otherwise to flip-flops.
     """
     return synthesise(source.verilog(design), source.top_module(design), rams=rams)
 
 
 def synthesise(text: str, top: str, *, rams: bool = True) -> str:
-    """Make the netlist of Verilog text, whose top module is `top`; see `netlist`."""
+    """Synthesize Verilog text whose top module is `top`; see `netlist`."""
     script = SCRIPT.format("" if rams else " -nobram -nolutram", top)
 
     def make(work: Path) -> Path:

@@ -1,7 +1,7 @@
-"""Engines that are a process with a bench in it, which obeys orders on stdin and answers on stdout.
+"""Base of engines that are a process: a bench that executes orders from stdin.
 
-The process lives as long as the engine: orders go to it in blocks through a pipe, and answers come
-back, so that Python is not called a clock. The orders are those of ``bench.v`` and ``bench.vhd``.
+The process lives as long as the engine. Orders are sent and answers read in blocks, so that Python
+is not called in each clock. The orders are those of ``bench.v`` and ``bench.vhd``.
 """
 
 import subprocess
@@ -22,7 +22,7 @@ from .ports import Port, from_digits, numbered, to_digits
 
 __all__ = ["PipedEngine", "UnknownLevelError"]
 
-#: Bytes of orders before the answers are read: a pipe must hold them.
+#: Bytes of orders before answers are read, which must fit into a pipe.
 BLOCK = 1 << 13
 
 
@@ -32,11 +32,11 @@ class UnknownLevelError(EngineError):
     Attributes
     ----------
     output : str
-        Which, the first by its place in the design.
+        The output; of several, the first of the design.
     clock : int
-        Clock at which it was seen first.
+        The first clock in which it is.
     before : dict of str to array
-        The outputs of the rows before, of those that were played.
+        The outputs of the rows before.
     """
 
     def __init__(self, design: str, output: str, clock: int, digits: str) -> None:
@@ -49,8 +49,8 @@ class UnknownLevelError(EngineError):
 class PipedEngine(Engine):
     """Runs a design in a process of its own. See `Engine`.
 
-    An output that is not 0 or 1 in every bit, asked for or not, raises an `UnknownLevelError` at
-    any clock.
+    An output that is not 0 or 1 in every bit, watched or not, raises an `UnknownLevelError` in any
+    clock.
     """
 
     program: ClassVar[str]
@@ -80,18 +80,18 @@ class PipedEngine(Engine):
         except BaseException:
             self._work.cleanup()
             raise
-        self._said = tempfile.TemporaryFile()  # noticed only if it dies
+        self._stderr = tempfile.TemporaryFile()  # read only if it dies
         self._process = subprocess.Popen(
             command, cwd=self._work.name, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=self._said, start_new_session=True)  # Ctrl-C is for us
+            stderr=self._stderr, start_new_session=True)  # Ctrl-C is for the parent
         if vcd is not None:
-            self._hear()  # that it is open
+            self._read_answer()  # confirms that it is open
 
     @abstractmethod
     def _command(self, design: Design, work: Path) -> list[str]:
-        """Make the program of a design in a folder; give the command that runs it there.
+        """Build the program of a design in a folder; return the command that runs it there.
 
-        With `vcd` it writes that waveform, and says a line once the file is open.
+        With `vcd` it writes that waveform, and prints a line once the file is open.
         """
 
     def _close(self) -> None:
@@ -100,21 +100,21 @@ class PipedEngine(Engine):
             return
         if self.vcd is not None and self._set_since:
             with suppress(EngineError):
-                self._tell()
+                self._send()
         self._process = None
         try:
             process.communicate(timeout=0.01 if self.vcd is None else 60)
         except (subprocess.TimeoutExpired, BrokenPipeError):
             process.kill()
             process.communicate()
-        self._said.close()
+        self._stderr.close()
         self._work.cleanup()
 
     def __del__(self) -> None:
         if getattr(self, "_process", None):
             self.close()
 
-    def _tell(self, *orders: bytes) -> None:
+    def _send(self, *orders: bytes) -> None:
         process = self._process
         assert process is not None and process.stdin is not None
         if self._set_since:
@@ -128,25 +128,25 @@ class PipedEngine(Engine):
         except BrokenPipeError:
             self._died()
 
-    def _hear(self, size: int | None = None) -> bytes:
-        """Read a line, or so many bytes."""
+    def _read_answer(self, size: int | None = None) -> bytes:
+        """Read a line, or a number of bytes."""
         process = self._process
         assert process is not None and process.stdout is not None
-        said = process.stdout.readline() if size is None else process.stdout.read(size)
-        if not said or (size is not None and len(said) < size):
-            self._died(said)
-        return said
+        message = process.stdout.readline() if size is None else process.stdout.read(size)
+        if not message or (size is not None and len(message) < size):
+            self._died(message)
+        return message
 
-    def _died(self, said: bytes = b"") -> None:
-        """Say why there is no answer, if it was told there or among errors."""
-        self._said.seek(0)
-        told = [line for line in said.decode(errors="replace").split("\n") if ":" in line]
-        why = (*told, self._said.read().decode(errors="replace").split("\n")[0])[0]
+    def _died(self, message: bytes = b"") -> None:
+        """Raise with the reason for a missing answer, as far as it was printed."""
+        self._stderr.seek(0)
+        reported = [line for line in message.decode(errors="replace").split("\n") if ":" in line]
+        why = (*reported, self._stderr.read().decode(errors="replace").split("\n")[0])[0]
         self.close()
-        raise EngineError(f"{self.program} has come to an end: {why or 'it did not say why'}")
+        raise EngineError(f"{self.program} has ended: {why or 'for an unknown reason'}")
 
     def _read(self, text: NDArray[np.uint8], clocks: Sequence[int] | NDArray) -> list[NDArray]:
-        """Read all outputs, a row of digits each of the clocks."""
+        """Read all outputs, one row of digits per clock."""
         columns = {}
         first: tuple[int, Port] | None = None
         for port in self._out:
@@ -169,8 +169,8 @@ class PipedEngine(Engine):
     def _get(self, names: Sequence[str]) -> tuple[int, ...]:
         if not self._out:
             return ()
-        self._tell(b"g\n")
-        text = np.frombuffer(self._hear()[:-1], np.uint8)[None, :]
+        self._send(b"g\n")
+        text = np.frombuffer(self._read_answer()[:-1], np.uint8)[None, :]
         values = dict(zip(self._columns, self._read(text, [self.clock]), strict=True))
         return tuple(int(values[name][0]) for name in names)
 
@@ -181,13 +181,13 @@ class PipedEngine(Engine):
         before = dict(zip(watch, last, strict=True))
         full = {name: (1 << 4 * port.digits) - 1 for name, port in self._named_out().items()}
         enable = sum(1 << n for n, name in enumerate(self._columns) if name in until)
-        self._tell(b"r %d %d %s %s %0*x %s\n" % (
+        self._send(b"r %d %d %s %s %0*x %s\n" % (
             clocks, once, self._all({name: full[name] for name in watch}), self._all(before),
             -(-len(self._out) // 4), enable, self._all(until)))
         clock: list[int] = []
         lines: list[bytes] = []
         while True:
-            made, _, rest = self._hear()[:-1].partition(b" ")
+            made, _, rest = self._read_answer()[:-1].partition(b" ")
             if made == b"=":
                 break
             clock.append(int(made))
@@ -202,7 +202,7 @@ class PipedEngine(Engine):
         return {port.name: port for port in self._out}
 
     def _all(self, values: Mapping[str, int]) -> bytes:
-        """Write a value for every output, 0 for those that have none."""
+        """Write a value for every output, 0 if it has none."""
         return b"".join(b"%0*x" % (p.digits, values.get(p.name, 0)) for p in self._out) or b"0"
 
     def _play(
@@ -215,12 +215,12 @@ class PipedEngine(Engine):
         orders = np.hstack([to_digits(given), ends])
         block = max(1, BLOCK // orders.shape[1])
         self._levels |= {name: int(values[-1]) for name, values in stimulus.items() if rows}
-        self._set_since = False  # the first row says it all
+        self._set_since = False  # the first row sets all
         samples = np.empty((len(outputs), rows), np.uint64)
         for start in range(0, rows, block):
             part = orders[start:start + block]
-            self._tell(b"p %d\n" % len(part), part.tobytes())
-            answer = self._hear(len(part) * (self._digits + 1))
+            self._send(b"p %d\n" % len(part), part.tobytes())
+            answer = self._read_answer(len(part) * (self._digits + 1))
             text = np.frombuffer(answer, np.uint8).reshape(len(part), -1)[:, :-1]
             try:
                 columns = self._read(text, self.clock + start + np.arange(len(part)))

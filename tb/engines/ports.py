@@ -1,4 +1,4 @@
-"""Ports of a design for tools that read Verilog: under plain names, and written in hex digits."""
+"""Ports of a design for Verilog tools: plain names, and levels in hexadecimal digits."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -19,16 +19,16 @@ _LEVELS[_DIGITS] = np.arange(16)
 
 @dataclass(frozen=True)
 class Port:
-    """A port under a name that no tool changes.
+    """A port with a name that no tool changes.
 
     Attributes
     ----------
     plain : str
-        That name.
+        The plain name.
     name : str
         Its own name.
     width : int
-        Bits.
+        Width in bits.
     """
 
     plain: str
@@ -37,12 +37,12 @@ class Port:
 
     @property
     def digits(self) -> int:
-        """Hex digits that it takes."""
+        """Its width in hexadecimal digits."""
         return -(-self.width // 4)
 
 
 def numbered(design: Design) -> tuple[list[Port], list[Port]]:
-    """Name the inputs and the outputs of a design i0, i1 and so on, o0, o1 and so on."""
+    """Name the inputs of a design i0, i1 and so on, its outputs o0, o1 and so on."""
 
     def named(letter: str, signals: Mapping) -> list[Port]:
         return [Port(f"{letter}{n}", name, len(Value.cast(signal)))
@@ -52,14 +52,14 @@ def numbered(design: Design) -> tuple[list[Port], list[Port]]:
 
 
 def instance(design: Design) -> str:
-    """Write the instance of a design in a module that has its ports under their plain names."""
+    """Write an instance of a design in a module whose ports have the plain names."""
     inputs, outputs = numbered(design)
     joined = "".join(f", .\\{port.name} ({port.plain})" for port in (*inputs, *outputs))
     return f"  {source.top_module(design)} \\{design.name} (.\\clk (clk){joined});\n"
 
 
 def wrapper(design: Design) -> str:
-    """Write a module around a design whose ports have plain names."""
+    """Write a module around a design whose ports have the plain names."""
     inputs, outputs = numbered(design)
     declared = [f"input [{port.width - 1}:0] {port.plain}" for port in inputs]
     declared += [f"output [{port.width - 1}:0] {port.plain}" for port in outputs]
@@ -68,7 +68,7 @@ def wrapper(design: Design) -> str:
 
 
 def to_digits(columns: Iterable[tuple[int, NDArray[np.uint64]]]) -> NDArray[np.uint8]:
-    """Write rows in hex; each column comes with its number of digits."""
+    """Format rows in hexadecimal; each column comes with its number of digits."""
     written = []
     for digits, values in columns:
         for place in reversed(range(digits)):
@@ -78,7 +78,7 @@ def to_digits(columns: Iterable[tuple[int, NDArray[np.uint64]]]) -> NDArray[np.u
 
 
 def from_digits(digits: NDArray[np.uint8]) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
-    """Read a column, a row of digits a number; say also which rows are not known in every bit."""
+    """Parse a column, one row of digits per number; also return the rows with unknown bits."""
     values = np.zeros(len(digits), np.uint64)
     unknown = np.zeros(len(digits), bool)
     for column in digits.T:

@@ -1,8 +1,8 @@
-"""Amaranth's own simulator: always there, slow, and the waveforms show states by name.
+"""The engine Amaranth: its own simulator, always available and slow, with states by name.
 
-The clock is toggled by a testbench, which is as fast as `Simulator.add_clock` and costs no advance
-of the timeline. It changes while all else is settled, and one design has one clock, so no flip-flop
-can see another's new value. The testbench waits for orders, each a coroutine, and does one an
+The clock is toggled by a testbench, which is as fast as `Simulator.add_clock` and needs no advance
+of the timeline. It changes while all else is settled, and a design has one clock, so no flip-flop
+can see another's new value. The testbench waits for orders, each a coroutine, and executes one per
 advance.
 """
 
@@ -24,7 +24,7 @@ __all__ = ["AmaranthEngine"]
 
 HALF = PERIOD * 1e-9 / 2
 
-#: The simulator's units of time in a nanosecond.
+#: Time units of the simulator in a nanosecond.
 FEMTO = 1_000_000
 
 
@@ -72,16 +72,16 @@ class AmaranthEngine(Engine):
             file = self._file.enter_context(_LateFile(path, engine.now))
         except OSError as error:
             raise EngineError(f"Waveform {path} cannot be written") from error
-        # The simulator itself refuses to begin later than at time 0; what it is made of does not.
+        # The simulator itself refuses to begin later than at time 0; its parts do not.
         self._file.enter_context(engine.write_vcd(
             vcd_file=file, gtkw_file=None, traces=self._traces, fs_per_delta=0))
         self._timed = True
 
     async def _catch_up(self, ctx) -> None:
-        """Let the time pass that clocks took: without a waveform they take none."""
+        """Advance the time that clocks took: without a waveform they take none."""
         engine: Any = self._sim._engine
         while left := self.clock * PERIOD * FEMTO - engine.now:
-            # A second at a time: the simulator takes floats, and rounds them.
+            # One second at a time: the simulator takes floats, and rounds them.
             await ctx.delay(min(left * 1e-15, 1.0))
 
     async def _serve(self, ctx) -> None:
@@ -170,7 +170,7 @@ class AmaranthEngine(Engine):
 
 
 class _LateFile(TextIOWrapper):
-    """A file for a waveform that begins at some time: its writer believes that it is 0."""
+    """A file for a waveform that begins at a later time, while its writer starts at 0."""
 
     def __init__(self, path: str, begin: int) -> None:
         super().__init__(open(path, "wb"), encoding="utf-8")
@@ -183,7 +183,7 @@ class _LateFile(TextIOWrapper):
 
 
 def _named_ports(design: Design) -> tuple[Elaboratable, list[Signal]]:
-    """Put beside the design a signal for each port, named as the design names the port."""
+    """Add a signal for each port to the design, named as the design names the port."""
     m = Module()
     m.submodules[design.name] = design.top
     traces = []

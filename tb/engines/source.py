@@ -1,4 +1,4 @@
-"""A design as text: RTLIL, and the Verilog that users get."""
+"""A design as text: RTLIL, and the Verilog for users."""
 
 import re
 from collections.abc import Callable
@@ -19,7 +19,7 @@ _texts: dict[int, dict[str, str]] = {}
 
 
 def rtlil(design: Design) -> str:
-    """RTLIL of a design. Gateware is elaborated but once, so the text is remembered with it."""
+    """Return the RTLIL of a design, stored with it, since gateware is elaborated only once."""
     def convert() -> str:
         ports = {"clk": (design.clk, PortDirection.Input)}
         ports |= {name: (Value.cast(s), PortDirection.Input) for name, s in design.inputs.items()}
@@ -31,7 +31,7 @@ def rtlil(design: Design) -> str:
 
 
 def verilog(design: Design) -> str:
-    """Verilog of a design, by the emitter that writes it for boards and for users."""
+    """Return the Verilog of a design, by the emitter for boards and users."""
     return _remembered(design, "verilog", lambda: from_rtlil(rtlil(design)))
 
 
@@ -48,5 +48,5 @@ def _remembered(design: Design, what: str, convert: Callable[[], str]) -> str:
 
 
 def top_module(design: Design) -> str:
-    """Name of the top module in the Verilog."""
+    """Return the name of the top module in the Verilog."""
     return re.sub(r"\W", "_", design.name.replace(".", "__"))

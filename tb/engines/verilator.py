@@ -1,9 +1,9 @@
-"""Verilator: the Verilog that users get, as C++, compiled and loaded.
+"""The engine Verilator: the Verilog for users, as compiled C++.
 
-It knows no X: what has no value at power-up gets a random one, the same in every run.
+It has no X: a level that is unknown at power-up is random, and the same in every run.
 
-Its Python package runs whatever `verilator` is on PATH before the one that it brings. So the
-package's own program is called by its place; without the package, the one on PATH.
+Its Python package runs any `verilator` on PATH rather than its own. So the package's program is
+called by its path; without the package, the one on PATH.
 """
 
 import ctypes
@@ -28,7 +28,7 @@ __all__ = ["VerilatorEngine"]
 
 FLAGS = ("-std=c++17", "-DNDEBUG", "-fPIC", "-fvisibility=hidden", "-w")
 
-#: Verilator is no lint here: it reads what it is given or fails.
+#: Verilator is not used as a linter: it accepts the Verilog or fails.
 OPTIONS = ("--cc", "-O3", "--x-assign", "unique", "--x-initial", "unique", "-Wno-fatal",
            "-Wno-lint", "-Wno-INITIALDLY", "--prefix", "Vfresa", "--top-module", "fresa_top",
            "--Mdir", "made")
@@ -42,7 +42,7 @@ SHIMS = [HERE / "verilator.cc", HERE / "loops.h"]
 @dataclass(frozen=True)
 class _Tool:
     command: str
-    root: str | None  # what VERILATOR_ROOT must be
+    root: str | None  # value for VERILATOR_ROOT
 
     @property
     def environment(self) -> dict[str, str]:
@@ -62,7 +62,7 @@ def find_tool() -> _Tool | None:
 class VerilatorEngine(CompiledEngine):
     """Runs a design compiled by Verilator. See `Engine`.
 
-    Waveforms hold every signal with its path, but not the names of states.
+    Waveforms have every signal with its path, but not the names of states.
     """
 
     name = "verilator"
@@ -78,7 +78,7 @@ class VerilatorEngine(CompiledEngine):
 
     @classmethod
     def version(cls) -> str:
-        """Say which Verilator it is."""
+        """Return the version of Verilator."""
         tool = find_tool()
         if tool is None:
             return "none"
@@ -89,9 +89,9 @@ class VerilatorEngine(CompiledEngine):
 
     @classmethod
     def _sources(cls, design: Design) -> dict[str, str]:
-        """Give the files of Verilog by name."""
-        # Verilator heeds what is meant for synthesizers, which must not see that the register of a
-        # memory's read port is 0 at the start.
+        """Return the Verilog files by name."""
+        # Verilator obeys pragmas for synthesizers, which hide the initial value of the register of
+        # a memory's read port.
         return {"design.v": _FOR_SYNTHESIZERS.sub("", source.verilog(design))}
 
     @classmethod
@@ -99,7 +99,7 @@ class VerilatorEngine(CompiledEngine):
         tool = find_tool()
         reason = cls.missing()
         if tool is None or reason:
-            raise EngineError(reason or "Verilator is gone")
+            raise EngineError(reason or "Verilator was not found")
         files = {**cls._sources(design), "wrapper.v": wrapper(design)}
         head = _head(design, debug=debug, coverage=cls.coverage)
         command = compiler() or []
@@ -114,7 +114,7 @@ class VerilatorEngine(CompiledEngine):
 
 
 def _head(design: Design, *, debug: bool, coverage: bool) -> str:
-    """Write what the shim must know of the design."""
+    """Write what the shim needs of the design."""
     inputs, outputs = numbered(design)
     lines = ["#include <Vfresa.h>",
              f"#define INPUTS {' '.join(f'X({port.plain})' for port in inputs)}",
@@ -141,7 +141,7 @@ def _build(
              *["verilated_cov.cpp"] * coverage]
     (work / "runtime.cc").write_text("".join(f'#include "{root}/include/{p}"\n' for p in parts))
     runtime = work / "runtime.o"
-    runtime.write_bytes(kept(  # takes longer than most designs, and is the same for all
+    runtime.write_bytes(kept(  # slow to compile, and the same for all designs
         folder("verilator"), ".o", ["runtime", *parts, *tools],
         make=lambda _: _runtime(command, work), load=lambda _, content: content))
     made = sorted((work / "made").glob("*.cpp"))

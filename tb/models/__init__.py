@@ -1,4 +1,4 @@
-"""Bit-exact models in plain Python, written from what the machines promise."""
+"""Bit-exact models of components in plain Python, written from their specification."""
 
 from collections.abc import Callable, Mapping
 
@@ -9,12 +9,12 @@ __all__ = ["played"]
 
 def played(clock: Callable[..., dict[str, int]], stimulus: Mapping[str, NDArray]
            ) -> dict[str, list[int]]:
-    """Play a stimulus, a row a clock, to a model; return its outputs.
+    """Run a stimulus on a model, one row per clock; return its outputs.
 
     Parameters
     ----------
     clock : callable
-        Is given the inputs of a clock by name, and returns the outputs in it.
+        Takes the inputs of a clock by name, and returns the outputs in it.
     stimulus : mapping of str to array
         As for an engine.
     """

@@ -1,4 +1,4 @@
-"""Drivers of motors in plain Python: places are whole numbers, times are clock numbers."""
+"""Models of motor drivers; positions are integers, times are clock numbers."""
 
 from collections.abc import Sequence
 
@@ -6,16 +6,16 @@ __all__ = ["PhaseModel", "RateModel", "StepDirModel"]
 
 
 class PhaseModel:
-    """Coils that go through `sequence`, and have each word for `period` clocks or more."""
+    """Coils that step through `sequence`, with each word for at least `period` clocks."""
 
     def __init__(self, *, sequence: Sequence[int], period: int) -> None:
         self.sequence, self.period = sequence, period
-        self.place = 0  # steps forward less steps back
-        self.now, self.since = 0, 0  # the clock; that from which on the coils have their word
+        self.place = 0  # steps forward minus steps back
+        self.now, self.since = 0, 0  # the clock; the clock of the last change
         self.coils = 0
 
     def clock(self, *, step: int, direction: int, enable: int, rst: int = 0) -> dict[str, int]:
-        """Make a clock."""
+        """Advance one clock."""
         held = self.now - self.since + 1 if self.coils else 0
         ready = int(enable and not rst and held >= self.period)
         seen = {"ready": ready, "moved": ready & step, "coils": self.coils}
@@ -29,15 +29,15 @@ class PhaseModel:
 
 
 class StepDirModel:
-    """Three pins, and when each may change: a pin changes once, and then all of them wait."""
+    """Three pins, and when each may change: after a change of one, all wait."""
 
     def __init__(self, *, width: int, low: int, setup: int, hold: int) -> None:
         self.width, self.pause, self.setup = width, max(low, hold), setup
         self.pulse = self.sense = self.power = 0
-        self.now, self.free = 0, max(width, low, setup, hold) - 1  # the clock; when pins may change
+        self.now, self.free = 0, max(width, low, setup, hold) - 1  # clock; that of the next change
 
     def clock(self, *, step: int, direction: int, enable: int, rst: int = 0) -> dict[str, int]:
-        """Make a clock."""
+        """Advance one clock."""
         free = self.now >= self.free
         right = self.sense == direction and self.power == enable
         ready = int(free and not self.pulse and right and enable and not rst)
@@ -55,18 +55,18 @@ class StepDirModel:
 
 
 class RateModel:
-    """Times of steps in whole numbers: what was given in all, and what was made of it."""
+    """Step times in integers: the sum of the rates, and the steps made of it."""
 
     def __init__(self, *, modulus: int, max_rate: int) -> None:
         self.modulus, self.max_rate = modulus, max_rate
         self.given = self.made = 0
 
     def is_due(self) -> bool:
-        """Say whether a step is due."""
+        """Return whether a step is due."""
         return self.given >= (self.made + 1) * self.modulus
 
     def clock(self, *, rate: int, moved: int, rst: int = 0) -> dict[str, int]:
-        """Make a clock."""
+        """Advance one clock."""
         due = int(self.is_due())
         if moved or not due:
             self.given += min(rate, self.max_rate)

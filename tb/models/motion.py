@@ -1,4 +1,4 @@
-"""What asks for steps, in plain Python: motors, loads and where they are."""
+"""Models of motion: requested steps, backlash, limit switches, positions."""
 
 from collections.abc import Sequence
 
@@ -8,16 +8,16 @@ __all__ = ["AxisModel", "BacklashModel", "LimitsModel", "MoveToModel", "RampMode
 
 
 class BacklashModel:
-    """A motor, and the place where it pushes its load: `wall` is ahead of it, or right there."""
+    """A motor and its load; `wall` is the position at which it pushes the load ahead."""
 
     def __init__(self) -> None:
         self.motor, self.wall, self.way = 0, 0, -1
 
     def clock(self, *, backlash: int, moved: int, direction: int, rst: int = 0) -> dict[str, int]:
-        """Make a clock."""
+        """Advance one clock."""
         way = 1 if direction else -1
         wall = self.wall
-        # the other end of the backlash, or right here if that is behind already
+        # the other end of the backlash, or this position if it is past that
         if way != self.way:
             wall = max(wall - backlash * self.way, self.motor, key=lambda place: place * way)
         counted = moved and wall == self.motor
@@ -28,7 +28,7 @@ class BacklashModel:
 
 
 class LimitsModel:
-    """Switches, and when each was on last; time has ticks, and what was on goes at the second."""
+    """Limit switches, debounced by ticks: a release counts at the second tick."""
 
     def __init__(self, *, axes: int, period: int) -> None:
         self.axes, self.period = axes, period
@@ -37,7 +37,7 @@ class LimitsModel:
 
     def clock(self, *, step: int, direction: int, low: int, high: int, rst: int = 0
               ) -> dict[str, int]:
-        """Make a clock."""
+        """Advance one clock."""
         switches = {"low": low, "high": high}
         seen = {"allowed": 0, "at_low": 0, "at_high": 0}
         for axis in range(self.axes):
@@ -53,18 +53,18 @@ class LimitsModel:
 
 
 class MoveToModel:
-    """A position, as a number. What is asked for is known before what becomes of it."""
+    """A position, as an integer. The request depends on the state only, not on its result."""
 
     def __init__(self, *, width: int) -> None:
         self.width = width
         self.position = 0
 
-    def asks(self, *, target: int, run: int, load: int) -> tuple[int, int]:
-        """Return the step asked for in this clock, and its direction."""
+    def request(self, *, target: int, run: int, load: int) -> tuple[int, int]:
+        """Return the requested step in this clock, and its direction."""
         return int(run and not load and target != self.position), int(target > self.position)
 
     def clock(self, *, moved: int, direction: int, load: int, place: int, rst: int) -> None:
-        """Make a clock."""
+        """Advance one clock."""
         if rst:
             self.position = 0
         elif load:
@@ -74,7 +74,7 @@ class MoveToModel:
 
 
 class AxisModel:
-    """An axis with the pins of a driver module: who asks, who lets through, who counts.
+    """An axis with the pins of a driver module: position, limits, backlash and pulses.
 
     `times` are those of the driver module.
     """
@@ -89,9 +89,9 @@ class AxisModel:
 
     def clock(self, *, target: int, run: int, load: int, place: int, rate: int, backlash: int,
               enable: int, low: int, high: int, rst: int = 0) -> dict[str, int]:
-        """Make a clock."""
+        """Advance one clock."""
         position = self.move.position
-        step, direction = self.move.asks(target=target, run=run, load=load)
+        step, direction = self.move.request(target=target, run=run, load=load)
         asked = step & int(self.rate.is_due())
         allowed = self.limits.clock(step=asked, direction=direction, low=low, high=high)["allowed"]
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
@@ -106,7 +106,7 @@ class AxisModel:
 
 
 class RampModel:
-    """A position and a speed: how fast it may be is known from how many steps it can stand in.
+    """A position and a speed, which is limited by the steps that stopping takes.
 
     `steps` are the rates of the steps from standstill.
     """
@@ -116,10 +116,10 @@ class RampModel:
         self.level, self.way = 0, 1
         self.now = 0
 
-    def asks(self, *, target: int, run: int) -> tuple[int, int]:
-        """Return the step asked for in this clock, and its direction."""
+    def request(self, *, target: int, run: int) -> tuple[int, int]:
+        """Return the requested step in this clock, and its direction."""
         if self.level == 0:
-            return self.place.asks(target=target, run=run, load=0)
+            return self.place.request(target=target, run=run, load=0)
         return run, int(self.way > 0)
 
     def bounds(self) -> tuple[int, int]:
@@ -133,8 +133,8 @@ class RampModel:
         return sorted((slowest, asked, fastest))[1] if self.now else 0
 
     def clock(self, *, target: int, run: int, asked: int, moved: int, rst: int = 0) -> None:
-        """Make a clock."""
-        _, direction = self.asks(target=target, run=run)
+        """Advance one clock."""
+        _, direction = self.request(target=target, run=run)
         slowest, fastest = self.bounds()
         if moved:
             self.way = 1 if direction else -1

@@ -1,4 +1,4 @@
-"""What takes orders over a line, in plain Python."""
+"""Model of orders over a serial line."""
 
 import zlib
 from collections import deque
@@ -14,13 +14,13 @@ REQUEST_DIGITS, CHECK_DIGITS = 24, 8
 
 
 def checked(digits: str) -> str:
-    """Return digits, an even number, with their CRC behind them."""
+    """Return an even number of hexadecimal digits, followed by their CRC."""
     packed = bytes(int(digits[at + 1] + digits[at], 16) for at in range(0, len(digits), 2))
     return digits + f"{zlib.crc32(packed):08X}"[::-1]
 
 
 def unchecked(line: str, digits: int) -> str | None:
-    """Return so many digits of a line, or None if anything is not right with it."""
+    """Return the digits of a line, or None if its length, digits or CRC are wrong."""
     body = line[:digits]
     right = (len(line) == digits + CHECK_DIGITS and set(line) <= set("0123456789ABCDEF")
              and checked(body) == line)
@@ -28,30 +28,30 @@ def unchecked(line: str, digits: int) -> str | None:
 
 
 class LedgerModel:
-    """Sessions and numbers; what waits is a list."""
+    """Sessions and sequence numbers; queued orders are a list."""
 
     def __init__(self, *, depth: int = 2) -> None:
         self.depth = depth
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything, as reset and manual mode do."""
+        """Clear everything, as reset and manual mode do."""
         self.session = self.done = 0
         self.waiting: deque[tuple[int, int, int]] = deque()
 
     @property
     def taken(self) -> int:
-        """The last order taken."""
+        """Number of the last order taken."""
         return (self.done + len(self.waiting)) % NUMBERS
 
     def carry_out(self) -> tuple[int, int, int]:
-        """Do the first order that waits, and give it back: kind, x and y."""
+        """Execute the first queued order, and return it: kind, x and y."""
         self.done = (self.done + 1) % NUMBERS
         return self.waiting.popleft()
 
     def request(self, kind: int | None, session: int = 0, number: int = 0, x: int = 0, y: int = 0,
                 *, enable: int = 1) -> int:
-        """Take a request, or None for a line that was not right; return its outcome."""
+        """Process a request, or None for a damaged line; return its outcome."""
         if kind is None:
             return DAMAGED
         if kind == QUERY:
@@ -84,7 +84,7 @@ class OrdersModel:
     Attributes
     ----------
     ledger : LedgerModel
-        What was ordered.
+        The orders taken.
     enable, error, stopped : int
         As the machine's.
     """
@@ -95,7 +95,7 @@ class OrdersModel:
         self._line: bytearray | None = None
 
     def hear(self, data: bytes) -> bytes:
-        """Take bytes; give the answers to the lines that end in them."""
+        """Process bytes; return the answers to the lines that end in them."""
         answers = b""
         for byte in data:
             if byte == ord(":"):
@@ -104,7 +104,7 @@ class OrdersModel:
                 if byte in b"\r\n":
                     answers += self._answer(self._line.decode("latin-1"))
                     self._line = None
-                elif len(self._line) <= REQUEST_DIGITS + CHECK_DIGITS:  # one more than is right
+                elif len(self._line) <= REQUEST_DIGITS + CHECK_DIGITS:  # one more than the longest
                     self._line.append(byte)
         return answers
 

@@ -1,4 +1,4 @@
-"""What a serial line carries, in plain Python."""
+"""Models of the serial protocol: UART receiver and line buffer."""
 
 from collections import deque
 
@@ -9,7 +9,7 @@ GOOD, LONG, DAMAGED = 0x100, 0x101, 0x102
 
 
 def bits(byte: int, *, stop: int = 1) -> list[int]:
-    """Return the ten bits of a byte on a line, 8N1, in the order in which they are sent."""
+    """Return the ten bits of a byte, 8N1, in the order of sending."""
     return [0, *(byte >> n & 1 for n in range(8)), stop]
 
 
@@ -19,11 +19,11 @@ class ReceiverModel:
     Attributes
     ----------
     byte : tuple of int and bool, optional
-        The byte that waits to be taken, and its error.
+        The received byte, and whether it has a framing error; None if there is none.
     line_break : bool
-        The line is at a break.
+        Whether the line is at a break.
     framing, overrun : bool
-        A stop bit was missing, or a byte was lost, in the last clock.
+        Whether a stop bit was missing, or a byte was lost, in the last clock.
     """
 
     def __init__(self, *, period: int) -> None:
@@ -31,16 +31,16 @@ class ReceiverModel:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew; the line must be high for a moment first."""
-        self.levels: list[int] = []  # since the start bit began
-        self.high: int | None = 0  # clocks for which it is, or None when that was long enough
+        """Reset; the line must be high for a while first."""
+        self.levels: list[int] = []  # samples since the start bit began
+        self.high: int | None = 0  # clocks for which it is high, or None when that was long enough
         self.byte: tuple[int, bool] | None = None
         self.lost = False
-        self.low = 0  # clocks for which it was low since it should have been high
+        self.low = 0  # clocks for which it was low instead of a stop bit
         self.line_break = self.framing = self.overrun = False
 
     def clock(self, rx: int, taken: bool) -> None:
-        """Make a clock, in which the byte that waits was taken or not."""
+        """Advance one clock, in which the received byte was taken or not."""
         found = self._sample(rx)
         self.framing = found is not None and found[1]
         self.overrun = found is not None and self.byte is not None and not taken
@@ -52,7 +52,7 @@ class ReceiverModel:
             self.byte = None
 
     def _sample(self, rx: int) -> tuple[int, bool] | None:
-        """Sample the line; return the byte that is complete, and whether its stop bit lacks."""
+        """Sample the line; return a complete byte, and whether its stop bit is missing."""
         if self.high is not None:
             self.high = self.high + 1 if rx else 0
             self.low += not rx
@@ -79,14 +79,14 @@ class ReceiverModel:
 
 
 class LineModel:
-    """A buffer for lines: bytes and ends in the order in which they are to be read."""
+    """A line buffer: bytes and ends, in the order of reading."""
 
     def __init__(self, *, length: int, depth: int, end: int) -> None:
         self.length, self.depth, self.end = length, depth, end
         self.reset()
 
     def reset(self) -> None:
-        """Forget all lines."""
+        """Clear all lines."""
         self.line: list[int] = []
         self.verdict = GOOD
         self.waiting: deque[int] = deque()
@@ -94,16 +94,16 @@ class LineModel:
 
     @property
     def room(self) -> bool:
-        """A byte can be taken."""
+        """Whether a byte can be taken."""
         return len(self.waiting) + len(self.line) < self.depth - 1
 
     @property
     def head(self) -> int | None:
-        """What is to be read next, if it is offered already."""
+        """The next item, if it is offered already."""
         return self.waiting[0] if self.offered else None
 
     def clock(self, byte: tuple[int, bool] | None, taken: bool) -> None:
-        """Make a clock, in which a byte comes if there is room, and the head was taken or not."""
+        """Advance one clock: a byte comes if there is room, and the head was taken or not."""
         room = self.room
         if taken:
             self.waiting.popleft()

@@ -1,16 +1,15 @@
 # amaranth: UnusedElaboratable=no
 
-"""The mill in VHDL, written from the thesis: which entity answers to which component.
+"""The VHDL reference of the mill, written from the thesis, and its components.
 
 What the thesis leaves open was taken from the gateware, since both must agree in every clock: the
-layout of orders and movements as bits, that a start must fall before it counts again, that a
-movement ends at or past its last step, how a refused order passes through S8, and the dark eighths
-of a digit. So the sequencer and the order control have the gateware's registers; a mistake in one
-of these choices would be in both. The rest is the thesis's: its tables, its state numbers, its
-arithmetic.
+bit layout of orders and movements, the edge of `start`, the end of a movement at or past its last
+step, how a refused order passes through S8, and the dark eighths of a digit. So the sequencer and
+the order control have the registers of the gateware, and a mistake in one of these choices would be
+in both. The rest is the thesis's: its tables, state numbers and arithmetic.
 
-The files are for reading beside the thesis. `REFERENCES` says which component each entity
-describes, with which parameters the two are compared, and what mistake must be found.
+`REFERENCES` gives the component of each entity, the parameters of the comparison, and a mistake
+that it must find.
 """
 
 from collections.abc import Callable, Mapping
@@ -44,40 +43,40 @@ FOLDER = Path(__file__).parent
 Parameters = Mapping[str, int | bool]
 
 Held = tuple[Mapping[str, int], int]
-"""Inputs to set, and for how many clocks they and all others stay."""
+"""Levels of inputs, and the number of clocks that they are held."""
 
 _PACE = MillTiming.real()
 
 
 @dataclass(frozen=True)
 class Reference:
-    """An entity and the component that it describes.
+    """An entity and its component.
 
     Attributes
     ----------
     entity : str
-        Its name, and that of its file.
+        Name of the entity and of its file.
     component : callable
-        Makes the component of parameters, which are the entity's generics too.
+        Makes the component from parameters, which are also the entity's generics.
     cases : tuple of mapping
-        Parameters with which the two are compared, all times so short that much happens in few
-        clocks; the first is for simulation and for mistakes.
+        Parameters of the comparison, with times so short that much happens in few clocks; the
+        first is used for simulation and mistakes.
     mistake : Mistake
-        In the gateware: what a comparison must find.
+        Planted in the gateware: the comparison must find it.
     shows : str
-        An output that must differ for it.
+        An output that differs with the mistake.
     real : mapping, optional
         Parameters of the board, if there are any.
     uses : tuple of str
-        Entities that it is made of.
+        Entities that it instantiates.
     renamed : mapping of str to str
         See :class:`tb.design.Entity`.
     idle : tuple of str
-        Outputs that never change: what shows an upset that only the gateware can have.
+        Outputs that never change: errors by upsets, which only the gateware can have.
     packed : mapping of str to tuple of int
         Widths of the fields of those inputs that have several, from bit 0.
     directed : tuple of (mapping, int)
-        Inputs that go through what there is to see, in order.
+        Inputs that reach its states, in order.
     """
 
     entity: str
@@ -94,7 +93,7 @@ class Reference:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files of VHDL in the order in which they are analysed."""
+        """Return the VHDL files in the order of analysis."""
         names: dict[str, None] = {}
         for part in self.uses:
             names |= dict.fromkeys(path.stem for path in REFERENCES[part].files)
@@ -122,7 +121,7 @@ def _order(x: int = 0, y: int = 0, *, up: int = 0, down: int = 0) -> int:
 
 
 def _ordered(x: int = 0, y: int = 0, *, up: int = 0, down: int = 0) -> tuple[Held, ...]:
-    """An order, its movements taken and made some clocks later each, and the position unchanged."""
+    """Return a stimulus: orders, each with its movements some clocks later."""
     made = (({"moves_ready": 0}, 3), ({"moves_ready": 1}, 1)) * 3
     return (({"order": _order(x, y, up=up, down=down), "start": 1, "moves_ready": 1}, 3),
             ({"start": 0}, 2), *made, ({}, 4))

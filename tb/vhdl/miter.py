@@ -1,10 +1,10 @@
 # amaranth: UnusedElaboratable=no
 
-"""A component and its VHDL side by side: that no input sequence tells them apart, as a contract.
+"""Miters: a component and its VHDL with common inputs; equal outputs as a contract.
 
-GHDL turns the entity into Verilog, Yosys makes that a module of the same design, and the properties
-are that every output is the same in every clock. What induction needs beside them is how the
-registers of one side stand to those of the other; that is stated and proved as well.
+GHDL converts the entity to Verilog, Yosys makes it a module of the same design, and the properties
+state that every output is equal in every clock. Induction also needs the relation between the
+registers of both sides, which is stated and proved as well.
 """
 
 import importlib.metadata
@@ -35,11 +35,11 @@ __all__ = ["MITERS", "Control", "Miter", "check", "synthesized"]
 Relation: TypeAlias = Callable[[Bits], Bits]
 Relations: TypeAlias = Mapping[str, Relation]
 
-# Every signal that the VHDL names becomes an output; those that GHDL numbers do not.
+# Every named signal of the VHDL becomes an output; those numbered by GHDL do not.
 _SCRIPT = ("read_verilog gate.v; prep -top {0} -flatten; rename {0} reference; "
            "expose w:* w:n[0123456789]*_* w:*.n[0123456789]*_* %u %d; write_rtlil gate.il")
 
-# GHDL starts the name of a register as it starts the register, which it drives: Yosys would take
+# GHDL names the initial value of a register like the register that it drives: Yosys would take
 # that for a property of the first clock.
 _NAME = re.compile(r"(  always @\*\n    \w+ = \w+_q; // \(isignal\)\n)  initial\n    \w+ <= \S+;\n")
 _START = re.compile(r"^  initial\n    (\w+)", re.M)
@@ -58,7 +58,7 @@ def synthesized(reference: Reference, parameters: Mapping[str, object]) -> str:
     Raises
     ------
     EngineError
-        If GHDL or Yosys do not take it.
+        If GHDL or Yosys fail.
     """
     if reason := GHDLEngine.missing():
         raise EngineError(reason)
@@ -73,7 +73,8 @@ def synthesized(reference: Reference, parameters: Mapping[str, object]) -> str:
         text = _NAME.sub(r"\1", call(
             ["ghdl", "--synth", STANDARD, "--out=verilog", *generics, *files, "-e", entity], work))
         if wrong := [name for name in _START.findall(text) if not name.endswith("_q")]:
-            raise EngineError(f"GHDL gives a start to {', '.join(wrong)}, which is no register")
+            raise EngineError(f"GHDL gives an initial value to {', '.join(wrong)}, "
+                              "which is not a register")
         (work / "gate.v").write_text(text, encoding="utf-8")
         call([*YOSYS, "-q", "-p", script], work)
         return work / "gate.il"
@@ -85,7 +86,7 @@ def synthesized(reference: Reference, parameters: Mapping[str, object]) -> str:
 
 
 class _Pair(Contract):
-    """A component and the VHDL's module, with the same inputs."""
+    """A component and the VHDL's module, with common inputs."""
 
     def __init__(self, module: str, *args, **kwargs) -> None:
         self._module = module
@@ -95,11 +96,11 @@ class _Pair(Contract):
         return f"{super().rtlil()}\n{self._module}"
 
     def plant(self, mistake: Mistake) -> None:
-        """Put a mistake into the gateware."""
-        mistake.plant(self._fragment)
+        """Plant a mistake in the gateware."""
+        mistake.plant(self.fragment)
 
     def there(self, inputs: Mapping[str, Bits]) -> dict[str, Any]:
-        """Join the VHDL's module; return its outputs, registers among them."""
+        """Connect the VHDL's module; return its outputs, registers among them."""
         found = re.findall(r"^  wire (?:width (\d+) )?output \d+ \\(\S+)$", self._module, re.M)
         outputs = {name: Signal(int(width or 1), name=f"there_{name}") for width, name in found}
         self.m.submodules.reference = Instance(
@@ -111,7 +112,7 @@ class _Pair(Contract):
 
 @dataclass(frozen=True)
 class Miter(Component):
-    """A component beside its VHDL; see :class:`tb.contracts.contract.Component`."""
+    """A component and its VHDL; see :class:`tb.contracts.contract.Component`."""
 
     reference: Reference = REFERENCES["counter"]
 
@@ -124,7 +125,7 @@ class Miter(Component):
         reference : Reference
             The VHDL.
         registers : callable
-            Says what must hold of each register of the VHDL, by its path: is given the contract and
+            States the relation of each register of the VHDL, by its path: takes the contract and
             the component.
         """
         cases = (*map(Case, reference.cases),
@@ -132,12 +133,12 @@ class Miter(Component):
         return cls(reference.component, _alike(reference, registers), cases, reference=reference)
 
     def module(self, case: Case) -> str:
-        """Return the VHDL's module. Made before, it is there when `contract` holds others up."""
+        """Return the VHDL's module; calling this first shortens `contract`."""
         return synthesized(self.reference, case.parameters)
 
     def contract(self, case: Case, *, only: Collection[str] | None = None,
                  broken: bool = False) -> Contract:
-        """Set up a case; if it is `broken`, with the mistake in the gateware."""
+        """Make the contract of a case; if it is `broken`, with the mistake in the gateware."""
         contract = _Pair(self.module(case), self.make(**case.parameters),
                          self.describe, only=only, broken=broken)
         if broken:
@@ -147,20 +148,20 @@ class Miter(Component):
 
 @dataclass(frozen=True)
 class Control:
-    """What became of the mistake.
+    """Result of a planted mistake.
 
     Attributes
     ----------
     component, case : str
-        Where it was planted, and with which parameters.
+        Where it was planted, and the parameters.
     name : str
         The property that it must break.
     signal : str
         The path of the signal that the mistake changes.
     clock : int or None
-        Clock in which the property broke; None if it did not, which is an error.
+        Clock in which the property failed; None if it did not, which is an error.
     seconds : float
-        Time it took.
+        Duration.
     """
 
     component: str
@@ -172,18 +173,18 @@ class Control:
 
 
 def check(name: str, miter: Miter, folder: Path, lock: AbstractContextManager) -> Control:
-    """Plant the mistake of a miter, and see that the output that it names differs.
+    """Plant the mistake of a miter; its output must differ.
 
     Parameters
     ----------
     name : str
         Of the component.
     miter : Miter
-        Its first case is looked at.
+        Its first case is used.
     folder : Path
         Empty folder to work in.
     lock : context manager
-        Held while gateware is elaborated.
+        Held during elaboration.
     """
     began = time.monotonic()
     case, mistake = miter.cases[0], miter.reference.mistake
@@ -215,14 +216,14 @@ def _alike(reference: Reference, registers: Callable[..., Relations]) -> Callabl
     return describe
 
 
-# What must hold of the registers of the VHDL, by those of the gateware
+# Relations between the registers of the VHDL and those of the gateware
 
 def _is(value: Bits) -> Relation:
     return lambda there: there == value
 
 
 def _passed(count: Bits, period: int) -> Relation:
-    """One side counts up to 0, the other from 0."""
+    """One side counts up to 0, the other up from 0."""
     return lambda there: (there == count + (period - 1)) & (there < period)
 
 
@@ -314,4 +315,4 @@ MITERS = {name: Miter.of(REFERENCES[name], registers) for name, registers in {
     "controller": lambda c, dut: _controller(c, dut.period, dut.jog_period),
     "mill": _mill,
 }.items()}
-"""Components beside their VHDL, by name."""
+"""Miters by the name of their component."""

@@ -177,7 +177,7 @@ class TestEngine:
         with GHDLEngine(adder()) as engine:
             assert engine._process is not None
             engine._process.kill()
-            with pytest.raises(EngineError, match="ghdl has come to an end"):
+            with pytest.raises(EngineError, match="ghdl has ended"):
                 engine.run(5)
 
 
@@ -221,7 +221,7 @@ class TestCannotRun:
         clk, a, b = Signal(), Signal(), Signal()
         m = Module()
         m.d.comb += b.eq(a)
-        with pytest.raises(EngineError, match="^GHDL runs VHDL, and nobody has described wire in"):
+        with pytest.raises(EngineError, match="^GHDL runs VHDL, and wire has no VHDL reference"):
             GHDLEngine(Design("wire", m, clk, {"a": a}, {"b": b}))
 
     @ghdl

@@ -577,7 +577,7 @@ class TestMadeOn:
             return kind
 
         assert build_with_fallback(None, fails_fast) == (
-            AmaranthEngine, "The compiler failed; going on with the slow engine, amaranth, which "
+            AmaranthEngine, "The compiler failed; using the slow engine, amaranth, which "
                             "takes hundreds of times as long")
 
 

@@ -357,5 +357,5 @@ class TestNetlist:
 def test_vvp_that_dies(kind, monkeypatch):
     with kind(adder()) as engine:
         engine._process.kill()
-        with pytest.raises(EngineError, match="vvp has come to an end"):
+        with pytest.raises(EngineError, match="vvp has ended"):
             engine.run(5)

@@ -139,7 +139,7 @@ class TestRamp:
         rate, clocks = RateModel(modulus=self.MODULUS, max_rate=40), []
         for clock in range(self.CLOCKS):
             now = {"target": 9 * (clock > 301), "run": int(clock not in off)}
-            moved = int(motor.asks(**now)[0] and rate.is_due())
+            moved = int(motor.request(**now)[0] and rate.is_due())
             clocks += [clock + 1] * moved  # the coils change
             rate.clock(rate=motor.rate(35), moved=moved)
             motor.clock(**now, asked=35, moved=moved)

@@ -48,7 +48,7 @@ def mill(picture, *, shown=None, period=1) -> Cut:
             assert engine.clock < 500_000
             plant.feed(engine.run(1000, watch))
         plant.feed(engine.run(2, watch))
-        return Cut(plant.asked, plant, period, engine.clock, 0.0, engine.name)
+        return Cut(plant.target, plant, period, engine.clock, 0.0, engine.name)
 
 
 class TestBlobs:
@@ -141,5 +141,5 @@ class TestChecker:
             press(engine, "stop")
 
         monkeypatch.setattr(milling, "press", start_and_stop)
-        with pytest.raises(RuntimeError, match=r"^the machine stands still since clock \d+$"):
+        with pytest.raises(RuntimeError, match=r"^the machine has made no step since clock \d+$"):
             mill_picture(DOT, AmaranthEngine)

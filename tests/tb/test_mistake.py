@@ -86,7 +86,7 @@ def test_several():
 
 @pytest.mark.parametrize(("path", "message"), [
     ("one.lwo", "no signal 'one.lwo' in this design; there are dut.one.low, "),
-    ("low", "'low' may be dut.one.low, dut.two.low"),
+    ("low", "'low' matches dut.one.low, dut.two.low"),
     ("go", "nothing assigns 'go' in this design"),
 ])
 def test_path_that_leads_nowhere(path, message):

@@ -31,8 +31,8 @@ def line(dx, dy, dz, steps) -> list[tuple[int, int, int]]:
 class Reference:
     """Three axes, word by word; the pixels by trying each."""
 
-    def __init__(self, asked, pitch, travel):
-        self.asked, self.pitch, self.travel = asked, pitch, travel
+    def __init__(self, target, pitch, travel):
+        self.target, self.pitch, self.travel = target, pitch, travel
         self.place, self.steps = [0, 0, 0], [0, 0, 0]
         self.word: list[int | None] = [None] * 3
         self.phase: list[int | None] = [None] * 3
@@ -68,7 +68,7 @@ class Reference:
     def judge(self, clock, x, y, z):
         if z == -self.travel and x % self.pitch == 0 and y % self.pitch == 0:
             pixel = (x // self.pitch, y // self.pitch)
-            if 0 <= pixel[0] < self.asked.shape[0] and 0 <= pixel[1] < self.asked.shape[1]:
+            if 0 <= pixel[0] < self.target.shape[0] and 0 <= pixel[1] < self.target.shape[1]:
                 if pixel not in self.cut:
                     self.order.append(pixel)
                 self.cut.add(pixel)
@@ -80,8 +80,9 @@ class Reference:
                 for c in range(y // self.pitch - 1, y // self.pitch + 3)
             }
             nearest = [pixel for pixel in far if far[pixel] == min(far.values())]
-            rows, columns = self.asked.shape
-            if not any(0 <= r < rows and 0 <= c < columns and self.asked[r, c] for r, c in nearest):
+            rows, columns = self.target.shape
+            target = self.target
+            if not any(0 <= r < rows and 0 <= c < columns and target[r, c] for r, c in nearest):
                 self.wrong.append((clock, x, y, z))
 
 
@@ -123,9 +124,9 @@ class TestPlant:
     )
     def test_equals_reference_however_cut(self, trace, pitch, travel, pixels):
         rows, cuts = trace
-        asked = np.array(pixels).reshape(3, 2)
-        plant = Plant(asked, pitch=pitch, travel=travel)
-        reference = Reference(asked, pitch, travel)
+        target = np.array(pixels).reshape(3, 2)
+        plant = Plant(target, pitch=pitch, travel=travel)
+        reference = Reference(target, pitch, travel)
         for clock, words in rows:
             reference.feed(clock, words)
         corners, turns_seen, milled = [], 0, []
@@ -190,8 +191,8 @@ class TestPlant:
 
     def test_mills_a_diagonal(self):
         # The anti-diagonal of a 2 x 2 picture: half way it is as near to two clear pixels.
-        asked = np.array([[0, 1], [1, 0]], bool)
-        plant = Plant(asked, pitch=4, travel=3)
+        target = np.array([[0, 1], [1, 0]], bool)
+        plant = Plant(target, pitch=4, travel=3)
         plant.feed(
             walk(
                 [
@@ -203,7 +204,7 @@ class TestPlant:
                 ]
             )
         )
-        assert (plant.cut == asked).all()
+        assert (plant.cut == target).all()
         assert (plant.wrong_steps, plant.wrong, plant.lifts) == (0, [], 1)
         assert plant.position == (0, 0, 0)
         assert plant.air.steps == 8
@@ -225,10 +226,10 @@ class TestPlant:
 
     @pytest.mark.parametrize("pixel", [(0, 0), (0, 1), (1, 0), (1, 1)])
     def test_on_a_corner_all_four_are_nearest(self, pixel):
-        asked = np.zeros((2, 2), bool)
-        asked[pixel] = True
+        target = np.zeros((2, 2), bool)
+        target[pixel] = True
         away = 1 - 2 * pixel[0]
-        plant = Plant(asked, pitch=4, travel=1)
+        plant = Plant(target, pitch=4, travel=1)
         plant.feed(walk([*line(1, 1, 0, 2), (0, 0, -1), (away, 0, 0)]))
         assert plant.wrong == [(4, 2 + away, 2, -1)]
 

@@ -295,7 +295,7 @@ class TestSynthesized:
         ("o <= nothing;", "", "ghdl failed: .*nothing"),
         # A start of what has no register would be taken for a promise about the first clock.
         ("o <= last;", "signal last : std_logic := '0';",
-         "GHDL gives a start to last, which is no register"),
+         "GHDL gives an initial value to last, which is not a register"),
     ])
     def test_refused(self, declared, driven, message, tmp_path, monkeypatch):
         (tmp_path / "it.vhd").write_text(

@@ -39,7 +39,7 @@ class TestEngines:
             pytest.skip(reason)
         png, figures = tmp_path / "cut.png", tmp_path / "cut.json"
         assert run("--image", ring, "--png", png, "--json", figures, "--engine", engine) == 0
-        assert "17 asked, 17 cut, 0 missed, 0 cut in error" in capsys.readouterr().out
+        assert "17 requested, 17 cut, 0 missed, 0 cut in error" in capsys.readouterr().out
         assert AIR in colours(png)
         assert not {MISSED, IN_ERROR} & colours(png)
         facts = json.loads(figures.read_text())
@@ -125,7 +125,7 @@ class TestNoCompiler:
         assert run("--image", ring, "--png", tmp_path / "cut.png") == 0
         said = capsys.readouterr()
         assert "(amaranth)" in said.out
-        assert said.err.count("; going on with the slow engine, amaranth, which takes ") == 1
+        assert said.err.count("; using the slow engine, amaranth, which takes ") == 1
 
     def test_says_so_when_asked_for(self, tmp_path, ring, monkeypatch, capsys):
         monkeypatch.setenv("CXX", "/nowhere/g++")

@@ -66,7 +66,7 @@ class TestAlike:
                    path) == 0
         said = capsys.readouterr().out
         assert re.search(r"^counter +3000 clocks alike in \d+\.\d s   2 of 2 properties proved, "
-                         r"1 case, k=1, \d+\.\d s   mistake found in clock 1$", said, re.M)
+                         r"1 case, k=1, \d+\.\d s   mutant found in clock 1$", said, re.M)
         assert "2 of 2 are the same in VHDL" in said
         facts = json.loads(path.read_text())
         assert (facts["seed"], facts["cycles"]) == (5, 3000)
@@ -112,7 +112,7 @@ class TestDifferent:
         monkeypatch.setitem(MITERS, "divider", miter)
         assert run("divider", "--cycles", 2000) == 1
         said = capsys.readouterr().out
-        assert "mistake NOT FOUND" in said
+        assert "mutant NOT FOUND" in said
         assert "2000 clocks alike" in said and "2 of 2 properties proved" in said
 
     def test_vhdl_that_is_none(self, tmp_path, monkeypatch, capsys):
@@ -141,7 +141,7 @@ class TestComparison:
         assert self.made().good
         assert vhdl.line(self.made()) == (
             "coil          500 clocks alike in 1.0 s   1 of 1 properties proved, 1 case, k=1, "
-            "2.0 s   mistake found in clock 4")
+            "2.0 s   mutant found in clock 4")
 
     def test_difference_in_step(self):
         finding = Finding("ghdl", "cxxrtl", Difference(7, {"coils": (3, 6)}))

@@ -250,7 +250,7 @@ class TestSite:
             raise OSError(errno.EADDRNOTAVAIL, "Cannot assign requested address")
 
         async def whole():
-            with pytest.raises(UserError, match="^port 81 is not to be had .Cannot assign"):
+            with pytest.raises(UserError, match="^port 81 is not available .Cannot assign"):
                 async with serve(Server(tmp_path).app, 81):
                     pass
 
@@ -337,7 +337,7 @@ class TestStrangers:
 
 
 async def frame(page: ClientWebSocketResponse, seconds: float = 5) -> bytes:
-    """Take the next frame, whatever is said before."""
+    """Take the next frame, whatever is received before."""
     while (message := await page.receive(seconds)).type == WSMsgType.TEXT:
         pass
     assert message.type == WSMsgType.BINARY, message
@@ -363,9 +363,9 @@ class TestPages:
                     server.count.numbers += [n]
                     server.pages.wake()
                 await quiet(page)
-                assert not server.pages.hungry
+                assert not server.pages.ready
                 await page.send_json({"do": "next"})
-                while not server.pages.hungry:
+                while not server.pages.ready:
                     await asyncio.sleep(0.001)
                 server.pages.wake()
                 assert await frame(page) == bytes(range(2, 200))
@@ -382,7 +382,7 @@ class TestPages:
                     server.pages.wake()
                     assert await frame(quick) == bytes([n])
                     await quick.send_json({"do": "next"})
-                    while not server.pages.hungry:
+                    while not server.pages.ready:
                         await asyncio.sleep(0)
                 assert await frame(slow) == b"\0"
                 await quiet(slow)
@@ -391,15 +391,16 @@ class TestPages:
 
     def test_texts_are_told_to_all_and_kept_for_those_who_come(self, run):
         async def test(server, address, client):
-            server.pages.tell("job", {"rows": 1})
+            server.pages.publish("job", {"rows": 1})
             async with client.ws_connect(address + "ws") as first:
-                assert await first.receive_json() == {"say": "job", "rows": 1}
-                server.pages.tell("job", {"rows": 1})  # is known
-                server.pages.tell("state", {"done": True})
-                assert await first.receive_json() == {"say": "state", "done": True}
+                assert await first.receive_json() == {"topic": "job", "rows": 1}
+                server.pages.publish("job", {"rows": 1})  # is known
+                server.pages.publish("state", {"done": True})
+                assert await first.receive_json() == {"topic": "state", "done": True}
                 async with client.ws_connect(address + "ws") as second:
-                    said = [await second.receive_json() for _ in range(2)]
-                    assert said == [{"say": "job", "rows": 1}, {"say": "state", "done": True}]
+                    received = [await second.receive_json() for _ in range(2)]
+                    assert received == [{"topic": "job", "rows": 1},
+                                        {"topic": "state", "done": True}]
 
         run(test)
 
@@ -410,7 +411,7 @@ class TestPages:
                 while not server.count.done:
                     await asyncio.sleep(0.001)
                 for n in range(1000):  # without giving the page time to take one
-                    server.pages.tell("state", {"n": n})
+                    server.pages.publish("state", {"n": n})
                 assert (await page.receive_json())["n"] == 999
                 await quiet(page)
 

@@ -1,1 +1,1 @@
-"""The Nexys 2 and its machine on a page, with the gateware running behind it."""
+"""The page of the Nexys 2 and its machine; their gateware runs in a process of its own."""

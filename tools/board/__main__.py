@@ -1,4 +1,4 @@
-"""Show the board and its machine on a page, with the gateware running behind it."""
+"""Show the Nexys 2 and its machine on a page; their gateware runs in simulation."""
 
 import argparse
 import asyncio
@@ -25,30 +25,30 @@ __all__ = ["main"]
 
 ABOUT = """\
 Serves a page to this computer only: a Nexys 2 with its switches, buttons, LEDs and display, and
-beside it the milling machine that it moves. Behind it runs the gateware of the board, pin by pin.
+next to it the milling machine that it moves. The gateware of the board is simulated pin by pin.
 
 It prints an address; open it in a browser. It works without a network. To mill the picture, put
-SW7 on and press BTN1. The page can load another picture, run clock by clock or as fast as it goes,
-and record waveforms. Several pages may show the same board; Ctrl-C ends it.
+SW7 on and press BTN1. The page can load another picture, run clock by clock or at full speed, and
+record waveforms. Several pages may show the same board; Ctrl-C ends it.
 """
 
 EPILOG = f"""\
 examples:
   python -m tools.board
-      The strawberry. Open the address that it prints.
+      The strawberry. Open the address that is printed.
 
   python -m tools.board --image photo.jpg --size 120x120 --open
       A photograph, prepared as python -m tools.image does; a browser is opened.
 
   python -m tools.board --step-rate {float(TOP_SPEED)} --port 8000
-      Steps as far apart as on the real board: watch it clock by clock, at a fixed port.
+      The step rate of the real board, to watch it clock by clock; a fixed port.
 
 steps:
-  A real board makes {LONGEST_PERIOD} clocks from step to step. The simulation shortens this to
-  {timing_of(CXXRTLEngine)[0]} clocks on cxxrtl, which makes millions a second, and to
-  {timing_of(AmaranthEngine)[0]} on amaranth, which is always there and makes thousands: so a
-  picture takes minutes. For the same reason each digit has a shorter turn, and a contact counts
-  after {DEBOUNCE} clocks at rest. Nothing else differs from the board.
+  A real board takes {LONGEST_PERIOD} clocks per step. The simulation shortens this to
+  {timing_of(CXXRTLEngine)[0]} clocks on cxxrtl, which makes millions of clocks a second, and to
+  {timing_of(AmaranthEngine)[0]} on amaranth, which is always available and makes thousands: a
+  picture then takes minutes. For the same reason each digit is multiplexed faster, and
+  debouncing takes {DEBOUNCE} clocks. Nothing else differs from the board.
 """
 
 
@@ -62,12 +62,12 @@ def main(argv: list[str] | None = None) -> int:
                         help="port to listen on (default: any that is free)")
     parser.add_argument("--engine", metavar="NAME",
                         choices=sorted(name for name in ENGINES if ENGINES[name].can_trace),
-                        help="cxxrtl or amaranth (default: the fastest that runs here)")
+                        help="cxxrtl or amaranth (default: the fastest available)")
     rate = parser.add_mutually_exclusive_group()
     rate.add_argument("--period", metavar="CLOCKS", type=whole(1, LONGEST_PERIOD),
                       help="clocks from step to step (default: see below)")
     rate.add_argument("--step-rate", metavar="HZ", type=_period_of, dest="period",
-                      help="the same as steps a second of a board at 50 MHz")
+                      help="the same in steps per second, for a clock of 50 MHz")
     parser.add_argument("--open", action="store_true", help="open the page in a browser")
     add_picture_arguments(parser)
     args = parser.parse_args(argv)
@@ -112,7 +112,7 @@ def _period_of(text: str) -> int:
         raise argparse.ArgumentTypeError(str(error)) from error
     if period > LONGEST_PERIOD:
         raise argparse.ArgumentTypeError(
-            f"must be at least {float(TOP_SPEED)} steps/s, the machine's own, not {text!r}")
+            f"must be at least {float(TOP_SPEED)} steps/s, the machine's maximum, not {text!r}")
     return period
 
 

@@ -1,4 +1,4 @@
-"""Makes machines, in a thread: it takes seconds, and the machine before goes on meanwhile."""
+"""Builds machines in a thread: it takes seconds, and the machine before runs meanwhile."""
 
 import threading
 from dataclasses import replace
@@ -12,31 +12,31 @@ __all__ = ["Builder", "timing_of"]
 
 
 def timing_of(engine: type[Engine]) -> tuple[int, int]:
-    """Return the period, and the bits of the display's scan, at which a person can watch an engine.
+    """Return the step period and the bits of the display's scan counter that suit an engine.
 
-    A machine should mill the example in a minute or so. The digits should each have their turn in
-    far less than the time of a picture on the page.
+    The machine should mill the example in about a minute, and the display be scanned in far less
+    than the time between two frames of the page.
     """
     return (8, 4) if engine is AmaranthEngine else (4096, 8)
 
 
 class Builder:
-    """Builds one machine at a time, the one that was asked for last.
+    """Builds one machine at a time, the one that was requested last.
 
     Parameters
     ----------
     name : str, optional
-        The engine. None for the fastest that runs here: if it fails, the slow one serves.
+        The engine. None for the fastest available: if it fails, the slow one is used.
 
     Attributes
     ----------
     note : str or None
-        Why the slow engine serves, if the machine that was made last has it for that.
+        Why the last machine runs on the slow engine, if it was built with fallback.
     """
 
     def __init__(self, name: str | None) -> None:
         self._name = name
-        self._wanted: tuple[int, Job] | None = None
+        self._requested: tuple[int, Job] | None = None
         self._building = False
         self._lock = threading.Lock()
         self._built: list[tuple[int, Job, int, Engine | EngineError]] = []
@@ -44,46 +44,46 @@ class Builder:
 
     @property
     def building(self) -> bool:
-        """Whether something is under way."""
+        """Whether a build is under way."""
         with self._lock:
             return self._building or bool(self._built)
 
-    def want(self, number: int, job: Job) -> None:
-        """Ask for a machine."""
+    def request(self, number: int, job: Job) -> None:
+        """Request a machine."""
         with self._lock:
-            self._wanted = number, job
+            self._requested = number, job
             if not self._building:
                 self._building = True
                 threading.Thread(target=self._work, name="board builder", daemon=True).start()
 
     def built(self) -> tuple[int, Job, int, Engine | EngineError] | None:
-        """Return the number, the job with its period, the scan, and what came of it; once."""
+        """Return the number, the job with its period, the scan bits and the result; each once."""
         with self._lock:
             return self._built.pop() if self._built else None
 
     def _work(self) -> None:
         while True:
             with self._lock:
-                if self._wanted is None:
+                if self._requested is None:
                     self._building = False
                     return
-                number, job = self._wanted
-                self._wanted = None
+                number, job = self._requested
+                self._requested = None
             self.note = None
-            made = self._make(job)
+            result = self._make(job)
             with self._lock:
-                for *_, old in self._built:
-                    if isinstance(old, Engine):
-                        old.close()
-                self._built = [(number, *made)]
+                for *_, stale in self._built:
+                    if isinstance(stale, Engine):
+                        stale.close()
+                self._built = [(number, *result)]
 
     def _make(self, job: Job) -> tuple[Job, int, Engine | EngineError]:
         try:
-            made, self.note = build_with_fallback(self._name, lambda kind: _ready(job, kind))
-            return made
+            result, self.note = build_with_fallback(self._name, lambda kind: _ready(job, kind))
+            return result
         except EngineError as error:
             return job, 0, error
-        except Exception as error:  # a mistake of ours must be seen, and the page must live
+        except Exception as error:  # a bug must be shown, and the page stay up
             return job, 0, EngineError(f"{type(error).__name__}: {error}")
 
 

@@ -1,4 +1,4 @@
-"""How bright lights are: for what part of the time the gateware lets each of them be on."""
+"""Brightness of lights: their duty cycles."""
 
 from collections.abc import Mapping
 
@@ -9,15 +9,15 @@ from tb.engines import Changes
 
 __all__ = ["LIGHTS", "Lights"]
 
-#: Outputs of the board that are lights. Segments and digits light when they are low.
+#: Outputs of the board that are lights. Segments and digits are active low.
 LIGHTS = ("leds", "segments", "digits")
 
-#: A digit can be on for six eighths of its turn, which is every fourth.
+#: A digit can be on for six eighths of its slot, which is every fourth.
 MOST_OF_A_DIGIT = 6 / 8 / 4
 
 
 class Lights:
-    """Adds up for how many clocks each light was on."""
+    """Counts for how many clocks each light was on."""
 
     def __init__(self) -> None:
         self._clear()
@@ -30,14 +30,14 @@ class Lights:
     def feed(
         self, before: Mapping[str, int], changes: Changes, first: int, last: int
     ) -> None:
-        """Go on with the levels after the edges `first` to `last`.
+        """Continue with the levels after the edges `first` to `last`.
 
         Parameters
         ----------
         before : mapping of str to int
-            Levels that held before the first of the changes.
+            Levels before the first of the changes.
         changes : Changes
-            What the lights were from then on, none before `first`.
+            Levels from then on, none before `first`.
         first, last : int
             Clocks, counted after the edge.
         """
@@ -53,13 +53,13 @@ class Lights:
         self._display += (digits * weights[:, None]).T @ segments
 
     def take(self) -> tuple[bytes, bytes] | None:
-        """Return the duty of LEDs and segments since the last call; None if no clock was made.
+        """Return the duty of LEDs and segments since the last call; None if there was no clock.
 
         Returns
         -------
         pair of bytes
-            A byte each, 255 for what was on all the time that it can be: 8 LEDs, then 32 segments,
-            those of the rightmost digit first.
+            A byte each, 255 for the largest possible duty: 8 LEDs, then 32 segments, those of the
+            rightmost digit first.
         """
         if not self._clocks:
             return None
@@ -74,5 +74,5 @@ def _bits(levels: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def _bytes(shares: NDArray[np.float64]) -> bytes:
-    # What was on at all, however shortly, is not quite dark.
+    # A light that was on at all, however shortly, is not quite dark.
     return np.ceil(255 * shares.clip(0, 1)).astype(np.uint8).tobytes()

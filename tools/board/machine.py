@@ -1,4 +1,4 @@
-"""The board and the machine beside it, run by clocks: switches in, lights and steps out."""
+"""The board and its machine, run by clocks: contacts in, lights and steps out."""
 
 import struct
 from collections import deque
@@ -18,37 +18,37 @@ __all__ = ["Machine"]
 
 WATCH = (*LIGHTS, *COILS)
 
-#: Contacts moved that the machine has not seen yet; of more than that, the last one counts.
+#: Contact changes that may be queued; a further one replaces the last.
 MOST_CONTACTS = 64
 
-#: Rows of changes that are kept before they are looked at.
-MOST_NEWS = 1 << 16
+#: Rows of changes that are collected before they are processed.
+MOST_PENDING = 1 << 16
 
-#: Bytes after which a waveform ends, and clocks that run between two looks at its size.
+#: File size in bytes at which a waveform ends, and clocks between two checks of it.
 LARGEST_WAVE = 64 << 20
 WAVE_SLICE = 2000
 
 
 class Machine:
-    """A board that runs, three motors, and a plate under the tool.
+    """A running board, three motors, and a plate under the tool.
 
-    A plate is new when the machine is switched on, when a job begins, and when automatic mode is
-    entered with the tool elsewhere than over the corner of the last one: there is the origin then,
-    and where the first pixel shall be.
+    A plate is replaced when the machine is switched on, when a job begins, and when automatic mode
+    is entered with the tool elsewhere than over the corner of the last one: that place becomes the
+    origin, where the first pixel is.
 
     Parameters
     ----------
     engine : Engine
-        From `tb.milling.ready_to_mill`, not yet run. It is closed with the machine.
+        From `tb.milling.ready_to_mill`, not run yet. `close` closes it.
     job : Job
-        What was built into it, with its period.
+        The job that is built into it, with its period.
     switches : int
-        Where the switches are.
+        Levels of the switches.
 
     Attributes
     ----------
     stopped : bool
-        Whether BTN3 was pressed since the last reset. No output tells it.
+        Whether BTN3 was pressed since the last reset. It is not visible at any output.
     """
 
     def __init__(self, engine: Engine, job: Job, *, switches: int = 0) -> None:
@@ -59,8 +59,8 @@ class Machine:
         self._automatic = self._entering = False
         changes = engine.run(0, WATCH)
         self._levels = {name: int(changes[name][-1]) for name in WATCH}
-        self._news: list[Changes] = []
-        self._seen, self._seen_to = self._levels, -1
+        self._pending: list[Changes] = []
+        self._digested, self._digested_to = self._levels, -1
         self._lights = Lights()
         self._shine = bytes(8), bytes(32)
         self._job_clocks: tuple[int, int | None] = (0, None)
@@ -83,37 +83,37 @@ class Machine:
 
     @property
     def done(self) -> bool:
-        """Whether the plate is as asked, the tool back over its corner, and LD5 dark."""
+        """Whether every target pixel is cut, the tool back over its corner, and LD5 dark."""
         self._digest()
         return not self.busy and self._plate.right
 
     @property
-    def patience(self) -> int:
-        """Clocks within which a machine that works makes a step."""
+    def step_limit(self) -> int:
+        """Clocks within which a busy machine makes a step."""
         return (1 << 15) + 32 * max(self.job.pixels.shape) ** 2 + 8 * (self.job.period or 1)
 
     def touch(self, switches: int, buttons: int) -> None:
-        """Move contacts. Each move lasts until the machine has seen it, and none is left out."""
+        """Move contacts. Each change lasts until the machine has sampled it; none is left out."""
         if len(self._contacts) >= MOST_CONTACTS:
             self._contacts.pop()
         self._contacts.append((switches, buttons))
 
     def run(self, clocks: int, *, once: bool = False) -> tuple[int, bool]:
-        """Make up to so many clocks, at least one.
+        """Run for at least one clock.
 
         Parameters
         ----------
         clocks : int
-            Most clocks to make.
+            Most clocks to run.
         once : bool
             Stop after the first clock that changes a coil word.
 
         Returns
         -------
         int
-            Clocks made.
+            Clocks that were run.
         bool
-            Whether a coil word has changed in the last of them.
+            Whether a coil word changed in the last of them.
         """
         if self._window is not None:
             clocks = min(clocks, WAVE_SLICE, self._window[2] - self.clock)
@@ -127,12 +127,12 @@ class Machine:
             changes = self.engine.run(min(last - self.clock, held if held > 0 else clocks), WATCH,
                                       once=once)
             if len(changes):
-                self._news.append(changes)
+                self._pending.append(changes)
                 self._levels = {name: int(changes[name][-1]) for name in WATCH}
                 changed = once and words != [self._levels[name] for name in COILS]
             if self._entering and self.clock >= self._held_until:
                 self._enter()
-        if sum(map(len, self._news)) > MOST_NEWS:
+        if sum(map(len, self._pending)) > MOST_PENDING:
             self._digest()
         return self.clock - first, changed
 
@@ -140,7 +140,7 @@ class Machine:
         switches, buttons = self._contacts.popleft()
         self.engine.set(switches=switches, buttons=buttons)
         self._held_until = self.clock + SETTLE
-        # In reset nothing is kept, so that of both buttons reset wins.
+        # Reset clears the stop, so that with both buttons down reset wins.
         self.stopped = bool(buttons & BUTTON["stop"]) or self.stopped
         self.stopped &= not buttons & BUTTON["reset"]
         automatic = bool(switches & AUTOMATIC)
@@ -148,20 +148,20 @@ class Machine:
         self._automatic = automatic
 
     def _enter(self) -> None:
-        """Enter automatic mode: the origin is where the tool is."""
+        """Enter automatic mode: the place of the tool becomes the origin."""
         self._entering = False
         self._digest()
         if not self._plate.at_origin:
             self._plate = Plate(self.job, self._words())
 
     def _digest(self) -> None:
-        """Take in what happened since this was last done. A run is too short to do it each time."""
-        if self.clock == self._seen_to:
+        """Process the changes collected so far. Runs are too short to do it in each."""
+        if self.clock == self._digested_to:
             return
-        changes = _joined(self._news)
-        self._lights.feed(self._seen, changes, self._seen_to + 1, self.clock)
-        was_busy = bool(self._seen["leds"] & LED["busy"])
-        self._news, self._seen, self._seen_to = [], self._levels, self.clock
+        changes = _joined(self._pending)
+        self._lights.feed(self._digested, changes, self._digested_to + 1, self.clock)
+        was_busy = bool(self._digested["leds"] & LED["busy"])
+        self._pending, self._digested, self._digested_to = [], self._levels, self.clock
         if not len(changes):
             return
         busy = (changes["leds"] & LED["busy"]) != 0
@@ -177,12 +177,12 @@ class Machine:
         self._plate.feed(_rows(changes, start, len(changes)))
 
     def _words(self) -> Changes:
-        """Return the coil words as they are."""
+        """Return the present coil words."""
         return Changes(np.array([self.clock]),
                        {name: np.array([self._levels[name]]) for name in COILS})
 
     def cut(self, seconds: float = 0.0) -> Cut:
-        """Return what has become of the plate, at the timing of its last job."""
+        """Return the plate as milled so far, with the timing of its last job."""
         self._digest()
         begun, ended = self._job_clocks
         clocks = (self.clock if ended is None else ended) - begun
@@ -190,7 +190,7 @@ class Machine:
                    self.engine.name)
 
     def record(self, path: Path, clocks: int) -> None:
-        """Record the waveform of so many clocks from here on.
+        """Record the waveform of the next `clocks` clocks.
 
         Raises
         ------
@@ -198,7 +198,7 @@ class Machine:
             If it cannot be written, or another is being recorded.
         """
         if self.recording:
-            raise EngineError("A waveform is being recorded: wait for its end")
+            raise EngineError("A waveform is being recorded: wait until it ends")
         self.engine.trace(path)
         self._window = path, self.clock, self.clock + clocks
 
@@ -208,18 +208,18 @@ class Machine:
         return self._window is not None
 
     def recorded(self, *, whole: bool = True) -> Window | None:
-        """Return the waveform that is complete or has grown too large, once.
+        """Return a waveform that is complete or has grown too large, once.
 
         Parameters
         ----------
         whole : bool
-            If false it ends here, however long it is.
+            If false, end the recording now.
 
         Raises
         ------
         EngineError
-            If its file is gone or cannot be written, or it ends before its first clock. It ends
-            then, and the machine goes on.
+            If its file is gone or cannot be written, or it ends before its first clock. The
+            recording ends, and the machine continues.
         """
         if self._window is None:
             return None
@@ -235,13 +235,13 @@ class Machine:
             raise EngineError("The waveform has ended before its first clock")
         return Window(str(path), first, self.clock - first, last - first, size)
 
-    def look(self, rate: float) -> Snapshot:
-        """Return what has changed since the last look.
+    def snapshot(self, rate: float) -> Snapshot:
+        """Return the changes since the last snapshot.
 
         Parameters
         ----------
         rate : float
-            Clocks a second, to be shown.
+            Clocks per second, to be shown.
         """
         self._digest()
         self._shine = self._lights.take() or self._shine
@@ -253,7 +253,7 @@ class Machine:
 
 
 def _size(path: Path) -> int:
-    """Return the bytes of a file, -1 if there is none."""
+    """Return the size of a file in bytes, -1 if there is none."""
     try:
         return path.stat().st_size
     except OSError:

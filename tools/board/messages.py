@@ -1,4 +1,4 @@
-"""Messages between the page's server and the simulation, two processes."""
+"""Messages between the server of the page and the simulation, two processes."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 __all__ = ["CORNER", "PIXEL", "Job", "Snapshot", "Window"]
 
-#: A corner of the tool's path, in steps; bit 0 of the flags: the line to it was cut.
+#: A corner of the tool's path, in steps; bit 0 of the flags: the tool cut on the way to it.
 CORNER = np.dtype([("x", "<i4"), ("y", "<i4"), ("flags", "u1")])
 
 #: Number of a pixel: row * columns + column.
@@ -17,7 +17,7 @@ PIXEL = np.dtype("<u4")
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What the board is programmed with.
+    """The picture that the board is programmed with.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Job:
     name : str
         Name of the picture.
     period : int, optional
-        Clocks from step to step. None for one that suits the engine.
+        Clocks per step. None for the default of the engine.
     """
 
     pixels: NDArray[np.bool_]
@@ -35,22 +35,22 @@ class Job:
 
 
 class Snapshot(NamedTuple):
-    """The machine at a moment, packed as pages get it.
+    """The machine at one time, packed as frames of pages need it.
 
     Attributes
     ----------
     time, leds, display, motors : bytes
-        The parts of a frame of these names.
+        Parts of a frame, by these names.
     path : bytes
         Corners that are fixed since the last snapshot, as `CORNER`.
     tip : bytes
-        Where the tool is, as a `CORNER`.
+        The place of the tool, as a `CORNER`.
     path_anew : bool
-        Whether the path begins with these.
+        Whether the path starts again with these.
     cut : bytes
         Pixels cut since the last snapshot, as `PIXEL`.
     cut_anew : bool
-        Whether these are the first on the plate.
+        Whether these are the first pixels of a new plate.
     """
 
     time: bytes
@@ -65,10 +65,10 @@ class Snapshot(NamedTuple):
 
 
 class Window(NamedTuple):
-    """A waveform that was recorded: its file, first clock, clocks, clocks asked for, and bytes."""
+    """A recorded waveform: its file, first clock, clocks, requested clocks, and size in bytes."""
 
     path: str
     clock: int
     clocks: int
-    asked: int
+    requested: int
     size: int

@@ -1,4 +1,4 @@
-"""Requests of pages, checked: a page may send anything."""
+"""Validation of pages' requests: a page may send anything."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -12,24 +12,24 @@ __all__ = ["LONGEST_PERIOD", "read_order"]
 
 Message = Mapping[str, object]
 
-#: Clocks from step to step at the top speed of the real machine.
+#: Clocks per step at the top speed of the real machine.
 LONGEST_PERIOD = step_period(TOP_SPEED)
 
-#: Clocks that can be asked for at once, and clocks a second.
+#: Most clocks of a request, and limits of the speed in clocks per second.
 MOST_AT_ONCE = 1_000_000
 SPEEDS = (0.1, 1e9)
 
 
 def read_order(name: str, message: Message) -> int | float | tuple[int, int] | None:
-    """Return what an order is about: levels, a number of clocks, a speed; None if nothing.
+    """Return the argument of an order: levels, a number of clocks, a speed; None if it has none.
 
-    Of switches it is a mask of those that are put, and their levels: what a page knows of the
-    others may be old.
+    Switches have a mask of those that change, and their levels: a page may have an old state of
+    the others.
 
     Raises
     ------
     UserError
-        If there is no such order, or it is about something that cannot be.
+        If there is no such order, or its argument is invalid.
     """
     if name not in _ORDERS:
         raise UserError(f"there is no {name[:40]!r}: {', '.join(sorted(_ORDERS))}")
@@ -61,8 +61,8 @@ def _speed(message: Message) -> float | None:
     if speed is None:
         return None
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not least <= speed <= most:
-        raise UserError(f"clocks_per_second must be {least:g} to {most:g}, or null for as fast as "
-                        "it goes")
+        raise UserError(f"clocks_per_second must be {least:g} to {most:g}, or null for "
+                        "no limit")
     return float(speed)
 
 

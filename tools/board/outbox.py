@@ -8,17 +8,17 @@ from typing import Any
 
 __all__ = ["MOST_WAITING", "Outbox"]
 
-#: Orders that wait in full. Of more than that, the last one of each name counts.
+#: Orders that are queued in full. Beyond that, only the last one of each name is kept.
 MOST_WAITING = 64
 
 
 class Outbox:
-    """Sends orders by a thread of its own, so that the caller never waits.
+    """Sends orders in a thread of its own, so that the caller never blocks.
 
     Parameters
     ----------
     connection : Connection
-        Where they go. When it is broken, orders are thrown away.
+        The other end. When it is broken, orders are discarded.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -32,7 +32,7 @@ class Outbox:
         return len(self._orders)
 
     def put(self, *order: Any) -> None:
-        """Send an order, a name and what belongs to it, as soon as it can be taken."""
+        """Queue an order, a name and its arguments."""
         with self._changed:
             if len(self._orders) >= MOST_WAITING:
                 older = (waiting for waiting in reversed(self._orders) if waiting[0] == order[0])
@@ -42,7 +42,7 @@ class Outbox:
             self._changed.notify()
 
     def close(self) -> None:
-        """Let the thread end. What waits is thrown away."""
+        """End the thread. Queued orders are discarded."""
         with self._changed:
             self._closed = True
             self._changed.notify()

@@ -1,4 +1,4 @@
-"""Pictures that pages send: prepared as `tools.image` does, by its own options."""
+"""Uploaded pictures, prepared as `tools.image` does, with its options."""
 
 import tempfile
 from collections.abc import Mapping
@@ -11,10 +11,10 @@ from ..picture import Prepared
 
 __all__ = ["LARGEST_UPLOAD", "prepared"]
 
-#: Bytes of a picture, as its file.
+#: Most bytes of an uploaded file.
 LARGEST_UPLOAD = 32 << 20
 
-#: Options that are there or not.
+#: Options without a value.
 FLAGS = ("invert", "outline", "thin", "enlarge", "keep-lines")
 VALUES = ("size", "threshold", "turn", "mirror")
 
@@ -30,18 +30,18 @@ def prepared(data: bytes, query: Mapping[str, str]) -> Prepared:
     Parameters
     ----------
     data : bytes
-        A file of a picture.
+        The file of a picture.
     query : mapping of str to str
-        Options of `tools.image` without their dashes. Those that take no value are set by 1 and not
-        set by 0; an empty value is none.
+        Options of `tools.image` without their dashes. Options without a value are set by 1 and
+        cleared by 0; an empty value counts as none.
 
     Raises
     ------
     UserError
-        If the options or the picture are not right.
+        If the options or the picture are invalid.
     """
     if not data:
-        raise UserError("no picture came: choose a file")
+        raise UserError("no picture was sent: choose a file")
     parser = _Options(add_help=False)
     add_picture_arguments(parser)
     with tempfile.TemporaryDirectory(prefix="fresa-") as folder:

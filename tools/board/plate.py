@@ -1,4 +1,4 @@
-"""A plate under the tool: what is milled, and what of that has been sent."""
+"""A plate under the tool: what is milled, and which of it has been sent."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ __all__ = ["COILS", "Plate"]
 #: Outputs of the board that are coil words.
 COILS = ("axis_x", "axis_y", "axis_z")
 
-#: Corners after which the path begins anew: a machine may be jogged for ever.
+#: Corners after which the path starts again: a machine may be jogged without end.
 MOST_CORNERS = 1 << 20
 
 
@@ -23,9 +23,9 @@ class Plate:
     Parameters
     ----------
     job : Job
-        What is to be milled.
+        The picture to mill.
     words : Changes
-        The coil words where the tool stands: over the first pixel, on the face of the plate.
+        The coil words at the start: over the first pixel, on the face of the plate.
 
     Attributes
     ----------
@@ -42,25 +42,25 @@ class Plate:
 
     @property
     def at_origin(self) -> bool:
-        """Whether the tool is where it was at first."""
+        """Whether the tool is where it started."""
         return self.plant.position == (0, 0, 0)
 
     @property
     def right(self) -> bool:
-        """Whether every pixel asked is cut, and the tool is back."""
-        return self.at_origin and bool((self.plant.cut >= self.plant.asked).all())
+        """Whether every target pixel is cut, and the tool is back."""
+        return self.at_origin and bool((self.plant.cut >= self.plant.target).all())
 
     def feed(self, changes: Changes) -> None:
-        """Go on with these coil words."""
+        """Continue with these coil words."""
         self.plant.feed(changes)
         if self.plant.turns > MOST_CORNERS:
             self.plant.forget_path()
             self._corners, self._path_anew = 0, True
 
     def take_path(self) -> tuple[bytes, bytes, bool]:
-        """Return the corners fixed since the last call, the tool's place, and if all are new.
+        """Return the corners fixed since the last call, the tool's place, and if the path is new.
 
-        Both are `CORNER`; corners of the plane, so that what moves only up or down has none.
+        Both are `CORNER`; a movement up or down has no corner.
         """
         known = max(0, self._corners - 1)
         places = self.plant.corners_from(known)
@@ -76,7 +76,7 @@ class Plate:
         return corners[fixed][moved[fixed]].tobytes(), corners[-1:].tobytes(), anew
 
     def take_cut(self) -> tuple[bytes, bool]:
-        """Return the pixels cut since the last call, as `PIXEL`, and if all are new."""
+        """Return the pixels cut since the last call, as `PIXEL`, and if the plate is new."""
         milled = self.plant.milled_from(self._milled)
         self._milled += len(milled)
         anew, self._cut_anew = self._cut_anew, False

@@ -1,4 +1,4 @@
-"""What is served beside the page and its WebSocket: pictures in and out, and waveforms."""
+"""HTTP routes of the board's page: pictures in and out, and waveforms."""
 
 import asyncio
 from collections.abc import Mapping
@@ -21,8 +21,8 @@ PAGE = Path(__file__).parent / "page"
 
 LONGEST_NAME = 100
 
-#: Seconds that a picture may take to arrive.
-PATIENCE = 30
+#: Seconds within which a picture must arrive.
+UPLOAD_TIMEOUT_S = 30
 
 
 def board_site(board: Board) -> web.Application:
@@ -33,7 +33,7 @@ def board_site(board: Board) -> web.Application:
         web.post("/job/preview", routes.preview),
         web.post("/job", routes.program),
         web.get("/cut.png", routes.cut),
-        web.get("/asked.png", routes.asked),
+        web.get("/target.png", routes.target),
         web.get("/wave.vcd", routes.vcd),
         web.get("/wave.json", routes.signals),
         web.get("/wave.svg", routes.drawing),
@@ -47,7 +47,7 @@ def board_site(board: Board) -> web.Application:
 
 
 class _Routes:
-    """The handlers of a board. What takes long is done in a thread, one after the other."""
+    """Handlers of a board's routes. Slow work is done in a thread, one job at a time."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -66,9 +66,9 @@ class _Routes:
     async def _prepare(self, request: web.Request) -> tuple[str, Prepared]:
         query: Mapping[str, str] = dict(request.query)
         name = query.pop("name", "")[:LONGEST_NAME] or "picture"
-        async with self._working:  # a body at a time, too: memory is bounded
+        async with self._working:  # one body at a time, to bound memory
             try:
-                data = await asyncio.wait_for(request.read(), PATIENCE)
+                data = await asyncio.wait_for(request.read(), UPLOAD_TIMEOUT_S)
             except TimeoutError:
                 raise Refused("the picture did not arrive in time: send it again", 408) from None
             return name, await asyncio.to_thread(prepared, data, query)
@@ -78,7 +78,7 @@ class _Routes:
             cut = await self._board.cut()
             return _png(await asyncio.to_thread(lambda: encode(draw_cut(cut))), name="cut.png")
 
-    async def asked(self, _: web.Request) -> web.Response:
+    async def target(self, _: web.Request) -> web.Response:
         job = self._board.job
         if job is None:
             raise Refused("the machine is being built: wait for it", 404)

@@ -1,8 +1,8 @@
-"""What pages see of the machine, and how what is new becomes a frame.
+"""The state of the machine that pages show, and frames of its changes.
 
 A frame is little endian: version 1, a mask, then the parts whose bits are set. Parts of fixed size
-are sent when they differ from what the page got last. The path and the cut pixels are lists that
-grow: the page gets them from where it is, some thousands a frame.
+are sent when they differ from those that the page has. The path and the cut pixels are growing
+lists: the page gets the next items, some thousands a frame.
 """
 
 import struct
@@ -19,12 +19,12 @@ PARTS = {"time": 12, "inputs": 2, "leds": 8, "display": 32, "motors": 15}
 #: Parts that are lists, which follow, and the bytes of an item.
 LISTS = {"path": CORNER.itemsize, "cut": PIXEL.itemsize}
 
-#: Items of a list in a frame at most.
+#: Most items of a list in a frame.
 CHUNK = 4096
 
 
 class _List:
-    """Items of a list that grows, or begins anew as another generation."""
+    """Items of a list that grows, or starts again as another generation."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -50,7 +50,7 @@ class Scene:
         self.tip = b""
 
     def apply(self, snapshot: Snapshot) -> None:
-        """Take in what the simulation saw."""
+        """Apply a snapshot of the simulation."""
         self.fixed |= {name: getattr(snapshot, name)
                        for name in ("time", "leds", "display", "motors")}
         self.path.add(snapshot.path, anew=snapshot.path_anew)
@@ -58,12 +58,12 @@ class Scene:
         self.tip = snapshot.tip
 
     def touch(self, switches: int, buttons: int) -> None:
-        """Show contacts where people have put them."""
+        """Show the contacts as pages set them."""
         self.fixed["inputs"] = bytes((switches, buttons))
 
 
 class SceneView:
-    """What one page has got of a scene."""
+    """The part of a scene that one page has been sent."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -72,7 +72,7 @@ class SceneView:
         self._tip = b""
 
     def frame(self) -> bytes | None:
-        """Return what the page has not got yet, and count it as got; None if nothing."""
+        """Return changes that the page has not been sent, and mark them as sent; None if none."""
         scene, mask, parts = self._scene, 0, []
         if "time" not in scene.fixed:
             return None
@@ -102,7 +102,7 @@ class SceneView:
 
 
 def unpack(frame: bytes) -> dict[str, bytes | tuple[int, bytes]]:
-    """Take a frame apart, as pages do.
+    """Decode a frame, as pages do.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def unpack(frame: bytes) -> dict[str, bytes | tuple[int, bytes]]:
     Raises
     ------
     ValueError
-        If it is no frame.
+        If it is not a frame.
     """
     if len(frame) < 2 or frame[0] != VERSION or frame[1] >> len(PARTS | LISTS):
         raise ValueError("Frame must begin with its version and a mask of parts")
@@ -126,7 +126,7 @@ def unpack(frame: bytes) -> dict[str, bytes | tuple[int, bytes]]:
             at += size
         else:
             if at + 8 > len(frame):
-                raise ValueError("Frame must not break off")
+                raise ValueError("Frame must be complete")
             first, items = struct.unpack_from("<II", frame, at)
             parts[name] = first, frame[at + 8:at + 8 + items * size]
             at += 8 + items * size
@@ -136,7 +136,7 @@ def unpack(frame: bytes) -> dict[str, bytes | tuple[int, bytes]]:
 
 
 def _take(grows: _List, got: tuple[int, int]) -> tuple[int, bytes, tuple[int, int], bool]:
-    """Return the index of the next items, the items, what was got with them, and if all is new."""
+    """Return index and items of the next part of a list, the state after it, and if that is all."""
     generation, first = got
     if anew := generation != grows.generation:
         first = 0

@@ -1,4 +1,4 @@
-"""The process that the gateware runs in, as seen from the process that serves the pages."""
+"""The process of the gateware, seen from the server's process."""
 
 import asyncio
 import multiprocessing
@@ -16,8 +16,8 @@ from .worker import work
 
 __all__ = ["Simulation"]
 
-#: Seconds that it gets to end by itself.
-PATIENCE = 2.0
+#: Seconds within which the process must end by itself.
+STOP_TIMEOUT_S = 2.0
 
 
 class Simulation:
@@ -26,16 +26,16 @@ class Simulation:
     Parameters
     ----------
     engine : str, optional
-        The engine; None for the fastest that runs here.
-    heard : callable
-        Called in the event loop with the messages of the process, the tuples of
-        `tools.board.worker`, and with ``("ended", status)`` when it is gone.
+        The engine; None for the fastest available.
+    on_message : callable
+        Called in the event loop with the messages of the process, tuples of `tools.board.worker`,
+        and with ``("ended", status)`` when it has ended.
     folder : str
         A folder that the process deletes if this one is killed.
     """
 
-    def __init__(self, engine: str | None, heard: Callable[..., None], folder: str) -> None:
-        self._engine, self._heard, self._folder = engine, heard, folder
+    def __init__(self, engine: str | None, on_message: Callable[..., None], folder: str) -> None:
+        self._engine, self._on_message, self._folder = engine, on_message, folder
         self._process: BaseProcess | None = None
         self._connection: Connection | None = None
         self._outbox: Outbox | None = None
@@ -47,7 +47,7 @@ class Simulation:
 
     @property
     def pid(self) -> int | None:
-        """Number of the process."""
+        """Its process id."""
         return None if self._process is None else self._process.pid
 
     def start(self) -> None:
@@ -56,37 +56,37 @@ class Simulation:
         ours, its = context.Pipe()
         process = context.Process(target=work, args=(its, self._engine, self._folder),
                                   daemon=True)
-        with _deaf_to_control_c():
+        with _ignore_sigint():
             process.start()
         its.close()
         self._process, self._connection, self._outbox = process, ours, Outbox(ours)
         threading.Thread(target=_listen, name="board listener", daemon=True, args=(
-            ours, process, asyncio.get_running_loop(), self._hear)).start()
+            ours, process, asyncio.get_running_loop(), self._receive)).start()
 
-    def tell(self, *order: Any) -> None:
-        """Send an order. If the process is gone nothing happens; its end is reported by itself."""
+    def send(self, *order: Any) -> None:
+        """Send an order. If the process has ended nothing happens; its end is reported anyway."""
         if self._outbox is not None:
             self._outbox.put(*order)
 
-    def _hear(self, connection: Connection, *message: Any) -> None:
+    def _receive(self, connection: Connection, *message: Any) -> None:
         if connection is not self._connection:
-            return  # it was ended: its earlier messages are void
+            return  # a process before: its messages no longer count
         if message[0] == "ended":
             if self._outbox is not None:
                 self._outbox.close()
             connection.close()
             self._connection = self._outbox = None
-        self._heard(*message)
+        self._on_message(*message)
 
     def stop(self) -> None:
-        """End the process and all that it started. It has some time to do so itself."""
+        """End the process and all that it started, by force after a timeout."""
         process, outbox = self._process, self._outbox
         self._process = self._connection = self._outbox = None
         if process is None:
             return
         if outbox is not None:
             outbox.put("quit")
-        process.join(PATIENCE)
+        process.join(STOP_TIMEOUT_S)
         if outbox is not None:
             outbox.close()
         if process.is_alive() and process.pid is not None:
@@ -97,8 +97,8 @@ class Simulation:
 
 
 @contextmanager
-def _deaf_to_control_c() -> Iterator[None]:
-    """Let what is started here ignore Ctrl-C from its first instruction on."""
+def _ignore_sigint() -> Iterator[None]:
+    """Start child processes with SIGINT ignored."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -111,15 +111,15 @@ def _deaf_to_control_c() -> Iterator[None]:
 
 def _listen(
     connection: Connection, process: BaseProcess, loop: asyncio.AbstractEventLoop,
-    hear: Callable[..., None],
+    receive: Callable[..., None],
 ) -> None:
-    """Hand on what comes through a connection, until it is closed."""
+    """Forward messages of a connection to the event loop, until it is closed."""
     with suppress(RuntimeError):  # the loop has ended
         while True:
             try:
                 message = connection.recv()
             except (EOFError, OSError):
-                process.join(PATIENCE)
-                loop.call_soon_threadsafe(hear, connection, "ended", process.exitcode)
+                process.join(STOP_TIMEOUT_S)
+                loop.call_soon_threadsafe(receive, connection, "ended", process.exitcode)
                 return
-            loop.call_soon_threadsafe(hear, connection, *message)
+            loop.call_soon_threadsafe(receive, connection, *message)

@@ -1,4 +1,4 @@
-"""The stage's panel: a page that moves it, knows where it is, and keeps its points."""
+"""The page of the stage: jogs it, shows its position, and stores its points."""
 
 from .panel import Panel
 

@@ -22,12 +22,12 @@ from .stage import MACHINE, SERVED, TOP_SPEED
 __all__ = ["main"]
 
 ABOUT = """\
-Serves a page to this computer only: the panel of a stage. It shows where the three axes are,
-moves them while a button or a key is held, and goes to points.
+Serves a page to this computer only: the panel of a stage. It shows the position of the three axes,
+jogs them while a button or a key is held, and moves to stored points.
 
 It prints an address; open it in a browser, choose the serial port, and press Connect. Ctrl-C stops
-the machine and ends the panel. What the page shows is kept: where the machine is, its speeds, the
-points. A machine that was off in between is told where it is when it is connected again.
+the machine and ends the panel. Position, speeds and points are saved in a file. If the machine was
+switched off meanwhile, its position is restored when it is connected again.
 """
 
 EPILOG = f"""\
@@ -36,15 +36,14 @@ examples:
       The page offers all serial ports of this computer.
 
   python -m tools.panel /dev/ttyUSB0 --open
-      This port is chosen already; a browser is opened.
+      This port is selected; a browser is opened.
 
   python -m tools.panel --simulate
-      No machine needed: its gateware runs in simulation, in real time, if there is a C++ compiler.
-      Its limit switches are pressed on the page.
-      What is kept of that is kept apart.
+      Without a machine: its gateware runs in simulation, in real time, if there is a C++ compiler.
+      Its limit switches are pressed on the page. Its position and points are saved separately.
 
   python -m tools.panel --simulate --backlash 4 4 0
-      The same, with backlash that the machine makes up for.
+      The same, with backlash that the machine compensates.
 
   python -m tools.panel socket://127.0.0.1:4000
       A machine that python -m tools.serve {MACHINE} --tcp 4000 runs.
@@ -57,7 +56,7 @@ files:
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
+    """Run the command; return its exit status."""
     parser = Parser(prog="python -m tools.panel", description=ABOUT, epilog=EPILOG)
     parser.add_argument("serial", metavar="PORT", nargs="?", help="serial port of the machine")
     parser.add_argument("--simulate", action="store_true", help="run the machine in simulation")

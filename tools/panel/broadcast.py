@@ -1,4 +1,4 @@
-"""What is sent to all pages."""
+"""The messages that are published to all pages."""
 
 from ..serve import Switches
 from ..web import Pages
@@ -13,7 +13,7 @@ __all__ = ["Broadcast"]
 
 
 class Broadcast:
-    """What is to be known of the machine, for pages.
+    """Publishes the state of the machine to the pages.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ class Broadcast:
     Attributes
     ----------
     note : str
-        What has happened last.
+        The last event, as text.
     silent : bool
-        The machine should report, and does not.
+        Whether the machine does not report although it should.
     """
 
     def __init__(self, pages: Pages, switches: Switches | None) -> None:
@@ -35,44 +35,45 @@ class Broadcast:
         self.note, self._bad = "", False
         self.silent = False
         self._reports = 0
-        pages.tell("hello", {
+        pages.publish("hello", {
             "axes": AXES, "slowest": SLOWEST, "fastest": FASTEST, "travel": TRAVEL,
             "steps_per_um": STEPS_PER_UM, "switches": switches.ends if switches else []})
 
-    def say(self, note: str, *, bad: bool = False) -> None:
-        """Note what has happened; the next `tell` sends it."""
+    def notify(self, note: str, *, bad: bool = False) -> None:
+        """Set the note on the last event; the next `publish` sends it."""
         self.note, self._bad = note, bad
 
     def forget(self) -> None:
-        """Note that nothing has happened yet."""
-        self.say("")
+        """Clear the note."""
+        self.notify("")
         self.silent = False
 
-    def hear(self, message: Message, ended: Ended | None) -> None:
-        """Note a message of the machine, and the point that is not gone to any more with it."""
+    def receive(self, message: Message, ended: Ended | None) -> None:
+        """Update the note for a message of the machine, and for a movement that has ended."""
         self.silent = False
         if isinstance(message, Limit):
-            self.say(f"A limit switch stopped {message.axis.upper()}. Move away from it.", bad=True)
+            self.notify(f"A limit switch stopped {message.axis.upper()}. Move away from it.",
+                        bad=True)
         elif isinstance(message, Refusal):
-            meaning = MEANINGS.get(message.reason, "it does not say more")
-            self.say(f"The machine refused: {meaning} ({message.reason}).", bad=True)
+            meaning = MEANINGS.get(message.reason, "for an unknown reason")
+            self.notify(f"The machine refused: {meaning} ({message.reason}).", bad=True)
         else:
             self._reports += 1
-            if ended is not None and ended.there:
-                self.say(f"At point {ended.point}.")
+            if ended is not None and ended.reached:
+                self.notify(f"At point {ended.point}.")
             elif ended is not None:
-                self.say(f"It did not get to point {ended.point}: the line may be disturbed. "
-                         "Go there again.", bad=True)
+                self.notify(f"It did not reach point {ended.point}: the line may be disturbed. "
+                         "Start it again.", bad=True)
 
-    def tell(self, machine: Machine, moves: Moves, ports: Ports, busy: Busy,
+    def publish(self, machine: Machine, moves: Moves, ports: Ports, busy: Busy,
              settings: Settings) -> None:
-        """Tell all pages how it is. What has not changed is not sent."""
-        self._pages.tell("state", {
+        """Publish the state to all pages. Unchanged messages are not sent again."""
+        self._pages.publish("state", {
             "connected": machine.connected, "doing": busy.doing, "ports": ports.offered,
             "port": ports.chosen(settings.port), "note": self.note, "bad": self._bad,
             "silent": self.silent, "limits": sorted(machine.limits), "goal": moves.goal,
             "directions": moves.directions,
             "pressed": self._switches.pressed if self._switches else []})
-        self._pages.tell("place", {"um": Place.of(settings.steps), "steps": settings.steps,
+        self._pages.publish("place", {"um": Place.of(settings.steps), "steps": settings.steps,
                                    "reports": self._reports})
-        self._pages.tell("settings", {"speeds": settings.speeds, "points": settings.points})
+        self._pages.publish("settings", {"speeds": settings.speeds, "points": settings.points})

@@ -1,4 +1,4 @@
-"""What takes its time, one at once."""
+"""One slow operation at a time."""
 
 import asyncio
 from collections.abc import Callable, Coroutine
@@ -11,17 +11,17 @@ __all__ = ["Busy"]
 
 
 class Busy:
-    """Whether something is being done, and what.
+    """Runs a slow operation in the background, one at a time.
 
     Parameters
     ----------
     ended : callable
-        Called in the event loop when it is done, with what was wrong with the machine, if anything.
+        Called in the event loop at its end, with the machine's error if there was one.
 
     Attributes
     ----------
     doing : str
-        What is being done; empty if nothing.
+        The operation that is running; empty if there is none.
     """
 
     def __init__(self, ended: Callable[[MachineError | None], None]) -> None:
@@ -30,12 +30,12 @@ class Busy:
         self.doing = ""
 
     def begin(self, doing: str, work: Coroutine[None, None, None]) -> None:
-        """Begin something.
+        """Begin an operation.
 
         Raises
         ------
         UserError
-            If something is being done.
+            If one is running.
         """
         if self._task is not None:
             work.close()
@@ -45,7 +45,7 @@ class Busy:
         self._task.add_done_callback(self._done)
 
     async def cancel(self) -> None:
-        """End it, whether it is done or not."""
+        """Cancel the operation, if one is running."""
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
@@ -55,4 +55,4 @@ class Busy:
         error = None if task.cancelled() else task.exception()
         self._ended(error if isinstance(error, MachineError) else None)
         if error is not None and not isinstance(error, MachineError):
-            raise error  # a mistake of ours must be seen
+            raise error  # a bug must be shown

@@ -15,16 +15,16 @@ __all__ = ["Line"]
 
 
 class Line:
-    """A port that is open, read in one thread and written in another.
+    """An open port, read in one thread and written in another.
 
     Parameters
     ----------
     port : Port
         The port.
     received : callable
-        Called in the event loop with the bytes that come.
+        Called in the event loop with received bytes.
     lost : callable
-        Called there, once or twice, if the port is gone.
+        Called there, once or twice, if the port is lost.
     """
 
     def __init__(self, port: Port, received: Callable[[bytes], None],
@@ -37,11 +37,11 @@ class Line:
         self._reader.start()
 
     def send(self, output: Output) -> None:
-        """Send bytes; do not wait until they are sent."""
+        """Queue bytes to be sent."""
         self._writer.send(output)
 
     def close(self) -> None:
-        """Send what there is, and let go of the port. Waits for both."""
+        """Send the queued bytes, and close the port. Waits for both."""
         self._writer.close()
         self._closed = True
         self._reader.join()

@@ -1,4 +1,4 @@
-"""The stage as the panel has it: its session, driven by the event loop."""
+"""The stage: its session, driven by the event loop."""
 
 import asyncio
 import math
@@ -17,36 +17,36 @@ __all__ = ["Machine"]
 
 T = TypeVar("T")
 
-#: Seconds that a machine has for a report.
+#: Seconds within which a machine must report.
 REPORT_TIMEOUT_S = 2.0
 
 
 class Machine:
     """A stage on a serial line, which may be plugged and unplugged.
 
-    All methods but those that are asynchronous return at once. What makes it safe is in its
-    session: see `StageSession`, which is attended here.
+    All methods but the asynchronous ones return at once. The safety rules are in its session: see
+    `StageSession`, with its option `attended`.
 
     Parameters
     ----------
     opened : callable
         Opens a serial port, given its name.
-    heard : callable
+    on_message : callable
         Called in the event loop with each message while it is connected.
-    lost : callable
-        Called there, with a line of text, when the port is gone.
+    on_loss : callable
+        Called there, with a line of text, when the port is lost.
 
     Attributes
     ----------
     connected : bool
-        Orders can be sent.
+        Whether orders can be sent.
     steps : Steps or None
-        The place that was reported last since it was connected.
+        The last reported position since it was connected.
     """
 
-    def __init__(self, opened: Callable[[str], Port], heard: Callable[[Message], None],
-                 lost: Callable[[str], None]) -> None:
-        self._opened, self._heard, self._lost = opened, heard, lost
+    def __init__(self, opened: Callable[[str], Port], on_message: Callable[[Message], None],
+                 on_loss: Callable[[str], None]) -> None:
+        self._opened, self._on_message, self._on_loss = opened, on_message, on_loss
         self._loop = asyncio.get_running_loop()
         self._session = StageSession()
         self._line: Line | None = None
@@ -58,40 +58,40 @@ class Machine:
 
     @property
     def in_motion(self) -> bool:
-        """Whether it goes to a point, or is about to."""
+        """Whether it moves to a point, or is about to."""
         return self._session.in_motion
 
     @property
     def limits(self) -> frozenset[str]:
-        """Axes that a limit switch has stopped, until they are moved."""
+        """Axes that a limit switch has stopped, until they move again."""
         return self._session.limits
 
     @property
     def halts(self) -> int:
-        """Times that all movement was ended at once."""
+        """Number of times that all movement was stopped at once."""
         return self._session.halts
 
     @property
     def silent(self) -> bool:
-        """Whether it should report and does not."""
+        """Whether it does not report although it should."""
         return self.connected and self._session.stale(self._loop.time())
 
     async def connect(self, port: str, settings: Settings) -> bool:
-        """Connect, stop what moves, and send the machine its speeds, its points and its place.
+        """Connect, stop all movement, and send the machine its speeds, points and position.
 
-        Its place only if it had forgotten that; see `StageSession.restore`.
+        Its position only if it was reset; see `StageSession.restore`.
 
         Returns
         -------
         bool
-            Whether its place was sent to it.
+            Whether its position was sent.
 
         Raises
         ------
         LineLost
-            If the port cannot be opened, or is gone.
+            If the port cannot be opened, or is lost.
         TimedOut
-            If no machine reports, or it does not stop, or the line is too bad to know.
+            If no machine reports, or it does not stop, or the line is too disturbed.
         """
         await self.disconnect()
         opened = await asyncio.to_thread(self._opened, port)
@@ -102,7 +102,7 @@ class Machine:
         try:
             forgot = await self._run(session.restore(settings.steps))
         except BaseException:
-            await self._let_go()
+            await self._release()
             raise
         self.connected, self.steps = True, session.steps
         for axis, speed in zip(AXES, settings.speeds, strict=True):
@@ -113,7 +113,7 @@ class Machine:
         return forgot
 
     async def disconnect(self) -> None:
-        """Stop, hear where that was, and disconnect. Does nothing if it is not connected."""
+        """Stop, read the final position, and disconnect. Does nothing if it is not connected."""
         if self._closing is not None:
             await self._closing
         if self._line is None:
@@ -122,10 +122,10 @@ class Machine:
         with suppress(MachineError):
             await self._run(self._session.bring_to_rest())
             self.steps = self._session.steps
-        await self._let_go()
+        await self._release()
 
-    async def _let_go(self) -> None:
-        """Leave the machine still and without power, if it hears that, and the port to others."""
+    async def _release(self) -> None:
+        """Stop the machine, switch its motors off if it answers, and close the port."""
         self.connected = False
         self._do(self._session.leave)
         await asyncio.sleep(self._session.sent_at - self._loop.time())
@@ -147,42 +147,42 @@ class Machine:
     # What is sent
 
     def jog(self, axis: str, direction: int) -> None:
-        """Move an axis up (1) or down (-1), or end that (0). It departs to no point then."""
+        """Jog an axis up (1) or down (-1), or stop it (0). A movement to a point ends."""
         if direction:
             self._do(self._session.jog, axis, direction)
         else:
             self._do(self._session.stop, [axis])
 
     def stop(self) -> None:
-        """End all movement, whatever stands in the line."""
+        """Stop all movement, whatever is in the line."""
         self._do(self._session.halt)
 
     def set_speed(self, axis: str, um_per_second: float) -> None:
-        """Set the speed of an axis."""
+        """Set the speed of an axis, in um/s."""
         self._do(self._session.set_speed, axis, round(um_per_second * STEPS_PER_UM))
 
     def store(self, number: int, point: Sequence[float | None]) -> None:
-        """Let the machine keep a point, if it is whole."""
+        """Store a point in the machine, if all its fields are filled."""
         if (steps := _steps(point)) is not None:
             self._do(self._session.keep_point, number, steps)
 
     def go(self, number: int, point: Sequence[float | None]) -> Steps | None:
-        """Go to a point, if it is whole; give its steps then."""
+        """Move to a point, if all its fields are filled; return its steps then."""
         if (steps := _steps(point)) is not None:
             self._do(self._session.travel, number, steps)
         return steps
 
     def origin(self) -> None:
-        """Call this place (0, 0, 0)."""
+        """Make this position the origin, (0, 0, 0)."""
         self._do(self._session.call_origin)
 
     def _do(self, work: Callable[..., None], *args: object) -> None:
-        """Do at once what the session does, given the time last."""
+        """Call a method of the session with the time as its last argument, and send its output."""
         work(*args, self._loop.time())
         self._send()
 
     def _send(self) -> None:
-        """Send what the session has to send, and wake what waits for it, by its deadline if so."""
+        """Send the session's output, wake waiting tasks, and set a timer for its deadline."""
         for output in self._session.take_outputs():
             if self._line is not None:
                 self._line.send(output)
@@ -192,7 +192,7 @@ class Machine:
         deadline = self._session.deadline
         self._timer = self._loop.call_at(deadline, self._tick) if deadline < math.inf else None
 
-    # What is heard, in the event loop
+    # Received, in the event loop
 
     def _tick(self) -> None:
         self._do(self._session.tick)
@@ -204,7 +204,7 @@ class Machine:
             if self.connected:
                 if isinstance(message, Steps):
                     self.steps = message
-                self._heard(message)
+                self._on_message(message)
 
     def _lose(self, error: LineLost) -> None:
         self._session.lose(error)
@@ -214,9 +214,9 @@ class Machine:
             line, self._line = self._line, None
             if line is not None:
                 self._closing = asyncio.create_task(asyncio.to_thread(line.close))
-            self._lost(str(error))
+            self._on_loss(str(error))
 
 
 def _steps(point: Sequence[float | None]) -> Steps | None:
-    """Give the steps of a point; None if it has an empty field."""
+    """Return the steps of a point; None if it has an empty field."""
     return None if None in point else Place(*(um or 0.0 for um in point)).steps

@@ -1,4 +1,4 @@
-"""What moves the machine: pages that hold an axis, and the way to a point."""
+"""Movements: jogging by pages, and movements to points."""
 
 import asyncio
 from collections.abc import Hashable, Sequence
@@ -14,43 +14,43 @@ __all__ = ["Ended", "Moves"]
 
 
 class Ended(NamedTuple):
-    """A point that is not being gone to any more, and whether the machine is there."""
+    """A movement to a point that has ended, and whether it reached the point."""
 
     point: int
-    there: bool
+    reached: bool
 
 
 class Moves:
-    """What moves a machine, at which speed, and what has stopped it.
+    """Movements of a machine, their speeds, and their ends.
 
     Parameters
     ----------
     machine : Machine
-        It.
+        The machine.
 
     Attributes
     ----------
     directions : tuple of int
-        In which direction each axis is held.
+        The direction in which each axis is held.
     goal : int or None
-        The point that is being gone to.
+        The point of the movement under way.
     """
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
-        self._speeds: tuple[int, ...] = ()  # that were sent
+        self._sent_speeds: tuple[int, ...] = ()
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew, with a machine that stands still."""
+        """Start again, with a machine that stands still."""
         self._release()
-        self.end_going()
+        self.clear_goal()
 
-    def end_going(self) -> None:
-        """Note that no point is being gone to any more."""
+    def clear_goal(self) -> None:
+        """Clear the goal: no movement to a point is under way."""
         self.goal: int | None = None
-        self._there: Steps | None = None
+        self._goal_steps: Steps | None = None
 
     # Holding
 
@@ -60,38 +60,38 @@ class Moves:
         self.follow()
 
     def refresh(self, page: Hashable) -> None:
-        """Note that a page still holds what it held."""
+        """Renew a page's hold."""
         self._jogging.refresh(page, self._loop.time())
 
     def leave(self, page: Hashable) -> None:
-        """Let go of what a page holds."""
+        """Release the axes that a page holds."""
         self._jogging.leave(page)
         self.follow()
 
     def follow(self) -> None:
-        """Let each axis move as it is held; send only what is new."""
+        """Jog each axis as it is held; send changes only."""
         directions = self._jogging.directions(self._loop.time())
         for axis, before, direction in zip(AXES, self.directions, directions, strict=True):
             if direction != before:
                 self._machine.jog(axis, direction)
-                self.end_going()
+                self.clear_goal()
         self.directions = directions
 
     def stop(self) -> None:
-        """End all movement, whatever pages hold and whatever stands in the line."""
+        """Stop all movement, whatever pages hold and whatever is in the line."""
         self._machine.stop()
-        self.end_going()
+        self.clear_goal()
         self._release()
 
     def _release(self) -> None:
-        """Hold nothing any more."""
+        """Release all axes."""
         self.directions, self._jogging = NOWHERE, Jogging()
         self._halts = self._machine.halts
 
-    # Going to points, and speeds
+    # Movements to points, and speeds
 
     def go(self, number: int, point: Point) -> None:
-        """Go to a point.
+        """Move to a point.
 
         Raises
         ------
@@ -101,29 +101,29 @@ class Moves:
         steps = self._machine.go(number, point)
         if steps is None:
             raise UserError(f"point {number} has an empty field: fill it in first")
-        self.goal, self._there = number, steps
+        self.goal, self._goal_steps = number, steps
 
-    def knows_speeds(self, speeds: Sequence[int]) -> None:
-        """Note which speeds were sent when it was connected."""
-        self._speeds = tuple(speeds)
+    def record_speeds(self, speeds: Sequence[int]) -> None:
+        """Record the speeds that were sent on connection."""
+        self._sent_speeds = tuple(speeds)
 
     def send_speeds(self, speeds: Sequence[int]) -> None:
-        """Send the speeds that are new, seldom: the line is slow, and a slider says much."""
+        """Send changed speeds, at a low rate: the line is slow, and a slider changes often."""
         if not self._machine.connected:
             return
-        for axis, sent, speed in zip(AXES, self._speeds, speeds, strict=True):
+        for axis, sent, speed in zip(AXES, self._sent_speeds, speeds, strict=True):
             if speed != sent:
                 self._machine.set_speed(axis, speed)
-        self._speeds = tuple(speeds)
+        self._sent_speeds = tuple(speeds)
 
-    def hear(self, message: Message) -> Ended | None:
-        """Take a message; give a point that the machine does not go to any more by itself."""
+    def receive(self, message: Message) -> Ended | None:
+        """Process a message; return a movement to a point that has ended by itself."""
         if self._machine.halts != self._halts:
             self._release()
         if isinstance(message, Limit | Refusal):
-            self.end_going()
+            self.clear_goal()
         elif self.goal is not None and not self._machine.in_motion:
-            ended = Ended(self.goal, message == self._there)
-            self.end_going()
+            ended = Ended(self.goal, message == self._goal_steps)
+            self.clear_goal()
             return ended
         return None

@@ -1,4 +1,4 @@
-"""What pages ask for, checked: a page may say anything."""
+"""Validation of pages' requests: a page may send anything."""
 
 from collections.abc import Mapping
 
@@ -15,12 +15,12 @@ LONGEST_NAME = 200
 
 
 def _whole(message: Message, name: str, least: int, most: int) -> int:
-    """Give a whole number of a message.
+    """Return an integer field of a message.
 
     Raises
     ------
     UserError
-        If there is none, or it is less or more than it may be.
+        If it is missing, or out of range.
     """
     try:
         return whole(message.get(name), least, most)
@@ -29,22 +29,22 @@ def _whole(message: Message, name: str, least: int, most: int) -> int:
 
 
 def read_axis(message: Message) -> int:
-    """Give the number of an axis, from 0."""
+    """Return the index of an axis, from 0."""
     return _whole(message, "axis", 0, len(AXES) - 1)
 
 
 def read_speed(message: Message) -> int:
-    """Give a speed in um/s."""
+    """Return a speed in um/s."""
     return _whole(message, "speed", SLOWEST, FASTEST)
 
 
 def read_number(message: Message) -> int:
-    """Give the number of a point."""
+    """Return the number of a point."""
     return _whole(message, "number", POINTS[0], POINTS[-1])
 
 
 def read_name(message: Message) -> str:
-    """Give the name of a port."""
+    """Return the name of a port."""
     name = message.get("port")
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
         raise UserError("choose a port first")
@@ -52,15 +52,15 @@ def read_name(message: Message) -> str:
 
 
 def read_switch(message: Message) -> tuple[str, bool]:
-    """Give the name of a limit switch, and whether it shall be pressed."""
+    """Return the name of a limit switch, and whether to press it."""
     end, pressed = message.get("end"), message.get("pressed")
     if not isinstance(end, str) or not isinstance(pressed, bool):
-        raise UserError("a limit switch has an end and is pressed or not")
+        raise UserError("a limit switch must have a name and be pressed or not")
     return end[:LONGEST_NAME], pressed
 
 
 def read_directions(message: Message) -> tuple[int, ...]:
-    """Give in which direction each axis shall move: 1, -1, or 0."""
+    """Return the direction of each axis: 1, -1, or 0."""
     directions = message.get("directions")
     if not isinstance(directions, list) or len(directions) != len(AXES) or not all(
             isinstance(direction, int) and direction in (-1, 0, 1) for direction in directions):
@@ -69,7 +69,7 @@ def read_directions(message: Message) -> tuple[int, ...]:
 
 
 def read_point(message: Message) -> Point:
-    """Give a point in um; None where a field is empty."""
+    """Return a point in um; None where a field is empty."""
     place = message.get("place")
     if not isinstance(place, list) or len(place) != len(AXES):
         raise UserError("place must be three numbers of um, or null")

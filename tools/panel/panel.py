@@ -1,4 +1,4 @@
-"""The panel as pages have it: what they ask for, and what becomes of it."""
+"""The backend of the panel's page: requests of pages, and the state that they show."""
 
 import asyncio
 from collections.abc import Mapping
@@ -29,38 +29,38 @@ from .stage import Message, Place
 
 __all__ = ["Panel"]
 
-#: Seconds from one look at what pages hold, and whether the machine still reports, to the next.
+#: Seconds between checks of holds, speeds and reports.
 POLL_S = 0.1
 
-#: Seconds from one writing of the file to the next, at least.
-SAVE = 0.5
+#: Least seconds from one write of the settings to the next.
+SAVE_INTERVAL_S = 0.5
 
 
 class PanelView:
-    """A page. All that it is shown are texts."""
+    """The view of a page, which is sent text messages only."""
 
     def frame(self) -> None:
-        """Give nothing. See `View`."""
+        """Return None. See `View`."""
 
 
 class Panel:
-    """The stage, what is kept of it, and the pages that move it.
+    """The stage, its saved settings, and the pages that move it.
 
     Parameters
     ----------
     path : path
-        File of what is kept.
+        File of the settings.
     port : str, optional
-        A port to offer beside those that the system knows, chosen at first.
+        A port to offer besides those that the system lists; it is selected first.
     simulated : Simulated, optional
-        A machine in simulation, whose port is the only one then.
+        A machine in simulation; its port is then the only one.
 
     Attributes
     ----------
     pages : Pages
-        The pages that are open.
+        The connected pages.
     settings : Settings
-        What is kept.
+        The settings, including unsaved changes.
 
     Raises
     ------
@@ -75,37 +75,38 @@ class Panel:
         self._path, self._written = path, self.settings
         self._simulated = simulated
         self._ports = Ports(simulated.port if simulated else port, only=simulated is not None)
-        self._machine = Machine(simulated.open if simulated else Port, self._heard, self._lost)
+        self._machine = Machine(simulated.open if simulated else Port,
+                                self._on_message, self._on_loss)
         self._moves = Moves(self._machine)
         self._busy = Busy(self._done)
         self._broadcast = Broadcast(self.pages, simulated.switches if simulated else None)
         self._tasks = [asyncio.create_task(work) for work in (
-            self._look(), self._keep(),
+            self._poll(), self._save_changes(),
             self._ports.watch(lambda: not self._machine.connected))]
-        self._tell()
+        self._publish()
 
     async def close(self) -> None:
-        """Stop the machine, disconnect it, and write what is kept."""
+        """Stop the machine, disconnect it, and save the settings."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._busy.cancel()
         await self._machine.disconnect()
-        self._take_place()
+        self._update_place()
         await self._write()
 
-    # What pages ask for
+    # Requests of pages
 
     def view(self) -> PanelView:
-        """Begin a page. See `Shown`."""
+        """Open a view for a new page. See `Backend`."""
         return PanelView()
 
     def left(self, view: View) -> None:
-        """End a page: what it held is let go of. See `Shown`."""
+        """Close the view of a page: the axes that it held are released. See `Backend`."""
         self._moves.leave(view)
 
     def do(self, view: View, name: str, message: Mapping[str, object]) -> None:
-        """Do what a page asks for. See `Shown`."""
+        """Carry out a request of a page. See `Backend`."""
         match name:
             case "connect":
                 self._busy.begin("connecting", self._connect(self._ports.known(read_name(message))))
@@ -120,112 +121,112 @@ class Panel:
             case "origin":
                 self._origin()
             case "speed":
-                # It is sent by and by.
+                # `_poll` sends it.
                 self.settings = self.settings.with_speed(read_axis(message), read_speed(message))
             case "point":
                 number, point = read_number(message), read_point(message)
                 self.settings = self.settings.with_point(number, point)
                 self._machine.store(number, point)
             case "here":
-                self._store_here(read_number(message))
+                self._store_position(read_number(message))
             case "go":
-                self._go(read_number(message))
+                self._travel(read_number(message))
             case "limit":
                 self._press(*read_switch(message))
             case _:
                 raise UserError(f"there is no {name[:40]!r}")
-        self._tell()
+        self._publish()
 
     def _done(self, error: MachineError | None) -> None:
         if error is not None:
-            self._broadcast.say(str(error), bad=True)
-        self._tell()
+            self._broadcast.notify(str(error), bad=True)
+        self._publish()
 
     async def _connect(self, port: str) -> None:
         self._forget()
         settings = self.settings
         forgot = await self._machine.connect(port, settings)
-        self._moves.knows_speeds(settings.speeds)
+        self._moves.record_speeds(settings.speeds)
         self.settings = replace(self.settings, port=port)
-        self._take_place()
-        self._broadcast.say("The machine was reset and had forgotten where it is: it was told."
-                       if forgot else "Connected. Hold a button or a key to move.")
+        self._update_place()
+        self._broadcast.notify("The machine was reset: its position has been restored." if forgot
+                               else "Connected. Hold a button or a key to move.")
 
     async def _disconnect(self) -> None:
         await self._machine.disconnect()
-        self._take_place()
+        self._update_place()
         self._forget()
 
     def _jog(self, view: View, directions: tuple[int, ...]) -> None:
         if any(directions):
-            self._needed()
+            self._require_connection()
             self._moves.send_speeds(self.settings.speeds)
-            self._broadcast.say("")
+            self._broadcast.notify("")
         self._moves.hold(view, directions)
 
     def _origin(self) -> None:
-        self._needed()
+        self._require_connection()
         self._machine.origin()
-        self._moves.end_going()
-        self._broadcast.say("This place is the origin now.")
+        self._moves.clear_goal()
+        self._broadcast.notify("This position is the origin now.")
 
-    def _store_here(self, number: int) -> None:
-        self._needed()
+    def _store_position(self, number: int) -> None:
+        self._require_connection()
         here = Place.of(self.settings.steps)
         if any(abs(um) > TRAVEL for um in here):
-            raise UserError(f"this place is farther than {TRAVEL} um from the origin")
+            raise UserError(f"this position is farther than {TRAVEL} um from the origin")
         self.settings = self.settings.with_point(number, (
             round(here.x, 2), round(here.y, 2), round(here.z, 2)))
         self._machine.store(number, self.settings.points[number - 1])
 
-    def _go(self, number: int) -> None:
-        self._needed()
+    def _travel(self, number: int) -> None:
+        self._require_connection()
         self._moves.send_speeds(self.settings.speeds)
         self._moves.go(number, self.settings.points[number - 1])
-        self._broadcast.say(f"Going to point {number}.")
+        self._broadcast.notify(f"Going to point {number}.")
 
     def _press(self, name: str, on: bool) -> None:
         if self._simulated is None:
             raise UserError("a real machine's limit switches are pressed by hand")
         self._simulated.switches.press(name, on)
 
-    def _needed(self) -> None:
+    def _require_connection(self) -> None:
         if not self._machine.connected:
             raise UserError("the machine is not connected: connect it first")
 
-    # What the machine says
+    # Messages of the machine
 
-    def _heard(self, message: Message) -> None:
-        self._broadcast.hear(message, self._moves.hear(message))
-        self._take_place()
-        self._tell()
+    def _on_message(self, message: Message) -> None:
+        self._broadcast.receive(message, self._moves.receive(message))
+        self._update_place()
+        self._publish()
 
-    def _lost(self, message: str) -> None:
+    def _on_loss(self, message: str) -> None:
         self._forget()
-        self._broadcast.say(f"{message}. What moved may still move.", bad=True)
-        self._tell()
+        self._broadcast.notify(f"{message}. The machine may still be moving.", bad=True)
+        self._publish()
 
     def _forget(self) -> None:
         self._moves.forget()
         self._broadcast.forget()
 
-    def _take_place(self) -> None:
+    def _update_place(self) -> None:
         if self._machine.steps is not None:
             self.settings = replace(self.settings, steps=self._machine.steps)
 
-    # What goes on by itself
+    # Background tasks
 
-    async def _look(self) -> None:
+    async def _poll(self) -> None:
         while True:
             await asyncio.sleep(POLL_S)
             self._moves.follow()
             self._moves.send_speeds(self.settings.speeds)
             self._broadcast.silent = self._machine.silent
-            self._tell()
+            self._publish()
 
-    async def _keep(self) -> None:
+    async def _save_changes(self) -> None:
         while True:
-            await asyncio.sleep(SAVE)
+            await asyncio.sleep(SAVE_INTERVAL_S)
             await self._write()
 
     async def _write(self) -> None:
@@ -236,7 +237,7 @@ class Panel:
             await asyncio.to_thread(save, self._path, settings)
             self._written = settings
         except UserError as error:
-            self._broadcast.say(f"Nothing is kept: {error}.", bad=True)
+            self._broadcast.notify(f"The settings are not saved: {error}.", bad=True)
 
-    def _tell(self) -> None:
-        self._broadcast.tell(self._machine, self._moves, self._ports, self._busy, self.settings)
+    def _publish(self) -> None:
+        self._broadcast.publish(self._machine, self._moves, self._ports, self._busy, self.settings)

@@ -1,4 +1,4 @@
-"""The ports that the panel offers: a page may not open what it likes."""
+"""The ports that the panel offers: a page cannot open others."""
 
 import asyncio
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from ..console import UserError
 
 __all__ = ["Ports"]
 
-#: Seconds from one look for ports to the next.
+#: Seconds between two listings of the ports.
 POLL_S = 2.0
 
 
@@ -19,7 +19,7 @@ class Ports:
     Parameters
     ----------
     own : str, optional
-        A port to offer beside those that the system knows, before all others.
+        A port to offer before those that the system lists.
     only : bool
         Offer no other port.
     """
@@ -31,15 +31,15 @@ class Ports:
 
     @property
     def offered(self) -> list[str]:
-        """Names of all of them."""
+        """Names of all offered ports."""
         return self._own + [port for port in self._found if port not in self._own]
 
     def chosen(self, last: str) -> str | None:
-        """Give the port to choose at first, where that which was used last is known."""
+        """Return the port to select first: the one used last if it is offered."""
         return last if last in self.offered else next(iter(self._own), None)
 
     def known(self, port: str) -> str:
-        """Give a port that is offered.
+        """Return a port if it is offered.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class Ports:
         return port
 
     async def watch(self, wanted: Callable[[], bool]) -> None:
-        """Look for ports, for ever, while they are wanted."""
+        """List the ports again and again, while `wanted` returns true."""
         while not self._only:
             if wanted():
                 self._found = await asyncio.to_thread(find_ports)

@@ -1,4 +1,4 @@
-"""What is served beside the page: the WebSocket for its messages."""
+"""HTTP routes of the panel's page: the WebSocket for its messages."""
 
 from pathlib import Path
 

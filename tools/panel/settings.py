@@ -1,4 +1,4 @@
-"""What the panel keeps from one time to the next, in a file of the user's."""
+"""The settings that the panel saves in a file of the user's."""
 
 import json
 import os
@@ -11,30 +11,30 @@ from .stage import AXES, POINTS, Steps
 __all__ = ["FASTEST", "SLOWEST", "TRAVEL", "Settings", "Point", "folder", "load", "save", "um",
            "whole"]
 
-#: A point in um; None where nothing was entered.
+#: A point in um; None for an empty field.
 Point = tuple[float | None, float | None, float | None]
 
 #: Speeds that the panel offers, in um/s.
 SLOWEST, FASTEST = 1, 26
 START_SPEED = 4
 
-#: Travel of an axis, in um: no point can be farther from the origin.
+#: Travel of an axis in um, the largest coordinate of a point.
 TRAVEL = 14_000
 
-#: Largest file that is read.
+#: Most bytes of a settings file.
 LARGEST = 1 << 16
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What is kept.
+    """The saved settings.
 
     Attributes
     ----------
     port : str
         Name of the port that was connected last.
     steps : Steps
-        Where the machine was last.
+        The last position of the machine.
     speeds : tuple of int
         Speed of each axis, in um/s.
     points : tuple of Point
@@ -47,24 +47,24 @@ class Settings:
     points: tuple[Point, ...] = field(default=((None, None, None),) * len(POINTS))
 
     def with_speed(self, axis: int, speed: int) -> "Settings":
-        """Return the same with another speed of an axis."""
+        """Return a copy with another speed of an axis."""
         return replace(self, speeds=(*self.speeds[:axis], speed, *self.speeds[axis + 1:]))
 
     def with_point(self, number: int, point: Point) -> "Settings":
-        """Return the same with another point, of 1 to 7."""
+        """Return a copy with another point, of 1 to 7."""
         return replace(self, points=(*self.points[:number - 1], point, *self.points[number:]))
 
 
 def folder() -> Path:
-    """Folder of what is kept."""
+    """Return the folder of the settings."""
     home = os.environ.get("XDG_CONFIG_HOME")
     return (Path(home) if home else Path.home() / ".config") / "fresa"
 
 
 def load(path: Path) -> Settings:
-    """Read what was kept; a new beginning if there is nothing.
+    """Load the settings; defaults if there are none.
 
-    A file that is none of ours is put aside, and warned of.
+    A damaged file is renamed, with a warning.
 
     Raises
     ------
@@ -88,12 +88,12 @@ def load(path: Path) -> Settings:
             path.replace(aside)
         except OSError as error:
             raise UserError(f"{path} is damaged, and cannot be put aside: delete it") from error
-        warn(f"{path} is damaged; it is now {aside.name}, and the panel begins anew")
+        warn(f"{path} is damaged; it is now {aside.name}, and the panel starts with defaults")
         return Settings()
 
 
 def save(path: Path, settings: Settings) -> None:
-    """Write what is kept, whole or not at all.
+    """Save the settings atomically.
 
     Raises
     ------
@@ -108,12 +108,12 @@ def save(path: Path, settings: Settings) -> None:
 
 
 def _read(data: dict) -> Settings:
-    """Check all of it: it will be sent to the machine.
+    """Validate all fields: they are sent to the machine.
 
     Raises
     ------
     ValueError, TypeError, KeyError
-        If something is not as it was written.
+        If a field is missing or invalid.
     """
     port, points = data["port"], data["points"]
     if type(port) is not str or len(points) != len(POINTS):
@@ -129,12 +129,12 @@ def _read(data: dict) -> Settings:
 
 
 def whole(value: object, least: int, most: int) -> int:
-    """Check a whole number.
+    """Return a value if it is an integer in range.
 
     Raises
     ------
     ValueError
-        If it is none, or less or more than it may be.
+        If it is not.
     """
     if type(value) is not int or not least <= value <= most:
         raise ValueError(f"must be a whole number from {least} to {most}")
@@ -142,12 +142,12 @@ def whole(value: object, least: int, most: int) -> int:
 
 
 def um(value: object) -> float | None:
-    """Check a coordinate of a point, in um; None for an empty field.
+    """Return a coordinate of a point, in um; None for an empty field.
 
     Raises
     ------
     ValueError
-        If it is neither, or farther than an axis travels.
+        If it is neither, or out of an axis' travel.
     """
     if value is None:
         return None

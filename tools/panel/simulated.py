@@ -1,4 +1,4 @@
-"""What the panel can do with a machine in simulation beside talking to it."""
+"""A simulated machine for the panel: its port, switches and break condition."""
 
 from fresa_host import Port
 
@@ -34,7 +34,7 @@ class Simulated:
 
 
 class _Breaking(Port):
-    """A pseudo-terminal, which carries no break: that goes beside it."""
+    """A pseudo-terminal. It carries no break condition, which goes to the service directly."""
 
     def __init__(self, name: str, service: Service) -> None:
         super().__init__(name)

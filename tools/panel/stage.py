@@ -1,4 +1,4 @@
-"""The machine of the panel: a stage of three axes. What else is here names no machine."""
+"""The machine of the panel, a stage of three axes. No other module here names it."""
 
 from fresa.machines.positioner import TOP_SPEED
 from fresa_host.positioner_lines import (

@@ -1,4 +1,4 @@
-"""Sending without waiting."""
+"""Sending to a serial port without blocking."""
 
 import threading
 from collections.abc import Callable
@@ -11,15 +11,15 @@ __all__ = ["Writer"]
 
 
 class Writer:
-    """Sends what it is given, in that order, in a thread of its own.
+    """Sends bytes in order, in a thread of its own.
 
-    A port that takes nothing holds up this thread alone. It is then lost, for it is not known what
-    of an order went out, and nothing more is sent.
+    A port that blocks holds up this thread only. It is then lost: how much of an order was sent is
+    not known, and nothing more is sent.
 
     Parameters
     ----------
     port : Port
-        Where to.
+        The port.
     lost : callable
         Called in that thread when the port is lost.
     """
@@ -31,11 +31,11 @@ class Writer:
         self._thread.start()
 
     def send(self, output: Output) -> None:
-        """Send bytes, when those before are handed to the port."""
+        """Queue bytes."""
         self._work.put(output)
 
     def close(self) -> None:
-        """Send what there is, and end."""
+        """Send the queued bytes, and end the thread."""
         self._work.put(None)
         self._thread.join()
 

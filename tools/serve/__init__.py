@@ -1,4 +1,4 @@
-"""Machines that run in simulation, with their serial lines on this computer."""
+"""Machines in simulation, with their serial lines on a pseudo-terminal or TCP port."""
 
 from .machines import Served, build, servable
 from .running import Running

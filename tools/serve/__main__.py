@@ -1,4 +1,4 @@
-"""Run a machine in simulation, with its serial line on this computer."""
+"""Serve a simulated machine: its serial line on a pseudo-terminal or TCP port."""
 
 import argparse
 import asyncio
@@ -17,20 +17,20 @@ from .typed import Typed
 __all__ = ["main"]
 
 ABOUT = """\
-Runs the gateware of a machine and puts its serial line on a pseudo-terminal, whose path it prints.
-Open that as you would the serial port of the real machine: with a terminal program, or with
-Python's pyserial. The baud rate that a program sets there does not matter. With --tcp it is a TCP
-port of this computer too.
+Simulates the gateware of a machine and connects its serial line to a pseudo-terminal, whose path it
+prints. Open that like the serial port of the real machine: with a terminal program, or with
+Python's pyserial. The baud rate that a program sets does not matter. With --tcp the line is also
+a TCP port of this computer.
 
-Time passes as for the real machine: a byte takes a millisecond, a motor its time. Everybody who is
-connected hears what the machine says. They speak one line at a time, and wait for each other.
-What the machine says while nobody listens is lost. Ctrl-C ends it.
+Simulated time is real time. All connected programs receive what the machine sends; what it sends
+while none is connected is lost. Lines of several programs are sent one after the other. Ctrl-C
+ends the simulation.
 
-What is typed here, a line each, happens to the machine:
+Commands that can be typed here:
 
   limit x on    presses the limit switch of an axis, if it has any; limit x off releases it
-  break         holds the line to the machine low for two bytes' time: neither a pseudo-terminal
-                nor TCP carries a break that a program sends
+  break         holds the line to the machine low for two bytes' time, since neither a
+                pseudo-terminal nor TCP carries a break condition
 """
 
 EPILOG = """\
@@ -42,7 +42,7 @@ those of one.
 
 examples:
   python -m tools.serve single
-      Open the path that it prints, in another terminal:  picocom --echo /dev/pts/7
+      Open the printed path in another terminal:  picocom --echo /dev/pts/7
       Type :x100 and Return: the motor goes to 100, and it answers ok. For a machine whose
       lines end with line feed:  picocom --echo --omap crlf /dev/pts/7
 
@@ -54,11 +54,11 @@ examples:
       A machine with a ramp.
 
   python -m tools.serve single --speed 10
-      Ten seconds of the machine in one, if the computer can do that; max is as fast as it can.
+      Ten times real time, if the computer is fast enough; max is without a limit.
 
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; faster than real time
-  amaranth   Amaranth's own simulator; always there; slower than real time
+  amaranth   Amaranth's own simulator; always available; slower than real time
 
 The simulated clock is lower than the board's, so a bit takes fewer clocks: the line has {baud} baud
 all the same, and a motor its speed.
@@ -67,8 +67,8 @@ all the same, and a motor its speed.
 
 @command
 def main(argv: list[str] | None = None) -> int:
-    """Run the command; give its exit status."""
-    # Each machine has options of its own: which one it is must be known before they are.
+    """Run the command; return its exit status."""
+    # Each machine adds options of its own, so its name is looked up first.
     given = sys.argv[1:] if argv is None else argv
     served_by_name = servable()
     named = next((name for name in given if name in served_by_name), None)
@@ -78,11 +78,11 @@ def main(argv: list[str] | None = None) -> int:
                                          example=list(served_by_name)[-1]))
     parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
-                        help="also listen there; 0 for any port that is free")
+                        help="also serve a TCP port; 0 for any free one")
     parser.add_argument("--speed", metavar="TIMES", type=_speed, default=1.0,
                         help="times as fast as the real machine, or max (default: 1)")
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
-                        help="see below (default: the fastest that runs here)")
+                        help="see below (default: the fastest available)")
     if named is not None:
         served_by_name[named].add_options(parser.add_argument_group(named))
     args, unknown = parser.parse_known_args(given)
@@ -120,13 +120,13 @@ async def _serve(engine: Engine, period: int, served: Served,
 
 
 async def _listen(typed: Typed) -> None:
-    """Do what is typed, if there is somebody to type."""
+    """Execute commands from stdin, if there is one."""
     if sys.stdin is not None:
         await typed.listen(sys.stdin.fileno())
 
 
 def _speed(text: str) -> float | None:
-    """Read how many times as fast it shall run; None for no limit."""
+    """Parse a multiple of real time; None for no limit."""
     if text == "max":
         return None
     try:

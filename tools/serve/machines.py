@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The machines that can be served: how each is built, and at which clock it runs here."""
+"""The machines that can be served: how each is built, and its simulated clock."""
 
 import argparse
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ from ..machines.options import add_options, values_of
 
 __all__ = ["BAUD", "Served", "build", "servable"]
 
-#: Clocks of a bit: enough to see a step's place in it, and few enough for real time. On the slow
-#: engine as few as a receiver can do with.
+#: Clocks per bit: enough to resolve steps within a bit, and few enough for real time. On the slow
+#: engine as few as a receiver can work with.
 BIT = 64
 SLOW_BIT = 16
 
@@ -33,9 +33,9 @@ class Served:
     machine : Machine
         Its declaration.
     how : Serve
-        What that says of serving it.
+        Its declaration of serving it.
     values : mapping of str to object
-        Of the options by which it is built.
+        Values of the options that it is built with.
     """
 
     machine: Machine
@@ -43,24 +43,24 @@ class Served:
     values: Mapping[str, Any]
 
     def add_options(self, group: argparse._ArgumentGroup) -> None:
-        """Add the options that only it has to a parser."""
+        """Add the machine's own options to a parser."""
         add_options(group, self._options)
 
     def options(self, args: argparse.Namespace) -> dict[str, Any]:
-        """Return the values of these that were parsed."""
+        """Return the values of these from parsed arguments."""
         return values_of(args, self._options)
 
     def chosen(self, args: argparse.Namespace) -> "Served":
-        """Return it with the options that were parsed."""
+        """Return a copy with the options of parsed arguments."""
         return replace(self, values={**self.values, **self.options(args)})
 
     @property
     def switches(self) -> tuple[str, ...]:
-        """The ends of its axes that have a limit switch, by the bits of its input ``limits``."""
+        """The axis ends with a limit switch, by bits of the input ``limits``."""
         return tuple(self.how.switches(**self.values)) if self.how.switches else ()
 
     def design(self, clock: int, baud: int) -> Design:
-        """Make its design for a clock in Hz; raises `ValueError` if its options cannot be."""
+        """Make the design for a clock in Hz; raises `ValueError` for invalid options."""
         values = {**self.values, "baud": baud}
         if self.how.design:
             return self.how.design(clock, **values)
@@ -79,19 +79,19 @@ def servable() -> dict[str, Served]:
 
 
 def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
-    """Make a machine at power-up; give it and the clocks of a bit of its serial line.
+    """Build a machine at power-up; return it and the clocks per bit of its serial line.
 
     Parameters
     ----------
     served : Served
         The machine.
     name : str, optional
-        The engine. None for the fastest that runs here: if it fails, the slow one serves.
+        The engine. None for the fastest available: if it fails, the slow one is used.
 
     Raises
     ------
     UserError
-        If the engine cannot run here, or the machine not with these options.
+        If the engine is not available, or the options are invalid.
     """
     with Progress(1, "machines", f"building the machine{FIRST_TIME}"):
         try:
@@ -103,7 +103,7 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
     if note := note or why_slow(name):
         warn(note)
     if isinstance(made[0], AmaranthEngine):
-        warn("a second of the machine will take half a minute or so")
+        warn("a second of the machine takes about half a minute")
     return made
 
 

@@ -1,4 +1,4 @@
-"""A machine that runs in a thread, as fast as it should, with its serial line."""
+"""A simulated machine and its serial line, run in a thread at a given speed."""
 
 import threading
 import time
@@ -7,52 +7,52 @@ from collections.abc import Callable
 from tb.engines import Engine
 from tb.uart import SerialLine
 
-from ..pace import Pace
+from ..throttle import Throttle
 
 __all__ = ["MOST_WAITING", "Running"]
 
-#: Bytes to the machine that wait, at most: at 9600 baud they take a quarter of a second.
+#: Most queued bytes to the machine: at 9600 baud they take a quarter of a second.
 MOST_WAITING = 256
 
-#: Seconds that a run of clocks should take, and how many to begin with.
+#: Seconds that a run should take, and clocks of the first run.
 SLICE = 0.01
 FIRST_SLICE = 1000
 
-#: Seconds after which it looks whether it shall end, if nothing else happens.
+#: Seconds between checks whether to stop, if nothing else happens.
 IDLE = 0.02
 
 
 class Running:
-    """A machine that runs.
+    """A running machine.
 
     Parameters
     ----------
     engine : Engine
-        The machine, at power-up. It is closed when this ends.
+        The machine, at power-up. It is closed at the end.
     period : int
-        Clocks of a bit of its serial line.
+        Clocks per bit of its serial line.
     speed : float or None
-        Clocks a second; None for as many as can be made.
-    heard : callable
-        Called in the thread, often: with the bytes that the machine has sent, maybe none, and how
-        many more it can be given.
+        Clocks per second; None for no limit.
+    on_data : callable
+        Called in the thread after each run, with the bytes that the machine has sent, if any, and
+        the free places of the queue to it.
     ended : callable
-        Called in the thread when it ends, with the error if that was the reason.
+        Called in the thread at its end, with the error if there was one.
     """
 
     def __init__(self, engine: Engine, period: int, *, speed: float | None,
-                 heard: Callable[[bytes, int], None],
+                 on_data: Callable[[bytes, int], None],
                  ended: Callable[[Exception | None], None]) -> None:
-        self._engine, self._heard, self._ended = engine, heard, ended
+        self._engine, self._on_data, self._ended = engine, on_data, ended
         self._line = SerialLine(engine, period)
-        self._pace = Pace()
-        self._pace.speed = speed
+        self._throttle = Throttle()
+        self._throttle.speed = speed
         self._slice = FIRST_SLICE
         self._lock = threading.Lock()
-        self._given = bytearray()
+        self._queued = bytearray()
         self._levels: dict[str, int] = {}
         self._break = False
-        self._over = threading.Event()
+        self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._work, daemon=True)
 
     @property
@@ -61,40 +61,40 @@ class Running:
         return self._engine.clock
 
     def start(self) -> None:
-        """Switch the machine on."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Switch it off, and wait until it is."""
-        self._over.set()
+        """Stop the machine, and wait for its end."""
+        self._stopping.set()
         if self._thread.ident is not None:
             self._thread.join()
 
     def send(self, data: bytes) -> int:
-        """Give the machine bytes; say how many of them there was room for."""
+        """Queue bytes to the machine; return how many were accepted."""
         with self._lock:
-            room = MOST_WAITING - len(self._given) - self._line.waiting
+            room = MOST_WAITING - len(self._queued) - self._line.waiting
             taken = data[:max(0, room)]
-            self._given += taken
+            self._queued += taken
             return len(taken)
 
     def send_break(self) -> None:
-        """Hold the line to the machine low for a moment, before what it was given and waits."""
+        """Hold the line to the machine low for two bytes' time, before the queued bytes."""
         with self._lock:
             self._break = True
 
     def set(self, **levels: int) -> None:
-        """Set inputs of the machine, by and by."""
+        """Set inputs of the machine, with the next run."""
         with self._lock:
             self._levels |= levels
 
     def _work(self) -> None:
         error = None
         try:
-            self._pace.begin(time.monotonic())
-            while not self._over.wait(min(IDLE, self._pace.wait(time.monotonic()))):
+            self._throttle.begin(time.monotonic())
+            while not self._stopping.wait(min(IDLE, self._throttle.wait(time.monotonic()))):
                 self._advance()
-        except Exception as failure:  # whoever serves the machine must hear of it
+        except Exception as failure:  # reported to `ended`
             error = failure
         finally:
             self._engine.close()
@@ -102,23 +102,23 @@ class Running:
 
     def _advance(self) -> None:
         start = time.monotonic()
-        clocks = min(self._pace.due(start), self._slice)
+        clocks = min(self._throttle.due(start), self._slice)
         if clocks < 1:
             return
         with self._lock:
             if self._break:
                 self._line.send_break()
-            self._line.send(bytes(self._given))
+            self._line.send(bytes(self._queued))
             self._engine.set(**self._levels)
-            self._given.clear()
+            self._queued.clear()
             self._levels.clear()
             self._break = False
-        said = self._line.run(clocks)
+        sent = self._line.run(clocks)
         end = time.monotonic()
-        self._pace.made(clocks, end)
+        self._throttle.made(clocks, end)
         if clocks == self._slice:
             ratio = SLICE / max(end - start, 1e-6)
             self._slice = max(1, round(clocks * min(2.0, max(0.1, ratio))))
         with self._lock:
-            room = MOST_WAITING - len(self._given) - self._line.waiting
-        self._heard(said, room)
+            room = MOST_WAITING - len(self._queued) - self._line.waiting
+        self._on_data(sent, room)

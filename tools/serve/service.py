@@ -1,8 +1,8 @@
-"""Who talks to a machine: a pseudo-terminal, and connections by TCP, on one serial line.
+"""The serial line of a simulated machine, shared by a pseudo-terminal and TCP connections.
 
-All hear what the machine says. They speak one at a time: who has begun a line is heard to its end,
-so that the words of two never mix. Who does not go on for a moment, or whose line has no end, loses
-its turn. What comes faster than the line takes it waits with whoever sends it.
+All clients receive what the machine sends. They send one at a time: a line that has begun is passed
+on to its end, so that lines never mix. A client that pauses, or whose line has no end, loses its
+turn. Data that comes faster than the line waits in the client.
 """
 
 import asyncio
@@ -22,21 +22,21 @@ HOST = "127.0.0.1"
 
 MOST_CLIENTS = 16
 
-#: Bytes that are taken at once, and bytes of the longest line that others wait for.
+#: Bytes of a read, and of the longest line that others wait for.
 CHUNK = 64
 LONGEST_LINE = 256
 
-#: Seconds within which somebody who has begun a line goes on.
-PATIENCE = 1.0
+#: Seconds within which a line that has begun must continue.
+LINE_TIMEOUT_S = 1.0
 
-#: Bytes that somebody may be behind in reading before the connection is cut.
+#: Most unsent bytes to a client before its connection is closed.
 MOST_UNREAD = 1 << 16
 
 ENDS = (b"\r", b"\n")
 
 
 def check_port(port: int) -> None:
-    """Raise `UserError` if a TCP port is taken, before a machine is built for it."""
+    """Raise `UserError` if a TCP port is in use, before a machine is built for it."""
     with socket.socket() as found:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as a server does
         try:
@@ -46,8 +46,8 @@ def check_port(port: int) -> None:
 
 
 def _taken(port: int | None) -> UserError:
-    return UserError(f"port {port} cannot be had: choose another with --tcp, or 0 for any that is "
-                     "free")
+    return UserError(f"port {port} is not available: choose another with --tcp, or 0 for any free "
+                     "one")
 
 
 class Service:
@@ -56,40 +56,41 @@ class Service:
     Parameters
     ----------
     engine : Engine
-        The machine, at power-up; it is closed in the end.
+        The machine, at power-up; it is closed at the end.
     period : int
-        Clocks of a bit of its serial line.
+        Clocks per bit of its serial line.
     speed : float or None
-        Clocks a second; None for as many as can be made.
+        Clocks per second; None for no limit.
     port : int, optional
-        TCP port of the loopback, 0 for any that is free. None for no TCP.
+        TCP port of the loopback, 0 for any free one. None for no TCP.
 
     Attributes
     ----------
     path : str
-        The pseudo-terminal.
+        Path of the pseudo-terminal.
     port : int or None
         The TCP port.
     ended : asyncio.Future
-        Done when the machine has ended by itself; its result is why.
+        Done when the machine has ended by itself; the result is the reason.
 
     Raises
     ------
     UserError
-        If there is no pseudo-terminal, or the port is taken.
+        If there is no pseudo-terminal, or the port is in use.
     """
 
     def __init__(self, engine: Engine, period: int, *, speed: float | None,
                  port: int | None = None) -> None:
         self._loop = asyncio.get_running_loop()
         self.ended: asyncio.Future[str] = self._loop.create_future()
-        self._running = Running(engine, period, speed=speed, heard=self._from_thread(self._heard),
-                                ended=self._from_thread(self._over))
+        self._running = Running(engine, period, speed=speed,
+                                on_data=self._from_thread(self._on_data),
+                                ended=self._from_thread(self._on_end))
         try:
             self._terminal = Terminal()
         except OSError as error:
             engine.close()
-            raise UserError(f"there is no pseudo-terminal to be had: {error.strerror}") from error
+            raise UserError(f"no pseudo-terminal is available: {error.strerror}") from error
         self.path = self._terminal.path
         self.port = port
         self._server: asyncio.Server | None = None
@@ -107,7 +108,7 @@ class Service:
         except OSError as error:
             await self._close()
             raise _taken(self.port) from error
-        self._tasks.add(asyncio.create_task(self._hear_out(self._terminal.read)))
+        self._tasks.add(asyncio.create_task(self._forward(self._terminal.read)))
         self._running.start()
         return self
 
@@ -127,11 +128,11 @@ class Service:
         self._terminal.close()
 
     def send_break(self) -> None:
-        """Hold the machine's line low for a moment, whoever speaks."""
+        """Hold the line to the machine low for two bytes' time, whatever is being sent."""
         self._running.send_break()
 
     def set(self, **levels: int) -> None:
-        """Set inputs of the machine, beside its line."""
+        """Set inputs of the machine."""
         self._running.set(**levels)
 
     async def _client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -142,7 +143,7 @@ class Service:
             return
         self._clients[writer] = asyncio.current_task()
         try:
-            await self._hear_out(lambda: reader.read(CHUNK))
+            await self._forward(lambda: reader.read(CHUNK))
         except (ConnectionError, asyncio.CancelledError):
             pass
         finally:
@@ -150,22 +151,22 @@ class Service:
             with suppress(ConnectionError):
                 writer.close()
 
-    async def _hear_out(self, read: Callable[[], Awaitable[bytes]]) -> None:
-        """Hand on what somebody says, a line at a time, until there is no more."""
+    async def _forward(self, read: Callable[[], Awaitable[bytes]]) -> None:
+        """Pass on a client's data, a line at a time, until it ends."""
         rest = b""
         while data := rest or await read():
             async with self._turn:
-                said, rest = 0, b""
+                count, rest = 0, b""
                 while True:
                     ended = max(map(data.rfind, ENDS)) + 1
-                    # A line that has begun behind it waits for the next turn.
+                    # The rest, a line that has begun, waits for the next turn.
                     data, rest = (data[:ended], data[ended:]) if ended else (data, b"")
                     await self._send(data)
-                    said += len(data)
-                    if ended or said >= LONGEST_LINE:
+                    count += len(data)
+                    if ended or count >= LONGEST_LINE:
                         break
                     try:
-                        data = await asyncio.wait_for(read(), PATIENCE)
+                        data = await asyncio.wait_for(read(), LINE_TIMEOUT_S)
                     except TimeoutError:
                         break
                     if not data:
@@ -176,7 +177,7 @@ class Service:
             self._room.clear()
             await self._room.wait()
 
-    # From the thread of the machine
+    # Called from the thread of the machine
 
     def _from_thread(self, call: Callable[..., None]) -> Callable[..., None]:
         def later(*arguments: object) -> None:
@@ -185,7 +186,7 @@ class Service:
 
         return later
 
-    def _heard(self, data: bytes, room: int) -> None:
+    def _on_data(self, data: bytes, room: int) -> None:
         if room:
             self._room.set()
         if not data:
@@ -197,7 +198,7 @@ class Service:
             elif not writer.is_closing():
                 writer.write(data)
 
-    def _over(self, error: Exception | None) -> None:
+    def _on_end(self, error: Exception | None) -> None:
         if not self.ended.done():
             self.ended.set_result("the machine has ended" if error is None
                                   else f"the machine has ended: {type(error).__name__}: {error}")

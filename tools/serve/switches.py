@@ -1,4 +1,4 @@
-"""Limit switches of a machine that runs in simulation: somebody else has to press them."""
+"""Limit switches of a simulated machine, pressed by a command or on a page."""
 
 from collections.abc import Sequence
 
@@ -9,12 +9,12 @@ __all__ = ["Switches"]
 
 
 class Switches:
-    """Limit switches.
+    """The limit switches of a machine.
 
     Parameters
     ----------
     ends : sequence of str
-        Their names, such as ``X+``, by the bits of the machine's input ``limits``.
+        Their names, such as ``X+``, by bits of the machine's input ``limits``.
     service : Service
         The machine.
     """
@@ -26,18 +26,18 @@ class Switches:
 
     @property
     def pressed(self) -> list[str]:
-        """Those that are pressed."""
+        """The pressed switches."""
         return [end for end in self.ends if end in self._pressed]
 
     def press(self, name: str, on: bool) -> str:
-        """Press a switch, or let go of it; give its whole name.
+        """Press or release a switch; return its full name.
 
         Parameters
         ----------
         name : str
-            Its name, in capitals or not; the axis is enough where that has one switch.
+            Its name, in either case; the axis is enough if it has one switch.
         on : bool
-            Whether to press it.
+            Whether to press or release it.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""A pseudo-terminal: programs open it as they would a serial port."""
+"""A pseudo-terminal, which programs open like a serial port."""
 
 import asyncio
 import errno
@@ -11,23 +11,23 @@ from contextlib import suppress
 
 __all__ = ["Terminal"]
 
-#: Bytes that are read at once.
+#: Bytes of a read.
 CHUNK = 64
 
-#: Seconds from one look whether somebody has opened it to the next.
-LOOK = 0.02
+#: Seconds between checks whether a program has opened it.
+POLL_S = 0.02
 
 
 class Terminal:
     """The machine's end of a pseudo-terminal.
 
-    As with a real port, what comes while nobody has it open is lost, and so is what somebody who
-    has it open does not read in time.
+    As with a real port, data is lost while no program has it open, or if the program does not read
+    it in time.
 
     Attributes
     ----------
     path : str
-        What programs open.
+        The path that programs open.
 
     Raises
     ------
@@ -45,7 +45,7 @@ class Terminal:
         self._renew()
 
     def _renew(self) -> None:
-        """Forget who had it open: what was not read, and an echo that would answer the machine."""
+        """Discard unread data, and switch off echo, which would send data back to the machine."""
         with suppress(OSError, termios.error):
             theirs = os.open(self.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
             try:
@@ -55,17 +55,17 @@ class Terminal:
 
     @property
     def open(self) -> bool:
-        """Whether somebody has it open."""
+        """Whether a program has it open."""
         return not any(event & select.POLLHUP for _, event in self._poll.poll(0))
 
     def close(self) -> None:
-        """Let go of it. Who has it open hears the end."""
+        """Close it. The program that has it open reads an end of file."""
         if self._ours >= 0:
             os.close(self._ours)
             self._ours = -1
 
     def write(self, data: bytes) -> None:
-        """Send bytes to whoever has it open."""
+        """Send bytes to the program that has it open."""
         if self._ours < 0 or not self.open:
             return
         for _ in range(2):
@@ -83,18 +83,18 @@ class Terminal:
                 termios.tcflush(self._ours, termios.TCOFLUSH)
 
     async def read(self) -> bytes:
-        """Wait for bytes, and give them. It never ends: somebody else may open it."""
+        """Wait for bytes, and return them. It never ends: another program may open it."""
         was_open = True
         while True:
             if not self.open:
-                # Somebody may have written and closed it since the last look. What is left here
-                # would be said in the name of who opens it next.
+                # A program may have written and closed it since the last check. Its data must not
+                # be mixed with that of the next program.
                 if data := self._left():
                     return data
                 if was_open:
                     self._renew()
                 was_open = False
-                await asyncio.sleep(LOOK)
+                await asyncio.sleep(POLL_S)
                 continue
             was_open = True
             try:
@@ -107,14 +107,14 @@ class Terminal:
                     raise
 
     def _left(self) -> bytes:
-        """Give some of what was sent before it was closed."""
+        """Return some of the data that was sent before it was closed."""
         try:
             return os.read(self._ours, CHUNK)
         except OSError:
             return b""
 
     async def _readable(self) -> None:
-        """Wait until there may be something to read."""
+        """Wait until it may be readable."""
         loop, event = asyncio.get_running_loop(), asyncio.Event()
         loop.add_reader(self._ours, event.set)
         try:

@@ -1,4 +1,4 @@
-"""What is typed while a machine runs in simulation: limit switches, and breaks of its line."""
+"""Typed commands while a simulated machine runs: limit switches, and breaks of its line."""
 
 import asyncio
 import os
@@ -10,15 +10,15 @@ from .switches import Switches
 
 __all__ = ["Typed"]
 
-#: Seconds from one look whether something was typed to the next.
-LOOK = 0.1
+#: Seconds between checks of the input.
+POLL_S = 0.1
 
 #: Most bytes of a line.
-LONGEST = 256
+LONGEST_LINE = 256
 
 
 class Typed:
-    """Does what is typed, a line each: ``limit x on``, ``limit x off``, ``break``.
+    """Executes typed commands, one per line: ``limit x on``, ``limit x off``, ``break``.
 
     Parameters
     ----------
@@ -32,28 +32,28 @@ class Typed:
         self._service, self._switches = service, switches
 
     async def listen(self, file: int) -> None:
-        """Do what comes from a file descriptor, until there is no more.
+        """Execute commands from a file descriptor, until its end.
 
-        What is typed for another program, while this one is in the background, is left to that.
+        Input is left to the program in the foreground while this one is in the background.
         """
         rest = b""
         while True:
-            await asyncio.sleep(LOOK)
+            await asyncio.sleep(POLL_S)
             if not select.select([file], [], [], 0)[0] or not _ours(file):
                 continue
             try:
-                data = os.read(file, LONGEST)
-            except OSError:  # the terminal is gone
+                data = os.read(file, LONGEST_LINE)
+            except OSError:  # the terminal is closed
                 return
             if not data:
                 return
             *lines, rest = (rest + data).split(b"\n")
-            rest = rest[:LONGEST]
+            rest = rest[:LONGEST_LINE]
             for line in lines:
-                self.obey(line.decode("utf-8", "replace"))
+                self.execute(line.decode("utf-8", "replace"))
 
-    def obey(self, line: str) -> None:
-        """Do what a line asks for, and say so; warn of one that is not understood."""
+    def execute(self, line: str) -> None:
+        """Execute a command, and report it; warn of an unknown one."""
         try:
             match line.lower().split():
                 case []:
@@ -77,8 +77,8 @@ class Typed:
 
 
 def _ours(file: int) -> bool:
-    """Say whether what is typed there is for this program."""
+    """Return whether this program is in the foreground of its terminal."""
     try:
         return os.tcgetpgrp(file) == os.getpgrp()
-    except OSError:  # no terminal, or not the one that this program runs in
+    except OSError:  # not a terminal, or another program's
         return True

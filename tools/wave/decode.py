@@ -13,7 +13,7 @@ from .reader import Signal
 
 __all__ = ["Axis", "from_coils", "from_pulses"]
 
-NO_WORD = 1 << 20
+UNKNOWN = 1 << 20
 """Code of an unknown coil word."""
 
 
@@ -50,7 +50,7 @@ def from_coils(query: Query, signal: Signal) -> Axis:
     trace = query.wave.trace(signal)
     if not len(trace):
         return Axis(signal.path, trace.times, trace.times, [])
-    words = np.where(trace.unknown, NO_WORD, trace.numbers.astype(np.int64))
+    words = np.where(trace.unknown, UNKNOWN, trace.numbers.astype(np.int64))
     rows, signs, illegal, jumps = Motor().feed(trace.times, words)
 
     def word(row: int) -> str:
@@ -73,17 +73,17 @@ def from_pulses(query: Query, step: Signal, direction: Signal) -> list[Axis]:
     if step.bits != direction.bits or not 0 < step.bits <= 64:
         raise UserError(f"{step.path} has {step.bits} bits and {direction.path} "
                         f"{direction.bits}: they cannot be STEP and DIR")
-    pulses, ways = query.wave.trace(step), query.wave.trace(direction)
+    pulses, signs = query.wave.trace(step), query.wave.trace(direction)
     axes = []
     for bit in range(step.bits):
         level = np.where(pulses.codes >= 0, -1, pulses.numbers.astype(np.uint64) >> np.uint64(bit)
                          & np.uint64(1)).astype(np.int64)
         times = pulses.times[1:][(level[:-1] == 0) & (level[1:] == 1)]
         # An unknown direction is -1, and counts as forward.
-        way = np.where(ways.codes >= 0, -1, ways.numbers.astype(np.uint64) >> np.uint64(bit)
+        sign = np.where(signs.codes >= 0, -1, signs.numbers.astype(np.uint64) >> np.uint64(bit)
                        & np.uint64(1)).astype(np.int64)
-        way = np.append(way, -1)
-        now, before = way[ways.rows(times)], way[ways.rows(times - 1)]
+        sign = np.append(sign, -1)
+        now, before = sign[signs.rows(times)], sign[signs.rows(times - 1)]
         name = step.path if step.bits == 1 else f"{step.path}[{bit}]"
         faults = [(int(time), "a step while the direction is unknown") for time in times[now < 0]]
         faults += [(int(time), "the direction changes with the step")

@@ -49,8 +49,8 @@ class Signal:
     ----------
     parts : tuple of str
         Its scopes and its name. ``\\order.x`` of Verilog is two parts.
-    Width; 0 if it has none.
-        Width; 0 for what has none.
+    bits : int
+        Width; 0 if it has none.
     kind : Kind
         How its values are read.
     id : str

@@ -89,24 +89,24 @@ class Scene:
     height: float
     title: str
     about: str
-    _things: list[_Shape | _Text] = field(default_factory=list)
+    _shapes: list[_Shape | _Text] = field(default_factory=list)
 
     def line(self, style: str, points: Iterable[Point]) -> None:
         """Draw a line through points."""
-        self._things.append(_Shape(style, tuple(points), False))
+        self._shapes.append(_Shape(style, tuple(points), False))
 
     def area(self, style: str, points: Iterable[Point]) -> None:
         """Draw an area between points, and its edge if the style has a line."""
-        self._things.append(_Shape(style, tuple(points), True))
+        self._shapes.append(_Shape(style, tuple(points), True))
 
     def text(self, style: str, x: float, y: float, text: str, anchor: Anchor = "start") -> None:
         """Write text whose middle is at the height `y`."""
-        self._things.append(_Text(style, (x, y), text, anchor))
+        self._shapes.append(_Text(style, (x, y), text, anchor))
 
     def svg(self) -> str:
         """Return it as SVG. Equal drawings give equal bytes."""
         size = f"{_number(self.width)} {_number(self.height)}"
-        used = {thing.style for thing in self._things} | {"paper"}
+        used = {shape.style for shape in self._shapes} | {"paper"}
         return "\n".join([
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size}" '
             f'width="{_number(self.width)}" height="{_number(self.height)}" role="img">',
@@ -120,7 +120,7 @@ class Scene:
             "</style>",
             f'<rect class="paper" x="0.5" y="0.5" width="{_number(self.width - 1)}" '
             f'height="{_number(self.height - 1)}" rx="6"/>',
-            *map(_element, self._things),
+            *map(_element, self._shapes),
             "</svg>", ""])
 
     def picture(self, scale: int = 2) -> Image.Image:
@@ -132,19 +132,19 @@ class Scene:
         image = Image.new("RGB", size, paper[0])
         draw = ImageDraw.Draw(image)
         font = ImageFont.load_default(SIZE * zoom)
-        for thing in self._things:
-            style = STYLES[thing.style]
+        for shape in self._shapes:
+            style = STYLES[shape.style]
             fill = style.fill and style.fill[0]
-            if isinstance(thing, _Text):
-                x, y = (value * zoom for value in thing.place)
-                draw.text((x, y), thing.text, fill, font,
-                          anchor={"start": "lm", "middle": "mm", "end": "rm"}[thing.anchor])
+            if isinstance(shape, _Text):
+                x, y = (value * zoom for value in shape.place)
+                draw.text((x, y), shape.text, fill, font,
+                          anchor={"start": "lm", "middle": "mm", "end": "rm"}[shape.anchor])
                 continue
-            points = [(x * zoom, y * zoom) for x, y in thing.points]
-            if thing.closed and fill:
+            points = [(x * zoom, y * zoom) for x, y in shape.points]
+            if shape.closed and fill:
                 draw.polygon(points, fill)
             if style.line:
-                whole = [*points, points[0]] if thing.closed else points
+                whole = [*points, points[0]] if shape.closed else points
                 draw.line(whole, style.line[0], round(style.width * zoom), joint="curve")
         return image.reduce(SMOOTH)
 
@@ -171,10 +171,10 @@ def _rules(used: set[str], page: int) -> list[str]:
     return rules
 
 
-def _element(thing: _Shape | _Text) -> str:
-    if isinstance(thing, _Text):
-        anchor = "" if thing.anchor == "start" else f' text-anchor="{thing.anchor}"'
-        x, y = map(_number, thing.place)
-        return f'<text class="{thing.style}" x="{x}" y="{y}"{anchor}>{escape(thing.text)}</text>'
-    path = "M" + "L".join(f"{_number(x)} {_number(y)}" for x, y in thing.points)
-    return f'<path class="{thing.style}" d="{path}{"Z" * thing.closed}"/>'
+def _element(shape: _Shape | _Text) -> str:
+    if isinstance(shape, _Text):
+        anchor = "" if shape.anchor == "start" else f' text-anchor="{shape.anchor}"'
+        x, y = map(_number, shape.place)
+        return f'<text class="{shape.style}" x="{x}" y="{y}"{anchor}>{escape(shape.text)}</text>'
+    path = "M" + "L".join(f"{_number(x)} {_number(y)}" for x, y in shape.points)
+    return f'<path class="{shape.style}" d="{path}{"Z" * shape.closed}"/>'

@@ -83,7 +83,7 @@ def save(path: Path, wave: Wave, signals: list[Signal], radixes: Radixes) -> Non
 
 def _view(args: argparse.Namespace) -> int:
     wave = Wave(args.file)
-    beside = args.file.with_suffix(".gtkw")
+    default_save = args.file.with_suffix(".gtkw")
     target = args.save or (args.file.with_suffix(".view.gtkw") if args.signals else None)
     if target is not None:
         if not args.signals:
@@ -94,8 +94,8 @@ def _view(args: argparse.Namespace) -> int:
     viewer = None if args.no_open else _viewer(args.viewer)
     if target is not None:
         save(target, wave, names.several(wave, args.signals), Radixes(wave, args.radix))
-    elif beside.is_file():
-        target = beside
+    elif default_save.is_file():
+        target = default_save
     opened = target if target is not None and viewer and viewer.endswith("gtkwave") else args.file
     if viewer is not None:
         # In a session of its own it survives the end of the terminal.

@@ -1,8 +1,8 @@
-"""What pages share: a server on the loopback, and a state that is sent to each page."""
+"""Local web pages: an HTTP server on the loopback, and state that is published to each page."""
 
 from .redirect import redirect
-from .session import FRAME_INTERVAL, Pages, Shown, View
+from .session import FRAME_INTERVAL, Backend, Pages, View
 from .site import Refused, serve, site, stopping
 
-__all__ = ["FRAME_INTERVAL", "Pages", "Refused", "Shown", "View", "redirect", "serve",
+__all__ = ["FRAME_INTERVAL", "Pages", "Refused", "Backend", "View", "redirect", "serve",
            "site", "stopping"]

@@ -1,6 +1,6 @@
 """A redirection to an address that other users of the computer cannot read.
 
-What is given to a browser when it is started can be read by all of them, in the list of processes.
+The command line of a browser can be read by all of them, in the list of processes.
 """
 
 import html
@@ -23,9 +23,9 @@ PAGE = """\
 
 @contextmanager
 def redirect(address: str) -> Iterator[str]:
-    """Yield the address of a file that leads to `address`, which is there while the body runs.
+    """Yield the address of a file that redirects to `address`; it exists while the body runs.
 
-    Only who has made the file can read it.
+    Only the user can read the file.
     """
     handle, name = tempfile.mkstemp(prefix="fresa-", suffix=".html")  # mode 0600
     try:

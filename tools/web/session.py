@@ -1,8 +1,8 @@
-"""Pages that are sent a state. Each takes frames as it can, and none delays another.
+"""Pages that are sent a state over WebSockets; a slow page does not delay the others.
 
-A page has at most one frame on its way. When it sends ``next``, it gets what has changed since, in
-one frame, however long that took. Texts, which are rare, are kept by what they are about: a page
-that has not taken one yet gets the newest in its place.
+A page has at most one frame under way. When it sends ``next``, it gets all changes since its last
+frame in one frame. Text messages are rare and stored by topic: a page that has not been sent one
+yet gets the newest only.
 """
 
 import asyncio
@@ -16,7 +16,7 @@ from aiohttp import WSCloseCode, WSMsgType, web
 from ..console import UserError
 from .site import Refused
 
-__all__ = ["FRAME_INTERVAL", "Pages", "Shown", "View"]
+__all__ = ["FRAME_INTERVAL", "Pages", "Backend", "View"]
 
 #: Seconds from one frame to the next, at least.
 FRAME_INTERVAL = 1 / 30
@@ -26,36 +26,36 @@ MOST_ERRORS = 50
 MOST_ORDERS = 300  # a second
 LONGEST_MESSAGE = 4096
 
-#: Seconds after which a page that answers no ping is given up.
+#: Seconds after which a page without an answer to a ping is disconnected.
 HEARTBEAT = 30
 
 
 class View(Protocol):
-    """What one page has been sent."""
+    """The frames of one page."""
 
     def frame(self) -> bytes | None:
-        """Return what the page has not been sent yet, and count it as sent; None if nothing."""
+        """Return changes that the page has not been sent, and mark them as sent; None if none."""
         ...
 
 
-class Shown(Protocol):
-    """What pages look at."""
+class Backend(Protocol):
+    """What pages show and control."""
 
     def view(self) -> View:
-        """Begin a page, which has been sent nothing."""
+        """Open a view for a new page."""
         ...
 
     def left(self, view: View) -> None:
-        """End a page."""
+        """Close the view of a page."""
         ...
 
     def do(self, view: View, name: str, message: Mapping[str, object]) -> None:
-        """Do what a page asks for.
+        """Carry out a request of a page.
 
         Raises
         ------
         UserError
-            If it cannot be done. The page shows the message.
+            If it cannot be carried out. The page shows the message.
         """
         ...
 
@@ -71,7 +71,7 @@ class _Page:
         self._second, self._orders = 0.0, 0
 
     def count(self, now: float) -> None:
-        """Count an order at a time in seconds; too many are a mistake."""
+        """Count a request at a time in seconds; too many are an error."""
         if now >= self._second + 1:
             self._second, self._orders = now, 0
         self._orders += 1
@@ -80,23 +80,23 @@ class _Page:
 
 
 class Pages:
-    """All pages that are connected.
+    """All connected pages.
 
     Parameters
     ----------
-    shown : Shown
-        What they look at.
+    backend : Backend
+        What they show and control.
     changed : callable
-        Called when a page has come or gone, or can take a frame.
+        Called when a page connects or disconnects, or can take a frame.
 
     Attributes
     ----------
     texts : dict of str to str
-        Messages that each new page gets first, by topic. Set by `tell`.
+        Messages that are sent to each new page first, by topic. Set by `publish`.
     """
 
-    def __init__(self, shown: Shown, changed: Callable[[], None] = lambda: None) -> None:
-        self._shown = shown
+    def __init__(self, backend: Backend, changed: Callable[[], None] = lambda: None) -> None:
+        self._backend = backend
         self._changed = changed
         self._pages: dict[_Page, web.WebSocketResponse] = {}
         self.texts: dict[str, str] = {}
@@ -105,13 +105,13 @@ class Pages:
         return len(self._pages)
 
     @property
-    def hungry(self) -> bool:
+    def ready(self) -> bool:
         """Whether a page can take a frame."""
         return any(page.ready for page in self._pages)
 
-    def tell(self, about: str, fields: Mapping[str, object]) -> None:
+    def publish(self, about: str, fields: Mapping[str, object]) -> None:
         """Send a message to all pages, and to those that connect later."""
-        text = json.dumps({"say": about, **fields})
+        text = json.dumps({"topic": about, **fields})
         if self.texts.get(about) == text:
             return
         self.texts[about] = text
@@ -120,7 +120,7 @@ class Pages:
             page.woken.set()
 
     def wake(self) -> None:
-        """Send a frame to every page that can take one and for which there is something new."""
+        """Send a frame to every page that can take one and has changes to show."""
         for page in self._pages:
             page.woken.set()
 
@@ -131,26 +131,26 @@ class Pages:
             for socket in list(self._pages.values())))
 
     async def handle(self, request: web.Request) -> web.StreamResponse:
-        """Serve a page for as long as it is there: the handler of its WebSocket."""
+        """Serve a page while it is connected: the handler of its WebSocket."""
         if len(self._pages) >= MOST_PAGES:
             raise Refused(f"{MOST_PAGES} pages are open: close one first", 503)
         socket = web.WebSocketResponse(max_msg_size=LONGEST_MESSAGE, compress=False,
                                        heartbeat=HEARTBEAT, timeout=1.0)
         await socket.prepare(request)
-        page = _Page(self._shown.view())
+        page = _Page(self._backend.view())
         page.texts = dict(self.texts)
         page.woken.set()
         self._pages[page] = socket
         self._changed()
         sender = asyncio.create_task(self._send(page, socket))
         try:
-            await self._hear(page, socket)
+            await self._receive(page, socket)
         finally:
             del self._pages[page]
             sender.cancel()
             with suppress(asyncio.CancelledError, ConnectionError):
                 await sender
-            self._shown.left(page.view)
+            self._backend.left(page.view)
             self._changed()
         return socket
 
@@ -165,14 +165,14 @@ class Pages:
                     page.ready = False
                     await socket.send_bytes(frame)
 
-    async def _hear(self, page: _Page, socket: web.WebSocketResponse) -> None:
+    async def _receive(self, page: _Page, socket: web.WebSocketResponse) -> None:
         errors = 0
         with suppress(ConnectionError):
             async for message in socket:
                 if message.type not in (WSMsgType.TEXT, WSMsgType.BINARY):
                     break
                 try:
-                    self._obey(page, message.data)
+                    self._handle(page, message.data)
                 except UserError as error:
                     errors += 1
                     await socket.send_str(json.dumps({"error": str(error)}))
@@ -181,7 +181,7 @@ class Pages:
                                            message=b"too many mistakes")
                         break
 
-    def _obey(self, page: _Page, data: str | bytes) -> None:
+    def _handle(self, page: _Page, data: str | bytes) -> None:
         page.count(asyncio.get_running_loop().time())
         try:
             message = json.loads(data) if isinstance(data, str) else None
@@ -190,7 +190,7 @@ class Pages:
         if not isinstance(message, dict) or not isinstance(name := message.get("do"), str):
             raise UserError('a message must be JSON, {"do": NAME, ...}')
         if name != "next":
-            self._shown.do(page.view, name, message)
+            self._backend.do(page.view, name, message)
         elif not page.ready:
             page.ready = True
             self._changed()

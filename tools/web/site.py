@@ -1,9 +1,9 @@
-"""A server for one user on one computer: no one else gets in, and no request of another site.
+"""An HTTP server for one user of one computer, closed to other users and other sites.
 
-It listens on the loopback only. That keeps out other machines but not the pages of other sites,
-which the user's browser also shows, and not other users of the same computer. So every address
-starts with a token that only the user knows, a request must be for this very host (a name that
-resolves to the loopback is not enough), and one that comes from a page must come from ours.
+It listens on the loopback only. That excludes other computers, but neither pages of other sites in
+the user's browser nor other users of this computer. So every path starts with a secret token, the
+Host header must be this host (a name that resolves to the loopback is not enough), and a request
+with an Origin must come from a page of this server.
 """
 
 import asyncio
@@ -24,17 +24,17 @@ __all__ = ["Refused", "serve", "site", "stopping"]
 
 HOST = "127.0.0.1"
 
-#: What pages share: the connection to the server, and how things look.
+#: Files that all pages share: the connection to the server, and styles.
 SHARED = Path(__file__).parent / "page"
 
-#: Browsers leave this one out of what they send.
+#: The default port, which browsers leave out of the Host header.
 DEFAULT_PORT = 80
 
-#: Bytes of an address with its query. That of a drawing has the paths of its signals.
+#: Most bytes of a path with its query. That of a drawing has the paths of its signals.
 LONGEST_ADDRESS = 1 << 16
 
 HEADERS = {
-    # Only content of this server, never in a frame of another page; its address goes to no one.
+    # Only content of this server, never in a frame of another page, and no Referer.
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; "
     "style-src 'self' 'unsafe-inline'; connect-src 'self' ws://127.0.0.1:* ws://localhost:*; "
     "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
@@ -44,7 +44,7 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
-#: Python takes types from the system, where some of these are wrong.
+#: Python takes MIME types from the system, where some of these are wrong.
 TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
          ".html": "text/html", ".png": "image/png"}
 
@@ -99,14 +99,14 @@ _STRANGERS = web.AppKey("strangers", _Strangers)
 
 
 class Refused(UserError):
-    """A request that cannot be served; its text, one line, is what to do instead.
+    """A request that is refused; the message, one line, names the remedy.
 
     Parameters
     ----------
     message : str
-        That line.
+        The message.
     status : int
-        Status of HTTP, 400 to 499, or 503 for what may go well later.
+        Status of HTTP: 400 to 499, or 503 if it may succeed later.
     """
 
     def __init__(self, message: str, status: int = 400) -> None:
@@ -115,22 +115,22 @@ class Refused(UserError):
 
 
 def site(pages: Path, routes: Iterable[web.RouteDef], *, largest: int) -> web.Application:
-    """Make a site: its page, the files of the page, and what else it answers.
+    """Make a site: its page, the files of the page, and further routes.
 
     Parameters
     ----------
     pages : path
-        Folder of ``index.html``, which is served at ``./``, and of the files that it needs, at
-        ``page/NAME``, beside those that all pages share. No folder in it is served.
+        Folder of ``index.html``, which is served at ``./``, and of its files, which are served at
+        ``page/NAME``, as are those that all pages share. Subfolders are not served.
     routes : iterable of RouteDef
-        What else is served. Their paths begin with ``/`` and lie below the token.
+        Further routes. Their paths begin with ``/`` and lie below the token.
     largest : int
         Most bytes of a request's body.
 
     Returns
     -------
     web.Application
-        To be given to `serve`.
+        The argument of `serve`.
     """
     token = secrets.token_urlsafe(16)
     app = web.Application(middlewares=[_errors, _guard], client_max_size=largest)
@@ -168,7 +168,7 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 @web.middleware
 async def _errors(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Answer what goes wrong in one line of JSON, and give every answer our headers."""
+    """Answer an error with one line of JSON, and give every answer the security headers."""
     try:
         response = await handler(request)
     except Refused as error:
@@ -191,7 +191,7 @@ async def _errors(request: web.Request, handler: Handler) -> web.StreamResponse:
 
 _ADVICE = {
     404: "there is nothing at this address: open the one that the command printed",
-    405: "this address is not asked that way",
+    405: "this address does not take that method",
 }
 
 
@@ -228,12 +228,12 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
     app : web.Application
         From `site`.
     port : int
-        Where to listen; any that is free if 0.
+        TCP port; any free one if 0.
 
     Raises
     ------
     UserError
-        If the port is taken, or cannot be had for another reason.
+        If the port cannot be bound.
     """
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1,
                            max_line_size=LONGEST_ADDRESS)
@@ -245,8 +245,9 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
         try:
             await listener.start()
         except OSError as error:
-            why = _WHY.get(error.errno or 0, f"not to be had ({error.strerror})")
-            raise UserError(f"port {port} is {why}: choose another with --port, or none") from error
+            why = _WHY.get(error.errno or 0, f"not available ({error.strerror})")
+            raise UserError(f"port {port} is {why}: choose another with --port, or leave it out"
+                            ) from error
         bound: int = runner.addresses[0][1]
         app[_PORT].append(bound)
         yield f"http://{HOST}:{bound}/{app[_TOKEN]}/"
@@ -256,7 +257,7 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
 
 @contextmanager
 def stopping() -> Iterator[asyncio.Event]:
-    """Yield an event that Ctrl-C and SIGTERM set, instead of what they do otherwise."""
+    """Yield an event that Ctrl-C and SIGTERM set, instead of ending the process."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):

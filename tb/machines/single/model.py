@@ -188,7 +188,7 @@ class SingleModel:
         return SingleOutputs(
             tx=self.on_line >> bit & 1 if bit < 10 else 1, coils=self.motor.coils,
             enable=self.enable, position=self.place.position,
-            moving=self._asks()[0])
+            moving=self._request()[0])
 
     def edge(self, pins: SingleInputs) -> None:
         """Go to the next clock."""
@@ -280,15 +280,15 @@ class SingleModel:
 
     # The motor
 
-    def _asks(self) -> tuple[int, int]:
+    def _request(self) -> tuple[int, int]:
         """Return the step asked for in this clock, and its direction."""
         if self.ramp:
-            return self.ramp.asks(target=self.target, run=self.enable)
-        return self.place.asks(target=self.target, run=self.enable, load=0)
+            return self.ramp.request(target=self.target, run=self.enable)
+        return self.place.request(target=self.target, run=self.enable, load=0)
 
     def _move(self, rst: int) -> None:
         """Make the step that is due, towards the set-point of this clock or as the ramp lets it."""
-        step, up = self._asks()
+        step, up = self._request()
         asked = self.speed * self.rate
         rate = self.ramp.rate(asked) if self.ramp else asked
         moved = self.motor.clock(step=int(step and self.steps.is_due()), direction=up,

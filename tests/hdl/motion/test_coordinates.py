@@ -21,7 +21,7 @@ class Tool:
     """Carries out the orders of a generator, each after a while, and minds the contract."""
 
     def __init__(self, picture, pitch: int, seed: int = 0) -> None:
-        self.asked = {(r, c) for r, row in enumerate(picture) for c, bit in enumerate(row) if bit}
+        self.target = {(r, c) for r, row in enumerate(picture) for c, bit in enumerate(row) if bit}
         self.pitch, self.rng = pitch, random.Random(seed)
         source = CoordinateGenerator(picture, pixel_steps=pitch)
         self.engine = AmaranthEngine(component("coordinates", source))
@@ -74,14 +74,14 @@ class Tool:
                 assert max(away) == 1, f"milled from {self.at} to {there}"
             self.at = there
         if self.lowered:
-            assert self.at in self.asked, f"the tool is down on {self.at}"
+            assert self.at in self.target, f"the tool is down on {self.at}"
             self.milled.append(self.at)
 
     def finish(self) -> None:
         while self.order():
             pass
-        assert set(self.milled) == self.asked
-        assert len(self.milled) == len(self.asked), "a pixel was milled twice"
+        assert set(self.milled) == self.target
+        assert len(self.milled) == len(self.target), "a pixel was milled twice"
         assert (self.at, self.lowered) == ((0, 0), False)
         assert not self.engine.get("fault")
 
@@ -143,7 +143,7 @@ class TestContract:
         tool = Tool(blob(9, 11, 5, 0.3), 1)
         tool.start()
         tool.finish()
-        left, here = set(tool.asked), (0, 0)
+        left, here = set(tool.target), (0, 0)
         for there in tool.milled:
             away = {pixel: max(abs(pixel[0] - here[0]), abs(pixel[1] - here[1])) for pixel in left}
             assert away[there] == min(away.values())

@@ -36,7 +36,7 @@ class Axis:
         """Make a clock in which both are told the same."""
         mask = (1 << self.width) - 1
         self.engine.set(target=target & mask, run=run, load=load, place=place & mask, rst=rst)
-        step, direction = self.model.asks(target=target, run=run, load=load)
+        step, direction = self.model.request(target=target, run=run, load=load)
         moved = int(step and not rst and self.rng.random() < eager)
         self.engine.set(moved=moved)
         assert self.engine.get("step") == step

@@ -44,7 +44,7 @@ class Motor:
         mask = (1 << self.width) - 1
         engine, model = self.engine, self.model
         engine.set(target=target & mask, run=run, asked=asked, rst=rst)
-        step, direction = model.asks(target=target, run=run)
+        step, direction = model.request(target=target, run=run)
         moved = int(step and not rst and self.rng.random() < eager)
         engine.set(moved=moved)
         seen = {name: engine.get(name) for name in ("step", "rate", "position", "level")}
@@ -59,7 +59,7 @@ class Motor:
     def go(self, target: int, *, steps: int = 99, asked: int = 63) -> list[tuple[int, int]]:
         """Make so many steps, or all; give the position and the level behind each."""
         seen = []
-        while len(seen) < steps and self.model.asks(target=target, run=1)[0]:
+        while len(seen) < steps and self.model.request(target=target, run=1)[0]:
             self.clock(target, asked=asked)
             seen.append((self.model.place.position, self.model.level))
         return seen

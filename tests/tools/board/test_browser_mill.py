@@ -52,7 +52,7 @@ class TestMilling:
     def test_the_cut_is_what_was_asked(self, fresh, figure):
         page = fresh
         assert "Manual" in page.status
-        assert (seen(page, figure.shape, "--asked") == figure).all()
+        assert (seen(page, figure.shape, "--target") == figure).all()
         assert not seen(page, figure.shape, "--cut").any()
         page.set_switches(1 << 7)
         page.until(lambda: page.step == 3 and page.duty("led7"), "ready")
@@ -98,7 +98,7 @@ class TestMilling:
             page.until(lambda: page.duty("led5") and page.cut() == 0, "a new plate")
             page.pause()
             assert page.cut() == 0
-            assert (seen(page, figure.shape, "--asked") == figure).all()
+            assert (seen(page, figure.shape, "--target") == figure).all()
             assert not seen(page, figure.shape, "--cut").any()
             page.find("run").click()
 
@@ -268,7 +268,7 @@ class TestTime:
         with speed(page, "1 clock/s"):
             page.until(lambda: "50,000,000 times" in page.find("ratio").text, "the ratio")
         page.until(lambda: "50,000,000 times" not in page.find("ratio").text, "full speed")
-        assert page.find("speed-wanted").text == "as fast as it goes"
+        assert page.find("speed-wanted").text == "no limit"
 
     def test_another_step_rate(self, fresh):
         page = fresh

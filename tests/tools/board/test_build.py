@@ -13,7 +13,7 @@ JOB = Job(np.array([[1]], bool), "dot")
 
 
 def make(builder: Builder, number: int) -> tuple:
-    builder.want(number, JOB)
+    builder.request(number, JOB)
     end = time.monotonic() + 60
     while (built := builder.built()) is None:
         assert time.monotonic() < end
@@ -35,7 +35,7 @@ def test_the_slow_engine_serves_and_that_is_told_for_as_long_as_it_is_so(monkeyp
     number, job, _, engine = make(builder, 1)
     assert (number, job.period) == (1, build.timing_of(AmaranthEngine)[0])
     assert isinstance(engine, AmaranthEngine)
-    assert builder.note == ("The compiler failed; going on with the slow engine, amaranth, "
+    assert builder.note == ("The compiler failed; using the slow engine, amaranth, "
                             "which takes hundreds of times as long")
     engine.close()
     broken = False

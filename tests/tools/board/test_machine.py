@@ -47,7 +47,7 @@ class Seen:
     plates: int = 0
 
     def look(self, machine: Machine) -> "Seen":
-        snapshot = machine.look(1.5)
+        snapshot = machine.snapshot(1.5)
         self.clock = int(struct.unpack("<df", snapshot.time)[0])
         self.leds, self.display = snapshot.leds, snapshot.display
         self.words, self.position = zip(*struct.iter_unpack("<Bi", snapshot.motors), strict=True)
@@ -262,7 +262,7 @@ class TestRecord:
         machine.record(tmp_path / "it.vcd", 200)
         machine.run(50)
         window = machine.recorded(whole=False)
-        assert window is not None and (window.clocks, window.asked) == (50, 200)
+        assert window is not None and (window.clocks, window.requested) == (50, 200)
         assert not machine.recording and "#1000000000\n" in (tmp_path / "it.vcd").read_text()
 
     def test_without_a_clock_there_is_none(self, machine, tmp_path):

@@ -39,7 +39,7 @@ class Page:
         self._socket = socket
         self.fixed: dict[str, bytes] = {}
         self.lists = {"path": b"", "cut": b""}
-        self.said: dict[str, dict] = {}
+        self.messages: dict[str, dict] = {}
         self.errors: list[str] = []
 
     async def do(self, name: str, **fields: object) -> None:
@@ -50,10 +50,10 @@ class Page:
         message = await self._socket.receive(PATIENCE)
         if message.type == WSMsgType.TEXT:
             text = json.loads(message.data)
-            if "error" in text and "say" not in text:
+            if "error" in text and "topic" not in text:
                 self.errors.append(text["error"])
             else:
-                self.said[text["say"]] = text
+                self.messages[text["topic"]] = text
             return
         assert message.type == WSMsgType.BINARY, message
         for name, part in unpack(message.data).items():
@@ -73,9 +73,9 @@ class Page:
 
     async def ready(self, number: int = 1) -> None:
         """Wait until a machine runs."""
-        await self.until(lambda: "job" in self.said and self.said["job"]["number"] >= number
+        await self.until(lambda: "job" in self.messages and self.messages["job"]["number"] >= number
                          and self.fixed.keys() == PARTS.keys()
-                         and self.said["state"]["building"] is False)
+                         and self.messages["state"]["building"] is False)
 
     @property
     def clock(self) -> int:
@@ -87,7 +87,7 @@ class Page:
 
     @property
     def state(self) -> Mapping:
-        return self.said["state"]
+        return self.messages["state"]
 
     @property
     def cut(self) -> set[int]:
@@ -169,7 +169,7 @@ async def record(page: Page, clocks: int, *, end: bool = False) -> None:
 
 async def another(served: Served, page: Page, how: str) -> None:
     """Make another machine, in one of the ways, and wait until it is there."""
-    number = page.said["job"]["number"]
+    number = page.messages["job"]["number"]
     if how == "job":
         assert (await served.post("job", png(FIGURE)))[0] == 200
     else:
@@ -184,16 +184,16 @@ class TestJob:
     def test_to_the_end(self, libraries, engine, period):
         async def test(served):
             page = await served.page()
-            assert page.said["hello"]["engine"] == engine
-            job = page.said["job"]
+            assert page.messages["hello"]["engine"] == engine
+            job = page.messages["job"]
             assert (job["rows"], job["columns"], job["count"], job["period"]) == (
                 2, 2, 3, period)
             assert job["name"] == "figure"
             await mill(page)
             await page.until(lambda: page.cut == {0, 2, 3})
             assert page.places == (0, 0, 0)
-            status, asked = await served.get("asked.png")
-            assert status == 200 and (pixels_of(asked) == FIGURE).all()
+            status, target = await served.get("target.png")
+            assert status == 200 and (pixels_of(target) == FIGURE).all()
             status, drawn = await served.get("cut.png")
             assert status == 200 and Image.open(io.BytesIO(drawn)).width > 100
 
@@ -206,18 +206,18 @@ class TestJob:
             other = np.array([[0, 1, 1]], bool)
             status, preview = await served.post("job/preview?size=9x9", png(other))
             assert status == 200 and Image.open(io.BytesIO(preview)).format == "PNG"
-            assert page.said["job"]["number"] == 1
+            assert page.messages["job"]["number"] == 1
             status, answer = await served.post("job?turn=90&name=mine.png&invert=0", png(other))
             assert status == 200
             assert json.loads(answer) == {"rows": 3, "columns": 1, "count": 2}
             await page.ready(2)
-            assert page.said["job"] | {"rows": 3, "columns": 1, "count": 2, "name": "mine.png",
-                                       "period": 1} == page.said["job"]
+            assert page.messages["job"] | {"rows": 3, "columns": 1, "count": 2, "name": "mine.png",
+                                       "period": 1} == page.messages["job"]
             # The switches stay where they are; the plate is new.
             await page.until(lambda: page.fixed["inputs"] == bytes([AUTOMATIC, 0]) and not page.cut)
             await mill(page)
             assert page.cut == {1, 2}
-            assert (pixels_of((await served.get("asked.png"))[1]) == np.rot90(other, -1)).all()
+            assert (pixels_of((await served.get("target.png"))[1]) == np.rot90(other, -1)).all()
 
         run(test)
 
@@ -241,7 +241,7 @@ class TestJob:
                     assert "\n" not in error and "/tmp" not in error and "--help" not in error
             before = page.clock
             await page.until(lambda: page.clock > before + 100)  # the machine has gone on
-            assert page.said["job"]["number"] == 1
+            assert page.messages["job"]["number"] == 1
 
         run(test)
 
@@ -265,8 +265,8 @@ class TestTime:
             await page.do("pause")
             await page.until(lambda: not page.state["running"])
             at = await clock(served)
-            for count, asked in [(1, {}), (37, {"count": 37})]:
-                await page.do("clock", **asked)
+            for count, fields in [(1, {}), (37, {"count": 37})]:
+                await page.do("clock", **fields)
                 at += count
                 await page.until(lambda at=at: page.clock == at)
                 assert await clock(served) == at
@@ -334,12 +334,12 @@ class TestTime:
             assert page.fixed["inputs"] == bytes([AUTOMATIC, 0])
             await page.do("step_period", clocks=50)
             await page.ready(3)
-            assert page.said["job"]["period"] == 50
-            assert page.said["job"]["steps_per_second"] == 1e6
+            assert page.messages["job"]["period"] == 50
+            assert page.messages["job"]["steps_per_second"] == 1e6
             # Another picture keeps it.
             await served.post("job", png(FIGURE))
             await page.ready(4)
-            assert page.said["job"]["period"] == 50
+            assert page.messages["job"]["period"] == 50
 
         run(test)
 
@@ -409,7 +409,7 @@ class TestPages:
             assert first.fixed == second.fixed and first.lists == second.lists
             third = await served.page()
             assert third.fixed == first.fixed and third.lists == first.lists
-            assert third.said["hello"]["pages"] == 3
+            assert third.messages["hello"]["pages"] == 3
 
         run(test)
 
@@ -525,7 +525,7 @@ class TestWaves:
             await another(served, page, how)
             await page.until(lambda: page.state["wave"])
             wave = page.state["wave"]
-            assert at <= wave["from"] and 0 < wave["clocks"] < wave["asked"] == 1_000_000
+            assert at <= wave["from"] and 0 < wave["clocks"] < wave["requested"] == 1_000_000
             assert (await served.get("wave.vcd"))[1].startswith(b"$")
             assert (await served.get("wave.svg?signals=leds"))[0] == 200
             await page.until(lambda: not page.state["recording"])
@@ -618,17 +618,17 @@ class TestLife:
             assert status == 200
             await page.until(lambda: page.state["error"] and not page.state["building"])
             assert "failed" in page.state["error"]
-            assert page.said["job"]["number"] == 1
+            assert page.messages["job"]["number"] == 1
             at = page.clock
             await page.until(lambda: page.clock > at)
             await page.do("power")  # the machine that works comes back, not what failed
             await page.ready(3)
             assert page.state["error"] is None
-            assert page.said["job"]["rows"] == 2
+            assert page.messages["job"]["rows"] == 2
             fail.unlink()
             await served.post("job", png(other))
             await page.ready(4)
             assert page.state["error"] is None
-            assert page.said["job"]["rows"] == 9
+            assert page.messages["job"]["rows"] == 9
 
         run(test, engine="cxxrtl")

@@ -34,7 +34,7 @@ def test_what_takes_too_long_is_ended_with_all_that_it_started(monkeypatch, tmp_
     script.write_text(f"#!/bin/sh\nsleep 300 &\necho $! > {child}\nwait\n")
     script.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(script))
-    monkeypatch.setattr(waves, "PATIENCE", 1.0)
+    monkeypatch.setattr(waves, "QUERY_TIMEOUT_S", 1.0)
 
     async def test():
         windows = Windows()

@@ -30,10 +30,10 @@ class Flood:
     def recv(self) -> tuple[str]:
         self.taken += 1
         assert self.taken < 10_000, "it obeys and does nothing else"
-        return ("look",) if self.answered < 3 else ("quit",)
+        return ("snapshot",) if self.answered < 3 else ("quit",)
 
     def send(self, message: tuple) -> None:
-        self.answered += message[0] == "look"
+        self.answered += message[0] == "snapshot"
 
 
 def test_a_flood_of_orders_does_not_stop_it():
@@ -52,7 +52,7 @@ def test_a_step_that_does_not_come_is_given_up(monkeypatch):
     worker.step()
     worker._advance()
     assert worker._moving
-    monkeypatch.setattr(workers, "STEP_PATIENCE", 0)
+    monkeypatch.setattr(workers, "STEP_TIMEOUT_S", 0)
     worker.step()
     worker._advance()
     assert not worker._moving

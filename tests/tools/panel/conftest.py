@@ -16,7 +16,7 @@ def fake(monkeypatch) -> FakePositioner:
     monkeypatch.setattr(panel, "Port", lambda name: fake)
     monkeypatch.setattr(ports, "find_ports", list)
     monkeypatch.setattr(panel, "POLL_S", 0.01)
-    monkeypatch.setattr(panel, "SAVE", 0.01)
+    monkeypatch.setattr(panel, "SAVE_INTERVAL_S", 0.01)
     return fake
 
 

@@ -238,7 +238,7 @@ def test_everything_is_kept(home, chromium):
         page.keys_up("d")
         seen = page.rest()
         page.until(page.find("stop").is_enabled, "a way to stop")
-    page.until(lambda: "Stop with it" in page.status, "the end being told")
+    page.until(lambda: "Stop with it" in page.status, "the lost connection")
     assert not page.find("stop").is_enabled()
     # What moved while the panel ended is kept too.
     steps = load(home / "fresa" / "panel-simulated.json").steps
@@ -250,7 +250,7 @@ def test_everything_is_kept(home, chromium):
         assert tuple(page.place(axis) for axis in "xyz") == place
         assert page.find("speed-z").get_attribute("value") == "17"
         page.connect()
-        page.until(lambda: "forgotten" in page.status, "the machine being told")
+        page.until(lambda: "was reset" in page.status, "the restored position")
         assert page.rest() == place
 
 

@@ -60,12 +60,12 @@ def test_going_elsewhere_is_ended_and_told(fake, path, monkeypatch):
         fake.damage = {b"P 1 0 567610 0\n": b"P 1 0 -99967610 0\n",
                        b"P 2 0 568 0\n": b"P 2 0 1568 0\n"}
         site.do("go", number=1)
-        await site.until(lambda: "did not get to point 1" in site.told("state")["note"])
+        await site.until(lambda: "did not reach point 1" in site.told("state")["note"])
         await site.until(lambda: fake.resting)
         assert site.told("state")["goal"] is None and site.told("state")["bad"]
         monkeypatch.setattr(axis_monitor, "STILL", 5)
         site.do("go", number=2)
-        await site.until(lambda: "did not get to point 2" in site.told("state")["note"])
+        await site.until(lambda: "did not reach point 2" in site.told("state")["note"])
         assert fake.steps == [0, 1568, 0]
 
     session(path, what)
@@ -106,7 +106,7 @@ def test_a_machine_that_falls_silent_does_not_depart_later(fake, path, monkeypat
         go(site, 1, 100)
         await asyncio.sleep(0.7)
         fake.connected = True
-        await site.until(lambda: "did not get to point 1" in site.told("state")["note"])
+        await site.until(lambda: "did not reach point 1" in site.told("state")["note"])
         await settle(site)
         assert fake.steps == [0, 0, 0] and b"GOTO 1\n" not in fake.written
 

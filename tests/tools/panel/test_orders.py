@@ -38,14 +38,14 @@ class TestOrders:
         (orders.read_directions, {"directions": [0, 0]}, "directions must be three of -1, 0 and 1"),
         (orders.read_directions, {"directions": [0, 0, 2]}, "directions must be three"),
         (orders.read_directions, {"directions": [0, 0, 0.0]}, "directions must be three"),
-        (orders.read_switch, {"end": 0, "pressed": True}, "has an end"),
+        (orders.read_switch, {"end": 0, "pressed": True}, "must have a name"),
         (orders.read_switch, {"end": "X+", "pressed": 1}, "pressed or not"),
         (orders.read_point, {"place": [0, 0]}, "place must be three numbers of um"),
         (orders.read_point, {"place": [0, 14_001, 0]}, "y must be from -14000 to 14000 um"),
         (orders.read_point, {"place": [0, 0, "1"]}, "z must be"),
         (orders.read_point, {"place": [float("nan"), 0, 0]}, "x must be"),
     ])
-    def test_what_may_not(self, read, message, error):
+    def test_invalid(self, read, message, error):
         with pytest.raises(UserError, match=error):
             read(message)
 

@@ -41,7 +41,7 @@ def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
     async def what(site):
         fake.answer = obey
         tell, places = site.panel.pages.tell, []
-        monkeypatch.setattr(site.panel.pages, "tell", lambda about, fields: (
+        monkeypatch.setattr(site.panel.pages, "publish", lambda about, fields: (
             tell(about, fields), places.append(fields["steps"]) if about == "place" else None))
         assert site.told("place")["steps"] == [500, -500, 7]  # before anything is connected
         await site.connect()
@@ -282,7 +282,7 @@ def test_a_disk_that_is_full_is_told_and_stops_nothing(fake, path, monkeypatch):
         await site.connect()
         monkeypatch.setattr(panel, "save", full)
         site.do("speed", axis=0, speed=9)
-        await site.until(lambda: "Nothing is kept" in site.told("state")["note"])
+        await site.until(lambda: "settings are not saved" in site.told("state")["note"])
         site.do("jog", directions=[1, 0, 0])
         assert b"MOV MOT1 C\n" in fake.written
 

@@ -51,7 +51,7 @@ def test_what_nobody_wrote_is_put_aside(tmp_path, change, capsys):
     path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
     assert load(path) == Settings()
     assert not path.exists() and (tmp_path / "panel.json.damaged").exists()
-    assert "the panel begins anew" in capsys.readouterr().err
+    assert "the panel starts with defaults" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", b"[" * 100_000, b"\xff\xfe", b"null", b'"x"',

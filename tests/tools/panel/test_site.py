@@ -1,4 +1,4 @@
-"""The panel's address: who gets in, and what a page is told first."""
+"""The panel's address: who gets in, and what a page is messages first."""
 
 import asyncio
 
@@ -18,17 +18,17 @@ def test_a_page_with_the_address_is_told_everything_and_can_ask(tmp_path):
                 async with browser.get(address + name) as answer:
                     assert answer.status == 200
             async with browser.ws_connect(address + "ws") as socket:
-                told = [await socket.receive_json(timeout=10) for _ in range(4)]
-                assert {message["say"] for message in told} == {"hello", "state", "place",
+                messages = [await socket.receive_json(timeout=10) for _ in range(4)]
+                assert {message["topic"] for message in messages} == {"hello", "state", "place",
                                                                 "settings"}
                 await socket.send_json({"do": "speed", "axis": 1, "speed": 9})
-                while (told := await socket.receive_json(timeout=10))["say"] != "settings":
+                while (messages := await socket.receive_json(timeout=10))["topic"] != "settings":
                     pass
-                assert told["speeds"] == [4, 9, 4]
+                assert messages["speeds"] == [4, 9, 4]
                 await socket.send_json({"do": "connect", "port": "spy:///dev/ttyS0"})
-                while "error" not in (told := await socket.receive_json(timeout=10)):
+                while "error" not in (messages := await socket.receive_json(timeout=10)):
                     pass
-                assert "there is no port spy:///dev/ttyS0" in told["error"]
+                assert "there is no port spy:///dev/ttyS0" in messages["error"]
         await panel.close()
 
     asyncio.run(session())

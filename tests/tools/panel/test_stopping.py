@@ -222,7 +222,7 @@ def test_a_port_that_takes_nothing_is_lost_and_holds_nobody_up(fake, path, monke
         assert time.monotonic() < begun + 0.2
         await site.until(lambda: not site.told("state")["connected"])
         assert site.told("state")["note"] == (
-            "fake is gone: Write timeout. What moved may still move.")
+            "fake is gone: Write timeout. The machine may still be moving.")
         full.clear()
         await site.connect()
         assert fake.resting

@@ -147,7 +147,7 @@ def test_lines_of_several_never_mix():
 
 
 def test_who_does_not_end_a_line_loses_the_turn(monkeypatch):
-    monkeypatch.setattr(service, "PATIENCE", 0.05)
+    monkeypatch.setattr(service, "LINE_TIMEOUT_S", 0.05)
     monkeypatch.setattr(service, "LONGEST_LINE", 16)
 
     async def session():
@@ -217,7 +217,7 @@ def test_who_does_not_read_is_cut_off_and_holds_nobody_up(monkeypatch):
             full = writer.transport.get_extra_info("socket")
             full.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1)
             for _ in range(1000):
-                served._heard(b"x" * 10_000, 1)
+                served._on_data(b"x" * 10_000, 1)
                 await asyncio.sleep(0)
                 if writer.is_closing():
                     break
@@ -246,7 +246,7 @@ def test_there_are_only_so_many_connections(monkeypatch):
 def test_a_port_that_is_taken_is_said_so():
     async def session():
         with socket.create_server(("127.0.0.1", 0)) as taken:
-            with pytest.raises(UserError, match="cannot be had: choose another with --tcp"):
+            with pytest.raises(UserError, match="is not available: choose another with --tcp"):
                 async with echo(port=taken.getsockname()[1]):
                     pass
 
@@ -273,6 +273,6 @@ def test_the_terminal_hears_the_end():
         with pytest.raises(OSError):
             os.write(program.file, b"hello?")
         program.close()
-        served._heard(b"its last words", 1)  # were on their way through the loop
+        served._on_data(b"its last words", 1)  # were on their way through the loop
 
     asyncio.run(session())

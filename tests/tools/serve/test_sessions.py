@@ -39,7 +39,7 @@ def test_a_port_that_is_taken_is_told_before_anything_is_built(monkeypatch, caps
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert main(["single", "--tcp", str(port)]) == 2
-    assert capsys.readouterr().err.startswith(f"error: port {port} cannot be had")
+    assert capsys.readouterr().err.startswith(f"error: port {port} is not available")
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

@@ -46,13 +46,13 @@ def test_switches_are_the_bits_of_an_input(machine):
 def test_what_is_typed_is_done_and_said(machine, capsys):
     console = Typed(machine, Switches(ENDS, machine))
     for line in ("limit x on", "  LIMIT Y-  ON", "", "limit x off", "break"):
-        console.obey(line)
+        console.execute(line)
     out, err = capsys.readouterr()
     assert out.splitlines() == ["limit switch X+ pressed", "limit switch Y- pressed",
                                 "limit switch X+ released", "a break was sent"]
     assert machine.limits == [1, 3, 2] and machine.breaks == 1 and not err
     for line in ("limit", "limit x", "limit x maybe", "explode", "limit y on", "\x1b[A" * 200):
-        console.obey(line)
+        console.execute(line)
     out, err = capsys.readouterr()
     assert not out and err.count("note: ") == err.count("\n") == 6
     assert "type limit x on, limit x off, or break" in err and "\x1b" not in err
@@ -60,12 +60,12 @@ def test_what_is_typed_is_done_and_said(machine, capsys):
 
 
 def test_a_machine_without_switches_offers_none(machine, capsys):
-    Typed(machine, Switches((), machine)).obey("limit x on")
+    Typed(machine, Switches((), machine)).execute("limit x on")
     assert capsys.readouterr().err == "note: not understood: 'limit x on'; type break\n"
 
 
 def test_lines_are_read_in_any_pieces_until_there_are_no_more(machine, monkeypatch):
-    monkeypatch.setattr(typed, "LOOK", 0.001)
+    monkeypatch.setattr(typed, "POLL_S", 0.001)
     theirs, ours = os.pipe()
 
     async def session():
@@ -82,7 +82,7 @@ def test_lines_are_read_in_any_pieces_until_there_are_no_more(machine, monkeypat
 
 
 def test_what_is_typed_for_another_program_is_left_to_it(machine, monkeypatch):
-    monkeypatch.setattr(typed, "LOOK", 0.001)
+    monkeypatch.setattr(typed, "POLL_S", 0.001)
     monkeypatch.setattr(os, "tcgetpgrp", lambda file: os.getpgrp() + 1)
     theirs, ours = os.pipe()
 

@@ -1,11 +1,11 @@
-/** The Nexys 2, drawn: what people touch, and what it shows them. */
+/** The Nexys 2 as a drawing: switches, buttons, LEDs and display. */
 
 import { digit, chips } from "./drawing.js";
 import { bindButton } from "./hold.js";
 import { BUTTON_KEYS, bindSwitch } from "./inputs.js";
 import { group, label, svg } from "./svg.js";
 
-/** Where the parts stand, and how far apart, on a wide page and on a phone. */
+/** Places and distances of the parts, on a wide page and on a phone. */
 const LAYOUTS = {
   wide: {
     size: [680, 372], display: [40, 118], leds: [62, 236, 48], switches: [62, 270, 48],
@@ -25,21 +25,21 @@ const LED_NAMES = ["coil", "coil", "coil", "coil", "", "busy", "error", "ready"]
 const COUNTS = ["the movement under way", "X", "Y", "Z"];
 
 /**
- * A light's share of full brightness as the screen must show it: eyes and screens are not linear.
- * @param {number} duty - 0 to 255, the part of the time for which it is lit
+ * Return the opacity that shows a duty cycle, corrected for the gamma of screens.
+ * @param {number} duty - duty cycle, 0 to 255
  */
 export function brightness(duty) {
   return (duty / 255) ** (1 / 2.2);
 }
 
-/** The board on the page. */
+/** The drawing of the board. */
 export class Board {
   #shown = new Map();
   #layout = null;
 
   /**
-   * @param {HTMLElement} place - it fills this
-   * @param {Inputs} inputs - what its switches and buttons change
+   * @param {HTMLElement} place - the element that it fills
+   * @param {Inputs} inputs - changed by its switches and buttons
    */
   constructor(place, inputs) {
     this.place = place;
@@ -51,7 +51,7 @@ export class Board {
     this.#draw();
   }
 
-  /** Show switches and buttons as they are, and what they mean in this mode. */
+  /** Show the levels of switches and buttons, and their meanings in this mode. */
   inputsChanged() {
     const { switches, buttons } = this.inputs;
     const names = switches >> 7 & 1 ? AUTOMATIC : JOG;
@@ -65,7 +65,7 @@ export class Board {
     });
   }
 
-  /** Show LEDs and digits as bright as they are. */
+  /** Show the brightness of LEDs and digits. */
   lightsChanged({ leds, display }) {
     this.lights = { leds, display };
     this.leds.forEach((element, index) => this.#light(element, leds[index]));
@@ -91,7 +91,7 @@ export class Board {
     this.leds = row(8, at.leds, (bit, x, y) => this.#drawLed(bit, x, y));
     this.switches = row(8, at.switches, (bit, x, y) => this.#drawSwitch(bit, x, y, at.switches[2]));
     this.buttons = row(4, at.buttons, (bit, x, y) => this.#drawButton(bit, x, y, at.buttons[2]));
-    // On the board the highest bit is leftmost, and so it is for whoever goes through by Tab.
+    // The highest bit is leftmost, as on the board, also in the order of the Tab key.
     for (const parts of [this.leds, this.switches, this.buttons]) parts.reverse();
     this.#shown.clear();
     this.lightsChanged(this.lights);
@@ -153,28 +153,28 @@ export class Board {
   }
 }
 
-/** Say what switches and LEDs mean as they are now. */
+/** Describe the meaning of switches and LEDs in the present mode. */
 export function legend(switches) {
   if (switches >> 7 & 1) {
     return `SW0 and SW1 choose the count that the display shows in hexadecimal steps: `
-      + `now ${COUNTS[switches & 3]}. SW7 off gives the tool back to your hands.`;
+      + `now ${COUNTS[switches & 3]}. SW7 off selects manual mode.`;
   }
   return "SW0 to SW5 move an axis for as long as they are on; LD0 to LD3 show its coils. The"
-    + " display is dark. SW7 hands the tool to the machine.";
+    + " display is dark. SW7 selects automatic mode.";
 }
 
-/** Draw a row of parts with the highest bit leftmost. */
+/** Draw a row of parts, the highest bit leftmost. */
 function row(count, [x, y, pitch], draw) {
   return Array.from({ length: count }, (_, n) => draw(count - 1 - n, x + n * pitch, y));
 }
 
-/** A part that takes clicks on all of its place, and shows when it has the focus. */
+/** A part that takes clicks on its whole area, and shows when it has the focus. */
 function control(x, y, width, height, attributes, ...drawing) {
   const area = { x: -width / 2 + 1, y: -3, width: width - 2, height: height + 7, rx: 6 };
   return group(x, y, attributes, svg("rect", { ...area, class: "area" }), ...drawing);
 }
 
-/** The key that does the same. */
+/** The label of the key for the same action. */
 function badge(x, y, key) {
   return [svg("rect", { x: x - 8, y: y - 2, width: 16, height: 13, rx: 3, class: "badge" }),
     label(x, y + 8, key, "badge-text")];

@@ -1,4 +1,4 @@
-/** The parts of the board that only stand there, and the shape of a digit. */
+/** The passive parts of the board, and the shape of a digit. */
 
 import { group, label, svg } from "./svg.js";
 
@@ -13,7 +13,7 @@ const SEGMENTS = [
   "2,33 6,29 28,29 32,33 28,37 6,37",
 ];
 
-/** Make the segments of a digit twice, dark and lit. */
+/** Draw the segments of a digit twice, dark and lit. */
 export function digit() {
   const make = (kind) => [
     ...SEGMENTS.map((points) => svg("polygon", { points, class: kind })),

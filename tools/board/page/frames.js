@@ -1,11 +1,11 @@
 /**
- * Takes apart what the server sends up to thirty times a second: two bytes, version and mask, then
- * for each bit of the mask its part, little endian.
+ * Decoder of frames, sent up to thirty times a second: two bytes, version and mask, then
+ * a part for each bit of the mask, little endian.
  */
 
 const VERSION = 1;
 
-/** Reads numbers one after the other. */
+/** Reads numbers in order. */
 class Reader {
   constructor(buffer) {
     this.view = new DataView(buffer);
@@ -25,7 +25,7 @@ class Reader {
   f64() { return this.view.getFloat64(this.take(8), true); }
   bytes(count) { return new Uint8Array(this.view.buffer, this.take(count), count); }
 
-  /** A list that goes on from `first`: index of the first, number, then so many items. */
+  /** Items of a growing list: index of the first, number of items, items. */
   list(item) {
     const first = this.u32();
     const count = this.u32();
@@ -44,12 +44,12 @@ const PARTS = [
 ];
 
 /**
- * Decode a frame into the parts that it has.
+ * Decode a frame into its parts.
  * @param {ArrayBuffer} buffer
  * @returns {{time?: object, inputs?: object, leds?: Uint8Array, display?: Uint8Array,
  *   motors?: object[], path?: {first: number, items: object[]},
  *   cut?: {first: number, items: number[]}}}
- * @throws {RangeError} if it is of another version, or cut short
+ * @throws {RangeError} if its version differs, or it is truncated
  */
 export function decode(buffer) {
   const reader = new Reader(buffer);

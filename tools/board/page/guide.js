@@ -1,10 +1,10 @@
-/** What is going on, in words, and what to do next. */
+/** The guide: the state of the machine in words, and the next step. */
 
 import { BUTTON_KEYS } from "./inputs.js";
 import { BUTTON } from "./machine.js";
 
 /**
- * Say where a person stands on the way to a milled picture.
+ * Describe the state of the machine, and the next step to a milled picture.
  * @param {{connected: boolean, state: object, job: object?, machine: Machine,
  *   notice: string?}} now
  * @returns {{step: number, text: string, tone: "calm"|"good"|"bad"}} the step, 1 to 4, to do or
@@ -13,7 +13,7 @@ import { BUTTON } from "./machine.js";
 export function situation({ connected, state, job, machine, notice }) {
   if (!connected) {
     return { step: 0, tone: "bad", text: "The connection is lost; the page tries again by itself. "
-      + "If the program was started anew, open the address that it printed." };
+      + "If the program was restarted, open the address that it printed." };
   }
   if (state.building) {
     const what = typeof state.building === "string" ? state.building : "preparing the gateware";
@@ -70,13 +70,13 @@ export class Guide {
       if (own === step) element.setAttribute("aria-current", "step");
       else element.removeAttribute("aria-current");
     });
-    // Whoever hears the page read aloud hears this line again each time that it is set.
+    // A screen reader reads this line again each time that it is set.
     if (this.status.textContent !== text) this.status.textContent = text;
     this.status.dataset.tone = tone;
-    const asked = now.job?.count ?? 0;
+    const total = now.job?.count ?? 0;
     const cut = now.machine.cut.length;
-    this.count.textContent = `${cut} of ${asked} pixels cut`;
-    this.progress.max = Math.max(1, asked);
+    this.count.textContent = `${cut} of ${total} pixels cut`;
+    this.progress.max = Math.max(1, total);
     this.progress.value = cut;
   }
 }

@@ -1,27 +1,27 @@
-/** Switches that toggle, buttons that are held: by mouse, touch and keyboard. */
+/** Switches and buttons of the board, by mouse, touch and keyboard. */
 
 import { isPress, isTyping } from "./hold.js";
 
-/** No finger is quicker: the gateware must have time to see a button that was only tapped. */
+/** Least milliseconds that a button is down, so that the gateware samples a short tap. */
 const LEAST_HOLD = 80;
 
-/** For so long the page trusts its own change, until what the server shows has caught up. */
+/** Milliseconds for which a switch shows this page's change, until the server's state follows. */
 const OWN = 400;
 
 const SWITCHES = 8;
 
-/** Keys, in the order in which the buttons stand on the board: BTN3 is leftmost. */
+/** Keys by button; on the board BTN3 is leftmost. */
 export const BUTTON_KEYS = ["r", "e", "w", "q"];
 
-/** The levels of switches and buttons, as this page wants them. */
+/** The levels of switches and buttons that this page sets. */
 export class Inputs {
   #holders = [0, 1, 2, 3].map(() => new Set());
   #since = [0, 0, 0, 0];
   #toggled = Array(SWITCHES).fill(-Infinity);
 
   /**
-   * @param {function(string, object)} send - tells the server, see `Link.send`
-   * @param {function()} shown - called when what is to be shown has changed
+   * @param {function(string, object)} send - sends a request, see `Link.send`
+   * @param {function()} shown - called when a shown level has changed
    */
   constructor(send, shown) {
     this.send = send;
@@ -30,7 +30,7 @@ export class Inputs {
     this.board = { switches: 0, buttons: 0 };
   }
 
-  /** What to show: the board's switches, and this page's where it has just changed them. */
+  /** The levels to show: the board's, and this page's of switches that it has just changed. */
   get switches() {
     const since = performance.now() - OWN;
     const mine = this.#toggled.reduce((mask, at, bit) => mask | (at > since) << bit, 0);
@@ -39,13 +39,13 @@ export class Inputs {
 
   get buttons() { return this.own.buttons | this.board.buttons; }
 
-  /** Take over what the board has; another page may have changed it. */
+  /** Take over the levels of the board; another page may have changed them. */
   agree(switches, buttons) {
     this.board = { switches, buttons };
     this.shown();
   }
 
-  /** Put one switch the other way. Only that is told: the others may be another page's by now. */
+  /** Toggle one switch. Only that is sent: another page may have changed the others. */
   toggle(bit) {
     const mask = 1 << bit;
     this.own.switches = this.switches ^ mask;
@@ -55,7 +55,7 @@ export class Inputs {
     setTimeout(this.shown, OWN + 1);
   }
 
-  /** Hold a button. Who holds it (a pointer, a key) must let go of it too. */
+  /** Press a button. The same holder (a pointer, a key) must release it. */
   press(bit, holder) {
     if (this.#holders[bit].size === 0) this.#since[bit] = performance.now();
     this.#holders[bit].add(holder);
@@ -70,7 +70,7 @@ export class Inputs {
     }, Math.max(0, left));
   }
 
-  /** Let go of everything: the window has lost the keyboard, or the connection is gone. */
+  /** Release all buttons: the window has lost the focus, or the connection is lost. */
   releaseAll() {
     for (const holders of this.#holders) holders.clear();
     if (this.own.buttons) {
@@ -89,7 +89,7 @@ export class Inputs {
   }
 }
 
-/** Make an element toggle a switch. */
+/** Make an element toggle a switch by click and key. */
 export function bindSwitch(element, bit, inputs) {
   element.addEventListener("click", () => inputs.toggle(bit));
   element.addEventListener("keydown", (event) => {
@@ -100,14 +100,14 @@ export function bindSwitch(element, bit, inputs) {
 }
 
 /**
- * Let keys work anywhere on the page, but where text is typed.
+ * Bind keys on the whole page, except for text input.
  * @param {Inputs} inputs
- * @param {function(): boolean} wanted - whether they shall
- * @param {Object<string, function()>} others - what other keys do
+ * @param {function(): boolean} enabled - whether keys are enabled
+ * @param {Object<string, function()>} others - actions of other keys
  */
-export function bindKeys(inputs, wanted, others) {
+export function bindKeys(inputs, enabled, others) {
   addEventListener("keydown", (event) => {
-    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || !wanted()) return;
+    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || !enabled()) return;
     if (isTyping(event.target)) return;
     const key = event.key.toLowerCase();
     const button = BUTTON_KEYS.indexOf(key);

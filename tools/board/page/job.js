@@ -1,11 +1,11 @@
-/** The dialog that makes a picture the job of the board. */
+/** The dialog that uploads a picture as the job of the board. */
 
 const find = (id) => document.getElementById(id);
 
-/** Let a person go on typing or sliding before another preview is asked for. */
+/** Milliseconds without input before a new preview is requested. */
 const PATIENCE = 200;
 
-/** Preview and upload. */
+/** Preview and upload of a picture. */
 export class Job {
   #request = null;
   #timer = 0;
@@ -26,10 +26,10 @@ export class Job {
     });
   }
 
-  /** Take the most pixels of a side. */
+  /** Set the largest size of a picture. */
   limits({ picture_max: most }) { this.form.elements.size.max = most; }
 
-  /** The options as `tools.image` names them. */
+  /** The options of `tools.image`, by name. */
   #query() {
     const fields = new FormData(this.form);
     const query = new URLSearchParams({ size: `${fields.get("size")}x${fields.get("size")}` });
@@ -66,7 +66,7 @@ export class Job {
     });
   }
 
-  /** Do it, and say what is wrong with the picture if it cannot be done. */
+  /** Run a request, and show its error if it fails. */
   async #attempt(work) {
     find("job-error").textContent = "";
     try {
@@ -75,7 +75,7 @@ export class Job {
       if (error.name === "AbortError") return;
       this.#show(null);
       find("job-error").textContent = error instanceof TypeError
-        ? "The picture did not get through: is it too large, or the connection lost?"
+        ? "The picture could not be sent: is it too large, or the connection lost?"
         : error.message;
     }
   }

@@ -1,11 +1,11 @@
-/** What the page knows of the machine: the last of everything that was sent. */
+/** The state of the machine, accumulated from frames. */
 
-/** Switches, buttons and LEDs by the bit that they are. */
+/** Bits of switches, buttons and LEDs. */
 export const SWITCH = { automatic: 7 };
 export const BUTTON = { start: 1 };
 export const LED = { busy: 5, error: 6, ready: 7 };
 
-/** Everything that frames carry, summed up. */
+/** The state after all frames so far. */
 export class Machine {
   constructor() {
     this.clock = 0;
@@ -20,9 +20,9 @@ export class Machine {
   }
 
   /**
-   * Take in a frame.
-   * @returns {{path: number, cut: number}} from which index on path and cut are new
-   * @throws {RangeError} if a list would have a gap: something was lost, and all must come again
+   * Apply a frame.
+   * @returns {{path: number, cut: number}} the indices from which path and cut are new
+   * @throws {RangeError} if a list would have a gap, so that everything must be sent again
    */
   apply(frame) {
     Object.assign(this, frame.time, frame.inputs);
@@ -34,7 +34,7 @@ export class Machine {
 
   get automatic() { return (this.switches >> SWITCH.automatic & 1) === 1; }
 
-  /** Whether an LED is lit, at least a part of the time. */
+  /** Whether an LED is lit at least part of the time. */
   lit(name) { return this.leds[LED[name]] > 0; }
 }
 

@@ -1,4 +1,4 @@
-/** Joins the parts of the page. */
+/** The board's page: connects its parts to the server. */
 
 import { Board, legend } from "./board.js";
 import { decode } from "./frames.js";
@@ -12,16 +12,16 @@ import { Table, darkPixels } from "./table.js";
 import { Time } from "./time.js";
 import { Wave } from "./wave.js";
 
-/** Milliseconds for which a message that something could not be done stays. */
+/** Milliseconds for which an error message is shown. */
 const NOTICE = 8000;
 
 const find = (id) => document.getElementById(id);
 
-/** The page: what it was told, and the parts that show it. */
+/** The state that the server has sent, and the parts of the page that show it. */
 class Page {
   #fresh = { path: Infinity, cut: Infinity };
   #drawing = 0;
-  #owed = false;
+  #undrawn = false;
   #fading = 0;
 
   constructor() {
@@ -46,7 +46,7 @@ class Page {
     this.link = new Link({
       opened: () => this.#connected(true),
       closed: () => this.#connected(false),
-      said: (message) => this.#said(message),
+      message: (message) => this.#message(message),
       frame: (data) => this.#frame(decode(data)),
     });
   }
@@ -54,7 +54,7 @@ class Page {
   #connected(connected) {
     document.body.dataset.connection = connected ? "open" : "lost";
     if (connected) {
-      // Everything comes anew, and nothing that was held is held any more.
+      // A new connection gets the whole state, and has released all buttons.
       this.machine = new Machine();
       this.#fresh = { path: 0, cut: 0 };
     } else {
@@ -64,14 +64,14 @@ class Page {
     this.#later();
   }
 
-  #said(message) {
+  #message(message) {
     if (message.error) this.#notice(message.error);
-    const hear = { hello: this.#hello, job: this.#job, state: this.#state }[message.say];
-    hear?.call(this, message);
+    const handler = { hello: this.#hello, job: this.#job, state: this.#state }[message.topic];
+    handler?.call(this, message);
     this.#later();
   }
 
-  /** Show for a while what the server could not do. */
+  /** Show an error message of the server for a while. */
   #notice(text) {
     this.notice = text;
     clearTimeout(this.#fading);
@@ -97,16 +97,16 @@ class Page {
     find("job").textContent =
       `${job.name ?? "picture"}: ${job.columns} × ${job.rows}, ${job.count} pixels to cut`;
     this.time.jobChanged(job);
-    this.#loadAsked(job);
+    this.#loadTarget(job);
   }
 
-  #loadAsked(job) {
-    const image = find("asked");
+  #loadTarget(job) {
+    const image = find("target");
     image.onload = () => {
       image.hidden = false;
-      this.table.take(job.rows, job.columns, this.hello.pixel_steps, darkPixels(image));
+      this.table.load(job.rows, job.columns, this.hello.pixel_steps, darkPixels(image));
     };
-    image.src = `asked.png?at=${Date.now()}`;
+    image.src = `target.png?at=${Date.now()}`;
   }
 
   #state(state) {
@@ -120,11 +120,11 @@ class Page {
     this.#fresh.path = Math.min(this.#fresh.path, fresh.path);
     this.#fresh.cut = Math.min(this.#fresh.cut, fresh.cut);
     if (frame.inputs) this.inputs.agree(this.machine.switches, this.machine.buttons);
-    this.#owed = true;
+    this.#undrawn = true;
     this.#later();
   }
 
-  /** Draw with the next picture of the screen: once, however many frames came. */
+  /** Draw with the next animation frame, once for all data received meanwhile. */
   #later() {
     this.#drawing ||= requestAnimationFrame(() => {
       this.#drawing = 0;
@@ -144,9 +144,9 @@ class Page {
     const { state, job, notice } = this;
     this.guide.show({ connected, state, job, machine, notice });
     find("table").dataset.cut = machine.cut.length;
-    // The server sends no frame before the last one is drawn: it never runs ahead of a slow page.
-    if (this.#owed) this.link.send("next");
-    this.#owed = false;
+    // The server sends the next frame after the last one is drawn: a slow page is not flooded.
+    if (this.#undrawn) this.link.send("next");
+    this.#undrawn = false;
   }
 
   #inputsChanged() {

@@ -10,16 +10,16 @@ const COILS = [
   { name: "black", angle: 270 },
 ];
 
-/** Where the field points, by coil word: between the two coils that are on. */
+/** Direction of the magnetic field, by coil word: between the two coils that are on. */
 const FIELD = new Map([[0b0110, 45], [0b0011, 135], [0b1001, 225], [0b1100, 315]]);
 
-/** Degrees that the shaft turns a step: 48 steps a turn. */
+/** Degrees of the shaft per step: 48 steps per turn. */
 const SHAFT = 7.5;
 
-/** Steps between two pictures up to which a needle is seen to go from one to the next. */
+/** Most steps between two drawings for which the needle is animated. */
 const SMOOTH = 2;
 
-/** A motor as seen along its shaft. */
+/** A motor, seen along its shaft. */
 class Motor {
   constructor(axis) {
     this.axis = axis;
@@ -36,7 +36,7 @@ class Motor {
     this.element = this.#draw();
   }
 
-  /** Show where it stands. */
+  /** Show its position. */
   show({ word, position }, stepMm) {
     if (word !== this.word) {
       this.word = word;
@@ -52,7 +52,7 @@ class Motor {
     this.mm.value = `${(position * stepMm).toFixed(3)} mm`;
   }
 
-  /** Turn the needle to the field, by whole turns near where so many steps have brought it. */
+  /** Turn the needle to the field, with the number of whole turns that the position gives. */
   #turn(word, smooth) {
     const field = FIELD.get(word) ?? 45 + 90 * this.position;
     const turns = Math.round((45 + 90 * this.position - field) / 360);
@@ -88,7 +88,7 @@ function coil({ name, angle }) {
   return turned;
 }
 
-/** All three, x, y and z. */
+/** The three motors, x, y and z. */
 export class Motors {
   constructor(place) {
     this.motors = ["x", "y", "z"].map((axis) => new Motor(axis));
@@ -100,7 +100,7 @@ export class Motors {
   }
 }
 
-/** Plate from the side, and the tool above or in it. */
+/** The plate seen from the side, and the tool above or in it. */
 export class Gauge {
   static FACE = 130;
   static DEEP = 270;

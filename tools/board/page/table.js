@@ -1,9 +1,9 @@
 /**
- * The table from above: plate, cut and way, on three canvases.
+ * The table seen from above: plate, cut and path, on three canvases.
  *
- * What is done stays done: a picture draws only the pixels and the stretches of way that are new.
- * All is drawn again only when the size, the colours or the part of the table in view change. The
- * stretch to the tool itself still grows, so it is drawn with the tool, on a canvas that is wiped.
+ * Drawing is incremental: only new pixels and segments of the path are drawn.
+ * All is drawn again when the size, the colours or the part of the table in view change. The
+ * last segment still grows, so it is drawn with the tool, on a canvas that is cleared each time.
  */
 
 const MARGIN = 0.05;
@@ -13,12 +13,12 @@ export class Table {
   #drawn = { path: 0, cut: 0 };
   #view = { left: 0, top: 0, side: 1, scale: 1 };
 
-  /** @param {HTMLElement} place - with a canvas for each of the layers plate, way and tool */
+  /** @param {HTMLElement} place - contains a canvas for each of the layers plate, way and tool */
   constructor(place) {
     this.place = place;
     this.rows = this.columns = 1;
     this.pitch = 128;
-    this.asked = [];
+    this.target = [];
     this.machine = { path: [], cut: [], motors: [{ position: 0 }, { position: 0 }, {}] };
     this.layers = {};
     for (const canvas of place.querySelectorAll("canvas")) {
@@ -28,14 +28,14 @@ export class Table {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
   }
 
-  /** Take another picture: its size, steps from pixel to pixel, numbers of the pixels asked. */
-  take(rows, columns, pitch, asked) {
-    Object.assign(this, { rows, columns, pitch, asked });
+  /** Load another picture: its size, steps per pixel, and indices of its target pixels. */
+  load(rows, columns, pitch, target) {
+    Object.assign(this, { rows, columns, pitch, target });
     this.redraw();
   }
 
   /**
-   * Draw what is new.
+   * Draw what has changed.
    * @param {Machine} machine
    * @param {{path: number, cut: number}} from - the first of path and cut that may have changed
    */
@@ -46,7 +46,7 @@ export class Table {
     else this.#drawNew();
   }
 
-  /** Draw everything, in the size and colours of now. */
+  /** Draw everything again, with the present size and colours. */
   redraw() {
     const side = this.place.clientWidth;
     const pixels = Math.max(1, Math.round(side * devicePixelRatio));
@@ -61,12 +61,12 @@ export class Table {
   #colours() {
     const style = getComputedStyle(this.place);
     this.colour = {};
-    for (const name of ["plate", "asked", "cut", "air", "milled", "tool", "frame"]) {
+    for (const name of ["plate", "target", "cut", "air", "milled", "tool", "frame"]) {
       this.colour[name] = style.getPropertyValue(`--${name}`).trim();
     }
   }
 
-  /** Choose the part in view: the plate, and wherever the tool has been. */
+  /** Fit the view to the plate and the path of the tool. */
   #look(pixels) {
     const half = this.pitch / 2;
     let [left, top] = [-half, -half];
@@ -109,10 +109,10 @@ export class Table {
     context.fillRect(x, y, width, height);
     context.strokeStyle = this.colour.frame;
     context.strokeRect(x, y, width, height);
-    this.#fill(this.asked, 0, this.colour.asked);
+    this.#fill(this.target, 0, this.colour.target);
   }
 
-  /** Fill pixels, by number. Their edges are on the screen's own, so that no seam shows. */
+  /** Fill pixels, by index. Their edges are aligned to the screen's pixels, so that no seam shows. */
   #fill(numbers, first, colour) {
     const context = this.layers.plate;
     const half = this.pitch / 2;
@@ -131,14 +131,14 @@ export class Table {
   #drawNew() {
     const { path, cut } = this.machine;
     this.#fill(cut, this.#drawn.cut, this.colour.cut);
-    // The last corner may still move on.
+    // The last corner may still move.
     const done = Math.max(this.#drawn.path, path.length - 1, 0);
     this.#stroke(this.layers.way, path, Math.max(1, this.#drawn.path), done);
     this.#drawn = { path: done, cut: cut.length };
     this.#drawTool();
   }
 
-  /** Draw the stretches that end in the corners from `first` up to, without, `end`. */
+  /** Draw the segments that end in the corners from `first` to before `end`. */
   #stroke(context, path, first, end) {
     for (const cut of [false, true]) {
       context.beginPath();
@@ -173,9 +173,9 @@ export class Table {
 }
 
 /**
- * Find the pixels that are asked in a picture of a pixel each: those that are dark.
+ * Return the target pixels of a picture: the dark ones.
  * @param {HTMLImageElement} image
- * @returns {number[]} their numbers, row by row
+ * @returns {number[]} their indices, row by row
  */
 export function darkPixels(image) {
   const canvas = document.createElement("canvas");

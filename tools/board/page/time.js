@@ -1,18 +1,18 @@
-/** Run, pause, how fast, and how that compares with the real board. */
+/** Run and pause, speed, and its ratio to the real board. */
 
-/** Clocks a second to choose from. The last is as fast as it goes. */
+/** Speeds to choose from, in clocks per second; null is no limit. */
 const SPEEDS = [1, 2, 5, 10, 30, 100, 300, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5, 1e6, 3e6, null];
 
 const find = (id) => document.getElementById(id);
 
-/** Write a number with at most three digits that count: 1.25 M. */
+/** Format a number with at most three significant digits: 1.25 M. */
 export function short(number) {
   const [size, unit] = [[1e9, " G"], [1e6, " M"], [1e3, " k"]].find(([at]) => number >= at)
     ?? [1, " "];
   return `${Number((number / size).toPrecision(3))}${unit}`.trim();
 }
 
-/** Say how a speed compares with that of the real board. */
+/** Compare a speed with that of the real board, in words. */
 export function ratio(rate, clock) {
   if (!(rate > 0)) return `The real board makes ${short(clock)} clocks/s.`;
   const slower = clock / rate;
@@ -21,12 +21,12 @@ export function ratio(rate, clock) {
     + "fast.";
 }
 
-/** Whether clocks are made: it runs, or makes the one step that was asked for. */
+/** Whether clocks are made: it runs, or makes a requested step. */
 const moves = ({ running, advancing }) => Boolean(running || advancing);
 
-/** The panel of time. */
+/** The panel for run, pause and speed. */
 export class Time {
-  /** @param {function(string, object?)} send - tells the server */
+  /** @param {function(string, object?)} send - sends a request */
   constructor(send) {
     this.send = send;
     this.state = {};
@@ -47,10 +47,10 @@ export class Time {
     });
   }
 
-  /** Run if it stands, pause if it runs. */
+  /** Run if paused, pause if running. */
   toggle() { this.send(moves(this.state) ? "pause" : "run"); }
 
-  /** Take the clock of the real board, its clocks from step to step, and its steps a second. */
+  /** Set the clock of the real board, its clocks per step, and its step rate. */
   limits({ clock_hz: clock, longest_period: longest, top_speed: topSpeed }) {
     this.clockHz = clock;
     this.topSpeed = topSpeed;
@@ -88,14 +88,14 @@ export class Time {
 
   #sayWanted() {
     const wanted = SPEEDS[this.speed.value];
-    const text = wanted === null ? "as fast as it goes"
+    const text = wanted === null ? "no limit"
       : `${short(wanted)} ${wanted === 1 ? "clock" : "clocks"}/s`;
     find("speed-wanted").value = text;
     this.speed.setAttribute("aria-valuetext", text);
   }
 }
 
-/** The place on the scale that is nearest to a speed. */
+/** Return the index of the nearest speed to choose. */
 function nearest(speed) {
   if (speed === null || speed === undefined) return SPEEDS.length - 1;
   const far = SPEEDS.map((at) => (at === null ? Infinity : Math.abs(Math.log(at / speed))));

@@ -1,17 +1,17 @@
-/** A window of waveform: recorded, downloaded, drawn. */
+/** The panel for waveforms: record, download and draw a window. */
 
 import { short } from "./time.js";
 
 const find = (id) => document.getElementById(id);
 
-/** Signals drawn first, if the window has them: the pins of the board. */
+/** Signals selected at first, if the window has them: the pins of the board. */
 const FIRST = ["switches", "buttons", "leds", "digits", "axis_x", "axis_y", "axis_z"];
 
 /** The panel of waveforms. */
 export class Wave {
   #window = null;
 
-  /** @param {function(string, object?)} send - tells the server */
+  /** @param {function(string, object?)} send - sends a request */
   constructor(send) {
     find("record-form").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -22,7 +22,7 @@ export class Wave {
     find("wave").addEventListener("error", () => this.#failed());
   }
 
-  /** Take the most clocks of a window. */
+  /** Set the largest number of clocks of a window. */
   limits({ most_clocks: clocks }) { find("record-clocks").max = clocks; }
 
   stateChanged({ recording, unrecorded, wave }) {
@@ -70,7 +70,7 @@ export class Wave {
     find("wave").src = `wave.svg?${query}`;
   }
 
-  /** Ask again for what could not be drawn, to read what the server says. */
+  /** Request a failed drawing again, to read the server's error message. */
   async #failed(answer) {
     find("wave").parentElement.hidden = true;
     const response = answer ?? await fetch(find("wave").src);
@@ -86,10 +86,10 @@ function pins(signals) {
   return FIRST.map((name) => paths.find((path) => path.split(".").at(-1) === name)).filter(Boolean);
 }
 
-/** Say how long a window is. It may have ended early: with its machine, or grown too large. */
+/** Describe the length of a window, which may have ended early or grown too large. */
 function size(wave) {
   if (!wave) return "";
-  const early = wave.clocks < wave.asked ? ` of ${short(wave.asked)}, ended early` : "";
+  const early = wave.clocks < wave.requested ? ` of ${short(wave.requested)}, ended early` : "";
   return `${short(wave.clocks)} clocks${early}`;
 }
 

@@ -1,9 +1,9 @@
-/** Axes that are held: by mouse, touch and keyboard, several at once. */
+/** Jogging by mouse, touch and keyboard, several axes at once. */
 
-/** Milliseconds after which the server is told again that something is still held. */
+/** Milliseconds between messages that a hold continues. */
 const AGAIN = 300;
 
-/** The six directions to move, the key of each, and what it is called. */
+/** The six directions, with their keys and labels. */
 export const DIRECTIONS = [
   { name: "yp", axis: 1, sign: 1, key: "w", label: "Y +", arrow: "↑" },
   { name: "ym", axis: 1, sign: -1, key: "s", label: "Y −", arrow: "↓" },
@@ -13,22 +13,22 @@ export const DIRECTIONS = [
   { name: "zp", axis: 2, sign: 1, key: "e", label: "Z +", arrow: "⇧" },
 ];
 
-/** What is held, and what becomes of it: opposite directions of an axis make it stand still. */
+/** The held directions; an axis with both held stands still. */
 export class Jog {
   #holders = new Map(DIRECTIONS.map((direction) => [direction, new Set()]));
   #said = "0,0,0";
   #again = 0;
 
   /**
-   * @param {function(string, object=)} send - tells the server, see `Link.send`
-   * @param {function()} shown - called when what is to be shown has changed
+   * @param {function(string, object=)} send - sends a request, see `Link.send`
+   * @param {function()} shown - called when a shown direction has changed
    */
   constructor(send, shown) {
     this.send = send;
     this.shown = shown;
   }
 
-  /** Whether a direction is held, whatever becomes of it. */
+  /** Whether a direction is held. */
   holds(direction) { return this.#holders.get(direction).size > 0; }
 
   get directions() {
@@ -48,7 +48,7 @@ export class Jog {
     if (this.#holders.get(direction).delete(holder)) this.#tell();
   }
 
-  /** Let go of everything: the window has lost the keyboard, or the machine shall stop. */
+  /** Release all directions: the window has lost the focus, or the machine is stopped. */
   releaseAll() {
     for (const holders of this.#holders.values()) holders.clear();
     this.#tell();

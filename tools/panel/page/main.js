@@ -1,4 +1,4 @@
-/** Joins the parts of the panel. */
+/** The panel's page: connects its parts to the server. */
 
 import { bindButton, isTyping } from "./hold.js";
 import { Jog, DIRECTIONS } from "./jog.js";
@@ -6,13 +6,13 @@ import { Link } from "./link.js";
 import { Points } from "./points.js";
 import { Switches } from "./switches.js";
 
-/** Milliseconds for which a message that something could not be done stays. */
+/** Milliseconds for which an error message is shown. */
 const NOTICE = 8000;
 
 const find = (id) => document.getElementById(id);
 const create = (tag, fields = {}) => Object.assign(document.createElement(tag), fields);
 
-/** The page: what it was told, and the parts that show it. */
+/** The state that the server has sent, and the parts of the page that show it. */
 class Panel {
   #fading = 0;
 
@@ -31,7 +31,7 @@ class Panel {
     this.link = new Link({
       opened: () => this.#linked(true),
       closed: () => this.#linked(false),
-      said: (message) => this.#said(message),
+      message: (message) => this.#message(message),
     });
   }
 
@@ -117,14 +117,14 @@ class Panel {
     this.#show();
   }
 
-  #said(message) {
+  #message(message) {
     if (message.error) this.#notice(message.error);
-    const hear = { hello: this.#hello, state: this.#state, place: this.#place, settings: this.#settings };
-    hear[message.say]?.call(this, message);
+    const handlers = { hello: this.#hello, state: this.#state, place: this.#place, settings: this.#settings };
+    handlers[message.topic]?.call(this, message);
     this.#show();
   }
 
-  /** Show for a while what the server could not do. */
+  /** Show an error message of the server for a while. */
   #notice(text) {
     this.notice = text;
     clearTimeout(this.#fading);
@@ -184,7 +184,7 @@ class Panel {
       || (!connected && !state.ports.length);
     find("port").disabled = connected || Boolean(state.doing);
     find("origin").disabled = !connected;
-    find("place-note").textContent = connected ? "" : "as it was left";
+    find("place-note").textContent = connected ? "" : "last known";
     DIRECTIONS.forEach((direction, index) => {
       this.buttons[index].disabled = !connected;
       this.buttons[index].setAttribute("aria-pressed", String(this.jog.holds(direction)));
@@ -206,7 +206,7 @@ class Panel {
     const silence = state.silent ? "The machine does not report: is it on?" : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
     const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
-      + " itself. If the program was started anew, open the address that it printed."
+      + " itself. If the program was restarted, open the address that it printed."
       : "";
     const text = lost || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);

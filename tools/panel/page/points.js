@@ -1,21 +1,21 @@
-/** The seven points: fields to edit, a button to take this place, a button to go. */
+/** The seven points: fields to edit, a button to store the position, a button to move there. */
 
 const AXES = ["x", "y", "z"];
 
-/** The table of points. A point is stored when a field of it is left. */
+/** The table of points. A point is stored when one of its fields loses the focus. */
 export class Points {
   #rows = [];
 
   /**
-   * @param {HTMLElement} body - where the rows go
-   * @param {function(string, object)} send - tells the server, see `Link.send`
+   * @param {HTMLElement} body - the parent of the rows
+   * @param {function(string, object)} send - sends a request, see `Link.send`
    */
   constructor(body, send) {
     this.body = body;
     this.send = send;
   }
 
-  /** Show the points that are kept. A field that is being edited is left alone. */
+  /** Show the stored points. A field that is being edited is left alone. */
   show(points, travel) {
     while (this.#rows.length < points.length) this.#add(this.#rows.length + 1, travel);
     points.forEach((point, index) => {
@@ -26,7 +26,7 @@ export class Points {
     this.points = points;
   }
 
-  /** Say what can be done now, and which point is being gone to. */
+  /** Enable the buttons that can be used, and mark the goal of a movement. */
   enable(connected, goal) {
     this.#rows.forEach(({ row, here, go }, index) => {
       here.disabled = !connected;
@@ -53,7 +53,7 @@ export class Points {
       row.append(cell);
       return field;
     });
-    const here = this.#button("Here", `here-${number}`, `Store this place as point ${number}`);
+    const here = this.#button("Here", `here-${number}`, `Store this position as point ${number}`);
     here.addEventListener("click", () => this.send("here", { number }));
     const go = this.#button("Go", `go-${number}`, `Go to point ${number}`);
     go.classList.add("go");

@@ -1,12 +1,12 @@
-/** Limit switches of a machine in simulation, for which nobody else is there to press them. */
+/** Limit switches of a simulated machine, to be pressed on the page. */
 
-/** A button for each switch, which stays pressed until it is clicked again. */
+/** A button per switch, which stays pressed until it is clicked again. */
 export class Switches {
   #buttons = new Map();
 
   /**
-   * @param {HTMLElement} body - where the buttons go
-   * @param {function(string, object)} send - tells the server, see `Link.send`
+   * @param {HTMLElement} body - the parent of the buttons
+   * @param {function(string, object)} send - sends a request, see `Link.send`
    */
   constructor(body, send) {
     this.body = body;
@@ -19,7 +19,7 @@ export class Switches {
     this.body.replaceChildren(...this.#buttons.values());
   }
 
-  /** Show which are pressed. */
+  /** Show which switches are pressed. */
   show(pressed) {
     for (const [end, button] of this.#buttons) {
       button.setAttribute("aria-pressed", String(pressed.includes(end)));

@@ -1,10 +1,10 @@
-/** Buttons that are held: by mouse, touch and keyboard. */
+/** Press and hold of elements by mouse, touch and keyboard. */
 
 /**
- * Hold something for as long as a pointer or a key is down on an element.
+ * Press and release something with a pointer or a key on an element.
  * @param {Element} element
- * @param {*} what - what is held
- * @param {{press: function(*, *), release: function(*, *)}} inputs - told what, and who holds it
+ * @param {*} what - first argument of `press` and `release`
+ * @param {{press: function(*, *), release: function(*, *)}} inputs - also given the pointer or key
  */
 export function bindButton(element, what, inputs) {
   element.addEventListener("pointerdown", (event) => {
@@ -26,17 +26,17 @@ export function bindButton(element, what, inputs) {
   });
   element.addEventListener("blur", () => inputs.release(what, "focus"));
   element.addEventListener("click", (event) => {
-    // A screen reader clicks without pointer and key.
+    // A screen reader clicks without a pointer or a key.
     if (event.detail > 0) return;
     inputs.press(what, "click");
     inputs.release(what, "click");
   });
 }
 
-/** Tell whether a key presses what has the focus. */
+/** Return whether a key presses the focused element. */
 export const isPress = ({ key }) => key === " " || key === "Enter";
 
-/** Tell whether keys are for somewhere where text is typed. */
+/** Return whether keys on an element are text input. */
 export function isTyping(target) {
   return target.closest("input:not([type=checkbox], [type=range]), select, textarea, dialog")
     !== null;

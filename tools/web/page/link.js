@@ -1,23 +1,23 @@
-/** The connection to the server: lost and found again by itself. */
+/** The WebSocket connection to the server, which is reopened when it is lost. */
 
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 4000;
 
-/** A WebSocket that comes back. */
+/** A WebSocket that reconnects. */
 export class Link {
   /**
-   * @param {{opened: function(), closed: function(), said: function(object),
-   *   frame: function(ArrayBuffer)?}} heard - what to do with what comes
+   * @param {{opened: function(), closed: function(), message: function(object),
+   *   frame: function(ArrayBuffer)?}} handlers - called for events
    */
-  constructor(heard) {
-    this.heard = heard;
+  constructor(handlers) {
+    this.handlers = handlers;
     this.wait = FIRST_WAIT;
     this.open();
   }
 
   get connected() { return this.socket.readyState === WebSocket.OPEN; }
 
-  /** Tell the server to do something; false if there is no connection. */
+  /** Send a request to the server; return false without a connection. */
   send(name, fields = {}) {
     if (!this.connected) return false;
     this.socket.send(JSON.stringify({ do: name, ...fields }));
@@ -31,24 +31,24 @@ export class Link {
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
       this.wait = FIRST_WAIT;
-      this.heard.opened();
+      this.handlers.opened();
     };
-    this.socket.onmessage = ({ data }) => this.#hear(data);
+    this.socket.onmessage = ({ data }) => this.#receive(data);
     this.socket.onclose = () => {
-      this.heard.closed();
+      this.handlers.closed();
       setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, LONGEST_WAIT);
     };
   }
 
-  #hear(data) {
+  #receive(data) {
     try {
-      if (typeof data === "string") this.heard.said(JSON.parse(data));
-      else this.heard.frame?.(data);
+      if (typeof data === "string") this.handlers.message(JSON.parse(data));
+      else this.handlers.frame?.(data);
     } catch (error) {
-      // A page that has lost the thread starts anew: everything is sent to a new connection.
+      // After an undecodable message reconnect: everything is sent to a new connection.
       if (!(error instanceof RangeError || error instanceof SyntaxError)) throw error;
-      console.warn(`starting the connection anew: ${error.message}`);
+      console.warn(`reconnecting: ${error.message}`);
       this.socket.close();
     }
   }

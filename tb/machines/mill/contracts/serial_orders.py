@@ -3,7 +3,7 @@
 What lines are, how bytes become them and what the ledger decides is stated by the parts, see
 `uart_receiver`, `line`, `hex_reader`, `order_ledger`, `hex_writer` and `uart_transmitter`. Here it
 is stated that nothing is lost or made up between them; and, of an order of any number, all the
-way from what its line said to where it is handed on.
+way from its line to the output.
 """
 
 from collections.abc import Callable
@@ -30,15 +30,15 @@ def describe(c: Contract, dut: SerialOrders) -> None:
     ledger = c.part("ledger")
     if isinstance(reader, Unknown):
         _let_lines_be_any(c, lines, reader, writer)
-    c.invariant("pins", "What is received comes from the pin, and what is sent goes to the other.",
+    c.invariant("pins", "The receiver is connected to `rx`, and the transmitter to `tx`.",
                 (receiver.rx == dut.rx) & (dut.tx == transmitter.tx), cover=~dut.rx)
-    for says, first, second in [("Each byte received", "receiver.bytes", "lines.bytes"),
-                                ("What is of a line", "lines.items", "reader.items"),
+    for items, first, second in [("Each byte received", "receiver.bytes", "lines.bytes"),
+                                ("Each item of a line", "lines.items", "reader.items"),
                                 ("Each byte of an answer", "writer.bytes", "transmitter.bytes")]:
         source, sink = (getattr(c.part(path.split(".")[0]), path.split(".")[1])
                         for path in (first, second))
         c.invariant(f"{first.replace('.', '-')}-go-on",
-                    f"{says} goes on to the next part, once and unchanged.",
+                    f"{items} goes on to the next part, once and unchanged.",
                     (source.valid == sink.valid) & (source.ready == sink.ready)
                     & (Value.cast(source.payload) == Value.cast(sink.payload)),
                     cover=source.valid & sink.ready)
@@ -51,8 +51,8 @@ def describe(c: Contract, dut: SerialOrders) -> None:
     c.m.d.sync += owed.eq(Mux(c.rst, 0, owed + ends - said))
     c.invariant("one-answer-a-line", "Every line that ended has one answer, and nothing else has.",
                 owed == reader.messages.valid + ledger.answers.valid, cover=ledger.answers.valid)
-    c.implication("waits-for-an-answer", "Where an answer can be sent that lasts until there is "
-                  "one: so what it says is so when its line begins.",
+    c.implication("waits-for-an-answer", "Readiness to send an answer lasts until there is "
+                  "one, so that it is current when its line begins.",
                   when=c.past(ledger.answers.ready & ~ledger.answers.valid & ~c.rst),
                   then=ledger.answers.ready)
     c.invariant("fault-shows", "An upset of the receiver shows, and nothing else does.",
@@ -60,7 +60,7 @@ def describe(c: Contract, dut: SerialOrders) -> None:
 
 
 def _watch_words(c: Contract, dut: SerialOrders, reader, ledger, writer) -> None:
-    """State that digits are the fields that they are said to be."""
+    """State which digits are which fields."""
     said, request = reader.messages.p.value, ledger.requests.p.value
     fields = [("y", 4), ("x", 4), ("number", 6), ("session", 8), ("kind", 2)]
     same, place = [], 0
@@ -68,13 +68,13 @@ def _watch_words(c: Contract, dut: SerialOrders, reader, ledger, writer) -> None
         same.append(Value.cast(request[name]) == said[place:place + 4 * digits])
         place += 4 * digits
     assert place == len(said)
-    c.implication("requests-are-lines", "A request is what the digits of its line say, and is "
-                  "good if the line was right.", when=ledger.requests.valid,
+    c.implication("requests-are-lines", "A request has the fields of its line's digits, and is "
+                  "good if the line was correct.", when=ledger.requests.valid,
                   then=Cat(same).all() & (ledger.requests.p.good == reader.messages.p.good)
                   & reader.messages.valid)
     answer, sends = ledger.answers.p, writer.messages
     status = Cat(dut.error, dut.stopped, ~dut.enable, 0)
-    c.implication("lines-are-answers", "A line that begins says the outcome, how the machine is "
+    c.implication("lines-are-answers", "A line begins with the outcome, the machine state "
                   "now, the session, and the last orders that were taken and done.",
                   when=sends.valid,
                   then=ledger.answers.valid & (sends.payload == Cat(
@@ -101,8 +101,8 @@ def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
     c.m.d.sync += [kept.eq(waits & ~(handed & is_mine) & dut.enable & ~c.rst), said.eq(what),
                    spent.eq((spent & ~acknowledged | handed & is_mine) & ~c.rst)]
 
-    c.implication("handed-on-as-said", "What is handed on was acknowledged, and is what its line "
-                  "said.", when=offered & is_mine, then=waits & (payload == what))
+    c.implication("handed-on-as-said", "An order passed on was acknowledged, and is that of "
+                  "its line.", when=offered & is_mine, then=waits & (payload == what))
     c.implication("handed-on-once", "An order that was handed on is not, unless one of its number "
                   "is acknowledged anew.", when=spent & ~acknowledged,
                   then=~waits & ~(offered & is_mine))
@@ -126,7 +126,7 @@ def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
     word = ring[0]
     for address in range(1, dut.depth):
         word = Mux(mine[:(dut.depth - 1).bit_length()] == address, ring[address], word)
-    c.invariant("knows-what-waits", "What waits is between what is done and what is taken.",
+    c.invariant("knows-what-waits", "Queued orders are those taken and not done.",
                 (inside == waits) & (count <= dut.depth) & (~waits | (word == what)), cover=waits)
 
 
