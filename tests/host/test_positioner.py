@@ -133,9 +133,9 @@ def test_whether_it_moves(positioner, fake):
     while positioner.is_moving():
         pass
     assert fake.resting
-    positioner.move_to(x=2000)
+    positioner.move_to(x=5000)
     assert positioner.is_moving("x") and not positioner.is_moving("y")
-    assert positioner.wait_move("y").x < 1999 < positioner.wait_move("x", timeout=10).x
+    assert positioner.wait_move("y").x < 4999 < positioner.wait_move("x", timeout=10).x
     assert not positioner.is_moving()
     positioner.jog("x", 1)
     positioner.disconnect()
