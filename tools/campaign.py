@@ -6,11 +6,9 @@ any time. The state is a JSON file, replaced atomically after every chunk.
 
 import hashlib
 import json
-import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import asdict, dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
 
 from tb.cosim import Finding, lockstep
@@ -20,6 +18,7 @@ from tb.runners import close_all, make_runners
 from tb.stimulus import BLOCK, Stimulus, random_blocks
 
 from .console import UserError, write_atomically
+from .processes import pool
 
 __all__ = ["CHUNK", "Campaign", "Plan", "chunk_blocks", "load", "run"]
 
@@ -140,32 +139,22 @@ def run(campaign: Campaign, path: Path, jobs: int, advance: Callable[[int], obje
     """Run the remaining chunks until one differs; save after each."""
     plan = campaign.plan
     left = iter([chunk for chunk in range(plan.chunks) if chunk not in campaign.done])
-    with ProcessPoolExecutor(jobs, get_context("spawn"), _ignore_interrupts) as pool:
-        try:
-            running: dict[Future, int] = {}
-            while True:
-                while len(running) < jobs and (chunk := next(left, None)) is not None:
-                    running[pool.submit(_run_chunk, plan, chunk)] = chunk
-                if not running:
+    with pool(jobs) as workers:
+        running: dict[Future, int] = {}
+        while True:
+            while len(running) < jobs and (chunk := next(left, None)) is not None:
+                running[workers.submit(_run_chunk, plan, chunk)] = chunk
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                chunk = running.pop(future)
+                total, times, finding = future.result()
+                if finding is not None:
+                    campaign.failed = chunk, finding
                     return
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    chunk = running.pop(future)
-                    total, times, finding = future.result()
-                    if finding is not None:
-                        campaign.failed = chunk, finding
-                        return
-                    campaign.done[chunk] = total, times
-                    campaign.save(path)
-                    advance(plan.size(chunk))
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in list((getattr(pool, "_processes", None) or {}).values()):
-                process.terminate()
-
-
-def _ignore_interrupts() -> None:
-    """Ignore Ctrl-C: the parent process handles it and saves the state."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+                campaign.done[chunk] = total, times
+                campaign.save(path)
+                advance(plan.size(chunk))
 
 
 def _run_chunk(plan: Plan, chunk: int) -> tuple[str, dict[str, float], Finding | None]:

@@ -4,14 +4,11 @@ import argparse
 import functools
 import json
 import os
-import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from multiprocessing import get_context
 from pathlib import Path
 
 from tb.contracts import GENERAL
@@ -41,6 +38,7 @@ from .console import (
     whole,
     write_atomically,
 )
+from .processes import pool
 
 __all__ = ["Findings", "State", "load", "main", "run", "shares"]
 
@@ -207,16 +205,16 @@ def shares(possible: dict[str, int], mutants: int) -> dict[str, int]:
 
 def run(state: State, path: Path, names: Sequence[str], mutants: int, jobs: int) -> None:
     """Find out what becomes of so many mutants of some components; save it again and again."""
-    with _pool(jobs) as pool:
+    with pool(jobs) as workers:
         with Progress(len(names), "components", "counting mutants") as progress:
-            measures = _all(pool, {name: (measure, name) for name in names}, progress.advance)
+            measures = _all(workers, {name: (measure, name) for name in names}, progress.advance)
         given = shares({name: measures[name].mutants for name in names}, mutants)
         given = {name: _keep_or_begin(state, name, measures[name], given[name])
                  for name in names}
         left = [name for name in names if not state.findings[name].complete]
         with Progress(sum(given.values()), "mutants", "mutants") as progress:
             progress.advance(sum(len(state.findings[name].verdicts) for name in names))
-            _decide(pool, jobs, state, path, {name: given[name] for name in left},
+            _decide(workers, jobs, state, path, {name: given[name] for name in left},
                     progress.advance)
 
 
@@ -235,16 +233,16 @@ def _keep_or_begin(state: State, name: str, measured: Measure, count: int) -> in
     return known or count
 
 
-def _decide(pool: ProcessPoolExecutor, jobs: int, state: State, path: Path,
+def _decide(workers: ProcessPoolExecutor, jobs: int, state: State, path: Path,
             given: dict[str, int], advance: Callable[[int], object]) -> None:
     # The largest first, so that in the end no core waits for another.
     waiting: list[Callable[[], tuple[str, Future]]] = []
 
     def start(name: str) -> tuple[str, Future]:
-        return name, pool.submit(begin, name, given[name], state.seed)
+        return name, workers.submit(begin, name, given[name], state.seed)
 
     def decide(trial: Trial, numbers: list[int]) -> tuple[str, Future]:
-        return trial.name, pool.submit(judge, trial, numbers)
+        return trial.name, workers.submit(judge, trial, numbers)
 
     for name in sorted(given, key=lambda name: given[name]):
         waiting.append(functools.partial(start, name))
@@ -280,30 +278,15 @@ def _decide(pool: ProcessPoolExecutor, jobs: int, state: State, path: Path,
         raise UserError(f"no mutants of {'; of '.join(failed)}")
 
 
-def _all(pool: ProcessPoolExecutor, work: dict[str, tuple], advance: Callable[[], object]) -> dict:
-    tasks = {name: pool.submit(*call) for name, call in work.items()}
+def _all(workers: ProcessPoolExecutor, work: dict[str, tuple], advance: Callable[[], object]
+         ) -> dict:
+    tasks = {name: workers.submit(*call) for name, call in work.items()}
     for task in tasks.values():
         task.add_done_callback(lambda _: advance())
     try:
         return {name: task.result() for name, task in tasks.items()}
     except MutationError as error:
         raise UserError(str(error)) from error
-
-
-@contextmanager
-def _pool(jobs: int) -> Iterator[ProcessPoolExecutor]:
-    with ProcessPoolExecutor(jobs, get_context("spawn"), _ignore_interrupts) as pool:
-        try:
-            yield pool
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in list((getattr(pool, "_processes", None) or {}).values()):
-                process.terminate()
-
-
-def _ignore_interrupts() -> None:
-    """Leave Ctrl-C to the process that has the state."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @command

@@ -126,6 +126,7 @@ def main(argv: list[str] | None = None) -> int:
     parser = Parser(prog="python -m tools.netlist", description=ABOUT.format(checks=checks),
                     epilog=EPILOG, machines=True)
     parser.add_argument("checks", metavar="CHECK", nargs="*", help="what to check; all")
+    parser.add_argument("--machine", metavar="NAME", help="of this machine alone")
     parser.add_argument("--list", action="store_true", help="say what each check is, and stop")
     parser.add_argument("--flips", metavar="N", type=whole(1, 10_000), default=Options.flips,
                         help="bits of look-up tables to flip (default: %(default)s)")
@@ -151,7 +152,10 @@ def main(argv: list[str] | None = None) -> int:
         if lacking := CHECKS[name].missing():
             raise UserError(f"{name} cannot run here: {lacking}")
 
-    options, parts = Options(args.seed, args.flips, args.cycles), list(netlist_parts().values())
+    options, found = Options(args.seed, args.flips, args.cycles), netlist_parts()
+    if args.machine is not None:
+        found = {args.machine: found[known(args.machine, found, "machine")]}
+    parts = list(found.values())
     began = time.monotonic()
     try:
         with _progress(sum(len(CHECKS[name].tasks(parts, options)) for name in names)) as done:

@@ -34,10 +34,11 @@ __all__ = ["main", "run_mutants", "run_proofs"]
 TRACES = Path(__file__).parent.parent / "build" / "prove"
 
 ABOUT = """\
-Proves the contracts in tb/contracts: the properties of each component, for every sequence of
-inputs, for unbounded time, with reset in any clock. A proof has a base case, from power-up, and an
-induction over k clocks from any state that keeps all properties. Beside each proof stands a cover,
-which shows that the premise can come about: a property whose premise never does is vacuous.
+Proves contracts, those in tb/contracts and those of machines: the properties of each component, for
+every sequence of inputs, for unbounded time, with reset in any clock. A proof has a base case, from
+power-up, and an induction over k clocks from any state that keeps all properties. Beside each proof
+stands a cover, which shows that the premise can come about: a property whose premise never does is
+vacuous.
 
 Every component is proved with small parameters, which have the covers, and most with those of the
 board, too; docs/evidence.md names the others.

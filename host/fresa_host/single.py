@@ -160,11 +160,12 @@ class Single:
         if self._session.target is not None:
             return position != self._session.target and self._session.powered is not False
         end = time.monotonic() + min(STALLED_AFTER_S, TURN_S / self.speed)
-        while time.monotonic() < end:
+        while True:
             time.sleep(POLL_S)
             if self.position != position:
                 return True
-        return False
+            if time.monotonic() >= end:
+                return False
 
     def power(self, on: bool) -> None:
         """Give the motor power, or take it. Without, it makes no step and keeps its set-point."""

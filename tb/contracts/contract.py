@@ -319,7 +319,7 @@ class Contract:
         depth, words = self.part(path).depth, []
         for address in range(depth):
             words.append(Signal(self.part(path).shape, name=f"word_{address}"))
-            self._memory(path).read_port(
+            self._inside(path).read_port(
                 domain="comb", addr=Const(address, range(depth)), data=words[-1], en=Const(1),
                 transparent_for=())
         return words
@@ -327,12 +327,9 @@ class Contract:
     def write(self, path: str, words: Bits, *, when: Bits) -> None:
         """Write one-bit words to a memory inside, from address 0 on, all in one clock."""
         for address, word in enumerate(words):
-            self._memory(path).write_port(
+            self._inside(path).write_port(
                 domain="sync", addr=Const(address, range(self.part(path).depth)), data=word,
                 en=when)
-
-    def _memory(self, path: str) -> Any:
-        return self._inside(path)
 
     def any_code(self, path: str) -> State:
         """Return an FSM that starts with any code in a case with `upset`."""

@@ -97,7 +97,7 @@ class FaultTarget:
     kept : tuple of str
         Ends of the paths of the registers that a reset does not set.
     work : callable
-        Gives work by a seed, for upsets.
+        Gives work by a seed, for upsets. A row that waits is not its last.
     work_to_reset : callable
         Gives work by a seed and the number of a chunk.
     gap : int

@@ -126,7 +126,14 @@ class Trial:
         -------
         array, list of Silent
             How often it came to each `Verdict`, one row a register; the first silent ones.
+
+        Raises
+        ------
+        ValueError
+            If no row of the work waits before the last: only there is it seen what became of one.
         """
+        if self._rows is None or not self._rows.waits[:-1].any():
+            raise ValueError("The work must wait for the machine, and go on after that")
         verdicts = np.zeros((len(self.registers), len(Verdict)), np.int64)
         silent = np.zeros((ROOM, 3 + 2 * MOTORS), np.int64)
         found = self._lib.faults_flips(

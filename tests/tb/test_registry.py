@@ -5,14 +5,36 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tb.__main__ import main as bench_command
+from tb.contracts.proof import missing
+from tb.engines import CXXRTLEngine, IcarusEngine
 from tb.engines.coverage import CoverageEngine
+from tb.machine import Machine
 from tb.machines import VARIABLE, added, machines, split_option
-from tools import build, cosim, coverage, diagrams
+from tb.uart import decode_output, high, levels
+from tools import (
+    build,
+    cosim,
+    coverage,
+    diagrams,
+    fingerprints,
+    fuzz,
+    mutate,
+    netlist,
+    prove,
+    record,
+    simulate,
+    vhdl,
+)
+from tools.faults import __main__ as faults
+from tools.machines.job import build as build_declared
+from tools.serve import machines as serving
 from tools.serve.__main__ import main as serve
 
+needs_prover = pytest.mark.skipif(missing() is not None, reason=str(missing()))
 PAGE = Path(__file__).parents[2] / "docs" / "adding-a-machine.md"
 
 
@@ -58,12 +80,12 @@ class TestFolders:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """Write the machine of docs/adding-a-machine.md into a folder."""
+    """Write the machines of docs/adding-a-machine.md into a folder."""
     folder = tmp_path_factory.mktemp("machines")
-    (folder / "pulser").mkdir()
-    for name, text in re.findall(r"^`pulser/(\w+\.py)`.*?^```python\n(.*?)^```", PAGE.read_text(),
-                                 re.M | re.S):
-        (folder / "pulser" / name).write_text(text)
+    for machine, name, text in re.findall(
+            r"^`(\w+)/(\w+\.py)`.*?^```python\n(.*?)^```", PAGE.read_text(), re.M | re.S):
+        (folder / machine).mkdir(exist_ok=True)
+        (folder / machine / name).write_text(text)
     return folder
 
 
@@ -71,7 +93,7 @@ class TestMachineOfThePage:
     def test_it_is_known_only_there(self, folder):
         before = list(machines())
         with added([folder]):
-            assert list(machines()) == [*before, "pulser"]
+            assert list(machines()) == [*before, "nudger", "pulser"]
             assert list(machines()["pulser"].builds) == ["pulser", "pulser-slow"]
         assert list(machines()) == before
 
@@ -124,6 +146,100 @@ class TestMachineOfThePage:
             pytest.skip(reason)
         assert coverage.main(["lines", "--machines", str(folder), "--machine", "pulser"]) == 0
 
-    def test_serve_says_that_it_has_no_line(self, folder, capsys):
-        assert serve(["--machines", str(folder), "pulser"]) == 2
+    @pytest.mark.parametrize("run", [
+        lambda *machines: serve([*machines, "pulser"]),
+        lambda *machines: fuzz.main([*machines, "pulser"]),
+        lambda *machines: faults.main(["resets", *machines, "--machine", "pulser"]),
+    ])
+    def test_that_it_has_no_line_is_said_in_one(self, run, folder, capsys):
+        assert run("--machines", str(folder)) == 2
         assert capsys.readouterr().err == "error: pulser has no serial line\n"
+
+    def test_without_real_times_it_is_built_with_short_ones(self, folder, tmp_path):
+        with added([folder]):
+            machine = machines()["pulser"]
+            plain = Machine(name="pulser", about="", make=machine.make, short={"period": 5},
+                            directed=machine.directed, random=machine.random)
+            assert build_declared("pins", plain).top == "pulser"
+
+    @pytest.mark.parametrize("main", [vhdl.main, simulate.main])
+    def test_commands_of_no_machine_refuse_the_option(self, main, folder, capsys):
+        assert main(["--machines", str(folder)]) == 2
+        assert "--machines has no meaning here" in capsys.readouterr().err
+
+
+@pytest.fixture
+def nudger(folder) -> list[str]:
+    """Return the option with which commands know the machine with a serial line."""
+    return ["--machines", str(folder)]
+
+
+class TestMachineWithALine:
+    """Every command on a machine that was declared in a folder, with small numbers."""
+
+    @pytest.mark.usefixtures("libraries")
+    def test_cosim(self, nudger, capsys):
+        assert cosim.main([*nudger, "--machine", "nudger", "--engines", "amaranth",
+                           "--cycles", "600"]) == 2  # an engine alone has nothing to agree with
+        capsys.readouterr()
+        assert cosim.main([*nudger, "--machine", "nudger", "--engines", "amaranth,cxxrtl",
+                           "--cycles", "600"]) == 0
+        assert "agree      4 outputs" in capsys.readouterr().out
+
+    def test_benches_and_diagrams(self, nudger, folder):
+        assert bench_command([*nudger, "nudger"]) == 0
+        with added([folder]):
+            (diagram,) = (each for each in diagrams.diagrams() if each.bench == "nudger")
+            assert "<svg" in diagrams.svg(diagram)
+
+    def test_build(self, nudger, tmp_path):
+        assert build.main([*nudger, "--machine", "nudger", "--board", "pins", "--no-report",
+                           "--baud", "19200", "-o", str(tmp_path / "out")]) == 0
+
+    def test_record(self, nudger, folder, capsys):
+        assert record.main([*nudger, "--list"]) == 0
+        listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+        own = {"engines-nudger", "pair-nudger", "fuzz-nudger", "mutants-nudger", "resets-nudger",
+               "flips-nudger", "coverage-nudger", "size-nudger"}
+        assert own <= {*listed}
+        with added([folder]):
+            wanted = [name for part in own for name in record.parts()[part].on if " " in name]
+            assert "gone" not in fingerprints.take(wanted, 1).values()
+
+    @needs_prover
+    def test_prove_and_mutate(self, nudger, tmp_path, capsys):
+        assert prove.main([*nudger, "nudger"]) == 0
+        assert prove.main([*nudger, "nudger", "--mutants"]) == 0
+        assert mutate.main([*nudger, "--machine", "nudger", "--mutants", "6", "--least", "0",
+                            "--jobs", "1", "--state", str(tmp_path / "state.json")]) == 0
+        assert re.search(r"^nudger +6 ", capsys.readouterr().out, re.M)
+
+    @pytest.mark.compiler
+    @pytest.mark.usefixtures("libraries")
+    def test_fuzz_and_faults(self, nudger, tmp_path):
+        if reason := CXXRTLEngine.missing():
+            pytest.skip(reason)
+        assert fuzz.main([*nudger, "nudger", "--bytes", "600", "--save",
+                          str(tmp_path / "found")]) == 0
+        for what in ("resets", "upsets"):
+            assert faults.main([what, *nudger, "--machine", "nudger", f"--{what}", "40",
+                                "--jobs", "1"]) == 0
+
+    @pytest.mark.icarus
+    @pytest.mark.usefixtures("libraries")
+    def test_netlist(self, nudger, capsys):
+        if reason := IcarusEngine.missing():
+            pytest.skip(reason)
+        assert netlist.main([*nudger, "--machine", "nudger", "--flips", "1", "--cycles", "50"]) == 0
+        assert "4 of 4 as they must be" in capsys.readouterr().out
+
+    @pytest.mark.usefixtures("libraries")
+    def test_serve(self, nudger, folder):
+        with pytest.raises(SystemExit):
+            serve([*nudger, "nudger", "--help"])
+        with added([folder]):
+            engine, bit = serving.build(serving.servable()["nudger"], "amaranth")
+            line = np.concatenate([high(4 * bit), levels(b"+", bit), high(12 * bit)])
+            seen = engine.apply({"rx": line}, ["tx"])
+            engine.close()
+        assert decode_output(seen["tx"], bit).text == b"+"

@@ -247,7 +247,7 @@ class TestNexys2:
             assert drawing.width > 200
         text = capsys.readouterr().out
         assert duration(cut["job_seconds"]) in text
-        assert "14 asked, 14 cut, 0 missed, 0 cut in error" in text
+        assert "14 requested, 14 cut, 0 missed, 0 cut in error" in text
         assert f"{facts['resources']['luts']} of   9312" in text
 
     def test_raw_machine_over_a_board(self, tmp_path, small):

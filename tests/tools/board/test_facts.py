@@ -23,4 +23,4 @@ def test_coil_words():
 def test_numbers_of_the_documentation():
     text = (ROOT / "docs" / "board.md").read_text()
     assert f"{step_period(TOP_SPEED):,}".replace(",", " ") in text
-    assert {2: "two"}[DEBOUNCE] + " clocks at rest" in text
+    assert "takes " + {2: "two"}[DEBOUNCE] + " clocks" in text

@@ -252,7 +252,7 @@ class TestRecord:
     def test_one_at_a_time(self, machine, tmp_path):
         machine.record(tmp_path / "1.vcd", 200)
         machine.run(50)
-        with pytest.raises(EngineError, match="wait for its end$"):
+        with pytest.raises(EngineError, match="wait until it ends$"):
             machine.record(tmp_path / "2.vcd", 100)
         while (window := machine.recorded()) is None:
             machine.run(100)

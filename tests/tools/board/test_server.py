@@ -569,7 +569,7 @@ class TestWaves:
             await asyncio.sleep(RECORD_INTERVAL)
             await page.do("record", clocks=10)
             await page.until(lambda: page.errors)
-            assert "wait for its end" in page.errors[0]
+            assert "wait until it ends" in page.errors[0]
             os.kill(served.board._simulation.pid, signal.SIGKILL)
             await page.until(lambda: page.state["error"])
             assert "lost" in page.state["unrecorded"] and not page.state["recording"]
