@@ -42,10 +42,10 @@ and as JSON: docs/verification.md, docs/verification.json, and docs/properties.j
 that breaks each property. Nothing in them is typed by hand.
 
 What a command found is kept in build/record. It is not run again while the command, the versions of
-the tools, and the designs, properties, models and stimulus that it looks at are the same, unless it
-is named; so a record that was interrupted goes on where it was. How a file is written does not
-matter: designs and properties are compared as RTLIL without names, models and stimulus by what they
-give.
+the tools, and the designs, properties, models, stimulus and benches that it looks at are the same,
+unless it is named; so a record that was interrupted goes on where it was. How a file is written
+does not matter: designs and properties are compared as RTLIL without names, models and stimulus by what
+they give, benches by what they drive and expect.
 """
 
 EPILOG = """\
@@ -61,8 +61,8 @@ examples:
       some ten minutes. The page is left in build/record-quick.
 
   python -m tools.record --check
-      Say which parts of the record are of other designs, properties, models or stimulus than those
-      that are here; half a minute. Nothing is run.
+      Say which parts of the record are of other designs, properties, models, stimulus or benches
+      than those that are here; a minute. Nothing is run.
 
   python -m tools.record --list
       Say what is run.

@@ -14,8 +14,9 @@ HEAD = """\
 
 What was checked, with what, and what came of it. `python -m tools.record` wrote this page from the
 figures of the commands named below each heading; `verification.json` beside it has the same figures
-for programs, and fingerprints of the designs, properties, models and stimulus that they are of:
-`python -m tools.record --check` compares these with what is here. Nothing here was typed by hand.
+for programs, and fingerprints of the designs, properties, models, stimulus and benches that they
+are of: `python -m tools.record --check` compares these with what is here. Nothing here was typed by
+hand.
 """
 
 def summary(name: str, figures: Facts) -> Facts:

@@ -81,12 +81,12 @@ def kills(name: str, component: Component, lock: AbstractContextManager) -> list
         Held while gateware is elaborated.
     """
     with lock:
-        found = {each.name: Kill(name, each.name, each.lemma)
-                 for each in component.properties().values()}
-        # Where times are those of the board little happens in few clocks: only what is stated of
-        # no other case is looked for there.
-        short = {each for case in component.cases if not case.real
-                 for each in component.contract(case).properties}
+        stated = [(case, component.contract(case).properties.values()) for case in component.cases]
+    found = {each.name: Kill(name, each.name, each.lemma)
+             for _, properties in stated for each in properties}
+    # Where times are those of the board little happens in few clocks: only what is stated of no
+    # other case is looked for there.
+    short = {each.name for case, properties in stated if not case.real for each in properties}
     searches = [*((_simulated, seed) for seed in range(1, 1 + SIMULATIONS)), (_solved, 1),
                 (_connected, 1), *((_solved, seed) for seed in range(2, 1 + FORMULAS))]
     for search, seed in searches:
