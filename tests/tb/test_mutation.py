@@ -451,6 +451,23 @@ class TestKills:
         (kill,) = self.found(describe).values()
         assert kill.lemma and not kill.mutant
 
+    def test_what_is_stated_of_a_wire_is_broken_at_its_port(self):
+        class Wire(wiring.Component):
+            before: In(1)
+            after: Out(1)
+
+            def elaborate(self, platform):
+                m = Module()
+                m.d.comb += self.after.eq(self.before)
+                return m
+
+        def describe(c: Contract, dut: Wire) -> None:
+            c.invariant("goes-on", "It goes on.", dut.after == dut.before, cover=dut.before)
+
+        (kill,) = kills("wire", Component(make=lambda: Wire(), describe=describe),
+                        threading.Lock())
+        assert kill.mutant == "after[0] inverted" and kill.clock == 0
+
     def test_what_random_inputs_do_not_find_a_formula_does(self, monkeypatch):
         monkeypatch.setattr(killing, "CLOCKS", 0)
         monkeypatch.setattr(killing, "_simulated", lambda *_: {})
