@@ -191,6 +191,25 @@ class TestMishaps:
         page.until(lambda: page.script(
             "return document.body.dataset.connection") == "open", "connection")
 
+    def test_a_first_frame_before_size_and_picture_are_known(self, chromium, board):
+        browser = chromium()
+        browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
+            window.ResizeObserver = class { observe() {} };
+            Object.defineProperty(HTMLImageElement.prototype, "src", { set() {} });"""})
+        goes_on(Page(browser, board))
+
+    def test_a_drawing_that_fails_once(self, chromium, board):
+        page = Page(chromium(), board)
+        goes_on(page)
+        page.script("""
+            const context = CanvasRenderingContext2D.prototype;
+            const { stroke } = context;
+            Object.defineProperty(context, "stroke", { configurable: true, get() {
+              Object.defineProperty(context, "stroke", { value: stroke });
+            } });""")
+        goes_on(page)
+        page.until(lambda: "has failed" in page.status, "the failure")
+
     def test_nothing_came_from_elsewhere_and_nothing_went_wrong(self, fresh, board):
         page = fresh
         page.browser.get_log("browser")
@@ -200,6 +219,13 @@ class TestMishaps:
         assert len(names) > 10
         assert all(name.startswith((board, "blob:")) for name in names)
         assert page.browser.get_log("browser") == []
+
+
+def goes_on(page) -> None:
+    """Wait until the page has shown three later times."""
+    for _ in range(3):
+        at = page.find("clock").text
+        page.until(lambda at=at: page.find("clock").text != at, "another frame")
 
 
 class TestSizes:

@@ -1,20 +1,22 @@
 /** The guide: the state of the machine in words, and the next step. */
 
 import { BUTTON_KEYS } from "./inputs.js";
+import { FAILURE } from "./link.js";
 import { BUTTON } from "./machine.js";
 
 /**
  * Describe the state of the machine, and the next step to a milled picture.
  * @param {{connected: boolean, state: object, job: object?, machine: Machine,
- *   notice: string?}} now
+ *   notice: string?, failed: boolean}} now
  * @returns {{step: number, text: string, tone: "calm"|"good"|"bad"}} the step, 1 to 4, to do or
  *   under way; 0 if there is none
  */
-export function situation({ connected, state, job, machine, notice }) {
+export function situation({ connected, state, job, machine, notice, failed }) {
   if (!connected) {
     return { step: 0, tone: "bad", text: "The connection is lost; the page tries again by itself. "
       + "If the program was restarted, open the address that it printed." };
   }
+  if (failed) return { step: 0, tone: "bad", text: FAILURE };
   if (state.building) {
     const what = typeof state.building === "string" ? state.building : "preparing the gateware";
     return { step: 1, tone: "calm", text: `Programming the board: ${what}…` };

@@ -5,7 +5,7 @@ import { decode } from "./frames.js";
 import { Guide } from "./guide.js";
 import { Inputs, bindKeys } from "./inputs.js";
 import { Job } from "./job.js";
-import { Link } from "./link.js";
+import { Link, onFailure } from "./link.js";
 import { Machine } from "./machine.js";
 import { Gauge, Motors } from "./motors.js";
 import { Table, darkPixels } from "./table.js";
@@ -30,6 +30,11 @@ class Page {
     this.state = {};
     this.job = null;
     this.notice = null;
+    this.failed = false;
+    onFailure(() => {
+      this.failed = true;
+      this.#later();
+    });
     const send = (name, fields) => this.link.send(name, fields);
     this.inputs = new Inputs(send, () => this.#inputsChanged());
     this.board = new Board(find("board"), this.inputs);
@@ -116,37 +121,42 @@ class Page {
   }
 
   #frame(frame) {
+    this.#undrawn = true;
+    this.#later();
     const fresh = this.machine.apply(frame);
     this.#fresh.path = Math.min(this.#fresh.path, fresh.path);
     this.#fresh.cut = Math.min(this.#fresh.cut, fresh.cut);
     if (frame.inputs) this.inputs.agree(this.machine.switches, this.machine.buttons);
-    this.#undrawn = true;
-    this.#later();
   }
 
   /** Draw with the next animation frame, once for all data received meanwhile. */
   #later() {
     this.#drawing ||= requestAnimationFrame(() => {
       this.#drawing = 0;
-      this.#draw();
+      // The server sends the next frame after the last one is drawn: a slow page is not flooded.
+      // A part that cannot be drawn must not keep the page from all that follows.
+      const answer = this.#undrawn;
+      this.#undrawn = false;
+      try {
+        this.#draw();
+      } finally {
+        if (answer) this.link.send("next");
+      }
     });
   }
 
   #draw() {
     const { machine } = this;
+    const connected = document.body.dataset.connection === "open";
+    const { state, job, notice, failed } = this;
+    this.guide.show({ connected, state, job, machine, notice, failed });
     this.board.lightsChanged(machine);
     this.motors.show(machine.motors, this.hello.step_mm);
     this.gauge.show(machine.motors[2].position);
     this.table.show(machine, this.#fresh);
     this.#fresh = { path: Infinity, cut: Infinity };
     this.time.show(machine);
-    const connected = document.body.dataset.connection === "open";
-    const { state, job, notice } = this;
-    this.guide.show({ connected, state, job, machine, notice });
     find("table").dataset.cut = machine.cut.length;
-    // The server sends the next frame after the last one is drawn: a slow page is not flooded.
-    if (this.#undrawn) this.link.send("next");
-    this.#undrawn = false;
   }
 
   #inputsChanged() {

@@ -24,6 +24,8 @@ export class Table {
     for (const canvas of place.querySelectorAll("canvas")) {
       this.layers[canvas.dataset.layer] = canvas.getContext("2d");
     }
+    // A first frame may have to be drawn before the observer has seen the size.
+    this.redraw();
     new ResizeObserver(() => this.redraw()).observe(place);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
   }

@@ -2,7 +2,7 @@
 
 import { bindButton, isTyping } from "./hold.js";
 import { Jog, DIRECTIONS } from "./jog.js";
-import { Link } from "./link.js";
+import { FAILURE, Link, onFailure } from "./link.js";
 import { Points } from "./points.js";
 import { Switches } from "./switches.js";
 
@@ -22,6 +22,11 @@ class Panel {
       directions: [0, 0, 0] };
     this.notice = "";
     this.lost = false;
+    this.failed = false;
+    onFailure(() => {
+      this.failed = true;
+      this.#status();
+    });
     const send = (name, fields) => this.link.send(name, fields);
     this.jog = new Jog(send, () => this.#show());
     this.points = new Points(find("points"), send);
@@ -208,10 +213,11 @@ class Panel {
     const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
       + " itself. If the program was restarted, open the address that it printed."
       : "";
-    const text = lost || notice || silence || doing || state.note
+    const failed = this.failed ? FAILURE : "";
+    const text = lost || failed || notice || silence || doing || state.note
       || (state.connected ? "Connected." : waits);
     if (status.textContent !== text) status.textContent = text;
-    const bad = lost || notice || silence || (!doing && state.bad && state.note);
+    const bad = lost || failed || notice || silence || (!doing && state.bad && state.note);
     status.dataset.tone = bad ? "bad" : "";
   }
 }

@@ -1,7 +1,17 @@
-/** The WebSocket connection to the server, which is reopened when it is lost. */
+/** The WebSocket connection to the server, which is reopened when it is lost, and failures. */
 
 const FIRST_WAIT = 300;
 const LONGEST_WAIT = 4000;
+
+/** What a page shows when a part of it has failed. */
+export const FAILURE = "A part of this page has failed, and it may not show the truth: reload it.";
+
+/** Call a function when an exception is not caught: a page must not look as if it were well. */
+export function onFailure(failed) {
+  // What else is reported as an error, such as a size that changes too often, has no exception.
+  addEventListener("error", ({ error }) => { if (error) failed(); });
+  addEventListener("unhandledrejection", () => failed());
+}
 
 /** A WebSocket that reconnects. */
 export class Link {
