@@ -6,7 +6,10 @@ import pytest
 
 from tests.tools.process import PATIENCE
 
-__all__ = ["Page", "resize"]
+__all__ = ["PHONES", "Page", "live", "overlaps", "resize"]
+
+#: Sizes of small screens: upright, on their side, and the least that a page must fit.
+PHONES = [(390, 844), (844, 390), (568, 320), (240, 320)]
 
 
 def resize(browser, width: int, height: int, *, scheme: str = "light", touch: bool = False) -> None:
@@ -19,6 +22,50 @@ def resize(browser, width: int, height: int, *, scheme: str = "light", touch: bo
     # A page may draw itself anew when it sees its new size, with the next picture.
     browser.execute_async_script("const done = arguments[0];"
                                  "requestAnimationFrame(() => requestAnimationFrame(done))")
+
+
+def overlaps(page: "Page") -> list[str]:
+    """Give pairs of texts and controls that cover each other, but for what stays in view."""
+    return page.script("""
+        const shown = [];
+        const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+        while (texts.nextNode()) {
+          const { currentNode: node } = texts;
+          if (node.parentElement.closest("#bar, svg, option")) continue;
+          const range = document.createRange();
+          range.selectNodeContents(node);
+          for (const box of range.getClientRects()) {
+            if (node.data.trim()) shown.push([node.parentElement, box, node.data.trim()]);
+          }
+        }
+        for (const part of document.querySelectorAll(
+          "button, .button, input, select, svg, progress, [role=img]")) {
+          if (part.closest("#bar") || part.parentElement.closest("svg")) continue;
+          shown.push([part, part.getBoundingClientRect(), part.id || part.tagName]);
+        }
+        const cover = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2
+          && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2;
+        return shown.flatMap(([first, a, name], n) => shown.slice(n + 1)
+          .filter(([second, b]) => !first.contains(second) && !second.contains(first)
+                                   && cover(a, b))
+          .map(([, , other]) => `${name} | ${other}`));""")
+
+
+def live(page: "Page", seconds: float) -> list[str]:
+    """Give what screen readers would announce within a time: changes of live regions."""
+    return page.browser.execute_async_script("""
+        const [seconds, done] = arguments;
+        const live = "output, [aria-live]:not([aria-live=off]), [role=status], [role=alert], "
+          + "[role=log], [role=timer]";
+        const heard = [];
+        new MutationObserver((changes) => {
+          for (const { target } of changes) {
+            const element = target.nodeType === Node.TEXT_NODE ? target.parentElement : target;
+            const region = element?.closest(live);
+            if (region) heard.push(region.textContent);
+          }
+        }).observe(document.body, { subtree: true, childList: true, characterData: true });
+        setTimeout(() => done(heard), 1000 * seconds);""", seconds)
 
 
 class Page:

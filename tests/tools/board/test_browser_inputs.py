@@ -4,7 +4,8 @@ import time
 
 import pytest
 
-from tests.tools.board.browser import keys, resize, tab_to
+from tests.tools.board.browser import keys, resize, shown, speed, tab_to
+from tests.tools.browsing import live
 
 pytestmark = pytest.mark.browser
 
@@ -64,6 +65,61 @@ class TestKeyboard:
         assert page.find("sw7").get_attribute("aria-label") == "SW7 manual"
         keys(page, " ")
         page.until(lambda: page.find("sw7").get_attribute("aria-label") == "SW7 auto")
+
+
+class TestScreenReader:
+    """What a screen reader finds, and what it announces by itself."""
+
+    def test_lights_and_display_have_names_that_are_current(self, fresh):
+        def names() -> list[str]:
+            return page.script("return [...document.querySelectorAll('#board [role=img]')]"
+                               ".map((part) => part.ariaLabel)")
+
+        page = fresh
+        assert "Display: dark" in names() and "LD7 ready: off" in names()
+        assert sum(name.startswith("LD") for name in names()) == 8
+        page.set_switches(1 << 7 | 1)
+        page.until(lambda: "Display: 0 0 0 0" in names() and "LD7 ready: on" in names(), "names")
+        page.pause()
+        with speed(page, "30 k clocks/s"):
+            page.find("run").click()
+            page.find("btn1").click()
+            page.until(lambda: "LD5 busy: on" in names(), "the job")
+            page.until(lambda: f"Display: {' '.join(shown(page))}" in names() and (
+                shown(page) != "0000"), "the count")
+
+    def test_the_plate_says_how_much_is_cut(self, fresh, figure):
+        fresh.mill()
+        assert f"{figure.sum()} of {figure.sum()}" in fresh.find("table").get_attribute(
+            "aria-label")
+
+    def test_a_movement_is_not_announced_step_by_step(self, fresh):
+        page = fresh
+        page.find("sw0").click()
+        page.until(lambda: page.position("x") > 20, "movement")
+        before = page.position("x")
+        assert live(page, 1) == []
+        assert page.position("x") > before + 100
+
+    def test_the_axes_of_the_plate_are_labelled_as_the_switches_move(self, fresh):
+        page = fresh
+        labels = page.script("return document.querySelector('.axes').innerText").split()
+        assert labels == ["Y", "+", "→", "X", "+", "↓"]
+        for bit, axis in ((0, "x"), (2, "y")):
+            assert page.find(f"sw{bit}").get_attribute("aria-label") == f"SW{bit} {axis.upper()} +"
+            assert page.find(f"sw{bit + 1}").get_attribute("aria-label").endswith("−")
+            page.find(f"sw{bit}").click()
+            page.until(lambda axis=axis: page.position(axis) > 20, "movement")
+            page.find(f"sw{bit}").click()
+        # The table shows X downwards and Y to the right.
+        page.until(lambda: page.script("""
+            const tool = document.querySelector("canvas[data-layer=tool]").getContext("2d");
+            const view = document.getElementById("table").dataset;
+            const at = (motor, edge) => (document.getElementById(motor).dataset.position
+                                         - view[edge]) * view.scale;
+            // The right arm of the cross, 11 pixels wide.
+            return tool.getImageData(at("motor-y", "left") + 9, at("motor-x", "top"), 1, 1)
+              .data[3] > 0"""), "the cross where the labels say")
 
 
 class TestTwoPages:

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from tests.tools.board.browser import PATIENCE, Page, resize, save
+from tests.tools.browsing import PHONES, overlaps
 
 pytestmark = pytest.mark.browser
 
@@ -235,6 +236,27 @@ class TestSizes:
         try:
             fresh.until(lambda: fresh.script(
                 "return document.documentElement.scrollWidth <= innerWidth"), f"fit at {width}")
+        finally:
+            resize(fresh.browser, 1280, 800)
+
+    @pytest.mark.parametrize(("width", "height"), [*PHONES, (1024, 768)])
+    def test_nothing_covers_anything(self, fresh, width, height):
+        resize(fresh.browser, width, height)
+        try:
+            assert overlaps(fresh) == []
+            assert fresh.script("return document.documentElement.scrollWidth") <= width
+        finally:
+            resize(fresh.browser, 1280, 800)
+
+    def test_stop_stays_in_view_and_stops(self, fresh):
+        resize(fresh.browser, 240, 320)
+        try:
+            fresh.script("scrollTo(0, document.documentElement.scrollHeight)")
+            assert fresh.script("""
+                const { top, bottom } = document.getElementById("stop").getBoundingClientRect();
+                return scrollY > 500 && top >= 0 && bottom <= innerHeight""")
+            fresh.find("stop").click()
+            fresh.until(lambda: "Stopped by BTN3" in fresh.status, "the stop")
         finally:
             resize(fresh.browser, 1280, 800)
 

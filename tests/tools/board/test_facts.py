@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from fresa.machines.mill import TOP_SPEED, step_period
+from fresa.panel.display import HEX_SEGMENTS
 from tb.milling import DEBOUNCE
 from tb.plant import WORDS
 
@@ -18,6 +19,13 @@ def test_coil_words():
     field = {int(word, 2): int(angle)
              for word, angle in re.findall(r"\[0b(\d+), (\d+)\]", found[1])}
     assert field == {word: 45 + 90 * phase for phase, word in enumerate(WORDS)}
+
+
+def test_shapes_of_digits():
+    text = (ROOT / "tools" / "board" / "page" / "drawing.js").read_text()
+    found = re.search(r"const DIGITS = \[([^]]*)\];", text)
+    assert found
+    assert [int(shape, 16) for shape in found[1].split(",")] == list(HEX_SEGMENTS)
 
 
 def test_numbers_of_the_documentation():

@@ -10,7 +10,7 @@ from PIL import Image
 
 from fresa_host import Place
 from tests.tools import browsing
-from tests.tools.browsing import resize
+from tests.tools.browsing import PHONES, live, overlaps, resize
 from tests.tools.process import ROOT, command
 from tools.panel.settings import load
 
@@ -259,6 +259,30 @@ def test_everything_has_a_name(page):
         return [...document.querySelectorAll('button, input, select, output')]
           .filter(e => !(e.getAttribute('aria-label') || e.labels?.length || e.textContent.trim()))
           .map(e => e.outerHTML)""") == []
+
+
+@pytest.mark.parametrize(("width", "height"), PHONES)
+def test_nothing_covers_anything(page, width, height):
+    resize(page.browser, width, height)
+    try:
+        assert overlaps(page) == []
+        assert page.script("return document.documentElement.scrollWidth") <= width
+        page.script("scrollTo(0, document.documentElement.scrollHeight)")
+        assert page.script("""
+            const { top, bottom } = document.getElementById("stop").getBoundingClientRect();
+            return scrollY > 100 && top >= 0 && bottom <= innerHeight"""), "Stop is out of view"
+    finally:
+        page.script("scrollTo(0, 0)")
+        resize(page.browser, WIDTH, HEIGHT)
+
+
+def test_a_movement_is_not_announced_step_by_step(page):
+    page.hold("d")
+    page.until(lambda: page.place("x") > 1, "a move")
+    before = page.place("x")
+    assert live(page, 1) == []
+    assert page.place("x") > before + 5
+    page.keys_up("d")
 
 
 def test_pictures(page, tmp_path):

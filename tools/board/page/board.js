@@ -1,6 +1,6 @@
 /** The Nexys 2 as a drawing: switches, buttons, LEDs and display. */
 
-import { digit, chips } from "./drawing.js";
+import { chips, digit, read } from "./drawing.js";
 import { bindButton } from "./hold.js";
 import { BUTTON_KEYS, bindSwitch } from "./inputs.js";
 import { group, label, svg } from "./svg.js";
@@ -18,7 +18,7 @@ const LAYOUTS = {
 };
 const NARROW = 520;
 
-const JOG = ["X up", "X down", "Y up", "Y down", "Z up", "Z down", "", "manual"];
+const JOG = ["X +", "X −", "Y +", "Y −", "Z up", "Z down", "", "manual"];
 const AUTOMATIC = ["count", "count", "", "", "", "", "", "auto"];
 const BUTTON_NAMES = ["reset", "start", "", "stop"];
 const LED_NAMES = ["coil", "coil", "coil", "coil", "", "busy", "error", "ready"];
@@ -68,7 +68,11 @@ export class Board {
   /** Show the brightness of LEDs and digits. */
   lightsChanged({ leds, display }) {
     this.lights = { leds, display };
-    this.leds.forEach((element, index) => this.#light(element, leds[index]));
+    this.leds.forEach((element, bit) => {
+      this.#light(element, leds[bit]);
+      name(element.parentElement, `LD${bit} ${LED_NAMES[bit]}: ${leds[bit] ? "on" : "off"}`);
+    });
+    name(this.display, `Display: ${read(display)}`);
     this.segments.forEach((element, index) => this.#light(element, display[index]));
   }
 
@@ -80,11 +84,11 @@ export class Board {
   }
 
   #draw() {
-    const name = this.place.clientWidth < NARROW ? "narrow" : "wide";
-    if (name === this.#layout) return;
+    const layout = this.place.clientWidth < NARROW ? "narrow" : "wide";
+    if (layout === this.#layout) return;
     const focused = this.root.contains(document.activeElement) && document.activeElement.id;
-    this.#layout = name;
-    const at = LAYOUTS[name];
+    this.#layout = layout;
+    const at = LAYOUTS[layout];
     this.root.setAttribute("viewBox", `0 0 ${at.size.join(" ")}`);
     this.root.replaceChildren(...chips(at.chips, at.size));
     this.segments = this.#drawDisplay(at.display);
@@ -101,7 +105,7 @@ export class Board {
 
   #drawDisplay([x, y]) {
     const lit = [];
-    const housing = group(x, y, { id: "display" },
+    const housing = this.display = group(x, y, { id: "display", role: "img" },
       svg("rect", { width: 216, height: 92, rx: 5, class: "housing" }));
     for (const place of [3, 2, 1, 0]) {
       const parts = digit();
@@ -120,7 +124,8 @@ export class Board {
       svg("circle", { r: 17, class: "glow" }),
       svg("rect", { x: -8, y: -6, width: 16, height: 12, rx: 2, class: "led-on" }));
     lit.style.opacity = 0;
-    this.root.append(group(x, y, { class: `led led-${LED_NAMES[bit] || "none"}` },
+    const kind = `led led-${LED_NAMES[bit] || "none"}`;
+    this.root.append(group(x, y, { class: kind, role: "img" },
       svg("rect", { x: -8, y: -6, width: 16, height: 12, rx: 2, class: "led-off" }), lit,
       label(0, -13, `LD${bit}`), label(0, 21, LED_NAMES[bit], "silk small")));
     return lit;
@@ -139,18 +144,23 @@ export class Board {
 
   #drawButton(bit, x, y, pitch) {
     const key = BUTTON_KEYS[bit];
-    const name = BUTTON_NAMES[bit];
+    const meaning = BUTTON_NAMES[bit];
     const element = control(x, y, pitch, 84, {
       id: `btn${bit}`, role: "button", tabindex: 0, "aria-keyshortcuts": key, class: "button",
-      "aria-label": `BTN${bit} ${name || "not used"}` },
+      "aria-label": `BTN${bit} ${meaning || "not used"}` },
       svg("rect", { x: -20, y: 16, width: 40, height: 40, rx: 4, class: "body" }),
       svg("circle", { cy: 36, r: 13, class: "knob" }),
       label(0, 11, `BTN${bit}`), ...badge(0, 63, key.toUpperCase()),
-      label(0, 84, name || "–", "silk small meaning"));
+      label(0, 84, meaning || "–", "silk small meaning"));
     bindButton(element, bit, this.inputs);
     this.root.append(element);
     return element;
   }
+}
+
+/** Set the name that screen readers read for an element. */
+function name(element, text) {
+  if (element.getAttribute("aria-label") !== text) element.setAttribute("aria-label", text);
 }
 
 /** Describe the meaning of switches and LEDs in the present mode. */

@@ -1,4 +1,4 @@
-/** The passive parts of the board, and the shape of a digit. */
+/** The passive parts of the board, and the shapes of digits. */
 
 import { group, label, svg } from "./svg.js";
 
@@ -12,6 +12,23 @@ const SEGMENTS = [
   "3,4 7,8 6,27 2,31 -1,27 0,8",
   "2,33 6,29 28,29 32,33 28,37 6,37",
 ];
+
+/** Segments that are lit for the digits 0 to F: a in bit 0 to g in bit 6. */
+const DIGITS = [0x3f, 0x06, 0x5b, 0x4f, 0x66, 0x6d, 0x7d, 0x07, 0x7f, 0x6f, 0x77, 0x7c, 0x39, 0x5e,
+  0x79, 0x71];
+
+/**
+ * Read a display: its digits from the left, with a question mark for what is no digit.
+ * @param {Uint8Array} display - duty of 32 segments, those of the rightmost digit first
+ */
+export function read(display) {
+  const lit = (place) => [0, 1, 2, 3, 4, 5, 6].reduce(
+    (mask, n) => mask | (display[8 * place + n] > 0) << n, 0);
+  const digits = [3, 2, 1, 0].map(lit);
+  if (!digits.some(Boolean)) return "dark";
+  return digits.map((mask) => (mask ? DIGITS.indexOf(mask).toString(16).toUpperCase() : "dark"))
+    .join(" ").replaceAll("-1", "?");
+}
 
 /** Draw the segments of a digit twice, dark and lit. */
 export function digit() {

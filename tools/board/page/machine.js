@@ -2,7 +2,7 @@
 
 /** Bits of switches, buttons and LEDs. */
 export const SWITCH = { automatic: 7 };
-export const BUTTON = { start: 1 };
+export const BUTTON = { start: 1, stop: 3 };
 export const LED = { busy: 5, error: 6, ready: 7 };
 
 /** The state after all frames so far. */

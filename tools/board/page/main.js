@@ -3,10 +3,11 @@
 import { Board, legend } from "./board.js";
 import { decode } from "./frames.js";
 import { Guide } from "./guide.js";
+import { bindButton } from "./hold.js";
 import { Inputs, bindKeys } from "./inputs.js";
 import { Job } from "./job.js";
 import { Link, onFailure } from "./link.js";
-import { Machine } from "./machine.js";
+import { BUTTON, Machine } from "./machine.js";
 import { Gauge, Motors } from "./motors.js";
 import { Table, darkPixels } from "./table.js";
 import { Time } from "./time.js";
@@ -38,6 +39,7 @@ class Page {
     const send = (name, fields) => this.link.send(name, fields);
     this.inputs = new Inputs(send, () => this.#inputsChanged());
     this.board = new Board(find("board"), this.inputs);
+    bindButton(find("stop"), BUTTON.stop, this.inputs);
     this.table = new Table(find("table"));
     this.gauge = new Gauge(find("gauge"));
     this.gauge.measure(this.hello.z_travel, this.hello.step_mm);
@@ -157,6 +159,8 @@ class Page {
     this.#fresh = { path: Infinity, cut: Infinity };
     this.time.show(machine);
     find("table").dataset.cut = machine.cut.length;
+    find("table").ariaLabel = "The plate from above, X + down and Y + to the right: "
+      + `${machine.cut.length} of ${job?.count ?? 0} pixels cut`;
   }
 
   #inputsChanged() {

@@ -31,8 +31,9 @@ class Motor {
     this.north = svg("path", { class: "north", d: "M60 30L69 60H51Z" });
     this.rotor = svg("g", { class: "rotor" }, this.needle, this.north);
     this.mark = svg("path", { class: "mark", d: "M60 4v9" });
-    this.steps = document.createElement("output");
-    this.mm = document.createElement("output");
+    // No <output>: screen readers announce every change of one.
+    this.steps = document.createElement("span");
+    this.mm = document.createElement("span");
     this.element = this.#draw();
   }
 
@@ -48,8 +49,8 @@ class Motor {
     this.position = position;
     this.element.dataset.position = position;
     this.#turn(word, smooth);
-    this.steps.value = position.toLocaleString("en").replaceAll(",", "\u2009");
-    this.mm.value = `${(position * stepMm).toFixed(3)} mm`;
+    this.steps.textContent = position.toLocaleString("en").replaceAll(",", "\u2009");
+    this.mm.textContent = `${(position * stepMm).toFixed(3)} mm`;
   }
 
   /** Turn the needle to the field, with the number of whole turns that the position gives. */

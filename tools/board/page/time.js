@@ -90,7 +90,7 @@ export class Time {
     const wanted = SPEEDS[this.speed.value];
     const text = wanted === null ? "no limit"
       : `${short(wanted)} ${wanted === 1 ? "clock" : "clocks"}/s`;
-    find("speed-wanted").value = text;
+    find("speed-wanted").textContent = text;
     this.speed.setAttribute("aria-valuetext", text);
   }
 }

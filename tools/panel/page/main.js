@@ -55,7 +55,8 @@ class Panel {
 
   #axis(axis) {
     const row = create("div", { className: "axis" });
-    const place = create("output", { id: `place-${axis}` });
+    // No <output>: screen readers announce every change of one.
+    const place = create("span", { id: `place-${axis}`, className: "place" });
     const unit = create("span", { className: "unit" });
     const mark = create("span", { className: "mark", textContent: "limit switch", hidden: true });
     row.append(create("b", { textContent: axis.toUpperCase() }), place, unit, mark);
@@ -79,15 +80,20 @@ class Panel {
     const field = create("div", { className: "field" });
     const slider = create("input", { id: `speed-${axis}`, type: "range", step: 1,
       min: this.hello.slowest, max: this.hello.fastest });
-    const shown = create("output");
+    const shown = create("span");
+    shown.setAttribute("aria-hidden", "true"); // the slider has the same text
+    const show = (speed) => {
+      shown.textContent = `${speed} um/s`;
+      slider.setAttribute("aria-valuetext", shown.textContent);
+    };
     const label = create("label", { htmlFor: slider.id, textContent: axis.toUpperCase() });
     slider.addEventListener("input", () => {
-      shown.value = `${slider.value} um/s`;
+      show(slider.value);
       send("speed", { axis: index, speed: Number(slider.value) });
     });
     field.append(label, slider, shown);
     find("speeds").append(field);
-    return { slider, shown };
+    return { slider, show };
   }
 
   #bindKeys() {
@@ -164,16 +170,16 @@ class Panel {
   #place({ um, steps, reports }) {
     find("axes").dataset.reports = reports;
     this.axes.forEach(({ place, unit }, index) => {
-      place.value = um[index].toFixed(2).replace("-", "−");
+      place.textContent = um[index].toFixed(2).replace("-", "−");
       unit.textContent = `um, ${steps[index]} steps`;
     });
   }
 
   #settings({ speeds, points }) {
-    this.speeds.forEach(({ slider, shown }, index) => {
+    this.speeds.forEach(({ slider, show }, index) => {
       if (slider.matches(":active")) return;
       slider.value = speeds[index];
-      shown.value = `${speeds[index]} um/s`;
+      show(speeds[index]);
     });
     this.points.show(points, this.hello.travel);
   }
