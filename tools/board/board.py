@@ -82,7 +82,7 @@ class Board:
         """Stop the simulation. The site closes the connections of the pages."""
         self._frames.cancel()
         await asyncio.to_thread(self._simulation.stop)
-        self.windows.close()
+        await self.windows.close()
 
     def view(self) -> SceneView:
         """Open a view for a new page. See `Backend`."""
@@ -129,6 +129,7 @@ class Board:
         if self._state["recording"]:
             raise UserError("a waveform is being recorded: wait until it ends")
         self._send("record", str(self.windows.place()), clocks)
+        self.windows.prepare()
         self._recorded_at = now
 
     def program(self, job: Job) -> None:
@@ -187,7 +188,10 @@ class Board:
     def _on_message(self, what: str, *rest: Any) -> None:
         {"snapshot": self._on_snapshot, "state": self._on_state, "built": self._on_built,
          "failed": self._on_failed, "plate": self._on_plate, "recorded": self._on_recorded,
-         "ended": self._on_ended}[what](*rest)
+         "progress": self._on_progress, "ended": self._on_ended}[what](*rest)
+
+    def _on_progress(self, progress: dict[str, object]) -> None:
+        self.pages.publish("progress", progress)
 
     def _on_snapshot(self, snapshot: Any) -> None:
         if snapshot is not None:
@@ -235,6 +239,7 @@ class Board:
                         "advancing": False, "stopped": False}
         self._requested = self._working  # the job that was being built may be the cause
         self._publish_state()
+        self._on_progress({"building_s": None, "job": None})
         self._on_plate(None)
         self._snapshot_received.set()
         if not self.built.done():

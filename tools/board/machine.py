@@ -49,11 +49,14 @@ class Machine:
     ----------
     stopped : bool
         Whether BTN3 was pressed since the last reset. It is not visible at any output.
+    jobs : int
+        Jobs that have begun since it was switched on.
     """
 
     def __init__(self, engine: Engine, job: Job, *, switches: int = 0) -> None:
         self.engine, self.job = engine, job
         self.stopped = False
+        self.jobs = 0
         self._contacts = deque([(switches, 0)])
         self._held_until = 0
         self._automatic = self._entering = False
@@ -170,6 +173,7 @@ class Machine:
         for row in map(int, np.flatnonzero(busy != before)):
             at = int(changes.clock[row])
             if busy[row]:
+                self.jobs += 1
                 self._plate.feed(_rows(changes, start, row))
                 self._plate = Plate(self.job, _rows(changes, row, row + 1))
                 start = row

@@ -1,6 +1,7 @@
 """Windows of waveform: their files, signals, and drawings.
 
-`tools.wave` reads them in a process of its own, so that a large window does not block the page.
+`tools.wave` reads them in a process of its own, so that a large window does not block the page. It
+is started with the first recording and kept, since starting takes longer than a query.
 """
 
 import asyncio
@@ -44,11 +45,30 @@ class Windows:
         self._folder = tempfile.TemporaryDirectory(prefix="fresa-", ignore_cleanup_errors=True)
         self._number = 0
         self._querying = asyncio.Lock()
+        self._reader: asyncio.Task[asyncio.subprocess.Process] | None = None
         self.last: Window | None = None
 
-    def close(self) -> None:
-        """Delete what was recorded."""
+    async def close(self) -> None:
+        """Delete what was recorded, and end the process that reads it."""
+        await self._end_reader()
         self._folder.cleanup()
+
+    def prepare(self) -> None:
+        """Begin to start the process that reads windows, if it does not run."""
+        if self._reader is None:
+            self._reader = asyncio.create_task(asyncio.create_subprocess_exec(
+                sys.executable, "-m", "tools.wave.resident", cwd=ROOT,
+                stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
+                start_new_session=True))
+
+    async def _end_reader(self) -> None:
+        """End that process, with all that it started."""
+        starting, self._reader = self._reader, None
+        if starting is not None:
+            reader = await starting
+            with suppress(ProcessLookupError):
+                os.killpg(reader.pid, signal.SIGKILL)
+            await reader.wait()
 
     @property
     def folder(self) -> str:
@@ -104,22 +124,30 @@ class Windows:
         return self.last.path
 
     async def _query(self, *arguments: str) -> bytes:
+        folder = Path(self._folder.name)
+        output, errors = folder / "output", folder / "errors"
         async with self._querying:
-            process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "tools.wave", *arguments, cwd=ROOT,
-                stdin=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.PIPE,
-                stderr=asyncio.subprocess.PIPE, start_new_session=True)
+            self.prepare()
+            assert self._reader is not None
+            reader = await self._reader
+            assert reader.stdin is not None and reader.stdout is not None
+            order = json.dumps([arguments, str(output), str(errors)]) + "\n"
+            status = b""
             try:
-                output, errors = await asyncio.wait_for(process.communicate(), QUERY_TIMEOUT_S)
+                reader.stdin.write(order.encode())
+                status = await asyncio.wait_for(reader.stdout.readline(), QUERY_TIMEOUT_S)
             except TimeoutError:
                 raise UserError("that takes too long: record a shorter window") from None
             finally:
-                # The process may have started others.
-                with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)
-                await process.wait()
-        if process.returncode != 0:
-            lines = errors.decode(errors="replace").strip().splitlines() or ["no reason given"]
-            line = ADVICE.sub("", lines[-1].removeprefix("error: "))
-            raise UserError(line.replace(self._path(), "the window"))
-        return output
+                if not status:  # it has ended, or a late answer would be taken for the next one
+                    await self._end_reader()
+            if status.strip() != b"0":
+                raise UserError(self._reason(status, errors))
+            return output.read_bytes()
+
+    def _reason(self, status: bytes, errors: Path) -> str:
+        if not status:
+            return "the process that reads waveforms has ended: try again"
+        lines = errors.read_text(errors="replace").strip().splitlines() or ["no reason given"]
+        line = ADVICE.sub("", lines[-1].removeprefix("error: "))
+        return line.replace(self._path(), "the window")

@@ -17,6 +17,7 @@ from ..throttle import Rate, Throttle
 from .build import Builder
 from .machine import Machine
 from .messages import Job
+from .progress import JobTimer
 
 __all__ = ["work"]
 
@@ -26,6 +27,9 @@ FIRST_SLICE = 100
 
 #: Seconds from one unrequested report of the state to the next.
 REPORT = 0.03
+
+#: Seconds from one report of the progress to the next.
+PROGRESS = 0.5
 
 #: Most orders that are executed between two runs.
 MOST_ORDERS = 32
@@ -80,6 +84,9 @@ class Worker:
         self._snapshot_sent = True
         self._reported = 0.0
         self._sent_state: dict[str, object] = {}
+        self._timer = JobTimer()
+        self._progressed = 0.0
+        self._sent_progress: dict[str, object] = {}
 
     def serve(self) -> None:
         """Execute orders and run, until the other end is closed or sends `quit`."""
@@ -103,6 +110,7 @@ class Worker:
                 self._send_snapshot()
             if obeyed or time.monotonic() > self._reported + REPORT:
                 self._send_state()
+            self._send_progress()
 
     def build(self, number: int, job: Job, activity: str) -> None:
         """Build a machine. The one before runs until it is ready."""
@@ -249,6 +257,18 @@ class Worker:
             if window is not None:
                 self._unrecorded = None
                 self._connection.send(("recorded", window))
+
+    def _send_progress(self) -> None:
+        now = time.monotonic()
+        self._timer.update(self._machine, now, moving=self._moving,
+                           building=self._builder.building)
+        if now < self._progressed + PROGRESS:
+            return
+        self._progressed = now
+        progress = self._timer.report(self._machine)
+        if progress != self._sent_progress:
+            self._sent_progress = progress
+            self._connection.send(("progress", progress))
 
     def _send_state(self) -> None:
         self._reported = time.monotonic()

@@ -7,7 +7,9 @@ import sys
 
 from ..console import colour
 
-__all__ = ["go_on_in_child"]
+__all__ = ["UNREADABLE", "end_with", "go_on_in_child", "why_ended"]
+
+UNREADABLE = "the file cannot be read:"
 
 _PR_SET_PDEATHSIG = 1
 """Of prctl(2) in Linux: the signal that a process gets when its parent ends."""
@@ -26,7 +28,7 @@ def go_on_in_child() -> None:
             stream.flush()
     parent, child = os.getpid(), os.fork()
     if child == 0:
-        _end_with(parent)
+        end_with(parent)
         return
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda number, _: os.kill(child, number))
@@ -38,7 +40,7 @@ def go_on_in_child() -> None:
     sys.exit(status)
 
 
-def _end_with(parent: int) -> None:
+def end_with(parent: int) -> None:
     """Have the kernel end this process when its parent ends (Linux)."""
     if not sys.platform.startswith("linux"):
         return
@@ -47,16 +49,19 @@ def _end_with(parent: int) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
+def why_ended(number: int) -> str | None:
+    """Return what it means that a signal ended the reader; None if it came from outside."""
+    if number == signal.SIGKILL:
+        return "it does not fit into memory"
+    broken = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
+    return "its contents are malformed" if number in broken else None
+
+
 def _died(number: int) -> int:
     """Report why a signal ended the child, or end by the same signal if it came from outside."""
-    broken = (signal.SIGABRT, signal.SIGSEGV, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
-    if number == signal.SIGKILL:
-        why = "it does not fit into memory"
-    elif number in broken:
-        why = "its contents are malformed"
-    else:
+    if (why := why_ended(number)) is None:
         signal.signal(number, signal.SIG_DFL)
         os.kill(os.getpid(), number)
         return 128 + number  # where this process ignores the signal
-    print(colour("error:", 31, sys.stderr), f"the file cannot be read: {why}", file=sys.stderr)
+    print(colour("error:", 31, sys.stderr), UNREADABLE, why, file=sys.stderr)
     return 2

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import urllib.error
 import urllib.request
 
@@ -10,7 +11,7 @@ import pytest
 from PIL import Image
 
 from tb.plant import STEP, WORDS
-from tests.tools.board.browser import seen, shown, speed
+from tests.tools.board.browser import keys, seen, shown, speed
 from tools.picture import CUT, FRAME
 from tools.wave.draw import MOST_ROWS
 
@@ -277,6 +278,45 @@ class TestTime:
             field.clear()
             page.programmed(lambda period=period: field.send_keys(period, "\n"))
             assert rate in page.find("period-note").text
+
+
+class TestProgress:
+    def test_share_and_times_are_shown(self, fresh, figure):
+        page = fresh
+        meter = page.find("meter")
+        page.set_switches(1 << 7)
+        page.until(lambda: page.step == 3 and page.duty("led7") > 0, "ready")
+        with speed(page, "30 k clocks/s"):
+            page.find("btn1").click()
+            page.until(lambda: page.cut() > 0, "the first pixel")
+            text = page.until(lambda: "left" in meter.text and meter.text, "the time left")
+            assert re.fullmatch(r"\d+ %, \d+ s elapsed, about .* left\. "
+                                r"On the real board: .* of about .*\.", str(text))
+        page.until(lambda: meter.text.startswith("Milled after"), "the end")
+        cut = get(page.address + "cut.png")  # of the same plate
+        assert cut and "on the real board" in meter.text
+
+    def test_the_tab_shows_it_although_nothing_is_drawn(self, fresh):
+        """A tab behind others gets no animation frames."""
+        page = fresh
+        page.browser.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": False})
+        page.script("window.requestAnimationFrame = () => 1")
+        page.set_switches(1 << 7)
+        keys(page, "e")
+        page.until(lambda: page.browser.title.startswith("Done"), "the end of the job")
+        page.browser.refresh()
+        page.until(lambda: page.step == 4, "the page")
+        page.programmed(page.find("power").click)
+        page.until(lambda: page.browser.title.startswith("Fresa"), "another job")
+
+    def test_a_build_is_shown_to_go_on(self, page):
+        text, title = page.browser.execute_async_script("""
+            const done = arguments[0];
+            import(new URL("page/progress.js", location)).then(({ describe, title }) => {
+              const progress = { building_s: 94, job: null };
+              done([describe(progress, 0), title(progress, 0, {})]);
+            });""")
+        assert text.startswith("Building for 1 min 34 s") and title.startswith("Building")
 
 
 class TestWaveform:

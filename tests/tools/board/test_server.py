@@ -259,6 +259,22 @@ async def clock(served: Served) -> int:
 
 
 class TestTime:
+    def test_progress_is_told_to_the_end(self):
+        async def test(served):
+            page = await served.page()
+            assert page.messages["progress"]["job"] is None
+            await mill(page)
+            await page.until(lambda: page.messages["progress"]["job"]
+                             and not page.messages["progress"]["job"]["busy"])
+            job = page.messages["progress"]["job"]
+            assert job["cut"] == FIGURE.sum()
+            assert job["real_s"] == round((await served.board.cut()).job_seconds())
+            await page.do("power")
+            await page.until(lambda: page.messages["progress"]
+                             == {"topic": "progress", "building_s": None, "job": None})
+
+        run(test)
+
     def test_pause_clocks_step_run(self):
         async def test(served):
             page = await served.page()

@@ -22,7 +22,7 @@ def test_keep_deletes_only_what_came_before():
             place.touch()
         windows.keep(Window(str(places[9]), 0, 1, 1, 0))
         assert [place.exists() for place in places] == [False] * 9 + [True] * 2
-        windows.close()
+        await windows.close()
         assert not places[10].parent.exists()
 
     asyncio.run(test())
@@ -41,7 +41,7 @@ def test_what_takes_too_long_is_ended_with_all_that_it_started(monkeypatch, tmp_
         windows.last = Window("it.vcd", 0, 1, 1, 0)
         with pytest.raises(UserError, match="too long"):
             await windows.signals()
-        windows.close()
+        await windows.close()
 
     asyncio.run(test())
     pid = int(child.read_text())
@@ -53,6 +53,46 @@ def test_what_takes_too_long_is_ended_with_all_that_it_started(monkeypatch, tmp_
     finally:
         if running(pid):
             os.kill(pid, 9)
+
+
+def test_queries_share_one_process(monkeypatch, tmp_path):
+    """Starting Python takes longer than to read a window."""
+    started = []
+    start = asyncio.create_subprocess_exec
+
+    async def count(*arguments, **options):
+        started.append(process := await start(*arguments, **options))
+        return process
+
+    monkeypatch.setattr(asyncio, "create_subprocess_exec", count)
+    wave = tmp_path / "it.vcd"
+    wave.write_text("$timescale 1ns $end $scope module top $end $var wire 1 ! a $end $upscope $end"
+                    " $enddefinitions $end\n#0\n0!\n#5\n1!\n")
+
+    async def test():
+        windows = Windows()
+        windows.last = Window(str(wave), 0, 1, 1, 0)
+        windows.prepare()
+        for _ in range(2):
+            assert await windows.signals() == [{"path": "top.a", "width": 1}]
+            assert b"<svg" in await windows.drawing(["top.a"])
+            with pytest.raises(UserError, match="no signal"):
+                await windows.drawing(["top.b"])
+        assert len(started) == 1
+        # A file that cannot be read ends the command only, and the process may end too.
+        wave.write_bytes(b"$end" * 100)
+        with pytest.raises(UserError):
+            await windows.signals()
+        assert len(started) == 1
+        started[0].kill()
+        with pytest.raises(UserError, match="has ended: try again"):
+            await windows.signals()
+        wave.write_text("$timescale 1ns $end $var wire 1 ! b $end $enddefinitions $end\n#0\n0!\n")
+        assert await windows.signals() == [{"path": "b", "width": 1}]
+        await windows.close()
+        assert started[-1].returncode is not None
+
+    asyncio.run(test())
 
 
 def running(pid: int) -> bool:

@@ -9,6 +9,7 @@ import { Job } from "./job.js";
 import { Link, onFailure } from "./link.js";
 import { BUTTON, Machine } from "./machine.js";
 import { Gauge, Motors } from "./motors.js";
+import { describe, title } from "./progress.js";
 import { Table, darkPixels } from "./table.js";
 import { Time } from "./time.js";
 import { Wave } from "./wave.js";
@@ -29,6 +30,7 @@ class Page {
     this.machine = new Machine();
     this.hello = { clock_hz: 50e6, pixel_steps: 128, z_travel: 1152, step_mm: 5 / 1152 };
     this.state = {};
+    this.progress = { building_s: null, job: null };
     this.job = null;
     this.notice = null;
     this.failed = false;
@@ -73,8 +75,12 @@ class Page {
 
   #message(message) {
     if (message.error) this.#notice(message.error);
-    const handler = { hello: this.#hello, job: this.#job, state: this.#state }[message.topic];
-    handler?.call(this, message);
+    const handlers = { hello: this.#hello, job: this.#job, state: this.#state,
+      progress: this.#progress };
+    handlers[message.topic]?.call(this, message);
+    // At once: a tab that is behind others draws nothing.
+    const tab = title(this.progress, this.job?.count ?? 0, this.state);
+    if (document.title !== tab) document.title = tab;
     this.#later();
   }
 
@@ -120,6 +126,11 @@ class Page {
     this.state = state;
     this.time.stateChanged(state);
     this.wave.stateChanged(state);
+  }
+
+  #progress(progress) {
+    this.progress = progress;
+    find("meter").textContent = describe(progress, this.job?.count ?? 0);
   }
 
   #frame(frame) {

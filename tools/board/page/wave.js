@@ -10,6 +10,8 @@ const FIRST = ["switches", "buttons", "leds", "digits", "axis_x", "axis_y", "axi
 /** The panel of waveforms. */
 export class Wave {
   #window = null;
+  #state = "";
+  #doing = "";
 
   /** @param {function(string, object?)} send - sends a request */
   constructor(send) {
@@ -20,6 +22,7 @@ export class Wave {
     find("filter").addEventListener("input", () => this.#filter());
     find("draw").addEventListener("click", () => this.#draw());
     find("wave").addEventListener("error", () => this.#failed());
+    find("wave").addEventListener("load", () => this.#show(""));
   }
 
   /** Set the largest number of clocks of a window. */
@@ -27,17 +30,25 @@ export class Wave {
 
   stateChanged({ recording, unrecorded, wave }) {
     find("record").disabled = Boolean(recording);
-    find("wave-state").textContent = recording ? "recording" : unrecorded ?? size(wave);
+    this.#state = recording ? "recording" : unrecorded ?? size(wave);
+    this.#show(this.#doing);
     if (JSON.stringify(wave) === JSON.stringify(this.#window)) return;
     this.#window = wave;
     find("vcd").hidden = find("wave-view").hidden = !wave;
     if (wave) this.#list();
   }
 
+  /** Show the state, and what is being done. */
+  #show(doing) {
+    this.#doing = doing;
+    find("wave-state").textContent = [this.#state, doing].filter(Boolean).join(", ");
+  }
+
   async #list() {
     find("wave-error").textContent = "";
-    const response = await fetch("wave.json");
-    if (!response.ok) return this.#failed(response);
+    this.#show("reading…");
+    const response = await fetch("wave.json").catch(() => null);
+    if (!response?.ok) return this.#failed(response);
     const { signals } = await response.json();
     const before = this.#chosen();
     const chosen = new Set(before.length ? before : pins(signals));
@@ -64,6 +75,7 @@ export class Wave {
     const drawing = find("wave").parentElement;
     find("wave-error").textContent = signals.length ? "" : "Choose a signal.";
     drawing.hidden = find("wave-error").textContent !== "";
+    this.#show(drawing.hidden ? "" : "drawing…");
     if (drawing.hidden) return;
     const query = new URLSearchParams({ signals: signals.join(","), at: Date.now() });
     find("wave").alt = `Waveform of ${signals.join(", ")}`;
@@ -72,9 +84,10 @@ export class Wave {
 
   /** Request a failed drawing again, to read the server's error message. */
   async #failed(answer) {
+    this.#show("");
     find("wave").parentElement.hidden = true;
-    const response = answer ?? await fetch(find("wave").src);
-    const { error } = await response.json().catch(() => ({}));
+    const response = answer ?? await fetch(find("wave").src).catch(() => null);
+    const { error } = await response?.json().catch(() => ({})) ?? {};
     find("wave-error").textContent = error ?? "The waveform could not be drawn.";
   }
 }
