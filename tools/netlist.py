@@ -82,7 +82,7 @@ def run_checks(names: Iterable[str], checked: Sequence[NetlistPart], options: Op
     options : Options
         For all of them.
     jobs : int, optional
-        How many at a time; as many as there are cores, unless told otherwise.
+        How many at a time; as many as there are cores by default.
     done : callable
         Called when a part is done.
 
@@ -109,7 +109,7 @@ def run_checks(names: Iterable[str], checked: Sequence[NetlistPart], options: Op
 
 
 def line(name: str, outcome: Outcome, seconds: float) -> str:
-    """Say what became of a part, in a line."""
+    """Return what became of a part, in a line."""
     what = "ok" if outcome.good else "FAILED"
     if outcome.control is not None:
         what = "control" if outcome.good else "MISSED"

@@ -250,7 +250,7 @@ Small mistakes put into the gateware by Yosys. Those that are proved to change n
 of the score.""", ("mutants",), _mutants, apart=True),
     _Section("Lines", """\
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
-serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
+serial line. Each line has its one answer; each step lies on a way that a legal line requested, and
 comes at its time; the position that is told is that of the steps; all of it from the description of
 lines, with no model of the gateware.""", ("fuzz",), _fuzz, apart=True),
     _Section("Resets", """\
@@ -409,7 +409,7 @@ def _proved(proofs: Sequence[Facts]) -> int:
 
 
 def _found(sought: Sequence[Facts]) -> str:
-    """Say how many of those were found, which have a clock then."""
+    """Return how many of those were found, which have a clock then."""
     return f"{sum(one['clock'] is not None for one in sought)} of {len(sought)}" if sought else "-"
 
 

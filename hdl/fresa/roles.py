@@ -21,7 +21,7 @@ class Role:
     Attributes
     ----------
     name : str
-        What people call it.
+        The name shown to people.
     rest : int
         Level of the port at power-up and at rest.
     registered : bool

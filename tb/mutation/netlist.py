@@ -313,7 +313,7 @@ def _list(text: str, folder: Path) -> tuple[list[Mutant], Mapping]:
 
 def choose(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
     """Choose so many mutants by chance; all, if there are no more."""
-    # Yosys' own choice of some of them runs for ever where most of them are asked for.
+    # Yosys' own choice of some of them runs for ever where most of them are requested.
     if count >= len(mutants):
         return mutants
     chosen = random.Random(seed).sample(range(len(mutants)), count)

@@ -96,7 +96,7 @@ def compare(top: str, rtl: str, netlist: str, folder: Path, *,
     folder : path
         Where to work.
     only : collection of Net, optional
-        Outputs and registers to look at; all, unless told otherwise.
+        Outputs and registers to look at; all by default.
     verilog : bool
         The RTL is in Verilog, and has memories.
 
@@ -130,7 +130,7 @@ def compare(top: str, rtl: str, netlist: str, folder: Path, *,
 
 
 def same(top: str, netlist: str, other: str, folder: Path, *, only: Collection[Net]) -> bool:
-    """Say whether two netlists that differ in a cell are equal: one formula for all of it."""
+    """Return whether two netlists that differ in a cell are equal: one formula for all of it."""
     yosys("; ".join([models(netlist, top, "gold", folder), models(other, top, "gate", folder)]),
           folder)
     gold, gate = load(folder / "gold.json", top), load(folder / "gate.json", top)

@@ -158,7 +158,7 @@ class PositioningModel:
         self.sound = 0  # ticks for which the buzzer is still on
 
     def refusal(self, order: Order) -> str:
-        """Say why an order is not obeyed; nothing if it is."""
+        """Return why an order is refused; nothing if it is obeyed."""
         wrong, word, numbers = order
         if wrong or word not in ("MOV", "GOTO"):
             return wrong
@@ -167,11 +167,11 @@ class PositioningModel:
         return "EMPTY" if word == "GOTO" and numbers[0] not in self.points else ""
 
     def takes(self, order: Order | None) -> bool:
-        """Say whether the order that is offered is taken in this clock."""
+        """Return whether the order that is offered is taken in this clock."""
         return bool(order and self.lookup_done)
 
     def load(self, order: Order | None) -> list[int] | None:
-        """Say what this place is called from the next clock on, if it is called otherwise."""
+        """Return what this place is called from the next clock on, if it is called otherwise."""
         if order and self.lookup_done and not self.refusal(order) and order[1] in ("ORIGIN", "POS"):
             return order[2] or [0, 0, 0]
         return None

@@ -1,6 +1,6 @@
 # pyright: reportArgumentType=false
 
-"""Contract of `single`: no step but those that were asked for, all of them, and in time."""
+"""Contract of `single`: no step but those that were requested, all of them, and in time."""
 
 from typing import cast
 
@@ -56,7 +56,7 @@ def describe(c: Contract, dut: Single) -> None:
                 cover=dut.coils == sequence[1])
     c.implication("off-without-power", "Without power all coils are off with the next clock.",
                   when=c.past(~dut.enable), then=dut.coils == 0)
-    c.implication("no-step-without-power", "Without power no step is made, nor asked for.",
+    c.implication("no-step-without-power", "Without power no step is made, nor requested.",
                   when=~dut.enable, then=~moved & ~dut.moving)
     c.implication("steps-as-asked", "A step is made only towards the set-point that a frame gave, "
                   "or as the ramp needs it to slow down.", when=moved,
