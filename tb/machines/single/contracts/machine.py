@@ -124,9 +124,9 @@ def _watch_times(c: Contract, dut: Single) -> None:
     """State that a step is made when it is due, and that it is due when the speed says."""
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
     accumulator, rest = c.signal("rate.accumulator"), c.signal("driver.rest")
-    asked = move.asked if isinstance(move, Ramp) else speed.rate
+    rate = move.requested_rate if isinstance(move, Ramp) else speed.rate
     c.invariant("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
-                asked == (c.part("commands").speed * dut.rpm)[:len(asked)],
+                rate == (c.part("commands").speed * dut.rpm)[:len(rate)],
                 cover=dut.position == 1)
     settled = c.keep(1, name="settled")  # since power came
     with c.m.If(~driver.enable):
