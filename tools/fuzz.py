@@ -178,8 +178,8 @@ def _explain(target: FuzzTarget, found: Outcome, args: argparse.Namespace) -> di
         run_session(found.target, engine, short.inputs)
     write_files_atomically({data: b"".join(item.data for item in short.inputs)})
     say(f"wrote      {data} and {wave}")
-    return {"found": {"session": found.seed, "clock": first.clock, "says": first.message},
-            "shortest": {"clock": least.clock, "says": least.message,
+    return {"found": {"session": found.seed, "clock": first.clock, "message": first.message},
+            "shortest": {"clock": least.clock, "message": least.message,
                          "pieces": [str(item) for item in short.inputs],
                          "files": [str(data), str(wave)]}}
 

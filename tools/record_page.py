@@ -124,7 +124,7 @@ def _vhdl(vhdl: Facts) -> list[str]:
 
 
 def _netlist(netlist: Facts) -> list[str]:
-    rows = [[part["check"], part["design"], part["control"] or "-", part["says"],
+    rows = [[part["check"], part["design"], part["control"] or "-", part["summary"],
              "as it must be" if part["good"] else "WRONG", f"{part['seconds']:.1f}"]
             for part in netlist["parts"]]
     rows += [[check, design, "-", why, "left out", "-"]
@@ -314,7 +314,7 @@ def _short_vhdl(figures: Facts) -> Facts:
 
 
 def _short_netlist(figures: Facts) -> Facts:
-    keys = ("check", "design", "control", "says", "good", "seconds")
+    keys = ("check", "design", "control", "summary", "good", "seconds")
     return {**figures, "parts": [_only(part, keys) for part in figures["parts"]]}
 
 
