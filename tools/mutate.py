@@ -115,7 +115,7 @@ class Findings:
 
     @property
     def complete(self) -> bool:
-        """Say whether all is known."""
+        """Return whether all is known."""
         return bool(self.mutants) and len(self.verdicts) == len(self.mutants)
 
     def count(self) -> Counter:
@@ -351,7 +351,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
     score = _figures(every)["score"]
     good = score >= args.least
     say(f"{'good' if good else 'BAD':10} {score:.2f} % of {every['mutants'] - every['equivalent']}"
-        f" killed, {args.least:g} % asked for; seed {args.seed}, {seconds:.0f} s")
+        f" killed, {args.least:g} % requested; seed {args.seed}, {seconds:.0f} s")
     if args.json is not None:
         facts = {
             "seed": args.seed, "seconds": round(seconds, 1), "least": args.least,

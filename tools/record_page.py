@@ -124,7 +124,7 @@ def _vhdl(vhdl: Facts) -> list[str]:
 
 
 def _netlist(netlist: Facts) -> list[str]:
-    rows = [[part["check"], part["design"], part["control"] or "-", part["says"],
+    rows = [[part["check"], part["design"], part["control"] or "-", part["summary"],
              "as it must be" if part["good"] else "WRONG", f"{part['seconds']:.1f}"]
             for part in netlist["parts"]]
     rows += [[check, design, "-", why, "left out", "-"]
@@ -250,7 +250,7 @@ Small mistakes put into the gateware by Yosys. Those that are proved to change n
 of the score.""", ("mutants",), _mutants, apart=True),
     _Section("Lines", """\
 Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
-serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
+serial line. Each line has its one answer; each step lies on a way that a legal line requested, and
 comes at its time; the position that is told is that of the steps; all of it from the description of
 lines, with no model of the gateware.""", ("fuzz",), _fuzz, apart=True),
     _Section("Resets", """\
@@ -314,7 +314,7 @@ def _short_vhdl(figures: Facts) -> Facts:
 
 
 def _short_netlist(figures: Facts) -> Facts:
-    keys = ("check", "design", "control", "says", "good", "seconds")
+    keys = ("check", "design", "control", "summary", "good", "seconds")
     return {**figures, "parts": [_only(part, keys) for part in figures["parts"]]}
 
 
@@ -409,7 +409,7 @@ def _proved(proofs: Sequence[Facts]) -> int:
 
 
 def _found(sought: Sequence[Facts]) -> str:
-    """Say how many of those were found, which have a clock then."""
+    """Return how many of those were found, which have a clock then."""
     return f"{sum(one['clock'] is not None for one in sought)} of {len(sought)}" if sought else "-"
 
 

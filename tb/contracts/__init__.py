@@ -14,6 +14,7 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .glitch import GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
@@ -65,6 +66,7 @@ GENERAL = {
     "square": SQUARE,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
+    "glitch": GLITCH,
     "display": DISPLAY,
     "monitor": MONITOR,
     "uart_receiver": UART_RECEIVER,

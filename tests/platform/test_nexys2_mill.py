@@ -47,9 +47,10 @@ PICTURE = np.array([[0, 1, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], bool)
 class Board:
     """A board on the bench, with someone at its switches."""
 
-    def __init__(self, source) -> None:
-        machine = MillStation(source=source, timing=MillTiming(PERIOD, 3), z_travel=TRAVEL)
-        self.engine = AmaranthEngine(on_board("mill", machine, debounce=STILL))
+    def __init__(self, source, *, period: int = PERIOD, stop: int = 1, still: int = STILL) -> None:
+        machine = MillStation(source=source, timing=MillTiming(period, 3, stop_period=stop),
+                              z_travel=TRAVEL)
+        self.engine = AmaranthEngine(on_board("mill", machine, debounce=still))
         self.plant = Plant(pitch=PITCH, travel=TRAVEL)
         self.wait(0)
 
@@ -249,6 +250,73 @@ class TestButtons:
         assert square.leds == READY
 
 
+class TestStop:
+    """The stop waits for its own time, and not for the debouncer."""
+
+    still, stop, period = 60, 8, 20
+
+    def moving(self) -> Board:
+        board = Board(SquareGenerator(side=500), period=self.period, stop=self.stop,
+                      still=self.still)
+        board.wait(3 * self.still)
+        board.engine.set(switches=1)
+        board.wait(3 * self.still)
+        assert board.plant.position[0] > 0
+        return board
+
+    @pytest.mark.parametrize("after", range(0, 60, 7))
+    def test_at_most_one_step_wherever_in_the_period_of_the_debouncer(self, after):
+        board = self.moving()
+        board.wait(after)
+        before = board.plant.position[0]
+        board.engine.set(buttons=STOP)
+        board.wait(self.stop + 4)
+        there = board.plant.position[0]
+        assert there - before <= 1
+        board.engine.set(buttons=0)  # it is latched
+        board.wait(10 * self.period)
+        assert board.plant.position[0] == there
+
+    def test_a_glitch_does_nothing_however_often(self):
+        board = self.moving()
+        for _ in range(30):
+            before = board.plant.position[0]
+            for level, clocks in ((STOP, self.stop - 1), (0, 2 * self.period)):
+                board.engine.set(buttons=level)
+                board.wait(clocks)
+            assert board.plant.position[0] >= before + 2
+
+    def test_bounces_then_steady(self):
+        board = self.moving()
+        for clocks in (2, 1, 5, 3, 7, 1):
+            for level in (STOP, 0):
+                board.engine.set(buttons=level)
+                board.wait(clocks)
+        board.engine.set(buttons=STOP)
+        board.wait(self.stop + 4)
+        there = board.plant.position[0]
+        board.wait(10 * self.period)
+        assert board.plant.position[0] == there
+
+    def test_reset_ends_it_once_the_button_is_released(self):
+        board = self.moving()
+        for buttons in (STOP, STOP | RESET, STOP):
+            board.engine.set(buttons=buttons)
+            board.wait(3 * self.still)
+        board.turn(0)
+        there = board.plant.position[0]
+        for buttons in (RESET, 0):
+            board.engine.set(buttons=buttons)
+            board.wait(3 * self.still)
+        board.engine.set(switches=1)
+        board.wait(3 * self.still)
+        assert board.plant.position[0] > there
+
+    def test_time_on_the_board(self):
+        assert MillTiming.real().stop_period == 500  # 10 us
+        assert "10 us" in (DOCS / "nexys2.md").read_text("utf-8")
+
+
 class TestPins:
     def test_power_up(self, square):
         assert square.engine.get(*AXES) == (WORDS[0],) * 3
@@ -368,7 +436,7 @@ class TestNetlist:
                 assert cell.attributes["ASYNC_REG"] == "TRUE"
         modules = {netlist.cells[n].module_idx for n in users(netlist, pins)}
         behind = {netlist.modules[index].name[-1] for index in modules}
-        assert behind == {"debouncer"}
+        assert behind - {"divider"} == {"debouncer", "stop_filter"}  # the stop alone passes it by
 
     def test_one_clock(self, netlist):
         flip_flops = [cell for cell in netlist.cells if isinstance(cell, nir.FlipFlop)]

@@ -67,6 +67,16 @@ class TestRateGenerator:
             seen = engine.apply({"rate": [50] * len(moved), "moved": moved}, ["due"])["due"]
         assert np.flatnonzero(seen).tolist() == [*range(20, 334), *range(353, 533, 20)]
 
+    @pytest.mark.parametrize("clock", range(25))
+    def test_the_rate_before_a_rest_is_nothing_to_the_times_after_it(self, clock):
+        """What is beyond the modulus at rest was once taken for time at the new rate."""
+        rates = [48] * (21 + clock) + [1] * 2200
+        moved = [0] * (40 + clock) + [1] * 2181
+        with generator(1000, 50) as engine:
+            seen = engine.apply({"rate": rates, "moved": moved}, ["due"])["due"]
+        first = 40 + clock
+        assert np.flatnonzero(seen & moved).tolist() == [first, first + 1000, first + 2000]
+
     def test_never_closer_than_the_highest_rate(self):
         rng = random.Random(1)
         rates = [rate for _ in range(300) for rate in [rng.choice([0, 1, 80, 127])]

@@ -18,7 +18,8 @@ from tb.stimulus import bursts
 
 MODULUS, FASTEST, PLAY, WIDTH = 240, 20, 5, 8
 SPACING = MODULUS // FASTEST
-OUTPUTS = ["position", "there", "moved", "blocked", "step_pin", "direction_pin", "enable_pin"]
+OUTPUTS = ["position", "in_position", "moved", "limit_hit", "step_pin", "direction_pin",
+           "enable_pin"]
 TIMES = {"width": 3, "low": 4, "setup": 2, "hold": 2}
 
 
@@ -77,17 +78,17 @@ class TestAxis:
         seen["position"] = signed(seen["position"])
         assert {name: values.tolist() for name, values in seen.items()} == played(
             model.clock, given)
-        assert seen["moved"].sum() > 100 and seen["blocked"].any()
+        assert seen["moved"].sum() > 100 and seen["limit_hit"].any()
 
     def test_a_switch_blocks_one_way_and_says_so(self):
         with axis(module()) as engine:
             engine.set(target=100, run=1, rate=FASTEST, enable=1, high=1)
             seen = engine.apply({"low": [0] * 100}, OUTPUTS)
-            assert seen["blocked"][-80:].all() and not seen["moved"].any()
+            assert seen["limit_hit"][-80:].all() and not seen["moved"].any()
             engine.set(target=-5 % (1 << WIDTH))
             seen = engine.apply({"low": [0] * 100}, OUTPUTS)
-            assert not seen["blocked"].any() and seen["moved"].sum() == 5
-            assert seen["there"][-1]
+            assert not seen["limit_hit"].any() and seen["moved"].sum() == 5
+            assert seen["in_position"][-1]
 
     def test_a_load_makes_no_step(self):
         with axis(module()) as engine:

@@ -38,29 +38,30 @@ class Motor:
     def __exit__(self, *_) -> None:
         self.engine.close()
 
-    def clock(self, target: int, *, run: int = 1, asked: int = 63, rst: int = 0,
+    def clock(self, target: int, *, run: int = 1, requested_rate: int = 63, rst: int = 0,
               eager: float = 1) -> None:
         """Make a clock in which both are told the same."""
         mask = (1 << self.width) - 1
         engine, model = self.engine, self.model
-        engine.set(target=target & mask, run=run, asked=asked, rst=rst)
+        engine.set(target=target & mask, run=run, requested_rate=requested_rate, rst=rst)
         step, direction = model.request(target=target, run=run)
         moved = int(step and not rst and self.rng.random() < eager)
         engine.set(moved=moved)
         seen = {name: engine.get(name) for name in ("step", "rate", "position", "level")}
-        assert seen == {"step": step, "rate": model.rate(asked), "level": model.level,
+        assert seen == {"step": step, "rate": model.rate(requested_rate), "level": model.level,
                         "position": model.place.position & mask}
         assert not step or engine.get("direction") == direction
         engine.run(1)
-        model.clock(target=target, run=run, asked=asked, moved=moved, rst=rst)
+        model.clock(target=target, run=run, requested_rate=requested_rate, moved=moved, rst=rst)
         if moved:
             self.steps.append(model.place.position)
 
-    def go(self, target: int, *, steps: int = 99, asked: int = 63) -> list[tuple[int, int]]:
+    def go(self, target: int, *, steps: int = 99, requested_rate: int = 63) -> list[tuple[int,
+                                                                                          int]]:
         """Make so many steps, or all; give the position and the level behind each."""
         seen = []
         while len(seen) < steps and self.model.request(target=target, run=1)[0]:
-            self.clock(target, asked=asked)
+            self.clock(target, requested_rate=requested_rate)
             seen.append((self.model.place.position, self.model.level))
         return seen
 
@@ -74,9 +75,10 @@ class TestRamp:
                                   st.integers(0, 15)), max_size=10), st.integers(0, 99))
         def run(phases, seed) -> None:
             with Motor(rates, seed=seed) as motor:
-                for target, asked, clocks, eager, odd in phases:
+                for target, requested_rate, clocks, eager, odd in phases:
                     for clock in range(clocks):
-                        motor.clock(target, asked=asked, run=int(odd != 1 or clock > 2),
+                        motor.clock(target, requested_rate=requested_rate,
+                                    run=int(odd != 1 or clock > 2),
                                     rst=int(odd == 2 and clock == 1), eager=eager)
                 assert all(-99 <= place <= 99 for place in motor.steps)
 
@@ -112,15 +114,15 @@ class TestRamp:
             motor.go(0, steps=2)
             assert motor.go(50, steps=3) == [(13, 4), (14, 5), (15, 5)]
 
-    @pytest.mark.parametrize(("asked", "level", "rate"), [
+    @pytest.mark.parametrize(("requested_rate", "level", "rate"), [
         (3, 0, 3), (10, 0, 10), (11, 2, 11), (24, 2, 24), (25, 3, 25), (40, 5, 40), (41, 5, 40)])
-    def test_has_the_rate_that_is_asked_for(self, asked, level, rate):
+    def test_has_the_rate_that_is_asked_for(self, requested_rate, level, rate):
         """From standstill, and from the top."""
         with Motor() as motor:
             for before in (0, 30):
                 motor.go(99, steps=before)
-                motor.go(99, steps=10, asked=asked)
-                motor.engine.set(asked=asked)
+                motor.go(99, steps=10, requested_rate=requested_rate)
+                motor.engine.set(requested_rate=requested_rate)
                 assert (motor.model.level, motor.engine.get("rate")) == (level, rate)
 
     def test_slows_down_level_by_level(self):
@@ -129,9 +131,9 @@ class TestRamp:
             motor.go(99, steps=20)
             rates = []
             for _ in range(6):
-                motor.engine.set(asked=1)
+                motor.engine.set(requested_rate=1)
                 rates.append(motor.engine.get("rate"))
-                motor.clock(99, asked=1)
+                motor.clock(99, requested_rate=1)
             assert rates == [37, 31, 24, 10, 10, 1]
 
     def test_without_power_it_stands(self):
