@@ -115,11 +115,18 @@ class Board:
                 self._build(self._requested, "power")
             case "power", _:
                 self._start()
+            case "step_period", int(period) if period == self._period:
+                pass  # a new machine would lose its job for nothing
             case "step_period", int(period):
                 self._build(replace(self._requested, period=period),
                             "build", "changing the step rate")
             case "record", int(clocks):
                 self._record(clocks)
+
+    @property
+    def _period(self) -> int | None:
+        """Clocks per step of the machine that was requested last, as far as known."""
+        return self._requested.period or (self.job and self.job.period)
 
     def _record(self, clocks: int) -> None:
         # Starting a waveform takes as long as thousands of clocks.

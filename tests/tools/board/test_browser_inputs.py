@@ -67,6 +67,57 @@ class TestKeyboard:
         page.until(lambda: page.find("sw7").get_attribute("aria-label") == "SW7 auto")
 
 
+class TestRunningJob:
+    """What is lost by a slip is asked about first."""
+
+    @pytest.fixture
+    def busy(self, fresh):
+        fresh.set_switches(1 << 7)
+        fresh.until(lambda: fresh.step == 3 and fresh.duty("led7") > 0, "ready")
+        with speed(fresh, "30 k clocks/s"):
+            fresh.find("btn1").click()
+            fresh.until(lambda: fresh.duty("led5") and fresh.cut(), "a job")
+            fresh.script("document.activeElement.blur()")
+            yield fresh
+
+    @pytest.mark.parametrize(("key", "control"), [("7", "SW7"), ("r", "BTN0")])
+    def test_a_stray_key_does_not_end_it(self, busy, key, control):
+        cut = busy.cut()
+        keys(busy, key)
+        busy.until(lambda: f"{control} would end" in busy.status, "what to do instead")
+        busy.until(lambda: busy.cut() > cut, "the job going on")
+        assert busy.is_on(7) and busy.duty("led5")
+        keys(busy, "q")  # Stop needs no question
+        busy.until(lambda: "Stopped" in busy.status, "the stop")
+        keys(busy, key)
+        busy.until(lambda: not busy.duty("led5"), "the end")
+
+    def test_power_asks(self, busy):
+        number = busy.find("job").get_attribute("data-number")
+        cut = busy.cut()
+        for answer in ("Cancel", "\ue00c"):
+            busy.find("power").click()
+            dialog = busy.browser.find_element("css selector", "dialog.ask")
+            assert "would end" in dialog.text
+            if answer == "Cancel":
+                dialog.find_element("tag name", "button").click()
+            else:
+                keys(busy, answer)
+            busy.until(lambda: not busy.script("return document.querySelector('.ask')"))
+        busy.until(lambda: busy.cut() > cut, "the job going on")
+        assert busy.find("job").get_attribute("data-number") == number
+        busy.find("power").click()
+        busy.programmed(busy.browser.find_element("css selector", ".ask [value=yes]").click)
+
+    def test_clocks_per_step_as_they_are(self, busy):
+        number = busy.find("job").get_attribute("data-number")
+        cut = busy.cut()
+        busy.find("period").send_keys("\n")
+        busy.until(lambda: busy.cut() > cut, "the job going on")
+        assert not busy.script("return document.querySelector('.ask')")
+        assert busy.find("job").get_attribute("data-number") == number
+
+
 class TestScreenReader:
     """What a screen reader finds, and what it announces by itself."""
 

@@ -259,6 +259,16 @@ async def clock(served: Served) -> int:
 
 
 class TestTime:
+    def test_clocks_per_step_as_they_are_keep_the_machine(self):
+        async def test(served):
+            page = await served.page()
+            await page.do("step_period", clocks=1)
+            await page.do("step_period", clocks=3)
+            await page.until(lambda: page.messages["job"]["period"] == 3)
+            assert page.messages["job"]["number"] == 2
+
+        run(test)
+
     def test_progress_is_told_to_the_end(self):
         async def test(served):
             page = await served.page()

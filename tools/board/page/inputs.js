@@ -102,14 +102,14 @@ export function bindSwitch(element, bit, inputs) {
 /**
  * Bind keys on the whole page, except for text input.
  * @param {Inputs} inputs
- * @param {function(): boolean} enabled - whether keys are enabled
+ * @param {function(string): boolean} enabled - whether a key is enabled
  * @param {Object<string, function()>} others - actions of other keys
  */
 export function bindKeys(inputs, enabled, others) {
   addEventListener("keydown", (event) => {
-    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || !enabled()) return;
-    if (isTyping(event.target)) return;
+    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
     const key = event.key.toLowerCase();
+    if (isTyping(event.target) || !enabled(key)) return;
     const button = BUTTON_KEYS.indexOf(key);
     if (/^[0-7]$/.test(key)) inputs.toggle(Number(key));
     else if (button >= 0) inputs.press(button, key);

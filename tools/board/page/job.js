@@ -11,7 +11,9 @@ export class Job {
   #timer = 0;
   #picture = null;
 
-  constructor() {
+  /** @param {function(string): Promise<boolean>} mayEnd - whether a running job may be ended */
+  constructor(mayEnd) {
+    this.mayEnd = mayEnd;
     this.dialog = find("job-dialog");
     this.form = find("job-form");
     find("choose").addEventListener("click", () => this.dialog.showModal());
@@ -58,6 +60,7 @@ export class Job {
   }
 
   async #program() {
+    if (!await this.mayEnd("Program the board")) return undefined;
     find("program").disabled = true;
     return this.#attempt(async () => {
       await this.#post("job");

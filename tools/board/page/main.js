@@ -1,5 +1,6 @@
 /** The board's page: connects its parts to the server. */
 
+import { ask } from "./ask.js";
 import { Board, legend } from "./board.js";
 import { decode } from "./frames.js";
 import { Guide } from "./guide.js";
@@ -16,6 +17,9 @@ import { Wave } from "./wave.js";
 
 /** Milliseconds for which an error message is shown. */
 const NOTICE = 8000;
+
+/** Keys that end a job, and what they stand for. */
+const ENDING_KEYS = { 7: "SW7", r: "BTN0" };
 
 const find = (id) => document.getElementById(id);
 
@@ -46,18 +50,39 @@ class Page {
     this.gauge = new Gauge(find("gauge"));
     this.gauge.measure(this.hello.z_travel, this.hello.step_mm);
     this.motors = new Motors(find("motors"));
-    this.time = new Time(send);
+    const mayEnd = (what) => this.#mayEnd(what);
+    this.time = new Time(send, mayEnd);
     this.wave = new Wave(send);
     this.guide = new Guide();
-    this.picker = new Job();
+    this.picker = new Job(mayEnd);
     this.#inputsChanged();
-    bindKeys(this.inputs, () => find("keys").checked, { p: () => this.time.toggle() });
+    bindKeys(this.inputs, (key) => this.#keyCounts(key), { p: () => this.time.toggle() });
     this.link = new Link({
       opened: () => this.#connected(true),
       closed: () => this.#connected(false),
       message: (message) => this.#message(message),
       frame: (data) => this.#frame(decode(data)),
     });
+  }
+
+  /** Whether a job is under way that could be completed. */
+  get #mills() {
+    return this.machine.lit("busy") && !this.state.stopped && !this.state.error;
+  }
+
+  /** Return whether what ends a job may be done: a running job is asked about. */
+  async #mayEnd(what) {
+    return !this.#mills || ask("A job is running, and would end. Its plate would be lost.", what);
+  }
+
+  /** Return whether a key counts: a stray one does not end a running job. */
+  #keyCounts(key) {
+    if (!find("keys").checked) return false;
+    const clicked = ENDING_KEYS[key];
+    if (!clicked || !this.#mills) return true;
+    this.#notice(`A job is running, which ${clicked} would end: click it if you want that.`);
+    this.#later();
+    return false;
   }
 
   #connected(connected) {

@@ -26,8 +26,11 @@ const moves = ({ running, advancing }) => Boolean(running || advancing);
 
 /** The panel for run, pause and speed. */
 export class Time {
-  /** @param {function(string, object?)} send - sends a request */
-  constructor(send) {
+  /**
+   * @param {function(string, object?)} send - sends a request
+   * @param {function(string): Promise<boolean>} mayEnd - whether a running job may be ended
+   */
+  constructor(send, mayEnd) {
     this.send = send;
     this.state = {};
     this.clockHz = 50e6;
@@ -36,14 +39,17 @@ export class Time {
     find("run").addEventListener("click", () => this.toggle());
     find("one-clock").addEventListener("click", () => send("clock", { count: 1 }));
     find("one-step").addEventListener("click", () => send("step"));
-    find("power").addEventListener("click", () => send("power"));
+    find("power").addEventListener("click", async () => {
+      if (await mayEnd("Power off and on")) send("power");
+    });
     this.speed.addEventListener("input", () => {
       this.#sayWanted();
       send("speed", { clocks_per_second: SPEEDS[this.speed.value] });
     });
-    find("period-form").addEventListener("submit", (event) => {
+    find("period-form").addEventListener("submit", async (event) => {
       event.preventDefault();
-      send("step_period", { clocks: Number(find("period").value) });
+      const clocks = Number(find("period").value);
+      if (clocks !== this.period && await mayEnd("Set")) send("step_period", { clocks });
     });
   }
 
@@ -71,6 +77,7 @@ export class Time {
   jobChanged(job) {
     if (document.activeElement !== find("period")) find("period").value = job.period;
     this.rate = job.steps_per_second;
+    this.period = job.period;
     this.#sayPeriod();
   }
 
