@@ -11,7 +11,7 @@ from fresa_host.session import Waiting
 
 from .line import Line
 from .settings import Settings
-from .stage import AXES, STEPS_PER_UM, Message, Place, StageSession, Steps
+from .stage import AXES, SETTLED, STEPS_PER_UM, Message, Place, StageSession, Steps
 
 __all__ = ["Machine"]
 
@@ -35,6 +35,8 @@ class Machine:
         Called in the event loop with each message while it is connected.
     on_loss : callable
         Called there, with a line of text, when the port is lost.
+    on_motion : callable
+        Called before an order that ends its rest is sent.
 
     Attributes
     ----------
@@ -42,18 +44,23 @@ class Machine:
         Whether orders can be sent.
     steps : Steps or None
         The last reported position since it was connected.
+    at_rest : bool
+        Whether it is known to stand there.
     """
 
     def __init__(self, opened: Callable[[str], Port], on_message: Callable[[Message], None],
-                 on_loss: Callable[[str], None]) -> None:
+                 on_loss: Callable[[str], None], on_motion: Callable[[], None]) -> None:
         self._opened, self._on_message, self._on_loss = opened, on_message, on_loss
+        self._on_motion = on_motion
         self._loop = asyncio.get_running_loop()
         self._session = StageSession()
         self._line: Line | None = None
         self._closing: asyncio.Task[None] | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._changed = asyncio.Event()
-        self.connected = False
+        self._jogged: set[str] = set()
+        self._still = 0  # reports of the same position since the last order to move
+        self.connected = self.at_rest = False
         self.steps: Steps | None = None
 
     @property
@@ -76,10 +83,19 @@ class Machine:
         """Whether it does not report although it should."""
         return self.connected and self._session.stale(self._loop.time())
 
-    async def connect(self, port: str, settings: Settings) -> bool:
+    async def connect(self, port: str, settings: Settings, left: Steps) -> bool:
         """Connect, stop all movement, and send the machine its speeds, points and position.
 
         Its position only if it was reset; see `StageSession.restore`.
+
+        Parameters
+        ----------
+        port : str
+            Name of the port.
+        settings : Settings
+            Its speeds and points.
+        left : Steps
+            Where it stood; `ZERO` if that is not known, so that no position is sent.
 
         Returns
         -------
@@ -99,12 +115,14 @@ class Machine:
             name=port, baud=opened.baud, can_break=opened.can_break, timeout=REPORT_TIMEOUT_S,
             attended=True)
         self._line, self.steps = Line(opened, self._receive, self._lose), None
+        self.at_rest = False
         try:
-            forgot = await self._run(session.restore(settings.steps))
+            forgot = await self._run(session.restore(left))
         except BaseException:
             await self._release()
             raise
-        self.connected, self.steps = True, session.steps
+        self.connected, self.steps, self.at_rest = True, session.steps, True
+        self._jogged.clear()
         for axis, speed in zip(AXES, settings.speeds, strict=True):
             self.set_speed(axis, speed)
         for number, point in enumerate(settings.points, start=1):
@@ -121,7 +139,7 @@ class Machine:
         self.connected = False
         with suppress(MachineError):
             await self._run(self._session.bring_to_rest())
-            self.steps = self._session.steps
+            self.steps, self.at_rest = self._session.steps, True
         await self._release()
 
     async def _release(self) -> None:
@@ -149,12 +167,16 @@ class Machine:
     def jog(self, axis: str, direction: int) -> None:
         """Jog an axis up (1) or down (-1), or stop it (0). A movement to a point ends."""
         if direction:
+            self._end_rest()
+            self._jogged.add(axis)
             self._do(self._session.jog, axis, direction)
         else:
+            self._jogged.discard(axis)
             self._do(self._session.stop, [axis])
 
     def stop(self) -> None:
         """Stop all movement, whatever is in the line."""
+        self._jogged.clear()
         self._do(self._session.halt)
 
     def set_speed(self, axis: str, um_per_second: float) -> None:
@@ -169,8 +191,15 @@ class Machine:
     def go(self, number: int, point: Sequence[float | None]) -> Steps | None:
         """Move to a point, if all its fields are filled; return its steps then."""
         if (steps := _steps(point)) is not None:
+            self._end_rest()
             self._do(self._session.travel, number, steps)
         return steps
+
+    def _end_rest(self) -> None:
+        self._still = 0
+        if self.at_rest:
+            self.at_rest = False
+            self._on_motion()
 
     def origin(self) -> None:
         """Make this position the origin, (0, 0, 0)."""
@@ -203,8 +232,20 @@ class Machine:
         for message in messages:
             if self.connected:
                 if isinstance(message, Steps):
-                    self.steps = message
+                    self._compare(message)
                 self._on_message(message)
+
+    def _compare(self, steps: Steps) -> None:
+        """Take a reported position: it rests when several are the same and nothing is ordered."""
+        self._still = self._still + 1 if steps == self.steps else 0
+        self.steps = steps
+        ordered = self.in_motion or not self._jogged <= self.limits
+        if ordered or not self._still:
+            if self.at_rest:  # moved by others
+                self.at_rest = False
+                self._on_motion()
+        elif self._still >= SETTLED:
+            self.at_rest = True
 
     def _lose(self, error: LineLost) -> None:
         self._session.lose(error)

@@ -6,8 +6,8 @@ from ..console import UserError
 from .settings import FASTEST, SLOWEST, Point, um, whole
 from .stage import AXES, POINTS
 
-__all__ = ["read_axis", "read_name", "read_number", "read_point", "read_speed", "read_switch",
-           "read_directions"]
+__all__ = ["read_axis", "read_directions", "read_name", "read_number", "read_page", "read_point",
+           "read_speed", "read_switch"]
 
 Message = Mapping[str, object]
 
@@ -48,6 +48,14 @@ def read_name(message: Message) -> str:
     name = message.get("port")
     if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
         raise UserError("choose a port first")
+    return name
+
+
+def read_page(message: Message) -> str:
+    """Return what a page calls itself."""
+    name = message.get("name")
+    if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
+        raise UserError("a page must have a name")
     return name
 
 

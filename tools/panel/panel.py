@@ -12,20 +12,22 @@ from ..web import Pages, View
 from .broadcast import Broadcast
 from .busy import Busy
 from .machine import Machine
-from .moves import Moves
+from .moves import Mode, Moves
 from .orders import (
     read_axis,
     read_directions,
     read_name,
     read_number,
+    read_page,
     read_point,
     read_speed,
     read_switch,
 )
 from .ports import Ports
-from .settings import TRAVEL, load, save
+from .settings import TRAVEL
 from .simulated import Simulated
-from .stage import Message, Place
+from .stage import ZERO, Message, Place
+from .store import Store
 
 __all__ = ["Panel"]
 
@@ -36,8 +38,20 @@ POLL_S = 0.1
 SAVE_INTERVAL_S = 0.5
 
 
+UNKNOWN = ("It is not known where the machine is: it moved when a panel ended, and was probably "
+           "reset. Move it to a known place and make that the origin.")
+
+
 class PanelView:
-    """The view of a page, which is sent text messages only."""
+    """The view of a page, which is sent text messages only.
+
+    Attributes
+    ----------
+    name : str
+        What it calls itself, to tell it from other pages.
+    """
+
+    name = ""
 
     def frame(self) -> None:
         """Return None. See `View`."""
@@ -65,18 +79,18 @@ class Panel:
     Raises
     ------
     UserError
-        If the file cannot be read.
+        If the file cannot be read, or another panel uses it.
     """
 
     def __init__(self, path: Path, port: str | None = None, *,
                  simulated: Simulated | None = None) -> None:
         self.pages = Pages(self)
-        self.settings = load(path)
-        self._path, self._written = path, self.settings
+        self._store = Store(path)
+        self.settings = self._store.settings
         self._simulated = simulated
         self._ports = Ports(simulated.port if simulated else port, only=simulated is not None)
         self._machine = Machine(simulated.open if simulated else Port,
-                                self._on_message, self._on_loss)
+                                self._on_message, self._on_loss, self._on_motion)
         self._moves = Moves(self._machine)
         self._busy = Busy(self._done)
         self._broadcast = Broadcast(self.pages, simulated.switches if simulated else None)
@@ -94,6 +108,7 @@ class Panel:
         await self._machine.disconnect()
         self._update_place()
         await self._write()
+        self._store.close()
 
     # Requests of pages
 
@@ -108,6 +123,8 @@ class Panel:
     def do(self, view: View, name: str, message: Mapping[str, object]) -> None:
         """Carry out a request of a page. See `Backend`."""
         match name:
+            case "page":
+                view.name = read_page(message)
             case "connect":
                 self._busy.begin("connecting", self._connect(self._ports.known(read_name(message))))
             case "disconnect":
@@ -118,6 +135,7 @@ class Panel:
                 self._moves.refresh(view)
             case "stop":
                 self._moves.stop()
+                self._broadcast.notify("")
             case "origin":
                 self._origin()
             case "speed":
@@ -130,7 +148,7 @@ class Panel:
             case "here":
                 self._store_position(read_number(message))
             case "go":
-                self._travel(read_number(message))
+                self._travel(view, read_number(message))
             case "limit":
                 self._press(*read_switch(message))
             case _:
@@ -145,12 +163,21 @@ class Panel:
     async def _connect(self, port: str) -> None:
         self._forget()
         settings = self.settings
-        forgot = await self._machine.connect(port, settings)
+        sure = settings.known and not self._store.moving
+        forgot = await self._machine.connect(port, settings, settings.steps if sure else ZERO)
         self._moves.record_speeds(settings.speeds)
-        self.settings = replace(self.settings, port=port)
+        self._moves.lost = False
+        # Its own count goes on while it has power; after a reset it is zero.
+        reset = self._store.moving and self._machine.steps == ZERO
+        self.settings = replace(self.settings, port=port, known=settings.known and not reset)
         self._update_place()
-        self._broadcast.notify("The machine was reset: its position has been restored." if forgot
-                               else "Connected. Hold a button or a key to move.")
+        if not self.settings.known:
+            self._broadcast.notify(UNKNOWN, bad=True)
+        elif forgot:
+            self._broadcast.notify("The machine was reset: its position has been restored.",
+                                   during=Mode.IDLE)
+        else:
+            self._broadcast.notify("Connected. Hold a button or a key to move.", during=Mode.IDLE)
 
     async def _disconnect(self) -> None:
         await self._machine.disconnect()
@@ -168,6 +195,7 @@ class Panel:
         self._require_connection()
         self._machine.origin()
         self._moves.clear_goal()
+        self.settings = replace(self.settings, known=True)
         self._broadcast.notify("This position is the origin now.")
 
     def _store_position(self, number: int) -> None:
@@ -179,11 +207,11 @@ class Panel:
             round(here.x, 2), round(here.y, 2), round(here.z, 2)))
         self._machine.store(number, self.settings.points[number - 1])
 
-    def _travel(self, number: int) -> None:
+    def _travel(self, view: View, number: int) -> None:
         self._require_connection()
         self._moves.send_speeds(self.settings.speeds)
-        self._moves.go(number, self.settings.points[number - 1])
-        self._broadcast.notify(f"Going to point {number}.")
+        self._moves.go(view, number, self.settings.points[number - 1])
+        self._broadcast.notify(f"To point {number}.", during=Mode.GOING)
 
     def _press(self, name: str, on: bool) -> None:
         if self._simulated is None:
@@ -203,16 +231,21 @@ class Panel:
 
     def _on_loss(self, message: str) -> None:
         self._forget()
+        self._moves.lost = True
         self._broadcast.notify(f"{message}. The machine may still be moving.", bad=True)
         self._publish()
 
     def _forget(self) -> None:
         self._moves.forget()
-        self._broadcast.forget()
+        self._broadcast.notify("")
 
     def _update_place(self) -> None:
         if self._machine.steps is not None:
             self.settings = replace(self.settings, steps=self._machine.steps)
+
+    def _on_motion(self) -> None:
+        """Save that it moves, before it does: this process may be killed meanwhile."""
+        self._store.mark(moving=True)
 
     # Background tasks
 
@@ -221,7 +254,6 @@ class Panel:
             await asyncio.sleep(POLL_S)
             self._moves.follow()
             self._moves.send_speeds(self.settings.speeds)
-            self._broadcast.silent = self._machine.silent
             self._publish()
 
     async def _save_changes(self) -> None:
@@ -231,13 +263,15 @@ class Panel:
 
     async def _write(self) -> None:
         settings = self.settings
-        if settings == self._written:
-            return
-        try:
-            await asyncio.to_thread(save, self._path, settings)
-            self._written = settings
-        except UserError as error:
-            self._broadcast.notify(f"The settings are not saved: {error}.", bad=True)
+        if settings != self._store.settings:
+            try:
+                await asyncio.to_thread(self._store.save, settings)
+            except UserError as error:
+                self._broadcast.notify(f"The settings are not saved: {error}.", bad=True)
+                return
+        if self._store.moving and self._machine.at_rest and settings.steps == self._machine.steps:
+            self._store.mark(moving=False)
 
     def _publish(self) -> None:
-        self._broadcast.publish(self._machine, self._moves, self._ports, self._busy, self.settings)
+        self._broadcast.publish(self._machine, self._moves, self._ports, self._busy, self.settings,
+                                moving=self._store.moving)

@@ -35,6 +35,9 @@ class Settings:
         Name of the port that was connected last.
     steps : Steps
         The last position of the machine.
+    known : bool
+        Whether that counts from the origin. If the machine was reset when it may have moved, only
+        distances are known.
     speeds : tuple of int
         Speed of each axis, in um/s.
     points : tuple of Point
@@ -45,6 +48,7 @@ class Settings:
     steps: Steps = Steps(0, 0, 0)
     speeds: tuple[int, ...] = (START_SPEED,) * len(AXES)
     points: tuple[Point, ...] = field(default=((None, None, None),) * len(POINTS))
+    known: bool = True
 
     def with_speed(self, axis: int, speed: int) -> "Settings":
         """Return a copy with another speed of an axis."""
@@ -125,7 +129,8 @@ def _read(data: dict) -> Settings:
     return Settings(
         port, Steps(*(whole(data["steps"][axis], -2**31, 2**31 - 1) for axis in axes)),
         tuple(whole(data["speeds"][axis], SLOWEST, FASTEST) for axis in axes),
-        tuple((um(x), um(y), um(z)) for x, y, z in points))
+        tuple((um(x), um(y), um(z)) for x, y, z in points),
+        bool(data.get("known", True)))  # older files have none
 
 
 def whole(value: object, least: int, most: int) -> int:

@@ -27,10 +27,16 @@ class Page(browsing.Page):
         return float(self.find(f"place-{axis}").text.replace("\u2212", "-"))
 
     def connect(self) -> None:
+        self.until(self.find("connect").is_enabled, "a port")
         if self.find("connect").text == "Connect":
-            self.until(self.find("connect").is_enabled, "a port")
             self.find("connect").click()
             self.until(lambda: self.find("connect").text == "Disconnect", "the connection")
+
+    def origin(self) -> None:
+        """Make the place the origin, and answer the question."""
+        self.until(self.find("origin").is_enabled, "rest")
+        self.find("origin").click()
+        self.browser.find_element("css selector", ".ask [value=yes]").click()
 
     def rest(self) -> tuple[float, ...]:
         """Wait until four reports have said the same, and give the place."""
@@ -105,7 +111,7 @@ def page(panel) -> Page:
     for axis in "xyz":
         panel.slide(axis, 26)
     panel.rest()
-    panel.find("origin").click()
+    panel.origin()
     panel.until(lambda: panel.rest() == (0, 0, 0), "the origin")
     panel.script("document.activeElement.blur()")
     return panel
@@ -191,7 +197,7 @@ class TestPoints:
         page.fill(1, "12.5", "-8", "3")
         page.until(page.find("go-1").is_enabled, "a whole point")
         page.find("go-1").click()
-        page.until(lambda: page.status == "At point 1.", "the arrival")
+        page.until(lambda: page.status == "Idle. At point 1.", "the arrival")
         assert [page.place(axis) for axis in "xyz"] == pytest.approx([12.5, -8, 3], abs=0.01)
         page.find("here-2").click()
         page.until(lambda: page.find("point-2-y").get_attribute("value") == "-8", "this place")
@@ -207,7 +213,65 @@ class TestPoints:
         page.find("go-4").click()
         page.until(lambda: page.place("x") > 1, "a move")
         page.find("stop").click()
+        page.until(lambda: page.status.startswith("Stopped."), "the stop")
         assert page.rest()[0] < 4000
+        assert "point" not in page.status
+
+    def test_a_jog_ends_the_way_to_a_point(self, page):
+        page.fill(4, "5000", "5000", "0")
+        page.until(page.find("go-4").is_enabled)
+        page.find("go-4").click()
+        page.until(lambda: page.place("x") > 1 and page.place("y") > 1, "a move")
+        page.script("document.activeElement.blur()")
+        page.hold("e")
+        page.until(lambda: page.status.startswith("Jogging.") and page.place("z") > 1, "a jog")
+        before = page.place("x"), page.place("y")
+        page.until(lambda: page.place("z") > 10, "a longer jog")
+        assert (page.place("x"), page.place("y")) == pytest.approx(before, abs=1)
+        page.keys_up("e")
+        page.until(lambda: page.status.startswith("Idle."), "the end")
+
+    def test_a_point_is_replaced_only_if_that_is_wanted(self, page):
+        page.fill(5, "7", "8", "9")
+        page.until(lambda: page.find("point-5-z").get_attribute("value") == "9")
+        for answer, there in [("[value='']", "7"), ("[value=yes]", "0")]:
+            page.find("here-5").click()
+            assert "(7, 8, 9)" in page.browser.find_element("css selector", ".ask").text
+            page.browser.find_element("css selector", f".ask {answer}").click()
+            page.until(lambda there=there: page.find("point-5-x").get_attribute("value") == there)
+
+
+class TestTwoPages:
+    def test_the_second_takes_over_and_both_say_so(self, page, chromium):
+        other = Page(chromium(WIDTH, HEIGHT), page.address)
+        page.hold("d")
+        page.until(lambda: page.status.startswith("Jogging.") and page.place("x") > 1, "a jog")
+        other.until(lambda: "By another page" in other.status, "whose jog it is")
+        other.hold("w")
+        page.until(lambda: "Another page has taken over" in page.status, "the end of the control")
+        page.until(lambda: page.find("jog-xp").get_attribute("aria-pressed") == "false", "release")
+        other.until(lambda: other.place("y") > 3, "a jog of the other")
+        assert other.status == "Jogging."
+        before = page.place("x")
+        page.until(lambda: page.place("y") > 8, "a longer jog of the other")
+        assert page.place("x") == pytest.approx(before, abs=1.5)
+        page.find("stop").click()  # of either
+        other.until(lambda: other.status.startswith("Stopped."), "the stop")
+        page.keys_up("d")
+        other.keys_up("w")
+
+
+def test_the_origin_is_asked_about(page):
+    page.hold("d")
+    page.until(lambda: page.place("x") > 2, "a move")
+    assert not page.find("origin").is_enabled()
+    page.keys_up("d")
+    place = page.rest()
+    page.until(page.find("origin").is_enabled)
+    page.find("origin").click()
+    assert f"X {place[0]:.2f}" in page.browser.find_element("css selector", ".ask").text
+    page.browser.find_element("css selector", ".ask [value='']").click()
+    assert page.rest() == place
 
 
 def test_limit_switches_are_pressed_on_the_page(page):
@@ -225,8 +289,9 @@ def test_limit_switches_are_pressed_on_the_page(page):
     page.until(lambda: switch.get_attribute("aria-pressed") == "false", "a released switch")
 
 
-def test_everything_is_kept(home, chromium):
+def test_everything_is_kept(libraries, tmp_path, monkeypatch, chromium):
     """End the panel and begin it again: it is as it was, though the machine was off."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     browser = chromium(WIDTH, HEIGHT)
     with command("tools.panel", "--simulate", says=ADDRESS) as address:
         page = Page(browser, address)
@@ -241,7 +306,7 @@ def test_everything_is_kept(home, chromium):
     page.until(lambda: "Stop with it" in page.status, "the lost connection")
     assert not page.find("stop").is_enabled()
     # What moved while the panel ended is kept too.
-    steps = load(home / "fresa" / "panel-simulated.json").steps
+    steps = load(tmp_path / "fresa" / "panel-simulated.json").steps
     place = tuple(round(um, 2) for um in Place.of(steps))
     assert place == pytest.approx(seen, abs=2) and place[0] > 3
     with command("tools.panel", "--simulate", says=ADDRESS) as address:

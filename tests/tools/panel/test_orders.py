@@ -12,7 +12,7 @@ ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=4))
 READERS = [orders.read_axis, orders.read_speed, orders.read_number, orders.read_name,
-           orders.read_directions, orders.read_point, orders.read_switch]
+           orders.read_page, orders.read_directions, orders.read_point, orders.read_switch]
 
 
 class TestOrders:
@@ -21,6 +21,7 @@ class TestOrders:
         assert orders.read_speed({"speed": 26}) == 26
         assert orders.read_number({"number": 1}) == 1
         assert orders.read_name({"port": "COM3"}) == "COM3"
+        assert orders.read_page({"name": "1-2"}) == "1-2"
         assert orders.read_directions({"directions": [-1, 0, 1]}) == (-1, 0, 1)
         assert orders.read_switch({"end": "X+", "pressed": True}) == ("X+", True)
         assert orders.read_point({"place": [1, None, -14_000]}) == (1.0, None, -14_000.0)
@@ -34,6 +35,8 @@ class TestOrders:
         (orders.read_number, {"number": 8}, "number must be a whole number from 1 to 7"),
         (orders.read_number, {}, "number must be"),
         (orders.read_name, {"port": ""}, "choose a port first"),
+        (orders.read_page, {"name": 1}, "a page must have a name"),
+        (orders.read_page, {"name": "x" * 201}, "a page must have a name"),
         (orders.read_name, {"port": "x" * 201}, "choose a port first"),
         (orders.read_directions, {"directions": [0, 0]}, "directions must be three of -1, 0 and 1"),
         (orders.read_directions, {"directions": [0, 0, 2]}, "directions must be three"),
@@ -59,16 +62,17 @@ class TestOrders:
 
 
 class TestJogging:
-    def test_two_axes_make_a_diagonal_and_opposite_ways_stand_still(self):
+    def test_one_page_holds_the_last_one_that_began(self):
         jogging = Jogging()
         jogging.hold("one", (1, 1, 0), 0.0)
         assert jogging.directions(0.1) == (1, 1, 0)
-        jogging.hold("two", (-1, 1, -1), 0.1)
-        assert jogging.directions(0.2) == (0, 1, -1)
+        jogging.hold("two", (-1, 0, -1), 0.1)
+        assert jogging.directions(0.2) == (-1, 0, -1)
         jogging.hold("one", (0, 0, 0), 0.2)
-        assert jogging.directions(0.3) == (-1, 1, -1)
+        jogging.leave("one")
+        jogging.refresh("one", 0.2)
+        assert jogging.directions(0.3) == (-1, 0, -1)
         jogging.leave("two")
-        jogging.leave("nobody")
         assert jogging.directions(0.4) == (0, 0, 0)
 
     def test_who_falls_silent_holds_no_longer(self):

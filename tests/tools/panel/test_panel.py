@@ -7,7 +7,7 @@ import pytest
 
 from tests.tools.panel.session import PORT, STOP, session
 from tools.console import UserError
-from tools.panel import machine, panel
+from tools.panel import machine, store
 from tools.panel.settings import Settings, load, save
 from tools.panel.stage import Steps
 
@@ -55,6 +55,84 @@ def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
     assert load(path).steps == (500, -500, 7)
 
 
+def test_that_it_moves_is_saved_before_it_does(fake, path):
+    marks = []
+
+    def obey(line: bytes) -> bytes:
+        if line.startswith((b"MOV", b"GOTO 1")):
+            marks.append(path.with_name("panel.json.lock").read_bytes())
+        return fake.obey(line)
+
+    async def what(site):
+        await site.connect()
+        fake.answer = obey
+        site.do("point", number=1, place=[200, 0, 0])
+        for move in (lambda: site.do("jog", directions=[1, 0, 0]),
+                     lambda: site.do("go", number=1)):
+            move()
+            await site.until(lambda: not fake.resting)
+            assert site.told("place")["moving"]
+            site.do("stop")
+            await site.until(lambda: not site.told("place")["moving"])
+            assert fake.resting and load(path).steps == tuple(fake.steps)
+
+    session(path, what)
+    assert marks == [b"moving "] * 2
+
+
+def killed_in_a_jog(fake, path) -> None:
+    """Leave what a panel leaves that is killed while an axis is held."""
+    async def what(site):
+        await site.connect()
+        site.do("jog", directions=[1, 0, 0])
+        await site.until(lambda: load(path).steps.x > 0)
+
+    session(path, what)
+    lock = path.with_name("panel.json.lock")
+    assert lock.read_bytes() == b"at rest"
+    lock.write_bytes(b"moving ")
+
+
+def test_where_it_is_is_not_asserted_after_a_kill_in_a_jog(fake, path):
+    killed_in_a_jog(fake, path)
+    fake.reset()
+
+    async def what(site):
+        assert site.told("place")["moving"]
+        await site.connect()
+        assert fake.steps == [0, 0, 0]  # no place was sent
+        assert not site.told("place")["known"] and "not known where" in site.told("state")["note"]
+        site.do("jog", directions=[1, 0, 0])
+        await site.until(lambda: fake.steps[0] > 0)
+        site.do("jog", directions=[0, 0, 0])
+        await site.until(lambda: site.told("state")["mode"] == "Idle")
+        assert not site.told("place")["known"]
+
+    session(path, what)
+    assert not load(path).known
+    fake.reset()
+
+    async def again(site):
+        await site.connect()
+        assert not site.told("place")["known"] and fake.steps == [0, 0, 0]
+        site.do("origin")
+        assert site.told("place")["known"]
+
+    session(path, again)
+    assert load(path).known
+
+
+def test_a_machine_that_stayed_on_after_a_kill_knows_where_it_is(fake, path):
+    killed_in_a_jog(fake, path)
+    fake.steps = fake.target = [1234, 0, 0]
+
+    async def what(site):
+        await site.connect()
+        assert site.told("place")["known"] and site.told("place")["steps"] == [1234, 0, 0]
+
+    session(path, what)
+
+
 def test_a_machine_that_was_on_knows_better(fake, path):
     save(path, Settings("", Steps(500, -500, 7)))
     fake.steps = fake.target = [1, 2, 3]
@@ -82,7 +160,7 @@ def test_points_are_stored_and_gone_to(fake, path):
         assert site.told("state")["goal"] == 1
         await site.until(lambda: fake.written[-1] == b"GOTO 1\n")
         await site.until(lambda: site.told("state")["goal"] is None)
-        assert site.told("state")["note"] == "At point 1."
+        await site.until(lambda: site.told("state")["note"] == "At point 1.")
         assert site.told("place")["steps"] == [5676, 2838, 0]
         site.do("origin")
         await site.until(lambda: site.told("place")["steps"] == [0, 0, 0])
@@ -280,7 +358,7 @@ def test_a_disk_that_is_full_is_told_and_stops_nothing(fake, path, monkeypatch):
 
     async def what(site):
         await site.connect()
-        monkeypatch.setattr(panel, "save", full)
+        monkeypatch.setattr(store, "save", full)
         site.do("speed", axis=0, speed=9)
         await site.until(lambda: "settings are not saved" in site.told("state")["note"])
         site.do("jog", directions=[1, 0, 0])

@@ -157,6 +157,7 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
             line, panel._machine._line = panel._machine._line, None
             assert line
             await asyncio.to_thread(line.close)
+            panel._store.close()
             async with connected(path, port) as (_, other):
                 still = other._machine.steps
                 await asyncio.sleep(0.3)

@@ -2,19 +2,23 @@
 
 import json
 import os
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.tools.process import ROOT
 from tools.console import UserError
 from tools.panel.settings import Settings, _read, folder, load, save
 from tools.panel.stage import Steps
+from tools.panel.store import Store
 
 UM = st.none() | st.floats(-14_000, 14_000)
 SETTINGS = st.builds(
     Settings, st.text(max_size=20), st.builds(Steps, *[st.integers(-2**31, 2**31 - 1)] * 3),
-    st.tuples(*[st.integers(1, 26)] * 3), st.tuples(*[st.tuples(UM, UM, UM)] * 7))
+    st.tuples(*[st.integers(1, 26)] * 3), st.tuples(*[st.tuples(UM, UM, UM)] * 7), st.booleans())
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=8) | st.dictionaries(st.text(max_size=5), inner))
@@ -91,6 +95,39 @@ def test_a_folder_that_cannot_be_made(tmp_path):
         save(tmp_path / "file" / "panel.json", Settings())
     with pytest.raises(UserError, match="cannot read"):
         load(tmp_path)
+
+
+class TestStore:
+    def test_one_panel_at_a_time(self, tmp_path):
+        path = tmp_path / "new" / "panel.json"
+        store = Store(path)
+        with pytest.raises(UserError, match="another panel uses .*panel.json: end it first"):
+            Store(path)
+        other = Store(tmp_path / "new" / "panel-simulated.json")
+        other.close()
+        store.close()
+        Store(path).close()
+
+    def test_a_process_that_is_killed_leaves_no_lock_but_its_mark(self, tmp_path):
+        path = tmp_path / "panel.json"
+        script = ("import os, signal, sys; from pathlib import Path;"
+                  "from tools.panel.store import Store;"
+                  "Store(Path(sys.argv[1])).mark(moving=True);"
+                  "os.kill(os.getpid(), signal.SIGKILL)")
+        assert subprocess.run([sys.executable, "-c", script, path], cwd=ROOT).returncode < 0
+        store = Store(path)
+        assert store.moving
+        store.mark(moving=False)
+        store.close()
+        store = Store(path)
+        assert not store.moving
+        store.close()
+
+    def test_a_folder_that_cannot_be_written_to(self, tmp_path, capsys):
+        (tmp_path / "file").write_text("")
+        with pytest.raises(UserError, match="cannot read"):
+            Store(tmp_path / "file" / "panel.json")
+        assert "cannot lock" in capsys.readouterr().err
 
 
 def test_it_is_kept_in_the_users_folder(monkeypatch, tmp_path):

@@ -107,9 +107,10 @@ def test_what_is_on_its_way_or_held_is_not_stopped(fake, path):
         site.do("point", number=1, place=[1000, 0, 300])
         site.do("go", number=1)
         await site.until(lambda: fake.steps[2] == fake.target[2] != 0)
-        await asyncio.sleep(0.05)
-        site.do("jog", directions=[0, 1, 0])
         await site.until(lambda: site.told("place")["steps"][0] == fake.target[0] == 56761)
+        await site.until(lambda: site.told("state")["mode"] == "Idle")
+        site.do("jog", directions=[0, 1, 0])
+        await site.until(lambda: site.told("place")["steps"][1] > 0)
         assert not any(line.startswith(b"STOP") for line in fake.written[begun:])
         # Once there it has no business to move.
         fake.target = [0, *fake.target[1:]]

@@ -1,5 +1,6 @@
 /** The panel's page: connects its parts to the server. */
 
+import { ask } from "./ask.js";
 import { bindButton, isTyping } from "./hold.js";
 import { Jog, DIRECTIONS } from "./jog.js";
 import { FAILURE, Link, onFailure } from "./link.js";
@@ -9,8 +10,20 @@ import { Switches } from "./switches.js";
 /** Milliseconds for which an error message is shown. */
 const NOTICE = 8000;
 
+/** What this page is called, to tell it from others that show the same machine. */
+const ME = crypto.randomUUID();
+
+const TITLE = document.title;
+
 const find = (id) => document.getElementById(id);
 const create = (tag, fields = {}) => Object.assign(document.createElement(tag), fields);
+
+/** What modes mean, where there is no note on an event. */
+const MEANINGS = {
+  "Idle": "Hold a button or a key to move.", "Going": "", "Jogging": "",
+  "Stopped": "Hold a button or a key to move again.",
+  "Limit": "Move away from the switch.", "Lost": "",
+};
 
 /** The state that the server has sent, and the parts of the page that show it. */
 class Panel {
@@ -18,8 +31,9 @@ class Panel {
 
   constructor() {
     this.hello = { axes: ["x", "y", "z"], slowest: 1, fastest: 26, travel: 14000 };
-    this.state = { connected: false, doing: "connecting", ports: [], limits: [],
-      directions: [0, 0, 0] };
+    this.state = { connected: false, doing: "connecting", mode: "Not connected", note: "",
+      ports: [], limits: [], directions: [0, 0, 0], controller: null };
+    this.place = { known: true, moving: false };
     this.notice = "";
     this.lost = false;
     this.failed = false;
@@ -49,7 +63,12 @@ class Panel {
       if (this.state.connected) send("disconnect");
       else send("connect", { port: find("port").value });
     });
-    find("origin").addEventListener("click", () => send("origin"));
+    find("origin").addEventListener("click", async () => {
+      const here = this.axes.map(({ place }, index) => (
+        `${this.hello.axes[index].toUpperCase()} ${place.textContent}`)).join(", ");
+      if (await ask(`Here is ${here} um. Make this (0, 0, 0)? Points and positions then count from `
+        + "here, and there is no undo.", "Make this the origin")) send("origin");
+    });
     find("stop").addEventListener("click", () => this.#stop());
   }
 
@@ -124,13 +143,15 @@ class Panel {
     this.lost = !open;
     find("connection").textContent = open ? "connected" : "connection lost, trying again";
     find("stop").disabled = this.lost;
-    if (!open) this.jog.releaseAll();
+    if (open) this.link.send("page", { name: ME });
+    else this.jog.releaseAll();
     this.#show();
   }
 
   #message(message) {
     if (message.error) this.#notice(message.error);
-    const handlers = { hello: this.#hello, state: this.#state, place: this.#place, settings: this.#settings };
+    const handlers = { hello: this.#hello, state: this.#state, place: this.#place,
+      settings: this.#settings };
     handlers[message.topic]?.call(this, message);
     this.#show();
   }
@@ -152,7 +173,12 @@ class Panel {
   }
 
   #state(state) {
-    if (this.state.connected && !state.connected) this.jog.releaseAll();
+    const before = this.state;
+    const taken = before.controller === ME && state.controller !== ME && state.controller;
+    if (taken) this.#notice("Another page has taken over; what was held here is released.");
+    // What ends the holds of pages in the server: a key that is still down must be pressed anew.
+    const ends = state.mode !== before.mode && !["Idle", "Jogging"].includes(state.mode);
+    if (taken || ends) this.jog.releaseAll();
     this.state = state;
     this.#ports(state);
     this.switches.show(state.pressed);
@@ -167,7 +193,8 @@ class Panel {
     select.dataset.ports = String(ports);
   }
 
-  #place({ um, steps, reports }) {
+  #place({ um, steps, reports, known, moving }) {
+    this.place = { known, moving };
     find("axes").dataset.reports = reports;
     this.axes.forEach(({ place, unit }, index) => {
       place.textContent = um[index].toFixed(2).replace("-", "−");
@@ -194,8 +221,8 @@ class Panel {
     find("connect").disabled = this.lost || Boolean(state.doing)
       || (!connected && !state.ports.length);
     find("port").disabled = connected || Boolean(state.doing);
-    find("origin").disabled = !connected;
-    find("place-note").textContent = connected ? "" : "last known";
+    find("origin").disabled = !connected || ["Going", "Jogging"].includes(state.mode);
+    find("place-note").textContent = this.#worth();
     DIRECTIONS.forEach((direction, index) => {
       this.buttons[index].disabled = !connected;
       this.buttons[index].setAttribute("aria-pressed", String(this.jog.holds(direction)));
@@ -209,22 +236,37 @@ class Panel {
     this.#status();
   }
 
+  /** Describe what the position shown is worth. */
+  #worth() {
+    const { place: { known, moving }, state: { connected } } = this;
+    if (!known) return "not from the origin, as it was reset";
+    if (connected) return "";
+    return moving ? "not sure: it was moving" : "last known";
+  }
+
   #status() {
     const { state, notice } = this;
-    const status = find("status");
     const waits = state.ports.length ? "Choose the port of the machine, and press Connect."
       : "There is no serial port: plug the machine in.";
     const silence = state.silent ? "The machine does not report: is it on?" : "";
+    const mode = this.lost ? "Lost" : state.mode;
+    const other = state.controller && state.controller !== ME
+      && ["Going", "Jogging"].includes(mode) ? "By another page. " : "";
     const doing = state.doing ? `${state.doing[0].toUpperCase()}${state.doing.slice(1)} …` : "";
     const lost = this.lost ? "The connection is lost, and Stop with it; the page tries again by"
       + " itself. If the program was restarted, open the address that it printed."
       : "";
     const failed = this.failed ? FAILURE : "";
-    const text = lost || failed || notice || silence || doing || state.note
-      || (state.connected ? "Connected." : waits);
-    if (status.textContent !== text) status.textContent = text;
+    const text = other + (lost || failed || notice || silence || doing || state.note
+      || (state.connected ? MEANINGS[mode] : waits));
     const bad = lost || failed || notice || silence || (!doing && state.bad && state.note);
-    status.dataset.tone = bad ? "bad" : "";
+    // A screen reader reads the line again each time that a part of it is set.
+    for (const [id, shown] of [["mode", `${mode}.`], ["note", text]]) {
+      if (find(id).textContent !== shown) find(id).textContent = shown;
+    }
+    find("status").dataset.tone = bad || mode === "Limit" || mode === "Lost" ? "bad" : "";
+    const title = `${mode} – ${TITLE}`;
+    if (document.title !== title) document.title = title;
   }
 }
 

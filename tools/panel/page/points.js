@@ -1,5 +1,7 @@
 /** The seven points: fields to edit, a button to store the position, a button to move there. */
 
+import { ask } from "./ask.js";
+
 const AXES = ["x", "y", "z"];
 
 /** The table of points. A point is stored when one of its fields loses the focus. */
@@ -54,7 +56,12 @@ export class Points {
       return field;
     });
     const here = this.#button("Here", `here-${number}`, `Store this position as point ${number}`);
-    here.addEventListener("click", () => this.send("here", { number }));
+    here.addEventListener("click", async () => {
+      const old = this.points[number - 1];
+      if (old.every((um) => um === null)
+        || await ask(`Point ${number} is (${old.map((um) => um ?? "–").join(", ")}). Store this `
+          + "position instead?", "Store")) this.send("here", { number });
+    });
     const go = this.#button("Go", `go-${number}`, `Go to point ${number}`);
     go.classList.add("go");
     go.addEventListener("click", () => this.send("go", { number }));
