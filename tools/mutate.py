@@ -44,15 +44,15 @@ __all__ = ["Findings", "State", "load", "main", "run", "shares"]
 
 ABOUT = """\
 Changes every component in thousands of small ways: Yosys' mutate inverts a bit at a port of a cell,
-or holds it, always or where another bit says so. Each mutant meets the bench of its component and
-its contract, and one of them should notice. What neither notices is either no mutant at all, and
-that is proved, or a gap.
+or holds it, always or depending on another bit. Each mutant meets the bench and the contract of its
+component, and one of them should kill it. A mutant that survives is equivalent, and that is proved,
+or shows a gap.
 
-  benches     every bench of python -m tb runs beside all mutants of its component, and its own
-              checks decide. A machine is also compared with its model, every output of every
-              clock.
-  contract    broken: chance, or a formula, finds inputs that lead to a property that does not hold.
-              unproved: the mutant has none of that, but the induction of tools.prove fails.
+  benches     every bench of python -m tb runs with all mutants of its component in parallel, and
+              its own checks decide. A machine is also compared with its model, every output of
+              every clock.
+  contract    broken: random simulation, or a formula, finds inputs that break a property.
+              unproved: none are found, but the induction of tools.prove fails.
   equivalent  induction over pairs of registers proves that no pin ever shows the mutant, for any
               inputs, and no upset of a state machine lets it show in 6 clocks. Not counted.
 
@@ -319,13 +319,19 @@ def main(argv: list[str] | None = None) -> int:
     if lacking := missing():
         raise UserError(lacking)
     began = time.monotonic()
-    names = names or _chosen(args.machine, general=args.general)
+    pool = names or _pool(args.machine, general=args.general)
+    names = [name for name in pool if name in with_a_bench()]
+    if not names:
+        raise UserError(f"{' '.join(pool) or args.machine} has no component with a contract and a "
+                        "bench")
     state = load(args.state, args.seed)
     run(state, args.state, names, args.mutants, args.jobs)
-    return _report(args, state, names, time.monotonic() - began)
+    return _report(args, state, names, [name for name in pool if name not in names],
+                   time.monotonic() - began)
 
 
-def _report(args: argparse.Namespace, state: State, names: Sequence[str], seconds: float) -> int:
+def _report(args: argparse.Namespace, state: State, names: Sequence[str], without: Sequence[str],
+            seconds: float) -> int:
     every: Counter = Counter()
     rows, survivors = {}, []
     say(f"{'component':14} {'mutants':>8} {'equivalent':>10} {'contract':>9} {'unproved':>9} "
@@ -357,7 +363,7 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
             "seed": args.seed, "seconds": round(seconds, 1), "least": args.least,
             "versions": versions(),
             "good": good, "all": _figures(every), "components": rows, "survivors": survivors,
-            "outdated": outdated,
+            "outdated": outdated, "without": without,
             "mutants": {name: [{"mutant": mutant, **asdict(found.verdicts[number])}
                                for number, mutant in enumerate(found.mutants)]
                         for name in names if (found := state.findings[name])},
@@ -367,19 +373,15 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
     return 0 if good else 1
 
 
-def _chosen(name: str | None, *, general: bool) -> list[str]:
-    """Name components that have a bench: general ones, or a machine's own, or all."""
+def _pool(name: str | None, *, general: bool) -> list[str]:
+    """Name the components that are meant: general ones, or a machine's own, or all."""
     if general:
-        return [each for each in with_a_bench() if each in GENERAL]
+        return [each for each in components() if each in GENERAL]
     if name is None:
-        return with_a_bench()
+        return list(components())
     machine = machines()[known(name, machines(), "machine")]
-    own = machine.contracts() if machine.contracts else {}
-    if machine.recorded.unmutated:
-        own = {each: component for each, component in own.items() if each != name}
-    if chosen := [each for each in with_a_bench() if each in own]:
-        return chosen
-    raise UserError(f"{name} has no component of its own with a contract and a bench")
+    own = list(machine.contracts() if machine.contracts else ())
+    return [each for each in own if each != name or not machine.recorded.unmutated]
 
 
 def _figures(counts: Counter) -> dict:

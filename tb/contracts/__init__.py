@@ -28,6 +28,7 @@ from .points import POINTS
 from .position import POSITION
 from .ramp import RAMP
 from .rate import RATE
+from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
@@ -63,6 +64,7 @@ GENERAL = {
     "start": START,
     "spiral": SPIRAL,
     "coordinates": COORDINATES,
+    "search": SEARCH,
     "square": SQUARE,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,

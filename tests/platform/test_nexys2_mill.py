@@ -17,6 +17,7 @@ from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.wiring import prepare, simulation_ports
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
+from tb.mistake import Mistake
 from tb.plant import Plant
 from tests.platform.pins import DISPLAY, LINE, buffers, check_pins, netlist_of, pins_of, users
 
@@ -27,7 +28,7 @@ PERIOD, TRAVEL, STILL, SIDE, PITCH = 3, 4, 3, 6, 4
 SETTLE = 2 * STILL + 4
 AUTOMATIC = 1 << 7
 RESET, START, UNUSED, STOP = 1, 2, 4, 8
-BUSY, READY = 1 << 5, 1 << 7
+BUSY, ERROR, READY = 1 << 5, 1 << 6, 1 << 7
 AXES = ["axis_x", "axis_y", "axis_z"]
 WORDS = [0b0110, 0b0011, 0b1001, 0b1100]
 PINS = {
@@ -47,10 +48,12 @@ PICTURE = np.array([[0, 1, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], bool)
 class Board:
     """A board on the bench, with someone at its switches."""
 
-    def __init__(self, source, *, period: int = PERIOD, stop: int = 1, still: int = STILL) -> None:
+    def __init__(self, source, *, period: int = PERIOD, stop: int = 1, still: int = STILL,
+                 mistake: Mistake | None = None) -> None:
         machine = MillStation(source=source, timing=MillTiming(period, 3, stop_period=stop),
                               z_travel=TRAVEL)
-        self.engine = AmaranthEngine(on_board("mill", machine, debounce=still))
+        design = on_board("mill", machine, debounce=still)
+        self.engine = AmaranthEngine(mistake.planted(design) if mistake else design)
         self.plant = Plant(pitch=PITCH, travel=TRAVEL)
         self.wait(0)
 
@@ -365,6 +368,22 @@ class TestPicture:
         board.finish()
         assert (fresh.cut == PICTURE).all()
         assert (fresh.wrong_steps, fresh.position, fresh.faults) == (0, (0, 0, 0), [])
+
+    def test_an_empty_memory_is_an_error_until_reset(self):
+        board = Board(CoordinateGenerator(PICTURE.tolist(), pixel_steps=PITCH),
+                      mistake=Mistake("source.found", lambda right, _: right & 0))
+        board.turn(AUTOMATIC)
+        board.press(START)
+        board.wait(500)
+        assert board.leds & (BUSY | ERROR | READY) == ERROR
+        board.turn(0)  # manual mode resets the source, and no error is forgotten
+        board.turn(0b000001)
+        board.wait(100)
+        board.turn(AUTOMATIC)
+        assert board.leds & (BUSY | ERROR | READY) == ERROR
+        assert board.plant.position == (0, 0, 0)
+        board.press(RESET)
+        assert board.leds == READY
 
     def test_twice(self):
         board = milling()

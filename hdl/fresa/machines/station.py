@@ -46,8 +46,8 @@ class MillStation(MachineComponent):
         Automatic: where it rises, the order source starts. `SerialOrders` are not started.
     stop : In(1)
         May bounce: see :class:`GlitchFilter`. When it has been high for the timing's
-        ``stop_period`` there is no step from the next clock on, until reset. An upset state
-        register of the source stops the mill at once.
+        ``stop_period`` there is no step from the next clock on, until reset. A fault of the source
+        stops the mill at once.
     axis_x, axis_y, axis_z : Out(4)
         Coil words.
     leds : Out(4)
@@ -55,7 +55,7 @@ class MillStation(MachineComponent):
     busy : Out(1)
         The order source is at work.
     error, ready : Out(1)
-        See :class:`Mill`; an upset state register of the source is an error, too.
+        See :class:`Mill`; a fault of the source is an error, too, until reset.
     segments, digits : Out(8), Out(4)
         The display, active low: in automatic mode the count chosen.
     rx, tx : In(1), Out(1)
@@ -92,7 +92,10 @@ class MillStation(MachineComponent):
         m.submodules.stop_filter = stop_filter = self._stop_filter
         m.submodules.handshake = ResetInserter(~self.automatic)(handshake := StartHandshake())
         source = self._source
-        fault = source.fault | handshake.fault
+        # Manual mode resets both, and leaves the mill stopped: the error shows as long.
+        failed = Signal()
+        fault = source.fault | handshake.fault | failed
+        m.d.sync += failed.eq(fault)
         stop = stop_filter.o | fault
         if isinstance(source, SerialOrders):
             m.submodules.source = source
