@@ -318,6 +318,49 @@ class TestStrangers:
 
         run(test)
 
+    @pytest.mark.parametrize("said", [
+        b"\x16\x03\x01\x02\0\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n",
+        b"GET http://[::1 HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\nA\0b: c\r\n\r\n", b"GET /" + bytes(1 << 17) + b" HTTP/1.1\r\n\r\n",
+        b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
+        b"POST / HTTP/1.1\r\nContent-Length: 9\r\nContent-Encoding: gzip\r\n\r\n123456789"])
+    def test_write_no_tracebacks(self, run, caplog, said):
+        async def test(_, address, client):
+            for end in ("abort", "close"):
+                reader, writer = await self.connect(address)
+                writer.write(said)
+                if end == "close":
+                    with suppress(ConnectionError, TimeoutError):
+                        await asyncio.wait_for(reader.read(100), 0.5)
+                getattr(writer.transport, end)()
+                await asyncio.sleep(0.1)
+            async with client.get(address) as answer:
+                assert answer.status == 200
+
+        run(test)
+        assert not caplog.records
+
+    def test_a_damaged_body_is_refused(self, run, caplog):
+        async def test(_, address, client):
+            headers = {"Content-Encoding": "gzip"}
+            async with client.post(address + "post", data=b"no gzip", headers=headers) as answer:
+                assert answer.status == 400 and "damaged" in (await answer.json())["error"]
+
+        run(test)
+        assert not caplog.records
+
+    def test_our_own_mistakes_are_logged(self, run, caplog, monkeypatch):
+        def wrong(*_) -> None:
+            raise KeyError("of a test")
+
+        async def test(_, address, client):
+            monkeypatch.setattr(sites, "_file", wrong)
+            async with client.get(address) as answer:
+                assert answer.status == 500
+
+        run(test)
+        assert "of a test" in caplog.text
+
     def test_an_upload_that_is_dropped_is_no_mistake_of_ours(self, run, caplog):
         async def test(server, address, client):
             host, token = paths(address)

@@ -8,6 +8,7 @@ with an Origin must come from a page of this server.
 
 import asyncio
 import errno
+import logging
 import mimetypes
 import secrets
 import signal
@@ -15,7 +16,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Iterat
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 
-from aiohttp import web
+from aiohttp import http_exceptions, web
 from aiohttp.web_protocol import RequestHandler
 
 from ..console import UserError
@@ -51,6 +52,21 @@ TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
 #: Connections at most that have not shown the token, and seconds that each has to do so.
 MOST_STRANGERS = 32
 STRANGER_TIMEOUT_S = 5.0
+
+#: What a client causes alone, by a request that breaks the protocol or breaks off.
+THEIRS = (http_exceptions.HttpProcessingError, web.RequestPayloadError, ConnectionError)
+
+
+class _Ours(logging.Filter):
+    """Logs mistakes of ours: without a token a client could fill a disk with tracebacks."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        error = record.exc_info[1] if record.exc_info else None
+        return not isinstance(error, THEIRS)
+
+
+_LOG = logging.getLogger(__name__)
+_LOG.addFilter(_Ours())
 
 _TOKEN = web.AppKey("token", str)
 _LARGEST = web.AppKey("largest", int)
@@ -178,6 +194,8 @@ async def _errors(request: web.Request, handler: Handler) -> web.StreamResponse:
     except web.HTTPRequestEntityTooLarge:
         limit = request.app[_LARGEST] >> 20
         response = _error(f"that is larger than {limit} MiB: make it smaller first", 413)
+    except web.RequestPayloadError:
+        response = _error("the body of the request is damaged: send it again", 400)
     except ConnectionError:
         if request.transport is not None:
             raise
@@ -236,7 +254,7 @@ async def serve(app: web.Application, port: int = 0) -> AsyncIterator[str]:
         If the port cannot be bound.
     """
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1,
-                           max_line_size=LONGEST_ADDRESS)
+                           max_line_size=LONGEST_ADDRESS, logger=_LOG)
     await runner.setup()
     assert runner.server is not None
     app[_STRANGERS].watch(runner.server)

@@ -19,6 +19,7 @@ from tb.milling import AUTOMATIC, BUTTON
 from tools.board import scene as scenes
 from tools.board.board import RECORD_INTERVAL, Board
 from tools.board.messages import PIXEL, Job
+from tools.board.pictures import LARGEST_UPLOAD
 from tools.board.routes import board_site
 from tools.board.scene import PARTS, unpack
 from tools.wave.draw import MOST_ROWS
@@ -414,6 +415,24 @@ def one():
     stop.set()
     loop.run_until_complete(task)
     loop.close()
+
+
+def test_a_picture_that_breaks_off_is_no_mistake_of_ours(caplog):
+    async def test(served):
+        host, token = served.address.split("/")[2:4]
+        for end in ("abort", "close"):
+            _, writer = await asyncio.open_connection(*host.split(":"))
+            writer.write(f"POST /{token}/job HTTP/1.1\r\nHost: {host}\r\n"
+                         f"Content-Length: {LARGEST_UPLOAD}\r\n\r\n".encode())
+            writer.write(bytes(1 << 20))
+            await writer.drain()
+            getattr(writer.transport, end)()
+        # The next one is not kept waiting.
+        status, _ = await served.post("job/preview", png(FIGURE))
+        assert status == 200
+
+    run(test)
+    assert not caplog.records
 
 
 class TestPages:

@@ -49,3 +49,22 @@ def test_pages_of_others_do_not_get_in(tmp_path, headers):
         await panel.close()
 
     asyncio.run(session())
+
+
+def test_a_request_that_breaks_off_is_no_mistake_of_ours(tmp_path, caplog):
+    async def session():
+        panel = Panel(tmp_path / "panel.json", "/dev/fake")
+        async with serve(panel_site(panel)) as address, ClientSession() as browser:
+            host, token = address.split("/")[2:4]
+            for path, size in ((f"/{token}/ws", 1 << 25), (f"/{token}/", 100), ("/", 1 << 25)):
+                _, writer = await asyncio.open_connection(*host.split(":"))
+                writer.write(f"POST {path} HTTP/1.1\r\nHost: {host}\r\n"
+                             f"Content-Length: {size}\r\n\r\n".encode() + bytes(50))
+                await writer.drain()
+                writer.transport.abort()
+            async with browser.get(address) as answer:
+                assert answer.status == 200
+        await panel.close()
+
+    asyncio.run(session())
+    assert not caplog.records
