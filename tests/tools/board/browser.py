@@ -73,6 +73,8 @@ class Page(browsing.Page):
     def fresh(self) -> None:
         """Make the machine as it was when it was switched on, all switches off, time running."""
         self.script("scrollTo(0, 0)")  # nothing is below the bar that stays in view
+        if self.find("run").text == "Run":
+            self.find("run").click()
         self.set_switches(0)
         self.until(lambda: not self.duty("led5"), "the end of a job")  # there is no question then
         self.programmed(self.find("power").click)

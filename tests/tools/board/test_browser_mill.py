@@ -98,9 +98,10 @@ class TestMilling:
             page.find("btn1").click()
             page.until(lambda: page.duty("led5") and page.cut() == 0, "a new plate")
             page.pause()
-            assert page.cut() == 0
-            assert (seen(page, figure.shape, "--target") == figure).all()
-            assert not seen(page, figure.shape, "--cut").any()
+            # On a slow computer some pixels have been cut meanwhile.
+            cut = seen(page, figure.shape, "--cut")
+            assert cut.sum() == page.cut() < figure.sum()
+            assert (seen(page, figure.shape, "--target") | cut == figure).all()
             page.find("run").click()
 
     def test_a_change_of_mode_in_the_middle_of_a_job(self, fresh, figure):
@@ -290,11 +291,12 @@ class TestProgress:
             page.find("btn1").click()
             page.until(lambda: page.cut() > 0, "the first pixel")
             text = page.until(lambda: "left" in meter.text and meter.text, "the time left")
-            assert re.fullmatch(r"\d+ %, \d+ s elapsed, about .* left\. "
-                                r"On the real board: .* of about .*\.", str(text))
+            assert re.fullmatch(r"\d+ %, \d+ s elapsed, about .* left\.", str(text))
+            assert re.fullmatch(r"On the real board: .* of about .*\.", page.find("real").text)
         page.until(lambda: meter.text.startswith("Milled after"), "the end")
-        cut = get(page.address + "cut.png")  # of the same plate
-        assert cut and "on the real board" in meter.text
+        # 8 pixels of 128 steps, and 2 times 1152 for each stroke, at 101 steps a second.
+        page.until(lambda: re.fullmatch(r"On the real board: [12] min \d+ s\.",
+                                        page.find("real").text), "the time of the real board")
 
     def test_the_tab_shows_it_although_nothing_is_drawn(self, fresh):
         """A tab behind others gets no animation frames."""
@@ -369,9 +371,12 @@ class TestWaveform:
 
     def test_no_signal_no_drawing(self, fresh):
         page = fresh
+        before = page.script("return document.getElementById('wave').src")
         page.find("record").click()
-        page.until(lambda: page.script("return document.getElementById('wave').naturalWidth") > 0,
-                   "a drawing")
+        page.until(lambda: page.script("""
+            const wave = document.getElementById("wave");
+            return wave.src !== arguments[0] && wave.complete && wave.naturalWidth""", before),
+            "another drawing")
         page.script("for (const box of document.querySelectorAll('#signals input'))"
                     " box.checked = false")
         page.find("draw").click()

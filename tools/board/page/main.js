@@ -10,7 +10,7 @@ import { Job } from "./job.js";
 import { Link, onFailure } from "./link.js";
 import { BUTTON, Machine } from "./machine.js";
 import { Gauge, Motors } from "./motors.js";
-import { describe, title } from "./progress.js";
+import { describe, describeReal, title } from "./progress.js";
 import { Table, darkPixels } from "./table.js";
 import { Time } from "./time.js";
 import { Wave } from "./wave.js";
@@ -155,7 +155,9 @@ class Page {
 
   #progress(progress) {
     this.progress = progress;
-    find("meter").textContent = describe(progress, this.job?.count ?? 0);
+    const count = this.job?.count ?? 0;
+    find("meter").textContent = describe(progress, count);
+    find("real").textContent = describeReal(progress, count);
   }
 
   #frame(frame) {

@@ -1,4 +1,4 @@
-/** How far a build or a job is, in words: below the status, and in the title of the tab. */
+/** How far a build or a job is, in words, also in the title of the tab. */
 
 const TITLE = document.title;
 
@@ -24,17 +24,22 @@ export function describe({ building_s: building, job }, count) {
     return `Building for ${duration(building)}; the first time on a computer takes a minute or two.`;
   }
   if (!job) return "";
-  const { busy, cut, elapsed_s: elapsed, real_s: real } = job;
+  const { busy, cut, elapsed_s: elapsed } = job;
   if (!busy) {
     const what = cut < count ? `Ended at ${share(job, count)} %` : "Milled";
-    return `${what} after ${duration(elapsed)}; on the real board, ${duration(real)}.`;
+    return `${what} after ${duration(elapsed)}.`;
   }
   // Pixels take different times, above all those that the tool must travel to.
-  const rest = (count - cut) / cut;
-  const left = cut ? `, about ${duration(elapsed * rest)} left` : "";
-  const total = cut ? ` of about ${duration(real * (1 + rest))}` : "";
-  return `${share(job, count)} %, ${duration(elapsed)} elapsed${left}. `
-    + `On the real board: ${duration(real)}${total}.`;
+  const left = cut ? `, about ${duration(elapsed * (count - cut) / cut)} left` : "";
+  return `${share(job, count)} %, ${duration(elapsed)} elapsed${left}.`;
+}
+
+/** Describe the time of a job on the real board; empty if there is no job. */
+export function describeReal({ job }, count) {
+  if (!job) return "";
+  const { busy, cut, real_s: real } = job;
+  const total = busy && cut ? ` of about ${duration(real * count / cut)}` : "";
+  return `On the real board: ${duration(real)}${total}.`;
 }
 
 /** Return the title of a tab, which is all that is seen of one behind others. */
