@@ -19,7 +19,7 @@ import numpy as np
 from amaranth import Value
 from amaranth.lib import wiring
 
-from tb.bench import Run
+from tb.bench import CheckFailed, Run
 from tb.benches import benches, groups
 from tb.design import Design
 from tb.engines import source
@@ -107,7 +107,10 @@ class _RecordedRun(Run):
 
 def _bench(name: str) -> Iterator[str]:
     run = _RecordedRun()
-    benches()[name].function(run)
+    try:
+        benches()[name].function(run)
+    except CheckFailed as error:  # whatever was recorded of it, it is another now
+        yield str(error)
     yield from run.record
 
 
