@@ -20,7 +20,7 @@ SHOWN = (5, -3, 0)
 
 
 class Line:
-    """The line that is said, as it has to be, from what began it."""
+    """The line that must be sent, from what began it."""
 
     def __init__(self, c: Contract, dut: Reporter) -> None:
         self.texts, self.writer = c.part("texts"), c.part("writer")
@@ -87,7 +87,8 @@ line.spells))
                   then=line.writer.numbers.payload == Array(
                       where[:len(line.writer.numbers.payload)].as_signed() for where in line.where)[
                           3 - (line.left >> 1)])
-    c.implication("one-line-at-a-time", "An answer is taken when all before it has been said.",
+    c.implication("one-line-at-a-time", "An answer is taken when all lines before it have been "
+                                        "sent.",
                   when=line.takes, then=(line.left == 0) & ~c.signal("texts.busy")
                   & ~dut.bytes.valid)
     c.implication("answered-at-once", "Where there is time for an answer it is begun at once.",
@@ -112,7 +113,7 @@ line.spells))
 
 def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
     """State when a report begins."""
-    c.implication("on-time", "A report begins in the clock after its tick, whatever was said "
+    c.implication("on-time", "A report begins in the clock after its tick, whatever was sent "
                   "before.", when=line.begins & ~c.rst,
                   then=c.state("reporter_state")("REST")
 & (line.left == 0)
@@ -127,24 +128,24 @@ def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
 
 
 def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
-    """State what makes it so: who speaks knows what was said."""
+    """State the invariants that this needs: the registers agree with what was sent."""
     state, left = c.state("reporter_state"), line.left
     writer, busy = c.state("writer.writer_state"), c.signal("texts.busy")
-    c.invariant("knows-what-is-said", "It knows how much of the line is left.",
+    c.invariant("knows-what-is-said", "The registers hold what is left of the line.",
                 Mux(state("REST"), left == 0, (c.signal("left") == left >> 1)
                     & (left[0] == state("ASK", "DIGITS")) & (state("TEXT") | (left != 0))
                     & (line.is_report | ((left == state("ASK")) & state("ASK", "TEXT"))))
                 & (~state("DIGITS") | (left < PIECES))
                 & (line.answer < len(line.texts.texts) - 3), cover=left == 2)
-    c.implication("knows-its-text", "It knows which text is next, or is being said.",
+    c.implication("knows-its-text", "The text register holds the text that is next, or being sent.",
                   when=state("ASK", "TEXT"),
                   then=c.signal("text") == line.text(left + state("TEXT")))
-    c.invariant("knows-where", "It keeps the positions, those that are still to be said before "
+    c.invariant("knows-where", "It keeps the positions, those that are still to be sent before "
                 "those that were.",
                 state("REST") | ~line.is_report | Cat(
       c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
       for place in range(3)).all(), cover=left == 4)
-    c.invariant("one-voice", "Text and number never speak at once, and only in their states.",
+    c.invariant("one-voice", "Text and number are never sent at once, and only in their states.",
                 (state("TEXT") | ~busy) & (state("DIGITS") | writer("REST")), cover=writer("DIGIT"))
     sources = line.texts.texts
     rom, at = Array(b"".join(sources)), c.signal("texts.place")
@@ -168,9 +169,9 @@ def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
                       writer("SIGN"), (digit == 0) & (place == digits - 1),
                       (c.signal("writer.left") < power * (10 - digit))
                       & (writer("COUNT") | (c.signal("writer.left") < power))))
-    c.invariant("writer-is-sound", "The writer of numbers is not upset.",
+    c.invariant("writer-is-sound", "The writer of numbers is in a legal state.",
                 ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"))
-    c.invariant("counts-to-the-tick", "It knows how long it is to the next tick.",
+    c.invariant("counts-to-the-tick", "The counter holds the clocks to the next tick.",
                 (c.signal("time") == dut.period - 1 - since) & (c.signal("due") == line.begins)
                 & (since < dut.period) & (~line.begins | (since == 0)), cover=since == 1)
 
@@ -209,7 +210,7 @@ def _watch_time(c: Contract, dut: Reporter, line: Line, byte: int, waited: Bits)
                     [byte * len(sources[2]), *(byte * len(sources[1]) + clocks
                                                for clocks in behind[1:3])])[left]))))
     c.invariant("over-by-the-tick", "What is left of a line takes no longer than it is to the "
-                "next tick, as long as a byte takes no longer than was said.", time >= need,
+                "next tick, as long as a byte takes no longer than `byte`.", time >= need,
                 cover=state("DIGITS"))
 
 
