@@ -125,7 +125,7 @@ DIAGRAMS = (
         "are. "
         "Then the switch at the low end is pressed and the target is below: due steps are blocked "
         "until the target is above.",
-        "inputs: target low rate pins: step_pin direction_pin outputs: moved blocked there "
+        "inputs: target low rate pins: step_pin direction_pin outputs: moved limit_hit in_position "
         "position", 82, 190),
     Diagram(
         "point-store",
