@@ -125,7 +125,7 @@ DIAGRAMS = (
         "are. "
         "Then the switch at the low end is pressed and the target is below: due steps are blocked "
         "until the target is above.",
-        "inputs: target low rate pins: step_pin direction_pin outputs: moved blocked there "
+        "inputs: target low rate pins: step_pin direction_pin outputs: moved limit_hit in_position "
         "position", 82, 190),
     Diagram(
         "point-store",
@@ -196,7 +196,7 @@ DIAGRAMS = (
         "left to mill, and orders the tool up, to it, and down.",
         "inputs: orders_ready outputs: busy orders_valid orders_payload.x orders_payload.y "
         "orders_payload.up orders_payload.down state: dut.coordinates_state_state "
-        "picture: dut.row dut.column", 32, 60),
+        "picture: dut.row dut.column", 16, 44),
     Diagram(
         "order-ledger",
         "A session is opened behind order 4; order 5 is taken, and its repetition does nothing. "

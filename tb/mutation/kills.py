@@ -163,14 +163,15 @@ def _connected(component: Component, case: Case | None, left: Collection[str], s
     def mutate(contract: Contract, folder: Path) -> tuple[list[str], str]:
         names: list[str] = []
         switch = contract.free(range(PORTS + 1), name="mutant")
-        for path, port in sorted(connections(contract.fragment).items(),
-                                 key=lambda port: (port[0].count("."), port[0])):
+        ports = connections(contract.fragment)
+        for path, port in sorted(ports.items(), key=lambda port: (port[0].count("."), port[0])):
             bits = []
             for bit in range(min(len(port), PORTS - len(names))):
                 names.append(f"{path}[{bit}] inverted")
                 bits.append(switch == len(names))
             wrong = Cat(bits, Const(0, len(port) - len(bits)))
-            Mistake(path, lambda right, _, wrong=wrong: right ^ wrong).plant(contract.fragment)
+            Mistake(path, lambda right, _, wrong=wrong: right ^ wrong).plant(
+                contract.fragment, ports)
         (folder / "design.il").write_text(named(contract.rtlil()))
         prepare(folder, upset=contract.upset)
         return names, "mutant"

@@ -84,11 +84,8 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
         c.m.d.sync += [bytes_read.eq(1), spaces.eq(spaces + (
             (items.p.byte == ord(" ")) & (spaces != 7)))]
     takes = Array(len(ARGUMENTS.get(one, ())) for one in Command)
-    for one in Command:
-        count = len(ARGUMENTS.get(one, ()))
-        c.implication(f"{one.name.lower()}-is-complete", f"{one.name} has {count or 'no'} spaces, "
-                      "one before each thing that follows it.", when=fine & (order.command == one),
-                      then=spaces == count)
+    c.implication("is-complete", "An order has as many spaces as its command has arguments, one "
+                  "before each.", when=fine, then=spaces == takes[order.command.as_value()])
     c.invariant("not-empty", "An empty line is no order.", Mux(
                    state("COMMAND"), bytes_read | (c.signal("words.place") == 0),
                    bytes_read | (answer != Answer.NONE.value)), cover=offered & ~bytes_read)

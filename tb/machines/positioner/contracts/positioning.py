@@ -126,20 +126,20 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                       "is blocked, by STOP, by a halt, and by ORIGIN and POS if it is to a point, "
                       "unless another is ordered.", when=~run & run_before,
                       then=was_reset | halted
-| c.past(dut.in_position[motor] | dut.limit_hit[motor])
-| then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
-| then(Command.ORIGIN, Command.POS) & c.past(way))
+                      | c.past(dut.in_position[motor] | dut.limit_hit[motor])
+                      | then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
+                      | then(Command.ORIGIN, Command.POS) & c.past(way))
         c.implication(f"{name}-does-end", f"No movement of motor {motor + 1} goes on after its "
                       "end.",
                       when=c.past(dut.in_position[motor] | dut.limit_hit[motor])
-   & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
+                      & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
                       then=~run | moved | goes)
+        there = c.past(point.word_select(motor, 32)).as_signed()
+        end = Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN)
         c.invariant(f"{name}-target", f"The target of motor {motor + 1} is a point, by GOTO, or "
                     "an end, by MOV of it, whichever was last.",
-                    target == Mux(was_reset, 0, Mux(
-goes, c.past(point.word_select(motor, 32)).as_signed(), Mux(
-moved, Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN),
-c.past(target)))), cover=target != 0)
+                    target == Mux(was_reset, 0, Mux(goes, there, Mux(moved, end, c.past(target)))),
+                    cover=target != 0)
         c.invariant(f"{name}-rate",
                     f"The speed of motor {motor + 1} is that of the last VEL of it.",
                     rate == Mux(was_reset, after_reset, Mux(

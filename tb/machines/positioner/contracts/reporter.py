@@ -79,9 +79,9 @@ def describe(c: Contract, dut: Reporter) -> None:
     c.implication("as-ordered", "A line has its pieces in their order: that of a report three "
                   "numbers.", when=line.asks | line.spells,
                   then=(line.left != 0) & Mux(
-line.left[0], line.asks
-& (line.texts.numbers.payload == line.text(line.left)),
-line.spells))
+                      line.left[0],
+                      line.asks & (line.texts.numbers.payload == line.text(line.left)),
+                      line.spells))
     c.implication("as-it-was", "The numbers are the three positions of one clock, that after the "
                   "tick.", when=line.spells,
                   then=line.writer.numbers.payload == Array(
@@ -100,7 +100,7 @@ line.spells))
     c.implication("reset-begins-anew", "Reset ends the line, and the first tick is `period` "
                   "clocks away.", when=c.past(c.rst),
                   then=c.state("reporter_state")("REST") & ~dut.bytes.valid
-& (c.signal("time") == dut.period - 1) & ~c.signal("due"))
+                  & (c.signal("time") == dut.period - 1) & ~c.signal("due"))
     c.implication("reset-forgets", "After reset no position is kept.", when=c.past(c.rst),
                   then=Cat(c.signal(f"number_{place}") == 0 for place in range(3)).all())
     _watch_inside(c, dut, line, since)
@@ -116,8 +116,8 @@ def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
     c.implication("on-time", "A report begins in the clock after its tick, whatever was sent "
                   "before.", when=line.begins & ~c.rst,
                   then=c.state("reporter_state")("REST")
-& (line.left == 0)
-& ~dut.answers.ready & ~dut.bytes.valid)
+                  & (line.left == 0)
+                  & ~dut.answers.ready & ~dut.bytes.valid)
     busy, offered = c.signal("texts.busy"), dut.bytes.valid
     c.implication("first-byte-in-time", "Its first byte is offered four clocks after the tick.",
                   when=line.is_report & (line.left != 0) & (since < 4),
@@ -143,8 +143,8 @@ def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
     c.invariant("knows-where", "It keeps the positions, those that are still to be sent before "
                 "those that were.",
                 state("REST") | ~line.is_report | Cat(
-      c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
-      for place in range(3)).all(), cover=left == 4)
+                    c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
+                    for place in range(3)).all(), cover=left == 4)
     c.invariant("one-voice", "Text and number are never sent at once, and only in their states.",
                 (state("TEXT") | ~busy) & (state("DIGITS") | writer("REST")), cover=writer("DIGIT"))
     sources = line.texts.texts

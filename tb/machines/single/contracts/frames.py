@@ -164,10 +164,10 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
     c.implication("knows-what-to-answer", "Behind it, it knows what the frame is if nothing "
                   "follows.", when=state("END"),
                   then=(answer == frame.good)
-& (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
-& ((answer != Answer.OK.value) | (value == frame.value))
-& (~frame.numeric | ~frame.digits | (dut.items.valid & ~digit))
-& ((count > 1) | ((count == 1) & ~frame.numeric) | frame.at_stop))
+                  & (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
+                  & ((answer != Answer.OK.value) | (value == frame.value))
+                  & (~frame.numeric | ~frame.digits | (dut.items.valid & ~digit))
+                  & ((count > 1) | ((count == 1) & ~frame.numeric) | frame.at_stop))
     c.implication("knows-what-is-owed", "It remembers the answer.", when=owed,
                   then=(answer == due) & (said == Mux(state("NAME"), 0, Mux(
                       state("VALUE"), 1, Mux(due == Answer.VALUE.value, 2, 0))))
