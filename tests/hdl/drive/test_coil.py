@@ -25,15 +25,6 @@ class TestCoilDriver:
     def test_table(self):
         assert list(FULL_STEP) == WORDS
 
-    @pytest.mark.parametrize(
-        ("direction", "states"), [(1, [0, 1, 2, 3, 0, 1]), (0, [0, 3, 2, 1, 0, 3])]
-    )
-    def test_sequence(self, direction, states):
-        with driver(1) as engine:
-            seen = engine.apply({"step": [1] * 6, "direction": [direction] * 6}, OUTPUTS)
-        assert seen["coils"].tolist() == [WORDS[state] for state in states]
-        assert seen["moved"].all() and not seen["refused"].any()
-
     @pytest.mark.parametrize("period", [1, 2, 3, 5, 8])
     def test_a_step_is_made_or_refused(self, period):
         """Reset neither makes a step nor forgets when the last one was made."""
@@ -54,14 +45,6 @@ class TestCoilDriver:
             assert seen["refused"][clock] == bool(step and not made)
             if made:
                 state, last = (state + (1 if direction else -1)) % 4, clock
-
-    def test_power_up_is_state_1_and_reset_is_not(self):
-        with driver(1) as engine:
-            assert engine.get("coils") == WORDS[0]
-            engine.apply({"step": [1, 1, 0], "direction": [1, 1, 0]}, [])
-            engine.set(rst=1, step=1)
-            engine.run(5)
-            assert engine.get("coils") == WORDS[2]
 
     @pytest.mark.parametrize("period", [0, -3, MAX_PERIOD + 1, 1.5])
     def test_impossible_periods(self, period):

@@ -44,17 +44,6 @@ class TestBacklash:
             assert says == (pushed != slot)
             slot = pushed
 
-    def test_the_play_is_taken_up_at_each_reversal(self):
-        ways = [1] * 6 + [0] * 5 + [1] * 2 + [0] * 3
-        seen = counted(3, backlash=[3] * 16, moved=[1] * 16, direction=ways)
-        assert seen == [0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1]
-
-    def test_reset_moves_no_gear(self):
-        ways = [1] * 8
-        seen = counted(7, backlash=[5] * 8, moved=[1, 1, 1, 0, 1, 1, 1, 1], direction=ways,
-                       rst=[0, 0, 0, 1, 0, 0, 0, 0])
-        assert seen == [0, 0, 0, 0, 0, 0, 1, 1]
-
     @pytest.mark.parametrize("max_backlash", [0, -1, MAX_BACKLASH + 1, 2.5])
     def test_impossible_play(self, max_backlash):
         message = f"max_backlash must be a whole number from 1 to 1048576, not {max_backlash!r}"

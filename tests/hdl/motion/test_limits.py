@@ -4,7 +4,6 @@
 
 import re
 
-import numpy as np
 import pytest
 
 from fresa.drive import MAX_PERIOD
@@ -32,27 +31,6 @@ class TestLimits:
             seen = engine.apply(stimulus, OUTPUTS)
         expected = played(LimitsModel(axes=axes, period=period).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
-
-    @pytest.mark.parametrize("end", ["low", "high"])
-    def test_only_the_way_towards_it(self, end):
-        towards = int(end == "high")
-        with limits(1, 4) as engine:
-            engine.set(**{end: 1, "step": 1})
-            for direction in (0, 1):
-                engine.set(direction=direction)
-                assert engine.get("allowed") == (direction != towards)
-
-    @pytest.mark.parametrize("end", ["low", "high"])
-    def test_a_bouncing_contact_lets_nothing_through(self, end):
-        """From the first touch until it has settled, at every place in the period."""
-        for shift in range(8):
-            contact = [0] * shift + [0] + [1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0] * 3 + [0] * 40
-            with limits(1, 8) as engine:
-                engine.set(step=1, direction=int(end == "high"))
-                seen = engine.apply({end: contact}, ["allowed"])["allowed"]
-            first, last = np.flatnonzero(contact)[[0, -1]]
-            assert seen[:first].all() and not seen[first : last + 9].any()
-            assert seen[last + 16 :].all()
 
 
 class TestParameters:

@@ -71,7 +71,7 @@ class TestDecimalWriter:
     def test_every_clock(self, width, is_signed):
         rng = random.Random(width)
         low, high = (-2**(width - 1), 2**(width - 1)) if is_signed else (0, 2**width)
-        clocks = 4000
+        clocks = 2000
 
         def number() -> int | None:
             return rng.choice([None, low, high - 1, 0, rng.randrange(low, high),
@@ -80,11 +80,6 @@ class TestDecimalWriter:
         check(width, is_signed, [number() for _ in range(clocks)],
               [int(rng.random() < 0.5) for _ in range(clocks)],
               [int(rng.random() < 0.005) for _ in range(clocks)])
-
-    @pytest.mark.parametrize("is_signed", [False, True])
-    def test_all_of_eight_bits(self, is_signed):
-        numbers = range(-128, 128) if is_signed else range(256)
-        assert written(numbers, 8, is_signed).decode().split() == [str(n) for n in numbers]
 
     @pytest.mark.parametrize(("width", "is_signed"), [
         (5, False), (5, True), (32, False), (32, True), (10, False)])
