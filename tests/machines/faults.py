@@ -6,9 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import pytest
 
-from tb.engines.build import missing
 from tb.faults.rows import Rows
 from tb.faults.session import BIT
 from tb.faults.target import FaultTarget
@@ -17,10 +15,7 @@ from tb.faults.verdicts import WrongReset
 from tb.mistake import Mistake
 from tb.uart import decode
 
-__all__ = ["check_resets", "check_sessions", "compiled", "run_with_fault"]
-
-compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
-
+__all__ = ["check_resets", "check_sessions", "run_with_fault"]
 
 def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
            ) -> tuple[int, WrongReset | None]:

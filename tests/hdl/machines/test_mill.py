@@ -26,12 +26,6 @@ RAISE, LOWER = Order(up=1), Order(down=1)
 RANDOM = settings(deadline=None, database=None, derandomize=True)
 
 
-def runs_long(test):
-    """Mark what needs a compiled simulation: without one it would take most of a minute."""
-    return pytest.mark.compiler(
-        pytest.mark.skipif(bool(NO_COMPILER), reason=str(NO_COMPILER))(test))
-
-
 class Timing(NamedTuple):
     period: int
     z_travel: int
@@ -249,7 +243,7 @@ class TestModel:
         with pytest.raises(AssertionError, match=message):
             check_pins(trace, timing._replace(**{name: getattr(timing, name) + change}))
 
-    @runs_long
+    @pytest.mark.compiler
     def test_noise(self, machine, timing):
         """Every input at random: each holds for a while, and a reset ends every stop."""
         rng = np.random.default_rng(timing.period)
@@ -271,7 +265,7 @@ class TestModel:
             script.append(Together(chosen, int(rng.choice([1, 1, 2, 5, 30]))))
         check_pins(machine.apply(script), timing)
 
-    @runs_long
+    @pytest.mark.compiler
     def test_wrap_of_the_counters(self):
         """16 bits and no more: FFFF + 1 = 0000, which only jogging could reach, but clears."""
         steps = lockstep(Timing(1, 1))
@@ -447,7 +441,7 @@ class TestTiming:
         gc.collect()
         assert said == message
 
-    @runs_long
+    @pytest.mark.compiler
     def test_the_real_timing(self):
         """The thesis's N: three steps of a jog and three of an order, 493 214 clocks apart."""
         with CXXRTLEngine(MACHINE.design(timing=MillTiming.real(), z_travel=Z_TRAVEL)) as engine:

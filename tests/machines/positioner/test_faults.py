@@ -7,14 +7,13 @@ from amaranth import Const
 
 from tb.machines.positioner.faults import sessions, target
 from tb.mistake import Mistake
-from tests.machines.faults import check_resets, check_sessions, compiled, run_with_fault
+from tests.machines.faults import check_resets, check_sessions, run_with_fault
 
 
 def test_sessions_are_lines():
     check_sessions(sessions, b"CONNECT\n", b"\n")
 
 
-@compiled
 @pytest.mark.compiler
 class TestResets:
     @pytest.mark.parametrize(("mistake", "found"), [

@@ -12,14 +12,13 @@ from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict
 from tb.machines.single.faults import sessions, target
 from tb.mistake import Mistake
-from tests.machines.faults import check_resets, check_sessions, compiled, run_with_fault
+from tests.machines.faults import check_resets, check_sessions, run_with_fault
 
 
 def test_sessions_are_lines():
     check_sessions(sessions, b":v", b"\r")
 
 
-@compiled
 @pytest.mark.compiler
 class TestResets:
     @pytest.mark.parametrize(("mistake", "found"), [
@@ -38,7 +37,6 @@ class TestResets:
         check_resets(target, sessions)
 
 
-@compiled
 @pytest.mark.compiler
 def test_upsets():
     """What is known of some by thinking: its row is where the motor stands."""

@@ -8,7 +8,6 @@ import pytest
 from amaranth import Mux
 
 from fresa.protocol import frames
-from tb.engines import CXXRTLEngine
 from tb.fuzz import fuzz, shortest
 from tb.fuzz.inputs import OPENING
 from tb.machines.single.fuzz import lines
@@ -52,8 +51,6 @@ class TestMistakes:
 
     @pytest.mark.compiler
     def test_what_finds_it_is_made_short(self, libraries):
-        if reason := CXXRTLEngine.missing():
-            pytest.skip(reason)
         target = fuzz_targets()["single"]
         wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()), others=())
         outcome = next(iter(fuzz(wrong, 1, 3000)))
