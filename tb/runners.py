@@ -63,7 +63,7 @@ class Dut:
     Attributes
     ----------
     name : str
-        What people call it.
+        The name shown to people.
     design : callable
         Makes its design.
     directed : callable
@@ -177,7 +177,7 @@ def close_all(runners: Mapping[str, Runner]) -> None:
 
 
 def stimuli(dut: Dut, seed: int, clocks: int) -> Iterator[Stimulus]:
-    """Give a stimulus in blocks: half of it is directed, if it is short, the rest is random.
+    """Yield a stimulus in blocks: half of it is directed, if it is short, the rest is random.
 
     Parameters
     ----------

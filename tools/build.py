@@ -102,7 +102,7 @@ def keep_picture(image: Path, places: Iterable[Path]) -> None:
 
 
 def resource_lines(resources: Resources, capacity: Capacity) -> list[str]:
-    """Say what a design takes, and of how much."""
+    """Return what a design takes, and of how much."""
     return [
         f"{name.replace('_', ' '):<12}{getattr(resources, name):>6} of {has:>6}  "
         f"{getattr(resources, name) / has:6.1%}"

@@ -426,7 +426,7 @@ class Progress:
     label : str
         What is being done.
     stream : text stream
-        Where to show it. stderr, unless told otherwise.
+        Where to show it. stderr by default.
     clock : callable
         Gives the time in seconds.
     """

@@ -191,7 +191,7 @@ def _campaign(args: argparse.Namespace) -> int:
 
 
 def _explain(args: argparse.Namespace, dut: Dut, finding: Finding, tail: Stimulus) -> dict:
-    """Say a difference, make it short, write its waveforms; give it for the JSON."""
+    """Show a difference, make it short, write its waveforms; return it for the JSON."""
     say(f"DIFFER     {finding}")
     facts: dict = {"difference": _facts(finding)}
     outputs = list(dut.shared.outputs)
@@ -247,7 +247,7 @@ def _facts(finding: Finding) -> dict:
 
 
 def _engines(dut: Dut, named: str | None) -> tuple[list[str], list[str]]:
-    """Give the engines to run, and why others do not."""
+    """Return the engines to run, and why others do not."""
     every = dut.engines
     missing: Mapping[str, str] = {
         name: reason for name, engine in ENGINES.items() if (reason := engine.missing())}

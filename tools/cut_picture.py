@@ -20,7 +20,7 @@ MARGIN, TEXT = 24, 16
 
 
 def duration(seconds: float) -> str:
-    """Say a time as people do: 48 s, 12 min, 3 h 05 min."""
+    """Return a time in words: 48 s, 12 min, 3 h 05 min."""
     if seconds < 99.5:
         return f"{seconds:.3g} s"
     minutes = round(seconds / 60)

@@ -211,6 +211,11 @@ DIAGRAMS = (
         "7 clocks, less than the period of 8, is ignored.",
         "contacts: i levels: o inside: dut.divider.tick", 60, 155),
     Diagram(
+        "glitch-filter",
+        "Bounces do not pass. A level does once it has been there for 8 clocks, and not a clock "
+        "later; it ends with the clock after the input, and a reset leaves it.",
+        "inputs: i rst outputs: o inside: dut.divider.tick", 0, 58),
+    Diagram(
         "seven-segment",
         "One digit at a time, from the right, dark between two: the value is 0123. Digits and "
         "segments are lit by 0.",

@@ -19,7 +19,7 @@ import numpy as np
 from amaranth import Value
 from amaranth.lib import wiring
 
-from tb.bench import Run
+from tb.bench import CheckFailed, Run
 from tb.benches import benches, groups
 from tb.design import Design
 from tb.engines import source
@@ -62,7 +62,7 @@ def take(wanted: Iterable[str], jobs: int | None = None) -> dict[str, str]:
     wanted : iterable of str
         As :func:`names` names them. What there is no more has the fingerprint ``gone``.
     jobs : int, optional
-        Processes; as many as there are cores, unless told otherwise.
+        Processes; as many as there are cores by default.
     """
     wanted = list(dict.fromkeys(wanted))
     with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
@@ -107,7 +107,10 @@ class _RecordedRun(Run):
 
 def _bench(name: str) -> Iterator[str]:
     run = _RecordedRun()
-    benches()[name].function(run)
+    try:
+        benches()[name].function(run)
+    except CheckFailed as error:  # whatever was recorded of it, it is another now
+        yield str(error)
     yield from run.record
 
 
@@ -135,7 +138,7 @@ def _fuzz(name: str) -> Iterator[str]:
 
 
 def _findings(target: FuzzTarget) -> Iterator[str]:
-    """Give what the check of a session finds where it is silent and nothing moves."""
+    """Yield what the check of a session finds where it is silent and nothing moves."""
     inputs = random_inputs(target.protocol, 1, INPUTS, target.period)
     line = np.concatenate([item.levels for item in inputs])
     seen = {name: np.full(len(line), name == "tx", np.int64) for name in target.outputs}

@@ -42,8 +42,8 @@ lines. The results are checked against what the description of the machine says 
 model of the gateware in between:
 
   each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
-  each step lies on a path that a legal line asked for, and comes when the rate says, to the clock
-  all steps that were asked for are made; a reported position is that of the steps at the pins, less
+  each step lies on a path that a legal line requested, and comes when the rate says, to the clock
+  all steps that were requested are made; a reported position is that of the steps at the pins, less
   those that take up backlash
   a switch, pressed at any time, lets no step out towards it, and ends the movement that it blocks,
   which is reported, and sounds, once
@@ -161,7 +161,7 @@ def _fuzz(target: FuzzTarget, args: argparse.Namespace) -> dict:
 
 
 def _explain(target: FuzzTarget, found: Outcome, args: argparse.Namespace) -> dict:
-    """Say what was found, make what finds it shorter, and write it."""
+    """Show what was found, make what finds it shorter, and write it."""
     first = found.findings.failures[0]
     say(f"FOUND      clock {first.clock} of session {found.seed}: {first.message}")
     say(f"shrinking  for up to {args.shrink_seconds} s")
@@ -178,8 +178,8 @@ def _explain(target: FuzzTarget, found: Outcome, args: argparse.Namespace) -> di
         run_session(found.target, engine, short.inputs)
     write_files_atomically({data: b"".join(item.data for item in short.inputs)})
     say(f"wrote      {data} and {wave}")
-    return {"found": {"session": found.seed, "clock": first.clock, "says": first.message},
-            "shortest": {"clock": least.clock, "says": least.message,
+    return {"found": {"session": found.seed, "clock": first.clock, "message": first.message},
+            "shortest": {"clock": least.clock, "message": least.message,
                          "pieces": [str(item) for item in short.inputs],
                          "files": [str(data), str(wave)]}}
 

@@ -96,7 +96,7 @@ def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def prepares_picture(args: argparse.Namespace) -> bool:
-    """Say whether any of these options was given a value other than its own."""
+    """Return whether any of these options was given a value other than its own."""
     parser = argparse.ArgumentParser()
     add_picture_arguments(parser)
     return any(getattr(args, name) != value for name, value in vars(parser.parse_args([])).items())

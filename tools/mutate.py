@@ -115,7 +115,7 @@ class Findings:
 
     @property
     def complete(self) -> bool:
-        """Say whether all is known."""
+        """Return whether all is known."""
         return bool(self.mutants) and len(self.verdicts) == len(self.mutants)
 
     def count(self) -> Counter:
@@ -319,13 +319,19 @@ def main(argv: list[str] | None = None) -> int:
     if lacking := missing():
         raise UserError(lacking)
     began = time.monotonic()
-    names = names or _chosen(args.machine, general=args.general)
+    pool = names or _pool(args.machine, general=args.general)
+    names = [name for name in pool if name in with_a_bench()]
+    if not names:
+        raise UserError(f"{' '.join(pool) or args.machine} has no component with a contract and a "
+                        "bench")
     state = load(args.state, args.seed)
     run(state, args.state, names, args.mutants, args.jobs)
-    return _report(args, state, names, time.monotonic() - began)
+    return _report(args, state, names, [name for name in pool if name not in names],
+                   time.monotonic() - began)
 
 
-def _report(args: argparse.Namespace, state: State, names: Sequence[str], seconds: float) -> int:
+def _report(args: argparse.Namespace, state: State, names: Sequence[str], without: Sequence[str],
+            seconds: float) -> int:
     every: Counter = Counter()
     rows, survivors = {}, []
     say(f"{'component':14} {'mutants':>8} {'equivalent':>10} {'contract':>9} {'unproved':>9} "
@@ -351,13 +357,13 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
     score = _figures(every)["score"]
     good = score >= args.least
     say(f"{'good' if good else 'BAD':10} {score:.2f} % of {every['mutants'] - every['equivalent']}"
-        f" killed, {args.least:g} % asked for; seed {args.seed}, {seconds:.0f} s")
+        f" killed, {args.least:g} % requested; seed {args.seed}, {seconds:.0f} s")
     if args.json is not None:
         facts = {
             "seed": args.seed, "seconds": round(seconds, 1), "least": args.least,
             "versions": versions(),
             "good": good, "all": _figures(every), "components": rows, "survivors": survivors,
-            "outdated": outdated,
+            "outdated": outdated, "without": without,
             "mutants": {name: [{"mutant": mutant, **asdict(found.verdicts[number])}
                                for number, mutant in enumerate(found.mutants)]
                         for name in names if (found := state.findings[name])},
@@ -367,19 +373,15 @@ def _report(args: argparse.Namespace, state: State, names: Sequence[str], second
     return 0 if good else 1
 
 
-def _chosen(name: str | None, *, general: bool) -> list[str]:
-    """Name components that have a bench: general ones, or a machine's own, or all."""
+def _pool(name: str | None, *, general: bool) -> list[str]:
+    """Name the components that are meant: general ones, or a machine's own, or all."""
     if general:
-        return [each for each in with_a_bench() if each in GENERAL]
+        return [each for each in components() if each in GENERAL]
     if name is None:
-        return with_a_bench()
+        return list(components())
     machine = machines()[known(name, machines(), "machine")]
-    own = machine.contracts() if machine.contracts else {}
-    if machine.recorded.unmutated:
-        own = {each: component for each, component in own.items() if each != name}
-    if chosen := [each for each in with_a_bench() if each in own]:
-        return chosen
-    raise UserError(f"{name} has no component of its own with a contract and a bench")
+    own = list(machine.contracts() if machine.contracts else ())
+    return [each for each in own if each != name or not machine.recorded.unmutated]
 
 
 def _figures(counts: Counter) -> dict:

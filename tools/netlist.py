@@ -82,7 +82,7 @@ def run_checks(names: Iterable[str], checked: Sequence[NetlistPart], options: Op
     options : Options
         For all of them.
     jobs : int, optional
-        How many at a time; as many as there are cores, unless told otherwise.
+        How many at a time; as many as there are cores by default.
     done : callable
         Called when a part is done.
 
@@ -109,19 +109,19 @@ def run_checks(names: Iterable[str], checked: Sequence[NetlistPart], options: Op
 
 
 def line(name: str, outcome: Outcome, seconds: float) -> str:
-    """Say what became of a part, in a line."""
+    """Return what became of a part, in a line."""
     what = "ok" if outcome.good else "FAILED"
     if outcome.control is not None:
         what = "control" if outcome.good else "MISSED"
     about = f"{outcome.control}: " if outcome.control is not None else ""
-    return (f"{what:8}{name:8} {outcome.design:15} {about}{outcome.says}  "
+    return (f"{what:8}{name:8} {outcome.design:15} {about}{outcome.summary}  "
             f"({seconds:.1f} s)")
 
 
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
-    checks = "\n".join(fill(check.says, 100, initial_indent=f"  {name:9}",
+    checks = "\n".join(fill(check.summary, 100, initial_indent=f"  {name:9}",
                             subsequent_indent=" " * 11) for name, check in CHECKS.items())
     parser = Parser(prog="python -m tools.netlist", description=ABOUT.format(checks=checks),
                     epilog=EPILOG, machines=True)
@@ -145,7 +145,7 @@ def main(argv: list[str] | None = None) -> int:
     names = [known(name, CHECKS, "check") for name in dict.fromkeys(args.checks)] or list(CHECKS)
     if args.list:
         for name in names:
-            say(f"{name:9} {CHECKS[name].says}")
+            say(f"{name:9} {CHECKS[name].summary}")
         return 0
     check_output(args.json)
     for name in names:

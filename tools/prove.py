@@ -88,7 +88,7 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
     traces : path
         Where to leave waveforms of what fails.
     jobs : int, optional
-        Proofs at a time; as many as there are cores, unless told otherwise.
+        Proofs at a time; as many as there are cores by default.
     done : callable
         Called with the proofs of each case as it is finished.
     """
@@ -145,14 +145,14 @@ def _progress(total: int, label: str) -> Iterator[Callable[[list], None]]:
 
 
 def kill_line(kill: Kill) -> str:
-    """Say which mutant breaks a property, in a line."""
+    """Return which mutant breaks a property, in a line."""
     found = (f"broken in clock {kill.clock} by {kill.mutant}" if kill.mutant
              else "lemma" if kill.lemma else "NOT BROKEN")
     return f"{kill.component:13} {kill.name:30} {kill.case:26} {found}"
 
 
 def line(proof: Proof) -> str:
-    """Say what became of a property, in a line."""
+    """Return what became of a property, in a line."""
     k = "-" if proof.k is None else proof.k
     text = (f"{proof.component:13} {proof.name:30} {proof.case:26} k={k} "
             f"base {proof.base:5.1f} s  induction {proof.induction:5.1f} s  {proof.verdict}")

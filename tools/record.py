@@ -106,7 +106,7 @@ class Part:
     about: str = ""
 
     def arguments(self, folder: Path, *, quick: bool) -> list[str]:
-        """Give the words of the command."""
+        """Return the words of the command."""
         text = self.quick if quick and self.quick is not None else self.command
         return [word.format(folder=folder) for word in text.split()]
 
@@ -159,7 +159,7 @@ def parts() -> dict[str, Part]:
 
 
 def _runs(machine: Machine) -> Iterator[Part]:
-    """Give the cosimulations of each build of a machine, and its campaign."""
+    """Yield the cosimulations of each build of a machine, and its campaign."""
     for build in machine.builds:
         for name, engines, clocks, fewer in (("engines", "all", 100_000, 20_000),
                                              ("pair", "cxxrtl,verilator", 10_000_000, 1_000_000)):
@@ -329,7 +329,7 @@ def _spelt(words: Sequence[str]) -> str:
 
 
 def _check(folder: Path) -> int:
-    """Say which parts of the record in a folder are stale; give the exit status."""
+    """Show which parts of the record in a folder are stale; return the exit status."""
     try:
         record = json.loads((folder / "verification.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

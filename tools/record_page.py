@@ -63,7 +63,7 @@ def page(record: Facts) -> str:
         text.append(f"## {section.title}")
         if there and (section.apart or not missing):
             text += [*(f"- `{part['command']}`, {_seconds(part['seconds'])}{_resumed(part)}"
-                       for part in map(parts.__getitem__, there)), "", section.says,
+                       for part in map(parts.__getitem__, there)), "", section.text,
                      *(parts[name]["about"] for name in there if "about" in parts[name]), ""]
             text += section.write(*(parts[name]["facts"] for name in there))
         if missing:
@@ -108,8 +108,10 @@ def _contracts(*runs: Facts) -> list[str]:
     return [
         _table(["component", "properties", "proofs", "hold", "largest k", "s",
                 "broken by a mutant", "lemmas"], rows),
-        f"{sum(one['properties'] for one in proofs['components'].values())} properties in all. "
-        "`python -m tools.prove --list` names them"
+        f"{sum(one['properties'] for one in proofs['components'].values())} properties in all"
+        + (f", of {proofs['sentences']} different sentences: axes have the same ones, and so do a "
+           "part and a machine that contains it" if "sentences" in proofs else "")
+        + ". `python -m tools.prove --list` names them"
         + ("; `properties.json` beside this page has the mutant of each." if kills else "."), "",
         *(["No mutant was found that breaks these:", "", _table(["component", "property"], found)]
           if found else [])]
@@ -124,7 +126,7 @@ def _vhdl(vhdl: Facts) -> list[str]:
 
 
 def _netlist(netlist: Facts) -> list[str]:
-    rows = [[part["check"], part["design"], part["control"] or "-", part["says"],
+    rows = [[part["check"], part["design"], part["control"] or "-", part["summary"],
              "as it must be" if part["good"] else "WRONG", f"{part['seconds']:.1f}"]
             for part in netlist["parts"]]
     rows += [[check, design, "-", why, "left out", "-"]
@@ -133,14 +135,20 @@ def _netlist(netlist: Facts) -> list[str]:
 
 
 def _mutants(*runs: Facts) -> list[str]:
-    counts = ("mutants", "equivalent", "contract", "bench", "killed", "survive")
+    counts = ("mutants", "equivalent", "broken", "unproved", "bench", "killed", "survive")
     total = {count: sum(run["all"][count] for run in runs) for count in counts}
     score = 100 * total["killed"] / max(1, total["mutants"] - total["equivalent"])
     parts = [item for run in runs for item in run["components"].items()]
-    rows = [[name, *(one[count] for count in counts), f"{one['score']:.2f}"]
-            for name, one in [*parts, ("**all**", {**total, "score": score})]]
-    text = [_table(["component", "mutants", "equivalent", "killed by contracts",
-                    "killed by benches", "killed", "survive", "% killed"], rows)]
+    possible = sum(one["possible"] for _, one in parts)
+    rows = [[name, _many(one["possible"]), *(one[count] for count in counts), f"{one['score']:.2f}"]
+            for name, one in [*parts, ("**all**", {**total, "possible": possible, "score": score})]]
+    text = [_table(["component", "possible", "tried", "equivalent", "break a property",
+                    "only lose the proof", "noticed by the bench", "killed", "survive",
+                    "% killed"], rows)]
+    without = [name for run in runs for name in run.get("without", ())]
+    if without:
+        text += [f"Of these, which have no bench of their own, none were made: {_and(without)}.",
+                 ""]
     survivors = [[one["component"], f"`{one['mutant']}`", one["explained"] or "not explained"]
                  for run in runs for one in run["survivors"]]
     if survivors:
@@ -222,21 +230,21 @@ def _origin(record: Facts) -> str:
 @dataclass(frozen=True)
 class _Section:
     title: str
-    says: str
+    text: str
     kinds: Sequence[str]  # of parts
     write: Callable[..., list[str]]
-    apart: bool = False  # each of its parts says something without the others
+    apart: bool = False  # each of its parts is of use without the others
 
 
 _SECTIONS = (
     _Section("Engines in step", """\
-The same stimulus, orders and chance, for every engine and for the model in Python; every output of
-every clock is compared.""", ("engines", "pair", "campaign"), _engines, apart=True),
+The same stimulus, directed and random, for every engine and for the model in Python; every output
+of every clock is compared.""", ("engines", "pair", "campaign"), _engines, apart=True),
     _Section("Contracts", """\
-What each component promises, proved for every sequence of inputs, for unbounded time, with reset in
-any clock: a base case from power-up, and induction over k clocks. A cover reaches every premise.
-That a property can fail is shown by a mutant of the design that breaks it; lemmas are there for an
-induction, and need none.""",
+The properties of each component, proved for every sequence of inputs and for unbounded time, with
+reset in any clock: a base case from power-up, and induction over k clocks. A cover reaches every
+premise. That a property can fail is shown by a mutant of the design that breaks it; lemmas are
+there for an induction, and need none.""",
              ("proofs", "kills"), _contracts, apart=True),
     _Section("The thesis's blocks in VHDL", """\
 Written from the text of the thesis, and compared with the gateware: in step under GHDL, and by
@@ -246,22 +254,26 @@ VHDL has from the gateware; `tb/vhdl/__init__.py` lists it.""", ("vhdl",), _vhdl
 What Yosys makes of the gateware for the Spartan-3E. Where a mistake is planted the check must find
 it.""", ("netlist",), _netlist),
     _Section("Mutants", """\
-Small mistakes put into the gateware by Yosys. Those that are proved to change nothing are left out
-of the score.""", ("mutants",), _mutants, apart=True),
+Small mistakes put into the gateware by Yosys: a sample of those that are possible. A mutant is
+killed if a property breaks, if the induction that proves the properties fails, or if the bench of
+the component notices it. Those that are proved to change nothing are left out of the score. A
+mutant that breaks a property may be counted for the bench, too.""",
+             ("mutants",), _mutants, apart=True),
     _Section("Lines", """\
-Good and bad lines, bytes by chance, missing stop bits, breaks, glitches, noise and floods into each
-serial line. Each line has its one answer; each step lies on a way that a legal line asked for, and
-comes at its time; the position that is told is that of the steps; all of it from the description of
-lines, with no model of the gateware.""", ("fuzz",), _fuzz, apart=True),
+Valid and invalid lines, random bytes, missing stop bits, breaks, glitches, noise and floods into
+each serial line. Each line has its one answer; each step lies on the path that a valid line
+requested, and comes at its time; the position that is reported is that of the steps. The checks
+follow the description of the lines, with no model of the gateware.""",
+             ("fuzz",), _fuzz, apart=True),
     _Section("Resets", """\
-In the midst of work, in any clock and of any length: no coil word out of the table, no motor moved,
-no pulse begun or cut, and afterwards all as from power-up that must be so. A machine on a serial
-line is asked to move after every 20th, and must do it and answer.""",
+Resets during work, in random clocks and of random length: no coil word out of the table, no motor
+moved, no pulse begun or cut, and afterwards the state of power-up where that is specified. A
+machine on a serial line gets a command to move after every 20th, and must obey and answer.""",
              ("resets",), _resets, apart=True),
     _Section("Upsets", """\
-One flip-flop upset in the midst of work. *Silent* is a motor in a wrong place, or a counter that
-says a wrong one, without a word; an answer on a serial line is a word, too. A STEP that an upset
-cuts short counts as a step.""", ("flips",), _upsets, apart=True),
+One flip-flop upset during work. *Silent* is a motor in a wrong place, or a counter that shows a
+wrong one, without an error; an answer on a serial line counts as an error, too. A STEP that an
+upset cuts short counts as a step.""", ("flips",), _upsets, apart=True),
     _Section("Coverage", """\
 States and transitions to which inputs lead from power-up, found by a solver; those for upset
 registers from a code that no state has.""", ("coverage",), _coverage, apart=True),
@@ -281,7 +293,9 @@ def _short_proofs(figures: Facts) -> Facts:
             "properties": len({proof["name"] for proof in own}), "proofs": len(own),
             "hold": _proved(own), "k": max(proof["k"] or 0 for proof in own),
             "seconds": round(sum(cases.values()), 1)}
-    return {"versions": figures["versions"], "seconds": figures["seconds"], "components": parts}
+    return {"versions": figures["versions"], "seconds": figures["seconds"],
+            "sentences": len({proof["description"] for proof in figures["proofs"]}),
+            "components": parts}
 
 
 def _short_kills(figures: Facts) -> Facts:
@@ -314,7 +328,7 @@ def _short_vhdl(figures: Facts) -> Facts:
 
 
 def _short_netlist(figures: Facts) -> Facts:
-    keys = ("check", "design", "control", "says", "good", "seconds")
+    keys = ("check", "design", "control", "summary", "good", "seconds")
     return {**figures, "parts": [_only(part, keys) for part in figures["parts"]]}
 
 
@@ -409,12 +423,13 @@ def _proved(proofs: Sequence[Facts]) -> int:
 
 
 def _found(sought: Sequence[Facts]) -> str:
-    """Say how many of those were found, which have a clock then."""
+    """Return how many of those were found, which have a clock then."""
     return f"{sum(one['clock'] is not None for one in sought)} of {len(sought)}" if sought else "-"
 
 
 def _and(words: Iterable[str]) -> str:
-    return " and ".join(words)
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _in_order(names: Iterable[str]) -> list[str]:

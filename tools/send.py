@@ -143,7 +143,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _orders(args: argparse.Namespace) -> list:
-    """Give all orders of the job."""
+    """Return all orders of the job."""
     orders = _asked_for(args)
     try:
         check_cuts(orders)
@@ -202,7 +202,7 @@ def _deliver(sender: Sender, port: ReopenedPort, keyboard: Keyboard,
 
 
 def _same(args: argparse.Namespace) -> str:
-    """Say which command goes on."""
+    """Return which command goes on."""
     given = [("--from", args.first > 1), ("--again", args.again), ("--force", args.force)]
     less = " and ".join(name for name, is_given in given if is_given)
     return "the same command " + (f"without {less} " if less else "") + "goes on"

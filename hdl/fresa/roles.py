@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from amaranth.lib import wiring
 
 __all__ = ["BUTTON", "BUZZER", "COILS", "DIGITS", "DIRECTION", "ENABLE", "LIMIT", "NUMBER", "RX",
-           "SEGMENTS", "STATUS", "STEP", "SWITCH", "TX", "MachineComponent", "Role"]
+           "SEGMENTS", "STATUS", "STEP", "STOP", "SWITCH", "TX", "MachineComponent", "Role"]
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Role:
     Attributes
     ----------
     name : str
-        What people call it.
+        The name shown to people.
     rest : int
         Level of the port at power-up and at rest.
     registered : bool
@@ -59,6 +59,8 @@ RX = Role("UART, to the FPGA", rest=1)
 TX = Role("UART, from the FPGA", rest=1, registered=True)
 SWITCH = Role("switch", bounces=True)
 BUTTON = Role("button", bounces=True)
+STOP = Role("stop button")
+"""A button that the machine itself filters and latches, so that it acts sooner than a debouncer."""
 STATUS = Role("LED", optional=True)
 """Levels that people may see; a machine has them for LEDs and for tests."""
 NUMBER = Role("number on the display", optional=True)

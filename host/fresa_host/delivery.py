@@ -52,7 +52,7 @@ class ReopenedPort:
         self._opened = False
 
     def open(self) -> Port:
-        """Give the port; open it if it is not.
+        """Return the port; open it if it is not.
 
         Raises
         ------

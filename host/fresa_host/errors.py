@@ -27,7 +27,7 @@ class WasReset(MachineError):
 
 
 class Refused(MachineError):
-    """The machine did not do what it was asked for, and changed nothing.
+    """The machine did not do what was requested, and changed nothing.
 
     Attributes
     ----------

@@ -78,7 +78,7 @@ class Port:
         return bool(self._gone(lambda: self._serial.in_waiting))
 
     def read(self) -> bytes:
-        """Give what has come; wait a moment if that is nothing.
+        """Return what has come; wait a moment if that is nothing.
 
         Raises
         ------
@@ -146,7 +146,7 @@ def opened(port: str | os.PathLike[str] | Port) -> Port:
 
 
 def find_ports() -> list[str]:
-    """Give the names of the serial ports that the system knows, those on USB first."""
+    """Return the names of the serial ports that the system knows, those on USB first."""
     from serial.tools.list_ports import comports
 
     found = sorted(comports(), key=lambda port: (port.vid is None, port.device))
@@ -169,7 +169,7 @@ _WHY: dict[object, str] = {
 
 
 def _why_closed(name: str, error: Exception) -> str:
-    """Say why a port cannot be opened, and what to do."""
+    """Return why a port cannot be opened, and what to do."""
     number = getattr(error, "errno", None)
     if number is None and error.__context__ is not None:  # pyserial says some only in its text
         number = next(iter(error.__context__.args), None)

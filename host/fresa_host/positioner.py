@@ -56,7 +56,7 @@ class Positioner:
     LineLost
         If the port cannot be opened, here; in all methods if it is gone or closed.
     Refused
-        In all methods, if the machine did not obey what was asked for, or what was before *at
+        In all methods, if the machine did not obey what was requested, or what was before *at
         once*. Then it has changed nothing, but what goes to a place is stopped: by `go_to` and
         `move_to` in any case, and by `wait`, `origin`, `call_place` and `disconnect` if it was
         going.
@@ -120,7 +120,7 @@ class Positioner:
     # The machine
 
     def connect(self) -> Place:
-        """Give the motors power, and wait for the first report; give the place."""
+        """Give the motors power, and wait for the first report; return the place."""
         with self._call:
             self._run(self._session.connect())
             return self.position

@@ -47,7 +47,7 @@ class Steps(NamedTuple):
 
 @dataclass(frozen=True)
 class Refusal:
-    """The machine did not do what a line asked for, for a reason of `MEANINGS` or a new one."""
+    """The machine did not do what a line requested, for a reason of `MEANINGS` or a new one."""
 
     reason: str
 

@@ -99,7 +99,7 @@ class PositionerSession(PositionerState):
     # Operations
 
     def connect(self) -> Waiting[None]:
-        """Give the motors power; end at the first report."""
+        """Yield the motors power; end at the first report."""
         self._set_target(None)
         self._sent.clear()
         self._refusals.clear()

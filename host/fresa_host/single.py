@@ -172,7 +172,7 @@ class Single:
         self._run(self._session.power(on))
 
     def help(self) -> str:
-        """Give what the machine says of its commands."""
+        """Return what the machine says of its commands."""
         return "\n".join(self._run(self._session.ask(frame("d"))).lines)
 
     def wait(self, timeout: float | None = None, *, settle: float = 0.1) -> int:

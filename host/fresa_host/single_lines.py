@@ -88,7 +88,7 @@ class Reply:
         return False
 
     def number(self, name: str) -> int | None:
-        """Give the number behind ``x:`` or ``v:``, the last if there are several; None if none."""
+        """Return the number behind the last ``x:`` or ``v:``; None if there is none."""
         for line in reversed(self.lines):
             if found := re.fullmatch(rf"{name}:(\d{{1,5}})", line, re.ASCII):
                 return int(found[1])

@@ -84,7 +84,7 @@ class SingleSession(Session):
         yield from self.move_to((yield from self.value("x")))
 
     def power(self, on: bool) -> Waiting[None]:
-        """Give the motor power, or take it."""
+        """Yield the motor power, or take it."""
         order = frame("e", on)
         self.powered = None
         yield from self.ask(order)

@@ -12,7 +12,7 @@ from fresa import panel
 from fresa.panel import Debouncer, SevenSegment, debounce_period
 from fresa.roles import MachineComponent
 
-from .board import LEDS, RESET, Allotment, Bits, Board, role_of
+from .board import LEDS, RESET, Allotment, Bit, Bits, Board, role_of
 
 __all__ = ["Plan", "check_names", "prepare", "simulation_ports", "wire"]
 
@@ -23,10 +23,11 @@ def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment:
     """Wire a machine to pins.
 
     Every input goes through two flip-flops, before which there is no inverter, and which begin with
-    its level at rest; contacts that bounce go on through one debouncer. Outputs whose role says so
-    come from flip-flops that no reset touches, with nothing behind them, so that they can be in the
-    I/O blocks; they have the level at rest before the first clock, and follow the machine a clock
-    later. An input without a pin stays at rest. A reset that is allotted is the reset of ``sync``.
+    its level at rest; contacts whose role says that they bounce go on through one debouncer.
+    Outputs whose role says so come from flip-flops that no reset touches, with nothing behind them,
+    so that they can be in the I/O blocks; they have the level at rest before the first clock, and
+    follow the machine a clock later. An input without a pin stays at rest. A reset that is allotted
+    is the reset of ``sync``.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment:
     reset = Signal()
     levels[RESET] = reset
 
-    def lead_in(bits: Bits, clean: Value) -> None:
+    def lead_in(bits: Sequence[Bit | None], clean: Value) -> None:
         m.d.comb += [levels[bit.port][bit.index].eq(level)
                      for bit, level in zip(bits, clean, strict=True) if bit is not None]
 
@@ -81,13 +82,15 @@ def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment:
             place.drive([0 if bit is None else levels[bit.port][bit.index] for bit in bits])
     if contacts:
         bits = sum((place.bits for place in contacts), ())
+        slow, fast = _by_speed(machine, bits)
         m.submodules.debouncer = debouncer = Debouncer(
-            width=len(bits), period=debounce_period(clock) if debounce is None else debounce)
+            width=len(slow), period=debounce_period(clock) if debounce is None else debounce)
         levels_in = _synchronize(m, "contacts", Cat(*(place.pins for place in contacts)),
                                 sum((place.rest for place in contacts), ()),
                                 sum((place.mask for place in contacts), ()))
-        m.d.comb += debouncer.i.eq(levels_in)
-        lead_in(bits, debouncer.o)
+        m.d.comb += debouncer.i.eq(Cat(levels_in[index] for index in slow))
+        lead_in([bits[index] for index in slow], debouncer.o)
+        lead_in([bits[index] for index in fast], Cat(levels_in[index] for index in fast))
     m.d.comb += [levels[port].eq(role.rest) for port, role in machine.roles.items()
                  if role.rest and machine.signature.members[port].flow is In and port not in driven]
 
@@ -143,9 +146,16 @@ class _Place:
 
 
 def _bounces(machine: MachineComponent, port: io.PortLike, bits: Bits) -> bool:
-    """Whether a place goes through the debouncer, all of its bits."""
+    """Whether bits of a place go through the debouncer."""
     return port.direction is io.Direction.Input and any(
         role_of(machine, bit.port).bounces for bit in bits if bit)
+
+
+def _by_speed(machine: MachineComponent, bits: Bits) -> tuple[list[int], list[int]]:
+    """Give the places of the bits that go through the debouncer, and of those that pass it by."""
+    slow = [index for index, bit in enumerate(bits)
+            if bit is None or role_of(machine, bit.port).bounces]
+    return slow, sorted({*range(len(bits))} - {*slow})
 
 
 def _synchronize(m: Module, name: str, pins: Value, rest: Sequence[int],
@@ -226,10 +236,11 @@ def check_names(machine: MachineComponent, ports: Mapping[str, io.PortLike],
         What the places are for.
     """
     places = allotment.places(machine)
-    contacts = [bit for name, bits in places.items() if _bounces(machine, ports[name], bits)
-                for bit in bits]
-    names = {str(bit): "debouncer.o" if len(contacts) == 1 else f"debouncer.level[{index}]"
-             for index, bit in enumerate(contacts) if bit is not None}
+    contacts = sum((bits for name, bits in places.items()
+                    if _bounces(machine, ports[name], bits)), ())
+    slow, _ = _by_speed(machine, contacts)
+    names = {str(contacts[index]): "debouncer.o" if len(slow) == 1 else f"debouncer.level[{place}]"
+             for place, index in enumerate(slow) if contacts[index] is not None}
     for name in sorted(places, key=LEDS.__eq__):
         for index, bit in enumerate(places[name]):
             if bit is not None:

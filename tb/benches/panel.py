@@ -1,6 +1,6 @@
 """Benches of switches and buttons, LEDs and the display."""
 
-from fresa.panel import Debouncer, Monitor, SevenSegment
+from fresa.panel import Debouncer, GlitchFilter, Monitor, SevenSegment
 
 from ..bench import Run, bench
 from ..models.panel import LIT
@@ -45,6 +45,36 @@ def debouncer(run: Run) -> str:
     run.simulate(dut, test)
     return ("bounces of 3 clocks and a gap of 7 did not pass a debouncer of 8; what held for 16 "
             "did, on each of two inputs by itself")
+
+
+@bench
+def glitch_filter(run: Run) -> str:
+    """A contact that closes with bounces, opens, and glitches."""
+    dut = GlitchFilter(period=8)
+
+    async def level(ctx, i, clocks, o):
+        ctx.set(dut.i, i)
+        for _ in range(clocks):
+            run.see(ctx, dut, o=o)
+            await ctx.tick()
+
+    async def test(ctx):
+        for clocks in (1, 3, 7):
+            await level(ctx, 1, clocks, 0)
+            await level(ctx, 0, 2, 0)
+        await level(ctx, 1, 8, 0)
+        await level(ctx, 1, 12, 1)
+        ctx.set(run.rst, 1)
+        await level(ctx, 1, 2, 1)
+        ctx.set(run.rst, 0)
+        await level(ctx, 0, 1, 1)
+        await level(ctx, 0, 4, 0)
+        await level(ctx, 1, 7, 0)
+        await level(ctx, 0, 9, 0)
+
+    run.simulate(dut, test)
+    return ("bounces of 1, 3 and 7 clocks did not pass a filter of 8; the output rose with the 9th "
+            "clock of a steady level, kept it through a reset, and fell a clock after it")
 
 
 @bench

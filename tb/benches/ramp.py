@@ -26,10 +26,10 @@ def ramp(run: Run) -> str:
         ctx.set(dut.moved, 0)
         return moved
 
-    async def go(ctx, target, levels, *, asked=31, way=1):
+    async def go(ctx, target, levels, *, rate=31, way=1):
         """Make steps; check the direction before each, and the level after it."""
         ctx.set(dut.target, target)
-        ctx.set(dut.asked, asked)
+        ctx.set(dut.requested_rate, rate)
         for level in levels:
             position = ctx.get(dut.position)
             for _ in range(MODULUS):
@@ -40,7 +40,7 @@ def ramp(run: Run) -> str:
             run.see(ctx, dut, level=level)
             fastest = RATES[max(level, 1) - 1]
             slowest = RATES[max(level - 1, 1) - 1] if level else 0
-            run.see(ctx, dut, rate=sorted((slowest, asked, fastest))[1])
+            run.see(ctx, dut, rate=sorted((slowest, rate, fastest))[1])
 
     async def rests(ctx, place):
         for _ in range(MODULUS // RATES[0] + 2):
@@ -49,7 +49,7 @@ def ramp(run: Run) -> str:
 
     async def test(ctx):
         run.see(ctx, dut, rate=0, step=0)
-        ctx.set(dut.asked, 31)
+        ctx.set(dut.requested_rate, 31)
         await clock(ctx)
         ctx.set(dut.run, 1)
         await rests(ctx, 0)
@@ -62,8 +62,8 @@ def ramp(run: Run) -> str:
         await rests(ctx, 15)
 
         await go(ctx, 50, (1, 2, 3, 4, 5))
-        await go(ctx, 50, (4, 3, 3, 3), asked=13)
-        await go(ctx, 50, (2, 1, 0, 0), asked=2)
+        await go(ctx, 50, (4, 3, 3, 3), rate=13)
+        await go(ctx, 50, (2, 1, 0, 0), rate=2)
         await go(ctx, 50, (1, 2, 3))
         ctx.set(dut.run, 0)
         run.see(ctx, dut, step=0, level=3)

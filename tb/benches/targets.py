@@ -40,9 +40,9 @@ def axis(run: Run) -> str:
         ctx.set(dut.low, 1)
         ctx.set(dut.target, -5)
         await ctx.tick().repeat(30)
-        run.see(ctx, dut, position=1, blocked=1, there=0)
+        run.see(ctx, dut, position=1, limit_hit=1, in_position=0)
         await go(ctx, 3, 3)
-        run.see(ctx, dut, blocked=0, there=1)
+        run.see(ctx, dut, limit_hit=0, in_position=1)
         ctx.set(dut.place, -20)
         ctx.set(dut.load, 1)
         await ctx.tick()
@@ -62,9 +62,9 @@ def axis(run: Run) -> str:
         # After a rest, however long, at once
         for rest in (41, 42, 43):
             await ctx.tick().repeat(rest)
-            run.see(ctx, dut, there=1, moved=0)
+            run.see(ctx, dut, in_position=1, moved=0)
             ctx.set(dut.target, ctx.get(dut.target) + 1)
-            run.see(ctx, dut, there=0, moved=1)
+            run.see(ctx, dut, in_position=0, moved=1)
 
         # The other switch lets go down, and then up again, once it has settled
         ctx.set(dut.low, 0)
@@ -73,14 +73,14 @@ def axis(run: Run) -> str:
         await ctx.tick().repeat(25)
         ctx.set(dut.target, -15)
         await ctx.tick().repeat(2)
-        run.see(ctx, dut, moved=1, blocked=0)
+        run.see(ctx, dut, moved=1, limit_hit=0)
         await ctx.tick().repeat(25)
         ctx.set(dut.target, -10)
-        run.see(ctx, dut, moved=0, blocked=1)
+        run.see(ctx, dut, moved=0, limit_hit=1)
         ctx.set(dut.high, 0)
-        run.see(ctx, dut, moved=0, blocked=1)
+        run.see(ctx, dut, moved=0, limit_hit=1)
         await ctx.tick().repeat(5)
-        run.see(ctx, dut, blocked=0)
+        run.see(ctx, dut, limit_hit=0)
         await run.until(ctx, dut, position=-10)
 
     run.simulate(dut, test, observe)

@@ -14,6 +14,7 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .glitch import GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
@@ -27,6 +28,7 @@ from .points import POINTS
 from .position import POSITION
 from .ramp import RAMP
 from .rate import RATE
+from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
@@ -62,9 +64,11 @@ GENERAL = {
     "start": START,
     "spiral": SPIRAL,
     "coordinates": COORDINATES,
+    "search": SEARCH,
     "square": SQUARE,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
+    "glitch": GLITCH,
     "display": DISPLAY,
     "monitor": MONITOR,
     "uart_receiver": UART_RECEIVER,

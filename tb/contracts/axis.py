@@ -22,21 +22,21 @@ def describe(c: Contract, dut: Axis) -> None:
                 "other time.", rises == c.past(moved), cover=rises)
     c.implication("asked-by-a-target", "A step is made only towards a target: with `run`, "
                   "without a load, and not at the target.", when=moved,
-                  then=dut.run & ~dut.load & ~dut.there)
-    c.implication("there", "`there` is 1 where the position is the target.",
-                  when=dut.position == dut.target, then=dut.there & ~moved)
+                  then=dut.run & ~dut.load & ~dut.in_position)
+    c.implication("in_position", "`in_position` is 1 where the position is the target.",
+                  when=dut.position == dut.target, then=dut.in_position & ~moved)
     c.implication("the-way-it-goes", "STEP rises with DIR as the target was, seen from the "
                   "position.", when=rises, then=dut.direction_pin == c.past(up))
     c.implication("powered", "STEP rises only with ENABLE, where it was requested.", when=rises,
                   then=dut.enable_pin & c.past(dut.enable))
     c.implication("a-switch-blocks", "No step is made towards a switch that is pressed.",
                   when=towards & dut.run, then=~moved)
-    c.implication("says-what-blocks", "`blocked` and a step exclude each other, and a step "
-                  "is made only when due.", when=dut.blocked | moved,
-                  then=~(dut.blocked & moved) & (rate.due | ~moved))
+    c.implication("says-what-blocks", "`limit_hit` and a step exclude each other, and a step "
+                  "is made only when due.", when=dut.limit_hit | moved,
+                  then=~(dut.limit_hit & moved) & (rate.due | ~moved))
     c.implication("blocked-in-time", "A step that a pressed switch blocks is reported when it is "
-                  "due.", when=dut.run & ~dut.load & ~dut.there & rate.due & towards,
-                  then=dut.blocked)
+                  "due.", when=dut.run & ~dut.load & ~dut.in_position & rate.due & towards,
+                  then=dut.limit_hit)
     _position(c, dut, moved, up)
     watch_driver(c, driver, path="driver.")
     accumulator = c.signal("rate.accumulator")

@@ -10,7 +10,7 @@ Properties may also be about internal registers: induction starts from any state
 of them, and it succeeds by more invariants rather than by more clocks.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -324,8 +324,8 @@ class Contract:
                 transparent_for=())
         return words
 
-    def write(self, path: str, words: Bits, *, when: Bits) -> None:
-        """Write one-bit words to a memory inside, from address 0 on, all in one clock."""
+    def write(self, path: str, words: Iterable[Bits], *, when: Bits) -> None:
+        """Write words to a memory inside, from address 0 on, all in one clock."""
         for address, word in enumerate(words):
             self._inside(path).write_port(
                 domain="sync", addr=Const(address, range(self.part(path).depth)), data=word,

@@ -63,14 +63,19 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
     c.invariant("number", "The number of the pixel is that of its row and column.",
                 (number - row * dut.columns - column)[:len(number)] == 0, cover=walk.advance)
 
-    # The memories, a bit for each pixel
+    # The memories: words, and a bit for each pixel
     size = dut.rows * dut.columns
     known = c.past(1)
-    picture, left = c.words("picture_0"), c.words("to_mill")
+    words, words_left = c.words("picture_0"), c.words("to_mill")
+    depth, banks = len(words), len(words[0])
+    picture, left = ([held[n % depth][n // depth] for n in range(size)]
+                     for held in (words, words_left))
     if isinstance(dut, AnyPicture):
         given = c.free(size, name="given")
-        c.write("picture_0", given, when=~known)
-        c.assume(_ones(Mux(known, Cat(picture[:size]), given)) == dut.pixels_set)
+        c.write("picture_0", (Cat(given[n] if n < size else 0 for n in range(word, depth * banks,
+                                                                             depth))
+                              for word in range(depth)), when=~known)
+        c.assume(_ones(Mux(known, Cat(picture), given)) == dut.pixels_set)
     here = [number == n for n in range(size)]
     at_pixel = [(at[0] == n // dut.columns) & (at[1] == n % dut.columns) for n in range(size)]
     lowers, walks = orders.valid & orders.p.down, orders.valid & ~orders.p.up & down
@@ -89,14 +94,15 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
     c.implication("mills-once", "No pixel is milled twice in a job.",
                   when=lowers | walks, then=~_any(cuts[n] & cut[n] for n in range(size)))
     c.implication("mills-all", "When a job ends all that is set is milled, and nothing else.",
-                  when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=Cat(cut) == Cat(picture[:size]))
+                  when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=Cat(cut) == Cat(picture))
 
     # What makes it so
     reading, writing = c.signal("reading"), c.signal("writing")
     c.implication("copies", "The copy is that of the picture, as far as it has come.",
                   when=state("COPY") & (reading != 0), then=(writing == reading - 1)
-                  & (c.part("picture_0").read_ports[0].data == Array(picture)[writing]) & ~_any(cut)
-                  & ~_any((n + 1 < reading) & (left[n] != picture[n]) for n in range(size)))
+                  & (c.part("picture_0").read_ports[0].data == Array(words)[writing]) & ~_any(cut)
+                  & ~_any((word + 1 < reading) & (words_left[word] != words[word])
+                          for word in range(depth)))
     c.implication("begins", "A job begins with all pixels to mill, none milled, at the centre.",
                   when=state("COPY"), then=(milled == -dut.pixels_set) & ~_any(cut) & (visit == 0))
     at_work = state("READ", "SEARCH", "WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
@@ -107,10 +113,10 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
         (left[n] != picture[n] & (~cut[n] | (state("MARK") & here[n])))
         | (cut[n] & ~picture[n]) for n in range(size)))
     c.implication("counts-what-is-left", "The count is that of the pixels left.",
-                  when=at_work, then=-milled == _ones(Cat(left[:size])))
-    c.implication("reads-its-pixel", "The bit read from the copy is that of the present pixel.",
-                  when=state("SEARCH") | found,
-                  then=c.part("to_mill").read_ports[0].data == Array(left)[number[:len(writing)]])
+                  when=at_work, then=-milled == _ones(Cat(left)))
+    c.implication("reads-its-pixel", "The word read from the copy is that of the present pixel.",
+                  when=state("SEARCH") | found, then=c.part("to_mill").read_ports[0].data
+                  == Array(words_left)[number[:len(writing)]])
     c.implication("found-is-left", "A found pixel is set, and not yet milled.",
                   when=found, then=_any(here[n] & left[n] for n in range(size)))
     order = {place[:2]: count for count, place in enumerate(places)}

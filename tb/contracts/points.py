@@ -32,7 +32,7 @@ def describe(c: Contract, dut: PointStore) -> None:
                   then=~dut.stored)
 
     words = c.words("places")
-    flags = c.signal("there")
+    flags = c.signal("written")
     c.invariant("stored", "The memory holds the points that are there, and the flags say which.",
                 Cat((flags[number] == has) & (~has | (words[number] == at))
                     for number, (has, at) in enumerate(zip(there, places, strict=True), 1)).all()

@@ -22,7 +22,7 @@ def describe(c: Contract, dut: Ramp) -> None:
     c.assume(~dut.moved | (dut.step & ~c.rst & c.past(1)))  # a driver makes what is requested
     fastest = Array([dut.rates[0], *dut.rates])[dut.level]
     slowest = Array([0, dut.rates[0], *dut.rates])[dut.level]
-    above, below = dut.asked > fastest, dut.asked <= slowest
+    above, below = dut.requested_rate > fastest, dut.requested_rate <= slowest
     moved, rests, level = c.past(dut.moved), dut.level == 0, c.past(dut.level)
     goes_on = c.past(dut.run & ~c.rst)
     stays = dut.target == c.past(dut.target)
@@ -80,14 +80,16 @@ def _rates(c: Contract, dut: Ramp, fastest: Bits, slowest: Bits) -> None:
     c.implication("no-faster-than-its-level", "The rate is never above the highest of the level.",
                   when=known, then=dut.rate <= fastest)
     c.implication("no-faster-than-asked", "The rate is above that requested only as the lowest of "
-                  "the level.", when=known, then=(dut.rate <= dut.asked) | (dut.rate == slowest))
+                  "the level.", when=known, then=(dut.rate <= dut.requested_rate)
+                  | (dut.rate == slowest))
     c.implication("no-slower-than-asked", "The rate is below that requested only as the highest "
-                  "of the level.", when=known, then=(dut.rate >= dut.asked) | (dut.rate == fastest))
+                  "of the level.", when=known, then=(dut.rate >= dut.requested_rate)
+                  | (dut.rate == fastest))
     c.implication("no-jump", "The rate is never below the lowest of the level: it does not fall "
                   "by more than a level a step, however low a rate is requested.", when=known,
                   then=dut.rate >= slowest)
     c.invariant("starts-unknown", "In the first clock the rate is 0.", known | (dut.rate == 0),
-                cover=~known & (dut.asked != 0))
+                cover=~known & (dut.requested_rate != 0))
 
 
 def _range(c: Contract, dut: Ramp, up: Bits, rests: Bits) -> None:

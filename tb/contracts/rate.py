@@ -14,11 +14,19 @@ def describe(c: Contract, dut: RateGenerator) -> None:
     """The steps are the sum of the rates, and never closer than the highest allows."""
     made = dut.due & dut.moved
     given = Mux(dut.rate > dut.max_rate, dut.max_rate, dut.rate)
-    # All rates of the clocks in which none waited, less a modulus a step: there are bits enough
-    # its correctness.
+    waits = dut.due & ~dut.moved
+    # The sum of the rates less a modulus a step, from the end of the last wait: in this clock the
+    # step has its exact time where the sum is a modulus, and is so many of the rate's parts of a
+    # clock late as the sum is above it. There are bits enough for a generator that is wrong.
     owed = c.keep(range(-2 * dut.modulus, 4 * dut.modulus), name="owed")
-    c.m.d.sync += owed.eq(owed + Mux(made | ~dut.due, given, 0) - Mux(made, dut.modulus, 0))
+    c.m.d.sync += owed.eq(Mux(waits, dut.modulus, owed + given - Mux(made, dut.modulus, 0)))
 
+    c.implication("never-early", "No step is due before its exact time, counted at the rates since "
+                  "the last step that waited.", when=dut.due, then=owed >= dut.modulus)
+    c.implication("less-than-a-clock-late", "A step comes due less than a clock after its exact "
+                  "time: what is beyond it was not there before the rate of the clock before.",
+                  when=dut.due & c.past(1), then=Mux(
+                      c.past(waits), owed == dut.modulus, owed - c.past(given) < dut.modulus))
     c.invariant("no-drift", "The rates that were given, less a modulus for each step that was "
                 "made, are less than a step that is due and a clock.",
                 (owed >= 0) & (owed < dut.modulus + dut.max_rate), cover=made)

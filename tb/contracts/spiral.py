@@ -15,11 +15,10 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
     heading, run, run_start = c.signal("heading"), c.signal("run"), c.signal("run_start")
     visited = c.signal("visited")
     longest = max(dut.rows, dut.columns)
-    # One thing at a time, and no further than the coordinates reach.
-    c.assume(~(dut.advance & (dut.centre | dut.home)))
+    # One thing at a time, from where the centre is in the picture, and no further than the last.
+    c.assume(~(dut.advance & (dut.centre | dut.home | dut.last)))
     for place in (row, column):
         c.assume(~dut.advance | ((place > -longest) & (place < 2 * longest - 1)))
-    c.assume(~dut.advance | (run_start > 2 - 2 * longest))
 
     inside = (row >= 0) & (row < dut.rows) & (column >= 0) & (column < dut.columns)
     moved = c.past(dut.advance & ~c.rst)
@@ -70,6 +69,17 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
                         & (d_row == corner_row + by_row * done)
                         & (d_column == corner_column + by_column * done)),
                     cover=known & (heading == code))
+    reach = longest - 1
+    c.invariant("in-the-square", "The walk stays in the square that holds the picture, from any "
+                "pixel of it.", ~known | ((d_row >= -reach) & (d_row <= reach)
+                                          & (d_column >= -reach) & (d_column <= reach)),
+                cover=known & (d_row == reach))
+    c.implication("last-is-the-corner", "The last pixel is the corner of that square, in the last "
+                  "run to the west.", when=known & dut.last,
+                  then=(d_row == -reach) & (d_column == -reach) & (heading == 0))
+    c.implication("corner-is-last", "And there it is the last.",
+                  when=known & (d_row == -reach) & (d_column == -reach) & (k == 2 * reach)
+                  & (heading == 0), then=dut.last)
     c.implication("near", "Near is the centre and its 8 neighbours.", when=known & dut.near,
                   then=(d_row >= -1) & (d_row <= 1) & (d_column >= -1) & (d_column <= 1))
     order = [(0, 0), (0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1)]
@@ -85,4 +95,5 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
 
 SPIRAL = Component(make=SpiralWalk, describe=describe, depth=14,
                    cases=(Case({"rows": 2, "columns": 3}), Case({"rows": 3, "columns": 2}),
+                          Case({"rows": 1, "columns": 2}),
                           Case({"rows": 16, "columns": 16}, real=True)))

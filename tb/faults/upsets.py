@@ -173,7 +173,7 @@ class Trial:
         return clock.value, steps.value, found
 
     def _says(self, wrong: int, which: int) -> str:
-        """Say what is wrong, as the loops number it, and with which motor or register."""
+        """Return what is wrong, as the loops number it, and with which motor or register."""
         if wrong == 6:
             return f"{self.registers[which].name} is not as from power-up after a reset"
         if wrong == 7:

@@ -51,7 +51,7 @@ class Backlog:
         self._sure = True
 
     def fits(self, frame: Frame) -> bool:
-        """Say whether a frame and all before it surely had room."""
+        """Return whether a frame and all before it surely had room."""
         begin = frame.clock - _size(frame) * self._byte
         self._waiting = [one for one in self._waiting if one[0] >= begin]
         self._sure &= sum(size for _, size in self._waiting) + _size(frame) <= self._room
@@ -118,7 +118,7 @@ def beyond_room(answers: Sequence[tuple[int, int]], ends: Sequence[int], room: i
 
 
 def unanswered(frames: Sequence[Frame], output: Text, byte: int, end: int) -> list[Failure]:
-    """Say where nothing was said before a frame began, so it had room, nor soon after its end."""
+    """Return where the line was quiet before a frame and soon after it, so that it had room."""
     for frame in frames:
         place = output.before(frame.clock + 1)
         before = output.starts[place - 1] if place else -1

@@ -17,7 +17,7 @@ class Frame(NamedTuple):
 
 
 def frames(received: Iterator[DecodedByte], ends: bytes, longest: int) -> Iterator[Frame]:
-    """Give the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
+    """Yield the frames among bytes: from ``:`` to one of `ends`, begun anew at each ``:``.
 
     A byte outside that lacks its stop bit may have been a ``:``, and begins a damaged one.
     """

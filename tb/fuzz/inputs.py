@@ -34,7 +34,7 @@ class Input:
     levels : array of uint8
         The line, a level a clock.
     pressed : array of uint8, optional
-        Switches that are pressed, a bit each, in each clock; none unless told otherwise.
+        Switches that are pressed, a bit each, in each clock; none by default.
     """
 
     kind: str
@@ -43,7 +43,7 @@ class Input:
     pressed: Levels | None = None
 
     def __str__(self) -> str:
-        """Say what is sent."""
+        """Return what is sent."""
         pressed = "" if self.pressed is None else ", switches pressed"
         if not self.data:
             return f"{self.kind} of {len(self.levels)} clocks{pressed}"

@@ -1,8 +1,8 @@
 """A motor with a ramp: its steps, counted at the pins, against what the ramp lets it do.
 
 After how many steps it can stand is its level. That is not seen: it follows from the steps before,
-from what was asked for with each, and from their times. Where it is not known to the clock when
-something was asked for, all that may be is followed.
+from what was requested with each, and from their times. Where it is not known to the clock when
+something was requested, all that may be is followed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,12 +33,12 @@ class Ramp:
         self.modulus, self.unit, self.settle = modulus, unit, settle
 
     def rate(self, level: int, mode: Mode) -> int:
-        """Give the rate at which it goes."""
+        """Return the rate at which it goes."""
         low, high = self._bounds[level:level + 2]
         return min(max(mode.rate * self.unit, low), high)
 
     def after(self, level: int, left: int, mode: Mode) -> int:
-        """Give the level after a step, with so many left to where it goes."""
+        """Return the level after a step, with so many left to where it goes."""
         low, high = self._bounds[level:level + 2]
         asked, top = mode.rate * self.unit, len(self._bounds) - 2
         if level and (asked <= low or left < level):
@@ -117,7 +117,7 @@ class _Motor:
 
     @staticmethod
     def _goes_to(level: int, modes: Sequence[Mode]) -> Iterator[tuple[int, list[Mode]]]:
-        """Give the levels to which it may go without a step, and what it does meanwhile."""
+        """Yield the levels to which it may go without a step, and what it does meanwhile."""
         on = [mode for mode in modes if mode.run]
         if on and level:
             yield level, on
@@ -126,7 +126,7 @@ class _Motor:
 
     def _passed(self, state: _State, rates: Sequence[int], asked: bool,
                 end: int) -> _State:
-        """Let clocks pass at one of some rates, in which a step is asked for, or may be not."""
+        """Let clocks pass at one of some rates, in which a step is requested, or may be."""
         modulus, clocks = self._ramp.modulus, end - self._clock
         slow, fast = min(rates), max(rates)
         low, high = state.low, state.high
@@ -144,7 +144,7 @@ class _Motor:
         return _State(low, high, due)
 
     def lateness(self) -> float | None:
-        """Say how many clocks a step is late that is made now, at most; None if it may be one."""
+        """Return the most clocks that a step made now is late; None if there may be none."""
         (level, state), *others = self._states.items()
         late = state.high - self._ramp.modulus
         rate = self._ramp.rate(level, self._spans[self._span][0])  # in the clock before
@@ -168,6 +168,6 @@ class _Motor:
         if not states:
             return Failure(self._clock, "time", shown + "comes too early")
         if not found:
-            return Failure(self._clock, "step", shown + "no command asked for")
+            return Failure(self._clock, "step", shown + "no command requested")
         self._states, self._direction, self._clock = found, direction, self._clock + 1
         return None

@@ -36,7 +36,7 @@ def press_switches(inputs: Iterator[Input], switches: int, seed: int,
 
 
 def _runs(rng: random.Random, switches: int, byte: int) -> Iterator[tuple[int, int]]:
-    """Give what is pressed, and for how many clocks: one of them mostly, some contacts bounce."""
+    """Yield what is pressed, and for how many clocks: one of them mostly, some contacts bounce."""
     while True:
         yield 0, rng.randint(1, rng.choice([40, 3 * byte, 30 * byte]))
         on = rng.choice([1 << rng.randrange(switches)] * 3 + [rng.getrandbits(switches)])
@@ -47,6 +47,6 @@ def _runs(rng: random.Random, switches: int, byte: int) -> Iterator[tuple[int, i
 
 
 def switch_levels(inputs: Sequence[Input]) -> Levels:
-    """Give the switches in each clock of some inputs, a bit each."""
+    """Return the switches in each clock of some inputs, a bit each."""
     return np.concatenate([np.zeros(len(item.levels), np.uint8) if item.pressed is None
                            else item.pressed for item in inputs])

@@ -82,13 +82,13 @@ class Steps:
 
     @classmethod
     def of(cls, clock: NDArray, direction: NDArray, moves: NDArray | None = None) -> "Steps":
-        """Count steps, each of which moves something, unless told otherwise: 1, 0 or -1."""
+        """Count steps; `moves` is what each moves, 1, 0 or -1, its direction by default."""
         direction = direction.astype(np.int64)
         return cls(clock.astype(np.int64), direction,
                    np.concatenate([[0], np.cumsum(direction if moves is None else moves)]))
 
     def between(self, first: int, last: int) -> tuple[int, int]:
-        """Give the lowest and the highest place from one clock to another."""
+        """Return the lowest and the highest place from one clock to another."""
         begin, end = np.searchsorted(self.clock, [first, last], "right")
         places = self.place[begin:end + 1]
         return int(places.min()), int(places.max())
@@ -114,7 +114,7 @@ class TrajectoryCheck(NamedTuple):
 
 def lateness(clocks: NDArray[np.int64], first: NDArray[np.int64], modulus: int,
              rate: NDArray[np.int64] | int) -> NDArray[np.int64]:
-    """Say how late steps are, in clocks times `rate`, each compared with the `first` of its like.
+    """Return how late steps are, in clocks times `rate`, each against the `first` of its like.
 
     Those of one rate, as late as each other but for rounding, are less than a clock apart.
     """
@@ -155,7 +155,7 @@ def check_trajectory(steps: Steps, effects: Sequence[Effect], modulus: int, cloc
     failures = [Failure(int(steps.clock[n]), "step",
                         f"a step {'up' if steps.direction[n] > 0 else 'down'} from {before[n]} "
                         f"that no "
-                        "command asked for")
+                        "command requested")
                 for n in np.flatnonzero(astray)[:1]]
 
     # Steps that must be there
@@ -165,7 +165,7 @@ def check_trajectory(steps: Steps, effects: Sequence[Effect], modulus: int, cloc
     left = np.abs(highest - steps.place[begin])
     for n in np.flatnonzero(sure & (made < np.minimum(due, left)))[:1]:
         failures.append(Failure(
-            int(begins[n]), "step", f"{made[n]} steps where {min(due[n], left[n])} were asked for "
+            int(begins[n]), "step", f"{made[n]} steps where {min(due[n], left[n])} were requested "
             f"by clock {ends[n]}"))
 
     # Steps that must come at their time, as late as the first
@@ -185,7 +185,7 @@ def check_trajectory(steps: Steps, effects: Sequence[Effect], modulus: int, cloc
 
 
 def intervals(effects: Sequence[Effect], clocks: int) -> tuple[NDArray[np.int64], list[list[Mode]]]:
-    """Give the clocks at which what is asked for changes, and what it may be from each on.
+    """Return the clocks at which what is requested changes, and what it may be from each on.
 
     The last is `clocks`, when one stops looking.
     """

@@ -55,7 +55,10 @@ class StepDirModel:
 
 
 class RateModel:
-    """Step times in integers: the sum of the rates, and the steps made of it."""
+    """Step times in integers: the sum of the rates, and the steps made of it.
+
+    Where a step waits, the sum is just what the step takes.
+    """
 
     def __init__(self, *, modulus: int, max_rate: int) -> None:
         self.modulus, self.max_rate = modulus, max_rate
@@ -70,5 +73,7 @@ class RateModel:
         due = int(self.is_due())
         if moved or not due:
             self.given += min(rate, self.max_rate)
+        else:
+            self.given = (self.made + 1) * self.modulus
         self.made += due & moved
         return {"due": due}

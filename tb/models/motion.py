@@ -92,8 +92,8 @@ class AxisModel:
         """Advance one clock."""
         position = self.move.position
         step, direction = self.move.request(target=target, run=run, load=load)
-        asked = step & int(self.rate.is_due())
-        allowed = self.limits.clock(step=asked, direction=direction, low=low, high=high)["allowed"]
+        due = step & int(self.rate.is_due())
+        allowed = self.limits.clock(step=due, direction=direction, low=low, high=high)["allowed"]
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
         moved = seen["moved"]
         self.rate.clock(rate=rate, moved=moved)
@@ -101,8 +101,8 @@ class AxisModel:
                                       direction=direction)["counted"]
         self.move.clock(moved=counted, direction=direction, load=load, place=place, rst=rst)
         del seen["ready"]
-        return {**seen, "position": position, "there": int(position == target),
-                "blocked": asked & ~allowed}
+        return {**seen, "position": position, "in_position": int(position == target),
+                "limit_hit": due & ~allowed}
 
 
 class RampModel:
@@ -127,12 +127,13 @@ class RampModel:
         rates = [0, self.steps[0], *self.steps]
         return rates[self.level], rates[self.level + 1]
 
-    def rate(self, asked: int) -> int:
+    def rate(self, requested_rate: int) -> int:
         """Return the rate in this clock."""
         slowest, fastest = self.bounds()
-        return sorted((slowest, asked, fastest))[1] if self.now else 0
+        return sorted((slowest, requested_rate, fastest))[1] if self.now else 0
 
-    def clock(self, *, target: int, run: int, asked: int, moved: int, rst: int = 0) -> None:
+    def clock(self, *, target: int, run: int, requested_rate: int, moved: int,
+              rst: int = 0) -> None:
         """Advance one clock."""
         _, direction = self.request(target=target, run=run)
         slowest, fastest = self.bounds()
@@ -144,7 +145,7 @@ class RampModel:
             self.level = 0
         elif moved:
             ahead = (target - self.place.position) * self.way
-            if self.level and (ahead < self.level or asked <= slowest):
+            if self.level and (ahead < self.level or requested_rate <= slowest):
                 self.level -= 1
-            elif ahead > self.level and asked > fastest and self.level < len(self.steps):
+            elif ahead > self.level and requested_rate > fastest and self.level < len(self.steps):
                 self.level += 1

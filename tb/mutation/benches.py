@@ -140,7 +140,7 @@ def model_key(dut: Dut, netlist: Netlist, seed: int, clocks: int) -> str:
 
 def _expected(dut: Dut, netlist: Netlist, seed: int, clocks: int
               ) -> Iterator[tuple[Stimulus, Mapping[str, NDArray]]]:
-    """Give the stimuli of a comparison with a model, each from power-up, and what it gives."""
+    """Yield the stimuli of a comparison with a model, each from power-up, and what it gives."""
     assert dut.model is not None
     for stimulus in (dut.directed(seed, clocks // 2), dut.random(seed, 0, clocks - clocks // 2)):
         yield stimulus, ModelRunner(dut.model()).apply(stimulus, list(netlist.outputs))

@@ -44,7 +44,7 @@ class Verdict:
 
     @property
     def killed(self) -> bool:
-        """Say whether anything found it."""
+        """Return whether anything found it."""
         return bool(self.contract) or self.bench is not None
 
 
@@ -228,7 +228,7 @@ class Judge:
         return self.unproved(None) == ""
 
     def verdict(self, number: int, bench: int | None, *, shown: bool = False) -> Verdict:
-        """Say what becomes of a mutant.
+        """Return what becomes of a mutant.
 
         Parameters
         ----------

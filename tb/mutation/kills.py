@@ -105,7 +105,7 @@ def kills(name: str, component: Component, lock: AbstractContextManager) -> list
 
 
 def _cases(component: Component) -> Iterator[Case | None]:
-    """Give the cases to look at, those of the board last; None is that of the bench."""
+    """Yield the cases to look at, those of the board last; None is that of the bench."""
     if bench_of(kind_of(component)) is not None:
         yield None
     yield from sorted(component.cases, key=lambda case: case.real)

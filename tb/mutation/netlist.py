@@ -313,7 +313,7 @@ def _list(text: str, folder: Path) -> tuple[list[Mutant], Mapping]:
 
 def choose(mutants: list[Mutant], count: int, seed: int) -> list[Mutant]:
     """Choose so many mutants by chance; all, if there are no more."""
-    # Yosys' own choice of some of them runs for ever where most of them are asked for.
+    # Yosys' own choice of some of them runs for ever where most of them are requested.
     if count >= len(mutants):
         return mutants
     chosen = random.Random(seed).sample(range(len(mutants)), count)
@@ -377,8 +377,7 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant],
 
     # A mutant at the output of a flip-flop leaves the name, and with it what is said of power-up,
     # on its own output. So this is read from the netlist without mutants.
-    before = {f"$flatten\\dut.{name}" if name.startswith("$") else f"dut.{name}": cell
-              for name, cell in inside["cells"].items()}
+    before = {_flattened(name): cell for name, cell in inside["cells"].items()}
     inits, machines, upset = _power_up(inside)
     own_inits, *_ = _power_up(module)
     frees = {bit for bits in upset for bit in bits}
@@ -431,6 +430,13 @@ def _read(module: Mapping, inside: Mapping, mutants: list[Mutant],
                    pins[PortDirection.Output], mutants, switches, assertions, assumed, start,
                    *([[places[bit] for bit in bits] for bits in registers]
                      for registers in (machines, upset)))
+
+
+def _flattened(name: str) -> str:
+    """Return the name of a cell of the component once it is flattened into the bench."""
+    if name.startswith("$"):  # of a part of the component it has been flattened before
+        return f"$flatten\\dut.{name.removeprefix('$flatten')}"
+    return f"dut.{name}"
 
 
 def _power_up(module: Mapping) -> tuple[dict, list[tuple], list[tuple]]:

@@ -46,7 +46,7 @@ class Outcome:
         Its name.
     good : bool
         Nothing is wrong; of a control: the mistake was found.
-    says : str
+    summary : str
         The figures, in a line.
     control : str or None
         The mistake that was planted.
@@ -56,7 +56,7 @@ class Outcome:
 
     design: str
     good: bool
-    says: str
+    summary: str
     control: str | None = None
     figures: dict[str, Any] = field(default_factory=dict)
 
@@ -64,7 +64,7 @@ class Outcome:
 Parts = Sequence[NetlistPart]
 
 Task = Callable[[Path], Outcome]
-"""Is given an empty folder to work in."""
+"""Takes an empty folder to work in."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Check:
 
     Attributes
     ----------
-    says : str
+    summary : str
         What it makes sure of, and its control, in a sentence each.
     tasks : callable
         Gives what there is to do, of what is to be checked of each machine.
@@ -83,7 +83,7 @@ class Check:
         Gives designs that it cannot look at, and why, by name.
     """
 
-    says: str
+    summary: str
     tasks: Callable[[Parts, Options], list[Task]]
     missing: Callable[[], str | None]
     leaves_out: Callable[[Parts], Mapping[str, str]]
@@ -129,13 +129,13 @@ def _equal(subject: Subject) -> Task:
     def task(folder: Path) -> Outcome:
         it = _built(subject)
         verdict = equal.compare(it.top, it.rtl, it.netlist, folder, verilog=not subject.rams)
-        says = (f"{verdict.proved} of {verdict.cells} $equiv cells proved: {verdict.outputs} "
+        summary = (f"{verdict.proved} of {verdict.cells} $equiv cells proved: {verdict.outputs} "
                 f"outputs, next states of {verdict.registers} flip-flops")
         if verdict.constant or verdict.unused:
-            says += f", {verdict.constant} constants; {verdict.unused} flip-flops had no effect"
+            summary += f", {verdict.constant} constants; {verdict.unused} flip-flops had no effect"
         if verdict.wrong:
-            says += f"; not equal: {_few(verdict.wrong)}"
-        return Outcome(subject.name, not verdict.wrong, says, figures=asdict(verdict))
+            summary += f"; not equal: {_few(verdict.wrong)}"
+        return Outcome(subject.name, not verdict.wrong, summary, figures=asdict(verdict))
 
     return task
 
@@ -150,17 +150,17 @@ def _flipped(subject: Subject, options: Options) -> Task:
             # A bit of a table that is never looked up makes no difference; ask in another way.
             harmless = not verdict.wrong and equal.same(it.top, it.netlist, flip.netlist, folder,
                                                         only=flip.reaches)
-            results.append({"bit": flip.says, "cells": verdict.cells, "wrong": verdict.wrong,
+            results.append({"bit": flip.summary, "cells": verdict.cells, "wrong": verdict.wrong,
                             "harmless": harmless})
         found = [result for result in results if result["wrong"]]
         harmless = sum(result["harmless"] for result in results)
-        says = f"{len(found)} of {len(results)} made a difference"
+        summary = f"{len(found)} of {len(results)} made a difference"
         if found:
-            says += f", such as {found[0]['bit']} to {_few(found[0]['wrong'], 1)}"
-        says += f"; {harmless} proved to make none" if harmless else ""
+            summary += f", such as {found[0]['bit']} to {_few(found[0]['wrong'], 1)}"
+        summary += f"; {harmless} proved to make none" if harmless else ""
         lost = [result["bit"] for result in results if not (result["wrong"] or result["harmless"])]
-        says += f"; NOT FOUND: {_few(lost)}" if lost else ""
-        return Outcome(subject.name, bool(found) and not lost, says, "bits of look-up tables",
+        summary += f"; NOT FOUND: {_few(lost)}" if lost else ""
+        return Outcome(subject.name, bool(found) and not lost, summary, "bits of look-up tables",
                        {"flips": results})
 
     return task
@@ -184,13 +184,14 @@ def _codes(subject: Subject, control: str | None = None) -> Task:
         found = codes.prove(it.top, it.netlist, it.states, running, shows, folder)
         wrong = [f"{machine.register}: {what}" for machine in found for what in machine.wrong]
         unused = sum(machine.unused for machine in found)
-        says = (f"{len(found)} state machines, {unused} unused codes: each leads to {codes.FAULT} "
+        summary = (f"{len(found)} state machines, {unused} unused codes: each leads to "
+                   f"{codes.FAULT} "
                 f"and shows at {shows}")
         if wrong:
-            says = _few(wrong)
+            summary = _few(wrong)
         figures = {"machines": [asdict(machine) for machine in found]}
         good = bool(wrong) if control else bool(found) and not wrong
-        return Outcome(subject.name, good, says, control, figures)
+        return Outcome(subject.name, good, summary, control, figures)
 
     return task
 
@@ -207,12 +208,12 @@ def _pins(name: str, netlist: Callable[[], tuple[str, str]], clock: str,
           control: str | None = None) -> Task:
     def task(folder: Path) -> Outcome:
         found = pins.check(cells(*netlist(), folder), clock=clock)
-        says = (f"{found.synchronised} input pins reach logic through two flip-flops, "
+        summary = (f"{found.synchronised} input pins reach logic through two flip-flops, "
                 f"{found.unused} reach nothing")
         if found.wrong:
-            says = _few(found.wrong)
+            summary = _few(found.wrong)
         good = bool(found.wrong) if control else bool(found.synchronised) and not found.wrong
-        return Outcome(name, good, says, control, asdict(found))
+        return Outcome(name, good, summary, control, asdict(found))
 
     return task
 
@@ -249,12 +250,12 @@ def _unknown(runnable: unknown.Runnable, as_what: str, options: Options,
             kind = unknown.without_values(kind)
         seen = unknown.look(elaborate(runnable.make), kind, runnable, seed=options.seed,
                             clocks=options.cycles)
-        says = (f"{as_what}: {seen.bits} bits of outputs known in each of {seen.clocks} clocks, "
+        summary = (f"{as_what}: {seen.bits} bits of outputs known in each of {seen.clocks} clocks, "
                 "from clock 0, with reset and without")
         if seen.wrong:
-            says = f"{as_what}: {seen.wrong}"
+            summary = f"{as_what}: {seen.wrong}"
         good = (seen.wrong is not None) == (control is not None)
-        return Outcome(runnable.name, good, says, control, {"as": as_what, **asdict(seen)})
+        return Outcome(runnable.name, good, summary, control, {"as": as_what, **asdict(seen)})
 
     return task
 

@@ -128,15 +128,15 @@ class _Cuts:
         return self._flat.bit(name) in self._flat.registers
 
     def now(self, name: str) -> str:
-        """Say what it holds, or an input."""
+        """Return what it holds, or an input."""
         return f"{self._cut(name)}.q" if self.is_register(name) else name
 
     def then(self, name: str) -> str:
-        """Say what it will hold."""
+        """Return what it will hold."""
         return f"{self._cut(name)}.d"
 
     def at_least(self, names: Sequence[str], least: int) -> str:
-        """Say whether registers, the most significant first, hold so much."""
+        """Return whether registers, the most significant first, hold so much."""
         plain = f"ff_least_{len(self._cells)}"
         bits = " ".join(f"\\{self._cut(name)}" for name in names)
         parameters = {"A_SIGNED": 0, "A_WIDTH": len(names), "B_SIGNED": 0, "B_WIDTH": len(names),
@@ -150,7 +150,7 @@ class _Cuts:
         return plain
 
     def keep(self, port: str) -> str:
-        """Give the command that leaves nothing but these, and an output."""
+        """Return the command that leaves nothing but these, and an output."""
         kept = "".join(f" w:{plain}.d %u" for plain in self._plain.values())
         return f"delete -output o:* w:{port.partition('[')[0]}{kept} %d"
 

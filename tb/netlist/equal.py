@@ -25,7 +25,7 @@ from itertools import starmap
 from pathlib import Path
 
 from ..engines.base import EngineError
-from .flat import CUT, Bit, Flat, Net, add_to, alias, load, models, said, yosys
+from .flat import CUT, Bit, Flat, Net, add_to, alias, bit_name, load, models, yosys
 
 __all__ = ["Verdict", "compare", "same"]
 
@@ -96,7 +96,7 @@ def compare(top: str, rtl: str, netlist: str, folder: Path, *,
     folder : path
         Where to work.
     only : collection of Net, optional
-        Outputs and registers to look at; all, unless told otherwise.
+        Outputs and registers to look at; all by default.
     verilog : bool
         The RTL is in Verilog, and has memories.
 
@@ -120,7 +120,7 @@ def compare(top: str, rtl: str, netlist: str, folder: Path, *,
     if cells != outputs + len(names):
         raise EngineError(f"Yosys compared {cells} bits of {top}, not {outputs + len(names)}")
     failed = [what for what, how in _TRIED.findall(log) if how == "failed."]
-    wrong += [said(names[what[:-2]]) if what.endswith(".d") else what.replace(" ", "")
+    wrong += [bit_name(names[what[:-2]]) if what.endswith(".d") else what.replace(" ", "")
               for what in failed]
     if proved + len(failed) != cells:
         raise EngineError(f"Yosys says of {cells - proved - len(failed)} bits of {top} neither "
@@ -130,7 +130,7 @@ def compare(top: str, rtl: str, netlist: str, folder: Path, *,
 
 
 def same(top: str, netlist: str, other: str, folder: Path, *, only: Collection[Net]) -> bool:
-    """Say whether two netlists that differ in a cell are equal: one formula for all of it."""
+    """Return whether two netlists that differ in a cell are equal: one formula for all of it."""
     yosys("; ".join([models(netlist, top, "gold", folder), models(other, top, "gate", folder)]),
           folder)
     gold, gate = load(folder / "gold.json", top), load(folder / "gate.json", top)
@@ -175,16 +175,17 @@ def _pair(gold: Flat, gate: Flat) -> _Pairs:
         if found := [name for name in names if gate.names[name] in gate.registers]:
             name, twin = found[0], gate.names[found[0]]
             if twin in taken:
-                wrong.append(f"{said(name)} and {said(taken[twin])} are one flip-flop")
+                wrong.append(f"{bit_name(name)} and {bit_name(taken[twin])} are one flip-flop")
                 continue
             if gold.start(bit) != gate.start(twin):
-                wrong.append(f"{said(name)} starts at {gate.start(twin)}, not {gold.start(bit)}")
+                wrong.append(f"{bit_name(name)} starts at {gate.start(twin)}, "
+                             f"not {gold.start(bit)}")
             taken[twin] = name
             both.append(name)
         elif found := [name for name in names if gate.names[name] in ("0", "1")]:
             level = str(gate.names[found[0]])
             if str(gold.start(bit)) != level:
-                wrong.append(f"{said(found[0])} starts at {level}, not {gold.start(bit)}")
+                wrong.append(f"{bit_name(found[0])} starts at {level}, not {gold.start(bit)}")
             constant.append((found[0], level))
         elif (start := gold.start(bit)) is not None and gold.aliases.get(bit):
             lost.append((gold.aliases[bit][0], str(start)))

@@ -11,7 +11,7 @@ from ..engines.cache import call
 from ..yosys import YOSYS
 
 __all__ = ["CUT", "Bit", "Cell", "Flat", "Net", "Pin", "add_to", "alias", "cells",
-           "load", "models", "said", "yosys"]
+           "load", "models", "bit_name", "yosys"]
 
 Bit = int | str
 """A net of one bit: its number, or ``0``, ``1``, ``x`` or ``z``."""
@@ -119,12 +119,12 @@ class Flat:
         return found
 
     def name(self, bit: Bit) -> str:
-        """Give the name by which people know a net: no name of a cell's port, if it has another."""
+        """Return the display name of a net: no name of a cell's port, if it has another."""
         names = self.aliases.get(bit, [("a net without a name", 0)])
-        return said(min(names, key=lambda name: name[0].startswith("_")))
+        return bit_name(min(names, key=lambda name: name[0].startswith("_")))
 
     def start(self, bit: Bit) -> int | None:
-        """Give the level that a register has at power-up; None if it has none."""
+        """Return the level that a register has at power-up; None if it has none."""
         return self._starts.get(bit)
 
     def bit(self, name: str) -> Bit | None:
@@ -159,7 +159,7 @@ def cells(netlist: str, top: str, folder: Path) -> Flat:
 
 
 def models(netlist: str, top: str, side: str, folder: Path) -> str:
-    """Give the commands that put Yosys' models into a netlist; block RAMs, without one, stay boxes.
+    """Return the commands that put Yosys' models into a netlist; block RAMs have none.
 
     They write it to files that are named after `side`, as RTLIL and as JSON.
     """
@@ -176,7 +176,7 @@ def load(path: Path, top: str) -> Flat:
     return Flat(json.loads(path.read_text(encoding="utf-8"))["modules"][top])
 
 
-def said(net: Net) -> str:
+def bit_name(net: Net) -> str:
     """Write a bit of a wire as Verilog does."""
     return f"{net[0]}[{net[1]}]"
 

@@ -19,7 +19,7 @@ class Flip:
 
     Attributes
     ----------
-    says : str
+    summary : str
         Which.
     netlist : str
         The netlist with the mistake in it.
@@ -27,7 +27,7 @@ class Flip:
         The outputs and registers that depend on that look-up table.
     """
 
-    says: str
+    summary: str
     netlist: str
     reaches: frozenset[Net]
 

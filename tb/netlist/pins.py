@@ -61,7 +61,7 @@ def check(flat: Flat, *, clock: str) -> Pins:
 
 
 def _why_not(flat: Flat, bit: Bit, clocks: Collection[Bit]) -> str | None:
-    """Say why a net is not synchronised; None if it is."""
+    """Return why a net is not synchronised; None if it is."""
     clock = None
     for stage in ("the first flip-flop", "the second flip-flop"):
         if bit in _shown(flat):
@@ -84,7 +84,7 @@ def _why_not(flat: Flat, bit: Bit, clocks: Collection[Bit]) -> str | None:
 
 
 def _edge(cell: Cell) -> tuple[Bit, bool]:
-    """Give the clock of a flip-flop, and whether it takes the falling edge."""
+    """Return the clock of a flip-flop, and whether it takes the falling edge."""
     return cell.inputs["C"][0], cell.type.endswith("_1")
 
 

@@ -55,7 +55,7 @@ class Subject:
     Attributes
     ----------
     name : str
-        What people call it.
+        The name shown to people.
     make : callable
         Makes the design.
     running : tuple of (str, int)
@@ -77,7 +77,7 @@ class Subject:
     mistake: Mistake | None = None
 
     def with_mistake(self, mistake: Mistake) -> "Subject":
-        """Give the same with a mistake planted in it."""
+        """Return the same with a mistake planted in it."""
         return replace(self, mistake=mistake)
 
     def build(self) -> Built:

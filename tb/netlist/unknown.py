@@ -30,7 +30,7 @@ class Runnable:
     Attributes
     ----------
     name : str
-        What people call it.
+        The name shown to people.
     make : callable
         Makes the design.
     stimulus : callable

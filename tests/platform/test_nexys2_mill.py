@@ -17,6 +17,7 @@ from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
 from fresa_boards.wiring import prepare, simulation_ports
 from tb.boards import board as on_board
 from tb.engines import AmaranthEngine
+from tb.mistake import Mistake
 from tb.plant import Plant
 from tests.platform.pins import DISPLAY, LINE, buffers, check_pins, netlist_of, pins_of, users
 
@@ -27,7 +28,7 @@ PERIOD, TRAVEL, STILL, SIDE, PITCH = 3, 4, 3, 6, 4
 SETTLE = 2 * STILL + 4
 AUTOMATIC = 1 << 7
 RESET, START, UNUSED, STOP = 1, 2, 4, 8
-BUSY, READY = 1 << 5, 1 << 7
+BUSY, ERROR, READY = 1 << 5, 1 << 6, 1 << 7
 AXES = ["axis_x", "axis_y", "axis_z"]
 WORDS = [0b0110, 0b0011, 0b1001, 0b1100]
 PINS = {
@@ -47,9 +48,12 @@ PICTURE = np.array([[0, 1, 1, 0], [0, 0, 0, 1], [1, 0, 0, 0]], bool)
 class Board:
     """A board on the bench, with someone at its switches."""
 
-    def __init__(self, source) -> None:
-        machine = MillStation(source=source, timing=MillTiming(PERIOD, 3), z_travel=TRAVEL)
-        self.engine = AmaranthEngine(on_board("mill", machine, debounce=STILL))
+    def __init__(self, source, *, period: int = PERIOD, stop: int = 1, still: int = STILL,
+                 mistake: Mistake | None = None) -> None:
+        machine = MillStation(source=source, timing=MillTiming(period, 3, stop_period=stop),
+                              z_travel=TRAVEL)
+        design = on_board("mill", machine, debounce=still)
+        self.engine = AmaranthEngine(mistake.planted(design) if mistake else design)
         self.plant = Plant(pitch=PITCH, travel=TRAVEL)
         self.wait(0)
 
@@ -249,6 +253,73 @@ class TestButtons:
         assert square.leds == READY
 
 
+class TestStop:
+    """The stop waits for its own time, and not for the debouncer."""
+
+    still, stop, period = 60, 8, 20
+
+    def moving(self) -> Board:
+        board = Board(SquareGenerator(side=500), period=self.period, stop=self.stop,
+                      still=self.still)
+        board.wait(3 * self.still)
+        board.engine.set(switches=1)
+        board.wait(3 * self.still)
+        assert board.plant.position[0] > 0
+        return board
+
+    @pytest.mark.parametrize("after", range(0, 60, 7))
+    def test_at_most_one_step_wherever_in_the_period_of_the_debouncer(self, after):
+        board = self.moving()
+        board.wait(after)
+        before = board.plant.position[0]
+        board.engine.set(buttons=STOP)
+        board.wait(self.stop + 4)
+        there = board.plant.position[0]
+        assert there - before <= 1
+        board.engine.set(buttons=0)  # it is latched
+        board.wait(10 * self.period)
+        assert board.plant.position[0] == there
+
+    def test_a_glitch_does_nothing_however_often(self):
+        board = self.moving()
+        for _ in range(30):
+            before = board.plant.position[0]
+            for level, clocks in ((STOP, self.stop - 1), (0, 2 * self.period)):
+                board.engine.set(buttons=level)
+                board.wait(clocks)
+            assert board.plant.position[0] >= before + 2
+
+    def test_bounces_then_steady(self):
+        board = self.moving()
+        for clocks in (2, 1, 5, 3, 7, 1):
+            for level in (STOP, 0):
+                board.engine.set(buttons=level)
+                board.wait(clocks)
+        board.engine.set(buttons=STOP)
+        board.wait(self.stop + 4)
+        there = board.plant.position[0]
+        board.wait(10 * self.period)
+        assert board.plant.position[0] == there
+
+    def test_reset_ends_it_once_the_button_is_released(self):
+        board = self.moving()
+        for buttons in (STOP, STOP | RESET, STOP):
+            board.engine.set(buttons=buttons)
+            board.wait(3 * self.still)
+        board.turn(0)
+        there = board.plant.position[0]
+        for buttons in (RESET, 0):
+            board.engine.set(buttons=buttons)
+            board.wait(3 * self.still)
+        board.engine.set(switches=1)
+        board.wait(3 * self.still)
+        assert board.plant.position[0] > there
+
+    def test_time_on_the_board(self):
+        assert MillTiming.real().stop_period == 500  # 10 us
+        assert "10 us" in (DOCS / "nexys2.md").read_text("utf-8")
+
+
 class TestPins:
     def test_power_up(self, square):
         assert square.engine.get(*AXES) == (WORDS[0],) * 3
@@ -297,6 +368,22 @@ class TestPicture:
         board.finish()
         assert (fresh.cut == PICTURE).all()
         assert (fresh.wrong_steps, fresh.position, fresh.faults) == (0, (0, 0, 0), [])
+
+    def test_an_empty_memory_is_an_error_until_reset(self):
+        board = Board(CoordinateGenerator(PICTURE.tolist(), pixel_steps=PITCH),
+                      mistake=Mistake("source.found", lambda right, _: right & 0))
+        board.turn(AUTOMATIC)
+        board.press(START)
+        board.wait(500)
+        assert board.leds & (BUSY | ERROR | READY) == ERROR
+        board.turn(0)  # manual mode resets the source, and no error is forgotten
+        board.turn(0b000001)
+        board.wait(100)
+        board.turn(AUTOMATIC)
+        assert board.leds & (BUSY | ERROR | READY) == ERROR
+        assert board.plant.position == (0, 0, 0)
+        board.press(RESET)
+        assert board.leds == READY
 
     def test_twice(self):
         board = milling()
@@ -368,7 +455,7 @@ class TestNetlist:
                 assert cell.attributes["ASYNC_REG"] == "TRUE"
         modules = {netlist.cells[n].module_idx for n in users(netlist, pins)}
         behind = {netlist.modules[index].name[-1] for index in modules}
-        assert behind == {"debouncer"}
+        assert behind - {"divider"} == {"debouncer", "stop_filter"}  # the stop alone passes it by
 
     def test_one_clock(self, netlist):
         flip_flops = [cell for cell in netlist.cells if isinstance(cell, nir.FlipFlop)]

@@ -8,7 +8,7 @@ from amaranth import Module
 from amaranth.lib import io
 from amaranth.lib.wiring import In, Out
 
-from fresa.roles import BUTTON, DIRECTION, LIMIT, RX, STATUS, STEP, MachineComponent
+from fresa.roles import BUTTON, DIRECTION, LIMIT, RX, STATUS, STEP, STOP, MachineComponent
 from fresa_boards.board import Allotment
 from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.wiring import check_names, simulation_ports, wire
@@ -43,9 +43,10 @@ ALLOTMENT = Allotment(header={"limits": "JA1 JA2", "step": "JA3 JA4", "direction
 OUTPUTS = ["step", "direction", "leds"]
 
 
-def engine(allotment=ALLOTMENT, *, low: tuple[str, ...] = (), **options) -> AmaranthEngine:
+def engine(allotment=ALLOTMENT, *, machine: Wires | None = None, low: tuple[str, ...] = (),
+           **options) -> AmaranthEngine:
     """Run the machine; `low` are pins that the board has inverted."""
-    machine = Wires()
+    machine = machine or Wires()
     ports = {name: ~port if name in low else port
              for name, port in simulation_ports(NEXYS2_500, machine, allotment).items()}
     top = wire(machine, ports, allotment, clock=50_000_000, debounce=2, **options)
@@ -75,6 +76,21 @@ class TestLevels:
                               OUTPUTS)
             held = it.apply({"buttons": [2] * 12, "limits": [3] * 12, "rx": [1] * 12}, OUTPUTS)
         assert not (bounce["leds"] & 1).any() and held["leds"][-1] & 1
+
+    def test_a_contact_whose_role_has_no_bounces_passes_the_debouncer_by(self):
+        class Fast(Wires):
+            roles = {**Wires.roles, "line": STOP}
+
+        allotment = Allotment(header=ALLOTMENT.header,
+                              panel={"buttons": "line stop", "leds": "lights"})
+        with engine(allotment, machine=Fast()) as it:
+            seen = it.apply({"limits": [3] * 12, "buttons": [0, 3] + [0] * 10}, OUTPUTS)
+            held = it.apply({"limits": [3] * 12, "buttons": [2] * 12}, OUTPUTS)
+        assert seen["direction"].tolist() == [0] * 4 + [1] + [0] * 7
+        assert not (seen["leds"] & 1).any() and held["leds"][-1] & 1
+        ports = simulation_ports(NEXYS2_500, Fast(), allotment)
+        names = check_names(Fast(), ports, allotment)
+        assert (names["line"], names["stop"]) == ("buttons[0]", "debouncer.o")
 
     def test_pins_that_are_on_at_the_other_level(self):
         with engine(inverted=("limits", "step")) as it:

@@ -137,7 +137,7 @@ class TestRamp:
             moved = int(motor.request(**now)[0] and rate.is_due())
             clocks += [clock + 1] * moved  # the coils change
             rate.clock(rate=motor.rate(35), moved=moved)
-            motor.clock(**now, asked=35, moved=moved)
+            motor.clock(**now, requested_rate=35, moved=moved)
         return clocks
 
     def check(self, clocks, effects=EFFECTS):

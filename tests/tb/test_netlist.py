@@ -255,12 +255,12 @@ class TestEqual:
 class TestFlips:
     def test_one_bit_of_another_table_each(self, tmp_path):
         found = list(flips(NETLIST, "it", tmp_path, seed=3, count=9))
-        assert sorted(flip.says.split()[-1] for flip in found) == ["_0_", "_1_"]
+        assert sorted(flip.summary.split()[-1] for flip in found) == ["_0_", "_1_"]
         for flip in found:
             changed = [(a, b) for a, b in zip(NETLIST, flip.netlist, strict=True) if a != b]
             assert len(changed) == 1
             assert (int(changed[0][0], 16) ^ int(changed[0][1], 16)).bit_count() == 1
-            table = flip.says.split()[-1]
+            table = flip.summary.split()[-1]
             assert flip.reaches == ({("state", 0)} if table == "_0_" else {("o", 0)})
         assert found == list(flips(NETLIST, "it", tmp_path, seed=3, count=9))
 
@@ -402,7 +402,7 @@ class TestUnknown:
 class TestChecks:
     def test_each_has_a_control(self):
         for name, check in CHECKS.items():
-            assert "ontrol" in check.says, name
+            assert "ontrol" in check.summary, name
             assert len(check.tasks(list(netlist_parts().values()), Options())) > 1
 
     def test_a_subject_with_a_mistake_is_another(self):

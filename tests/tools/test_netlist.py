@@ -103,7 +103,7 @@ class TestCommand:
             run("--help")
         said = " ".join(capsys.readouterr().out.split())
         for check in CHECKS.values():
-            assert check.says in said
+            assert check.summary in said
 
     @pytest.mark.parametrize(("arguments", "message"), [
         (["equals"], "there is no check 'equals'; did you mean equal?"),

@@ -218,15 +218,19 @@ class TestPage:
         assert page(facts) == (DOCS / "verification.md").read_text(encoding="utf-8")
 
     def test_mutants_are_added_up(self):
-        one = {"mutants": 10, "equivalent": 2, "contract": 6, "bench": 5, "killed": 8, "survive": 0}
+        one = {"mutants": 10, "equivalent": 2, "broken": 6, "unproved": 1, "bench": 5, "killed": 8,
+               "survive": 0}
         two = {**one, "killed": 4, "survive": 4}
         none = dict.fromkeys(one, 0)
         facts = {"parts": {name: {"command": name, "seconds": 1, "resumed": False, "facts": {
-            "all": counts, "components": {name: {**counts, "score": 50.0}}, "survivors": []}}
+            "all": counts, "survivors": [], "without": [f"{name}-bare"],
+            "components": {name: {**counts, "possible": 400, "score": 50.0}}}}
             for name, counts in (("mutants", one), ("mutants-one", two),
                                  ("mutants-two", none))},
             "cores": 2, "versions": []}
-        assert "| **all** | 20 | 4 | 12 | 10 | 12 | 4 | 75.00 |" in page(facts)
+        text = page(facts)
+        assert "| **all** | 1 200 | 20 | 4 | 12 | 2 | 10 | 12 | 4 | 75.00 |" in text
+        assert "none were made: mutants-bare, mutants-one-bare and mutants-two-bare." in text
 
     def test_every_figure_is_from_the_record(self):
         facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
@@ -307,8 +311,8 @@ class TestPage:
             {**found, "name": "moves", "mutant": "not $3 Y[0] inverted"},
             {**found, "name": "counts", "lemma": True}, {**found, "name": "rests"}]})
         assert kills["mutants"] == {"coil": {"moves": "not $3 Y[0] inverted, bench, clock 7"}}
-        proof = {"component": "coil", "name": "moves", "case": "-", "verdict": "proved", "k": 2,
-                 "base": 1.0, "induction": 0.5}
+        proof = {"component": "coil", "name": "moves", "description": "It moves.", "case": "-",
+                 "verdict": "proved", "k": 2, "base": 1.0, "induction": 0.5}
         proofs = summary("proofs", {"versions": {}, "seconds": 9, "proofs": [
             proof, {**proof, "name": "rests", "k": 5}]})
         found_parts = {name: {"command": name, "seconds": 1, "resumed": False, "facts": facts}
@@ -316,6 +320,7 @@ class TestPage:
         text = page({"parts": found_parts, "cores": 2, "versions": []})
         assert "| coil | 2 | 2 | 2 | 5 | 1.5 | 1 of 2 | 1 |" in text
         assert "| coil | rests |" in text
+        assert "2 properties in all, of 1 different sentences" in text
         del found_parts["kills"]
         text = page({"parts": found_parts, "cores": 2, "versions": [], "left_out": ["kills"]})
         assert "| coil | 2 | 2 | 2 | 5 | 1.5 | - | - |" in text

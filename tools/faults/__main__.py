@@ -43,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _machines(args: argparse.Namespace) -> list[FaultTarget]:
-    """Make the builds of a machine that are asked for."""
+    """Make the builds of a machine that are requested."""
     machine = machines()[args.machine]
     if machine.faults is None:
         raise UserError(f"{args.machine} has no " + (

@@ -11,7 +11,7 @@ from ..console import Parser, whole
 __all__ = ["UPSETS", "UPSETS_ON_A_LINE", "RESETS", "make_parser"]
 
 RESETS, UPSETS, UPSETS_ON_A_LINE = 10_000, 1_000_000, 20_000
-"""How many, unless told otherwise. A line is slow: much time passes until an upset is seen."""
+"""How many by default. A line is slow: much time passes until an upset is seen."""
 
 ABOUT = """\
 Injects faults into a raw machine while it works, on CXXRTL: resets at any time, or bit upsets of

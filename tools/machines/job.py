@@ -53,7 +53,7 @@ class Built:
 
 @dataclass(frozen=True)
 class Job:
-    """A machine to build, as it was asked for.
+    """A machine to build, as it was requested.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ def build(board: str, machine: Machine, **given: Any) -> Built:
 
 
 def declared_kind(machine: Machine) -> Kind:
-    """Say how a machine is built of which no more is known than its declaration."""
+    """Return how a machine is built of which no more is known than its declaration."""
     def job(args: argparse.Namespace) -> Job:
         values = values_of(args, machine.options)
         where = BOARDS[args.board]

@@ -96,7 +96,7 @@ def figures(board: str, timing: MillTiming, asked: Fraction, files: Mapping[str,
 
 
 def job(args: argparse.Namespace) -> Job:
-    """Make what was asked for; see :class:`Kind`."""
+    """Make what was requested; see :class:`Kind`."""
     if args.board == "pins" and (args.image or args.orders):
         raise UserError("the raw machine has no order source: leave out --image and --orders")
     if args.orders in ("square", "serial") and args.image:

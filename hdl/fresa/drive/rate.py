@@ -17,13 +17,15 @@ class RateGenerator(wiring.Component):
 
     The accumulator grows by the rate in every clock; when it reaches the modulus a step is due, and
     the step subtracts the modulus. Nothing is rounded, so no error accumulates: at a constant rate
-    the n-th step is due in clock ``ceil(n * modulus / rate)``, less than a clock after its exact
-    time, for every n. A new rate counts from the clock in which it is given, also for the step
-    under way.
+    the n-th step is due in clock ``ceil(n * modulus / rate)``, never before its exact time and less
+    than a clock after it, for every n. A new rate counts from the clock in which it is given, also
+    for the step under way.
 
-    A step that is due waits until it is made, and the accumulator waits with it. So none is lost
-    while a motor is not ready, and after a wait the steps do not catch up: no two steps are ever
-    closer than ``modulus // max_rate`` clocks. Reset changes nothing.
+    A step that is due waits until it is made, and times count anew from the clock in which it is:
+    what the accumulator has beyond the modulus is cleared, since at another rate it would be
+    another time. So none is lost while a motor is not ready or at rest, and after a wait the steps
+    do not catch up: no two steps are ever closer than ``modulus // max_rate`` clocks. Reset changes
+    nothing.
 
     With steps/s as unit of the rate, ``modulus`` is the frequency of the clock. With turns a minute
     and a motor of 48 steps a turn, it is 60/48 of that.
@@ -65,7 +67,9 @@ class RateGenerator(wiring.Component):
         accumulator = Signal(range(-self.modulus, self.max_rate), init=-self.modulus,
                              reset_less=True)
         m.d.comb += self.due.eq(accumulator >= 0)
-        with m.If(~self.due | self.moved):
+        with m.If(self.due & ~self.moved):
+            m.d.sync += accumulator.eq(0)
+        with m.Else():
             m.d.sync += accumulator.eq(accumulator + Mux(self.due, rate - self.modulus, rate))
 
         return m

@@ -11,10 +11,10 @@ from amaranth.lib.wiring import In, Out
 from ..clock import CLOCK
 from ..drive import MAX_PERIOD
 from ..motion import GuardedController, NumericalController
-from ..panel import Monitor, scan_bits
+from ..panel import Monitor, debounce_period, scan_bits
 from ..panel.display import REFRESH
 
-__all__ = ["PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "TOP_SPEED", "Z_TRAVEL", "Mill",
+__all__ = ["PIXEL_STEPS", "PICTURE_MAX", "RESOLUTION", "STOP_TIME", "TOP_SPEED", "Z_TRAVEL", "Mill",
            "MillTiming", "step_period"]
 
 RESOLUTION = Fraction(125, 100) / 6 / 48
@@ -31,6 +31,9 @@ PIXEL_STEPS = 128
 
 PICTURE_MAX = 400
 """Most rows and columns of a picture (thesis, 5.4)."""
+
+STOP_TIME = Fraction(10, 10**6)
+"""Time for which the stop button must be steady, in seconds."""
 
 
 def step_period(step_rate: Fraction | float | str, clock: int = CLOCK) -> int:
@@ -75,11 +78,14 @@ class MillTiming:
         Binary logarithm of the clocks of a digit's time slot on the display.
     jog_period : int
         Clocks from one step request by hand to the next.
+    stop_period : int
+        Clocks for which the stop button of a :class:`MillStation` must be steady.
     """
 
     period: int
     scan_bits: int
     jog_period: int = 1
+    stop_period: int = 1
 
     @classmethod
     def real(cls, *, step_rate: Fraction | float | str = TOP_SPEED, clock: int = CLOCK,
@@ -91,7 +97,8 @@ class MillTiming:
         ValueError
             If the clock is too slow or too fast for them.
         """
-        return cls(period=step_period(step_rate, clock), scan_bits=scan_bits(clock, refresh))
+        return cls(period=step_period(step_rate, clock), scan_bits=scan_bits(clock, refresh),
+                   stop_period=debounce_period(clock, STOP_TIME))
 
 
 class Mill(wiring.Component):

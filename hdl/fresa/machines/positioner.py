@@ -261,8 +261,8 @@ class Positioner(MachineComponent):
             m.submodules[name] = axis
             m.d.comb += [
                 positioning.numbers[index].eq(commands.numbers[index]),
-                positioning.there[index].eq(axis.there),
-                positioning.blocked[index].eq(axis.blocked),
+                positioning.in_position[index].eq(axis.in_position),
+                positioning.limit_hit[index].eq(axis.limit_hit),
                 reporter.position[index].eq(axis.position),
                 axis.target.eq(positioning.target[index]),
                 axis.run.eq(positioning.run[index] & ~self.fault),

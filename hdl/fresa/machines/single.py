@@ -183,9 +183,9 @@ class Single(MachineComponent):
         m.submodules.rate = rate = self._rate
         m.submodules.move = move = self._move
         m.submodules.driver = driver = self._driver
-        asked = commands.speed * self.rpm
+        requested_rate = commands.speed * self.rpm
         if isinstance(move, Ramp):
-            m.d.comb += move.asked.eq(asked)
+            m.d.comb += move.requested_rate.eq(requested_rate)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             self.tx.eq(transmitter.tx),
@@ -195,7 +195,7 @@ class Single(MachineComponent):
             move.run.eq(commands.enable & ~self.fault),
             move.moved.eq(driver.moved),
             commands.position.eq(move.position),
-            rate.rate.eq(move.rate if isinstance(move, Ramp) else asked),
+            rate.rate.eq(move.rate if isinstance(move, Ramp) else requested_rate),
             rate.moved.eq(driver.moved),
             driver.step.eq(move.step & rate.due),
             driver.direction.eq(move.direction),

@@ -7,7 +7,8 @@ from amaranth.lib.wiring import In, Out, Signature, connect
 
 from ..drive import FULL_STEP
 from ..motion import CoordinateGenerator, SquareGenerator, StartHandshake
-from ..roles import BUTTON, COILS, DIGITS, RX, SEGMENTS, STATUS, SWITCH, TX, MachineComponent
+from ..panel import GlitchFilter
+from ..roles import BUTTON, COILS, DIGITS, RX, SEGMENTS, STATUS, STOP, SWITCH, TX, MachineComponent
 from .mill import Z_TRAVEL, Mill, MillTiming
 from .serial_orders import SerialOrders
 
@@ -23,8 +24,9 @@ _COILS = COILS.resting(FULL_STEP[0])
 class MillStation(MachineComponent):
     """The mill and an order source.
 
-    All inputs are synchronous to the clock and clean. In manual mode the order source is held in
-    reset, as the automatic part of the mill is; `SerialOrders` are not, as they go on to answer.
+    All inputs are synchronous to the clock, and all but ``stop`` are clean. In manual mode the
+    order source is held in reset, as the automatic part of the mill is; `SerialOrders` are not, as
+    they go on to answer.
 
     Parameters
     ----------
@@ -43,7 +45,9 @@ class MillStation(MachineComponent):
     start : In(1)
         Automatic: where it rises, the order source starts. `SerialOrders` are not started.
     stop : In(1)
-        No step from here on, until reset; an upset state register of the source does so too.
+        May bounce: see :class:`GlitchFilter`. When it has been high for the timing's
+        ``stop_period`` there is no step from the next clock on, until reset. A fault of the source
+        stops the mill at once.
     axis_x, axis_y, axis_z : Out(4)
         Coil words.
     leds : Out(4)
@@ -51,7 +55,7 @@ class MillStation(MachineComponent):
     busy : Out(1)
         The order source is at work.
     error, ready : Out(1)
-        See :class:`Mill`; an upset state register of the source is an error, too.
+        See :class:`Mill`; a fault of the source is an error, too, until reset.
     segments, digits : Out(8), Out(4)
         The display, active low: in automatic mode the count chosen.
     rx, tx : In(1), Out(1)
@@ -66,10 +70,12 @@ class MillStation(MachineComponent):
     def __init__(self, *, source: OrderSource, timing: MillTiming | None = None,
                  z_travel: int = Z_TRAVEL, guard: bool = False) -> None:
         self._source = source
+        timing = timing or MillTiming.real()
         self._mill = Mill(timing=timing, z_travel=z_travel, guard=guard)
+        self._stop_filter = GlitchFilter(period=timing.stop_period)
         pins = {
             "automatic": (In(1), SWITCH), "jog": (In(6), SWITCH),
-            "start": (In(1), BUTTON), "stop": (In(1), BUTTON),
+            "start": (In(1), BUTTON), "stop": (In(1), STOP),
             "axis_x": (Out(4), _COILS), "axis_y": (Out(4), _COILS), "axis_z": (Out(4), _COILS),
             "leds": (Out(4), STATUS), "busy": (Out(1), STATUS), "error": (Out(1), STATUS),
             "ready": (Out(1), STATUS), "segments": (Out(8), SEGMENTS), "digits": (Out(4), DIGITS),
@@ -83,20 +89,25 @@ class MillStation(MachineComponent):
         m = Module()
 
         m.submodules.mill = mill = self._mill
+        m.submodules.stop_filter = stop_filter = self._stop_filter
         m.submodules.handshake = ResetInserter(~self.automatic)(handshake := StartHandshake())
         source = self._source
-        fault = source.fault | handshake.fault
+        # Manual mode resets both, and leaves the mill stopped: the error shows as long.
+        failed = Signal()
+        fault = source.fault | handshake.fault | failed
+        m.d.sync += failed.eq(fault)
+        stop = stop_filter.o | fault
         if isinstance(source, SerialOrders):
             m.submodules.source = source
             stopped = Signal()
-            with m.If(self.stop | fault):
+            with m.If(stop):
                 m.d.sync += stopped.eq(1)
             m.d.comb += [
                 source.rx.eq(self.rx),
                 self.tx.eq(source.tx),
                 source.enable.eq(self.automatic),
                 source.error.eq(self.error),
-                source.stopped.eq(self.stop | fault | stopped),
+                source.stopped.eq(stop | stopped),
             ]
         else:
             m.submodules.source = ResetInserter(~self.automatic)(source)
@@ -116,7 +127,8 @@ class MillStation(MachineComponent):
             mill.mode.eq(self.automatic),
             mill.jog.eq(self.jog),
             mill.counter_select.eq(self.jog[:2]),
-            mill.stop.eq(self.stop | fault),
+            stop_filter.i.eq(self.stop),
+            mill.stop.eq(stop),
 
             self.axis_x.eq(mill.axis_x),
             self.axis_y.eq(mill.axis_y),

@@ -56,11 +56,11 @@ class Axis(wiring.Component):
         The switch at that end is pressed. Synchronous to the clock.
     position : Out(signed(width))
         Position of the load, in steps.
-    there : Out(1)
+    in_position : Out(1)
         The position is the target.
     moved : Out(1)
         A step is made in this clock.
-    blocked : Out(1)
+    limit_hit : Out(1)
         A step is due, and a limit switch blocks it.
 
     Raises
@@ -84,7 +84,8 @@ class Axis(wiring.Component):
             "rate": In(range(max_rate + 1)), "backlash": In(range(max_backlash + 1)),
             "enable": In(1),
             "low": In(1), "high": In(1),
-            "position": Out(signed(width)), "there": Out(1), "moved": Out(1), "blocked": Out(1),
+            "position": Out(signed(width)), "in_position": Out(1), "moved": Out(1),
+            "limit_hit": Out(1),
             **{name: Out(driver.signature.members[name].shape) for name in self.pins},
         })
 
@@ -116,9 +117,9 @@ class Axis(wiring.Component):
             backlash.moved.eq(driver.moved),
 
             self.position.eq(move.position),
-            self.there.eq(move.position == self.target),
+            self.in_position.eq(move.position == self.target),
             self.moved.eq(driver.moved),
-            self.blocked.eq(limits.step & ~limits.allowed),
+            self.limit_hit.eq(limits.step & ~limits.allowed),
             *(getattr(self, name).eq(getattr(driver, name)) for name in self.pins),
         ]
 

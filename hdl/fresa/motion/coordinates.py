@@ -16,6 +16,9 @@ __all__ = ["CoordinateGenerator"]
 BANK_BITS = 14
 """A block RAM of the Spartan-3E has 2 ** 14 words of one bit."""
 
+BLOCK_RAM = {"ram_style": "block"}
+"""Attribute of a memory that is to be in block RAM whatever XST would choose."""
+
 
 class CoordinateGenerator(wiring.Component):
     """Mills a one-bit picture: always the nearest pixel next.
@@ -29,8 +32,12 @@ class CoordinateGenerator(wiring.Component):
 
     The picture is never written to. A job begins with a copy of it, in which the pixels are cleared
     as they are milled, so that a new start mills all of it again however the job before ended. Both
-    memories hold pixel number n in word ``n % depth``, bit ``n // depth``, with a block RAM for
-    each bit of a word: to choose a pixel takes a multiplexer of one bit.
+    memories hold pixel number n in word ``n % depth``, bit ``n // depth``: to choose a pixel takes
+    a multiplexer of one bit. Both are marked as block RAM, and have at least two bits a word: of
+    arrays of one bit that are only read XST is reported to make constants.
+
+    A search that ends while pixels are left to mill has met none of them: the memory does not hold
+    the picture. That is a fault.
 
     =======  ================================================================  ====================
     state    does                                                              next
@@ -38,7 +45,8 @@ class CoordinateGenerator(wiring.Component):
     IDLE     waits for ``start``                                               COPY
     COPY     copies the picture, a word a clock                                READ
     READ     reads a pixel of the copy                                         SEARCH
-    SEARCH   goes on to the next pixel, or has found one, or all are milled    READ, WALK or RAISE
+    SEARCH   goes on to the next pixel, has found one, all are milled,         READ, WALK, RAISE or
+             or has seen all pixels and found none                             FAULT
     WALK     orders the tool, which is down, to the pixel found                MARK
     RAISE    orders the tool up                                                TRAVEL
     TRAVEL   orders the tool to the pixel found, or back to the origin         LOWER or IDLE
@@ -63,7 +71,7 @@ class CoordinateGenerator(wiring.Component):
     busy : Out(1)
         A job is under way.
     fault : Out(1)
-        The state register was upset. Stays until reset.
+        The state register was upset, or the memory does not hold the picture. Stays until reset.
 
     Raises
     ------
@@ -90,14 +98,15 @@ class CoordinateGenerator(wiring.Component):
         self.pixels_set = sum(pixels)
         if not self.pixels_set:
             raise ValueError("picture must have a pixel to mill, not 0")
-        # A power of two, so that a word outside the picture can be read, and ignored.
-        self._depth_bits = min((len(pixels) - 1).bit_length(), BANK_BITS)
+        # A power of two, so that a word outside the picture can be read, and ignored; half of the
+        # pixels or less, so that there are two banks.
+        self._depth_bits = min(max(1, (len(pixels) - 1).bit_length() - 1), BANK_BITS)
         depth = 1 << self._depth_bits
         self._words = [
             sum(pixel << bank for bank, pixel in enumerate(pixels[word::depth]))
             for word in range(depth)
         ]
-        self._banks = -(-len(pixels) // depth)
+        self._banks = max(2, -(-len(pixels) // depth))
         super().__init__()
 
     def elaborate(self, platform) -> Module:
@@ -105,7 +114,8 @@ class CoordinateGenerator(wiring.Component):
 
         depth = 1 << self._depth_bits
         m.submodules.walk = walk = SpiralWalk(rows=self.rows, columns=self.columns)
-        m.submodules.to_mill = to_mill = memory.Memory(shape=self._banks, depth=depth, init=[])
+        m.submodules.to_mill = to_mill = memory.Memory(
+            shape=self._banks, depth=depth, init=[], attrs=BLOCK_RAM)
         copy, sink = to_mill.read_port(), to_mill.write_port()
         pixel = walk.number[:self._depth_bits]
         bank = walk.number[self._depth_bits:][:(self._banks - 1).bit_length()]
@@ -121,11 +131,12 @@ class CoordinateGenerator(wiring.Component):
         writing = Signal(self._depth_bits)
         m.d.sync += writing.eq(reading)
         picture = []
-        for low in range(0, self._banks, 8):  # a wider one is split in ways that cost much logic
-            width = min(8, self._banks - low)
+        most = 8 if self._banks % 8 != 1 else 7  # wider ones are split in ways that cost much logic
+        for low in range(0, self._banks, most):
+            width = min(most, self._banks - low)
             m.submodules[f"picture_{low}"] = part = memory.Memory(
                 shape=width, depth=depth,
-                init=[word >> low & (1 << width) - 1 for word in self._words])
+                init=[word >> low & (1 << width) - 1 for word in self._words], attrs=BLOCK_RAM)
             port = part.read_port()
             m.d.comb += port.addr.eq(reading)
             picture.append(port.data)
@@ -165,6 +176,8 @@ class CoordinateGenerator(wiring.Component):
                     m.next = "WALK"
                 with m.Elif(found):
                     m.next = "RAISE"
+                with m.Elif(walk.last):
+                    m.next = "FAULT"
                 with m.Else():
                     m.d.comb += walk.advance.eq(1)
                     m.next = "READ"

@@ -64,11 +64,11 @@ class PointStore(wiring.Component):
         m.submodules.places = places = memory.Memory(
             shape=self.axes * self.width, depth=1 << len(self.number), init=[])
         write, read = places.write_port(), places.read_port()
-        there = Signal(1 << len(self.number))
+        written = Signal(1 << len(self.number))
         exists = Signal()
         m.d.comb += [
             exists.eq((self.number != 0) & (self.number <= self.points)),
-            self.stored.eq(there.bit_select(self.number, 1)),
+            self.stored.eq(written.bit_select(self.number, 1)),
             write.addr.eq(self.number),
             write.data.eq(Cat(self.place)),
             write.en.eq(self.store & exists),
@@ -76,6 +76,6 @@ class PointStore(wiring.Component):
             Cat(self.found).eq(read.data),
         ]
         with m.If(write.en):
-            m.d.sync += there.bit_select(self.number, 1).eq(1)
+            m.d.sync += written.bit_select(self.number, 1).eq(1)
 
         return m

@@ -59,7 +59,7 @@ class Positioning(wiring.Component):
         Commands, and lines that are none.
     numbers : In(signed(32)).array(3)
         Their numbers, see :class:`PositionerCommands`.
-    there, blocked : In(3)
+    in_position, limit_hit : In(3)
         Motors at their target; motors that a limit switch blocks.
     halt : In(1)
         Ends every movement; none begins.
@@ -94,7 +94,7 @@ class Positioning(wiring.Component):
         super().__init__({
             "orders": In(stream.Signature(PositionerOrder)),
             "numbers": In(signed(32)).array(MOTORS),
-            "there": In(MOTORS), "blocked": In(MOTORS), "halt": In(1), "tick": In(1),
+            "in_position": In(MOTORS), "limit_hit": In(MOTORS), "halt": In(1), "tick": In(1),
             "answers": Out(stream.Signature(Answer)),
             "connected": Out(1),
             "rate": Out(range(self.top_speed + 1), init=min(START_SPEED, self.top_speed)).array(
@@ -139,7 +139,7 @@ class Positioning(wiring.Component):
         pending_limits = Signal(MOTORS)  # not answered yet
         free = Signal()
         m.d.comb += [
-            stopped.eq(self.run & self.blocked),
+            stopped.eq(self.run & self.limit_hit),
             free.eq(~self.answers.valid | self.answers.ready),
             reasons.r_en.eq(free & ~pending_limits.any()),
         ]
@@ -153,7 +153,7 @@ class Positioning(wiring.Component):
         self._sound(m, stopped)
 
         going = Signal(MOTORS)  # to a point
-        m.d.sync += self.run.eq(self.run & ~self.there & ~stopped)
+        m.d.sync += self.run.eq(self.run & ~self.in_position & ~stopped)
         with m.If(obeyed):
             self._obey(m, going, points)
         with m.If(self.halt):
@@ -163,7 +163,8 @@ class Positioning(wiring.Component):
     def _obey(self, m: Module, going: Signal, points: PointStore) -> None:
         """Execute a command."""
         order = self.orders.p
-        left = self.run & ~self.there & ~self.blocked  # movements that do not end in this clock
+        # movements that do not end in this clock
+        left = self.run & ~self.in_position & ~self.limit_hit
         with m.Switch(order.command):
             with m.Case(Command.CONNECT):
                 m.d.sync += self.connected.eq(1)

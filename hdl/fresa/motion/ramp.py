@@ -98,7 +98,7 @@ class Ramp(wiring.Component):
         Target position.
     run : In(1)
         Move towards it.
-    asked : In(range(max_rate + 1))
+    requested_rate : In(range(max_rate + 1))
         Requested rate, as for :class:`RateGenerator`.
     moved : In(1)
         The requested step is made in this clock. Only with ``step``, and neither in a reset nor in
@@ -129,7 +129,8 @@ class Ramp(wiring.Component):
         self.max_rate = in_range("max_rate", max_rate, 1, 1 << 40)
         self.width = in_range("width", width, 2, 64)
         super().__init__({
-            "target": In(signed(self.width)), "run": In(1), "asked": In(range(self.max_rate + 1)),
+            "target": In(signed(self.width)), "run": In(1),
+            "requested_rate": In(range(self.max_rate + 1)),
             "moved": In(1), "step": Out(1), "direction": Out(1),
             "rate": Out(range(self.rates[-1] + 1)), "position": Out(signed(self.width)),
             "level": Out(range(len(self.rates) + 1)),
@@ -152,12 +153,12 @@ class Ramp(wiring.Component):
         above = Signal()
         below = Signal()
         m.d.comb += [
-            above.eq(self.asked > bounds.data.fastest),
-            below.eq(self.asked <= bounds.data.slowest),
+            above.eq(self.requested_rate > bounds.data.fastest),
+            below.eq(self.requested_rate <= bounds.data.slowest),
         ]
         with m.If(known):
             m.d.comb += self.rate.eq(Mux(above, bounds.data.fastest,
-                                         Mux(below, bounds.data.slowest, self.asked)))
+                                         Mux(below, bounds.data.slowest, self.requested_rate)))
 
         m.submodules.move = move = MoveTo(width=self.width)
         rests = Signal()

@@ -20,7 +20,8 @@ class SpiralWalk(wiring.Component):
 
     So it meets them in the order of the time that the machine takes to get there, for which a
     diagonal is as long as a straight. The walk runs past the borders of the picture by as much as
-    the picture is long; further, its coordinates mean nothing.
+    the picture is long; ``last`` is where it has visited all of the picture, whatever pixel of it
+    is the centre. Further, its coordinates mean nothing.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ class SpiralWalk(wiring.Component):
     centre : In(1)
         Begin a spiral around the pixel of this clock.
     advance : In(1)
-        Go to the next pixel. Never in the same clock as ``home`` or ``centre``.
+        Go to the next pixel. Never in the same clock as ``home`` or ``centre``, nor from the last.
     row, column : Out(16)
         Coordinates of the pixel, if ``inside``.
     number : Out(18)
@@ -43,6 +44,8 @@ class SpiralWalk(wiring.Component):
         The pixel is in the picture.
     near : Out(1)
         The pixel is the centre or one of its 8 neighbours.
+    last : Out(1)
+        The pixel is the last corner of a square around the centre that holds the picture.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class SpiralWalk(wiring.Component):
     number: Out(18)
     inside: Out(1)
     near: Out(1)
+    last: Out(1)
 
     def __init__(self, *, rows: int, columns: int) -> None:
         self.rows = in_range("rows of the picture", rows, 1, PICTURE_LIMIT)
@@ -97,7 +101,11 @@ class SpiralWalk(wiring.Component):
         run = Signal(range(-2 * longest, 1))
         run_start = Signal.like(run)
         visited = Signal(range(10))
-        m.d.comb += self.near.eq(visited < 9)
+        m.d.comb += [
+            self.near.eq(visited < 9),
+            # The square ends with a run to the west that is as long as the one before.
+            self.last.eq((run >= 0) & (run_start == 2 - 2 * longest) & (heading == 0)),
+        ]
 
         with m.If(self.advance):
             m.d.sync += [

@@ -2,6 +2,7 @@
 
 from .debounce import Debouncer, debounce_period
 from .display import SevenSegment, scan_bits
+from .glitch import GlitchFilter
 from .monitor import Monitor
 
-__all__ = ["Debouncer", "Monitor", "SevenSegment", "debounce_period", "scan_bits"]
+__all__ = ["Debouncer", "GlitchFilter", "Monitor", "SevenSegment", "debounce_period", "scan_bits"]

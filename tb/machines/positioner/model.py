@@ -158,7 +158,7 @@ class PositioningModel:
         self.sound = 0  # ticks for which the buzzer is still on
 
     def refusal(self, order: Order) -> str:
-        """Say why an order is not obeyed; nothing if it is."""
+        """Return why an order is refused; nothing if it is obeyed."""
         wrong, word, numbers = order
         if wrong or word not in ("MOV", "GOTO"):
             return wrong
@@ -167,16 +167,16 @@ class PositioningModel:
         return "EMPTY" if word == "GOTO" and numbers[0] not in self.points else ""
 
     def takes(self, order: Order | None) -> bool:
-        """Say whether the order that is offered is taken in this clock."""
+        """Return whether the order that is offered is taken in this clock."""
         return bool(order and self.lookup_done)
 
     def load(self, order: Order | None) -> list[int] | None:
-        """Say what this place is called from the next clock on, if it is called otherwise."""
+        """Return what this place is called from the next clock on, if it is called otherwise."""
         if order and self.lookup_done and not self.refusal(order) and order[1] in ("ORIGIN", "POS"):
             return order[2] or [0, 0, 0]
         return None
 
-    def clock(self, order: Order | None, *, there: Sequence[int], blocked: Sequence[int],
+    def clock(self, order: Order | None, *, in_position: Sequence[int], limit_hit: Sequence[int],
               tick: bool, answer_taken: bool, halt: bool = False) -> None:
         """Make a clock."""
         taken = self.takes(order)
@@ -193,10 +193,10 @@ class PositioningModel:
             self.reasons.append(refusal if said < self.waiting - 1 else "OVERFLOW")
         self.sound -= bool(tick and self.sound)
         for motor in range(3):
-            if self.movement[motor] and blocked[motor]:
+            if self.movement[motor] and limit_hit[motor]:
                 self.pending_limits.add(motor)
                 self.sound = 2
-            if there[motor] or blocked[motor]:
+            if in_position[motor] or limit_hit[motor]:
                 self.movement[motor] = ""
         if order and taken and not refusal:
             self._obey(*order[1:])
@@ -351,8 +351,9 @@ class PositionerModel:
         answered = self.reporter.clock(enable=does.connected, answer=does.answer,
                                        position=[axis["position"] for axis in axes])
         taken = does.takes(order)
-        does.clock(order, there=[axis["there"] for axis in axes], tick=tick, answer_taken=answered,
-                   blocked=[axis["blocked"] for axis in axes],
+        does.clock(order, in_position=[axis["in_position"] for axis in axes], tick=tick,
+                   answer_taken=answered,
+                   limit_hit=[axis["limit_hit"] for axis in axes],
                    halt=self.receiver.line_break)
         took = self.commands.clock(self.lines.head, taken)
         byte, room = self.receiver.byte, self.lines.room

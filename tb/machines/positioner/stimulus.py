@@ -63,7 +63,7 @@ def random_rows(bit: int, seed: int, block: int, rows: int = BLOCK) -> dict[str,
 
 
 def _line(rng: random.Random) -> bytes:
-    """Give a line: right, wrong, or with bytes changed."""
+    """Return a line: right, wrong, or with bytes changed."""
     kind = rng.randrange(10)
     line = bytearray(rng.choice(SHORT) if kind < 4 else PROTOCOL.legal(rng) if kind < 9
                      else rng.choice(PROTOCOL.quiet))

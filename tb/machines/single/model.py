@@ -281,7 +281,7 @@ class SingleModel:
     # The motor
 
     def _request(self) -> tuple[int, int]:
-        """Return the step asked for in this clock, and its direction."""
+        """Return the step that is requested in this clock, and its direction."""
         if self.ramp:
             return self.ramp.request(target=self.target, run=self.enable)
         return self.place.request(target=self.target, run=self.enable, load=0)
@@ -289,12 +289,13 @@ class SingleModel:
     def _move(self, rst: int) -> None:
         """Make the step that is due, towards the set-point of this clock or as the ramp lets it."""
         step, up = self._request()
-        asked = self.speed * self.rate
-        rate = self.ramp.rate(asked) if self.ramp else asked
+        requested = self.speed * self.rate
+        rate = self.ramp.rate(requested) if self.ramp else requested
         moved = self.motor.clock(step=int(step and self.steps.is_due()), direction=up,
                                  enable=self.enable, rst=rst)["moved"]
         self.steps.clock(rate=rate, moved=moved)
         if self.ramp:
-            self.ramp.clock(target=self.target, run=self.enable, asked=asked, moved=moved, rst=rst)
+            self.ramp.clock(target=self.target, run=self.enable, requested_rate=requested,
+                            moved=moved, rst=rst)
         else:
             self.place.clock(moved=moved, direction=up, load=0, place=0, rst=rst)

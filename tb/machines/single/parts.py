@@ -7,7 +7,7 @@ from ...bench import Run, bench, put
 
 @bench
 def frame_interpreter(run: Run) -> str:
-    """Frames of `single` and their answers: set, asked for, refused."""
+    """Frames of `single` and their answers: set, requested, refused."""
     dut = FrameInterpreter(greeting=b"hi\r\n", help_text=b"help\r\n")
     end = {"byte": LineEnd.GOOD.value, "end": 1}
     said = bytearray()

@@ -49,6 +49,16 @@ class TestRateGenerator:
         times = [-(-n * modulus // rate) for n in range(1, clocks * rate // modulus + 2)]
         assert due(modulus, [rate] * clocks) == [time for time in times if time < clocks]
 
+    @pytest.mark.parametrize("clock", range(25))
+    def test_the_rate_before_a_rest_is_nothing_to_the_times_after_it(self, clock):
+        """What is beyond the modulus at rest was once taken for time at the new rate."""
+        rates = [48] * (21 + clock) + [1] * 2200
+        moved = [0] * (40 + clock) + [1] * 2181
+        with generator(1000, 50) as engine:
+            seen = engine.apply({"rate": rates, "moved": moved}, ["due"])["due"]
+        first = 40 + clock
+        assert np.flatnonzero(seen & moved).tolist() == [first, first + 1000, first + 2000]
+
 
 class TestParameters:
     @pytest.mark.parametrize("modulus", [0, -1, MAX_MODULUS + 1, 5e7])

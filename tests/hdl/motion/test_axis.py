@@ -18,7 +18,8 @@ from tb.stimulus import bursts
 
 MODULUS, FASTEST, PLAY, WIDTH = 240, 20, 5, 8
 SPACING = MODULUS // FASTEST
-OUTPUTS = ["position", "there", "moved", "blocked", "step_pin", "direction_pin", "enable_pin"]
+OUTPUTS = ["position", "in_position", "moved", "limit_hit", "step_pin", "direction_pin",
+           "enable_pin"]
 TIMES = {"width": 3, "low": 4, "setup": 2, "hold": 2}
 
 
@@ -77,7 +78,7 @@ class TestAxis:
         seen["position"] = signed(seen["position"])
         assert {name: values.tolist() for name, values in seen.items()} == played(
             model.clock, given)
-        assert seen["moved"].sum() > 100 and seen["blocked"].any()
+        assert seen["moved"].sum() > 100 and seen["limit_hit"].any()
 
     @pytest.mark.parametrize("backlash", [0, 1, 5])
     @pytest.mark.parametrize("seed", range(2))

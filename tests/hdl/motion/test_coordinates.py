@@ -10,8 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fresa.motion import CoordinateGenerator
+from fresa_boards.verilog import emit
 from tb.boards import component
 from tb.engines import AmaranthEngine
+from tb.mistake import Mistake
 
 RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
 PATIENCE = 300_000
@@ -171,6 +173,39 @@ class TestAgain:
         tool.forget()
         tool.start()
         tool.finish()
+
+
+class TestMemory:
+    """What the tool that builds the bitstream makes of the memories is not seen here."""
+
+    @pytest.mark.parametrize("picture", [drawing("#"), drawing("..#"), PICTURES["ring"],
+                                         blob(90, 91, 1, 0.1), [[True] * 390] * 340])
+    def test_no_array_is_a_bit_wide_and_all_are_block_ram(self, picture):
+        text = emit(CoordinateGenerator(picture, pixel_steps=1), name="coordinates")
+        arrays = re.findall(r"(.*\n)  reg (.*) \w+ \[\d+:0\];", text)
+        assert len(arrays) >= 2
+        assert all('(* ram_style = "block" *)' in before for before, _ in arrays)
+        assert all(re.fullmatch(r"\[[1-9]\d*:0\]", width) for _, width in arrays)
+
+    @pytest.mark.parametrize("picture", [drawing("#"), drawing("..#"), PICTURES["ring"]])
+    def test_an_empty_one_is_a_fault_until_reset(self, picture):
+        dut = CoordinateGenerator(picture, pixel_steps=4)
+        design = Mistake("found", lambda right, _: right & 0).planted(component("empty", dut))
+        with AmaranthEngine(design) as engine:
+            engine.set(start=1)
+            engine.run(1)
+            engine.set(start=0)
+            longest = max(len(picture), len(picture[0]))
+            limit = 2 * (2 * longest - 1) ** 2 + 200
+            engine.run(limit, until={"fault": 1})
+            assert engine.get("fault", "busy", "orders_valid") == (1, 0, 0)
+            assert engine.clock >= 2 * (2 * longest - 1) ** 2  # not before all has been looked at
+            engine.set(start=1, orders_ready=1)
+            engine.run(100)
+            assert engine.get("fault", "busy", "orders_valid") == (1, 0, 0)
+            engine.set(rst=1, start=0)
+            engine.run(1)
+            assert engine.get("fault", "busy") == (0, 0)
 
 
 RAGGED = "picture must have rows of the same length, and at least one pixel, not rows of "

@@ -40,14 +40,14 @@ class Bench:
         options = {"top_speed": TOP, "waiting": waiting}
         self.engine = AmaranthEngine(component("positioning", Positioning(**options)))
         self.model = PositioningModel(**options)
-        self.there, self.blocked = [0] * 3, [0] * 3
+        self.in_position, self.limit_hit = [0] * 3, [0] * 3
         self.answers: list[str] = []
 
     def clock(self, order=None, *, tick=0, listens=1, halt=0, rst=0) -> bool:
         """Make a clock, and compare; tell whether the order was taken."""
         engine, model = self.engine, self.model
         engine.set(orders_valid=int(order is not None), tick=tick, answers_ready=listens, rst=rst,
-                   halt=halt, there=bits(self.there), blocked=bits(self.blocked),
+                   halt=halt, in_position=bits(self.in_position), limit_hit=bits(self.limit_hit),
                    **(words(order) if order else {}))
         answered = bool(model.answer) and bool(listens)
         load, takes = model.load(order), model.takes(order)
@@ -63,7 +63,7 @@ class Bench:
         }
         assert dict(zip(expected, engine.get(*expected), strict=True)) == expected
         self.answers += [model.answer] if answered else []
-        model.clock(order, there=self.there, blocked=self.blocked, tick=bool(tick),
+        model.clock(order, in_position=self.in_position, limit_hit=self.limit_hit, tick=bool(tick),
                     answer_taken=answered, halt=bool(halt))
         if rst:
             model.reset()
@@ -118,8 +118,8 @@ class TestPositioning:
                     ("", "GOTO", [point]), ("", "GOTO", [point]), ("", "ORIGIN", []),
                     ("", "POS", places), (rng.choice(REASONS), "", []),
                     ("", "DISCONNECT" if rng.random() < 0.3 else "CONNECT", [])])
-            bench.there = [rng.random() < 0.05 for _ in range(3)]
-            bench.blocked = [rng.random() < 0.02 for _ in range(3)]
+            bench.in_position = [rng.random() < 0.05 for _ in range(3)]
+            bench.limit_hit = [rng.random() < 0.02 for _ in range(3)]
             if bench.clock(order, tick=rng.random() < 0.2, listens=rng.random() < 0.05,
                            halt=rng.random() < 0.01, rst=rng.random() < 0.002):
                 order = None
@@ -133,10 +133,10 @@ class TestPositioning:
         bench.order("GOTO", 3)
         assert bench.runs == 7 and bench.targets() == [10, -20, 30]
         for motor in (1, 0, 2):
-            bench.there[motor] = 1
+            bench.in_position[motor] = 1
             bench.clock()
             assert bench.runs >> motor & 1 == 0
-            bench.there = [0, 0, 0]  # as after ORIGIN, or POS
+            bench.in_position = [0, 0, 0]  # as after ORIGIN, or POS
             bench.clock()
         assert bench.runs == 0
 

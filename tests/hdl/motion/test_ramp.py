@@ -38,29 +38,30 @@ class Motor:
     def __exit__(self, *_) -> None:
         self.engine.close()
 
-    def clock(self, target: int, *, run: int = 1, asked: int = 63, rst: int = 0,
+    def clock(self, target: int, *, run: int = 1, requested_rate: int = 63, rst: int = 0,
               eager: float = 1) -> None:
         """Make a clock in which both are told the same."""
         mask = (1 << self.width) - 1
         engine, model = self.engine, self.model
-        engine.set(target=target & mask, run=run, asked=asked, rst=rst)
+        engine.set(target=target & mask, run=run, requested_rate=requested_rate, rst=rst)
         step, direction = model.request(target=target, run=run)
         moved = int(step and not rst and self.rng.random() < eager)
         engine.set(moved=moved)
         seen = {name: engine.get(name) for name in ("step", "rate", "position", "level")}
-        assert seen == {"step": step, "rate": model.rate(asked), "level": model.level,
+        assert seen == {"step": step, "rate": model.rate(requested_rate), "level": model.level,
                         "position": model.place.position & mask}
         assert not step or engine.get("direction") == direction
         engine.run(1)
-        model.clock(target=target, run=run, asked=asked, moved=moved, rst=rst)
+        model.clock(target=target, run=run, requested_rate=requested_rate, moved=moved, rst=rst)
         if moved:
             self.steps.append(model.place.position)
 
-    def go(self, target: int, *, steps: int = 99, asked: int = 63) -> list[tuple[int, int]]:
+    def go(self, target: int, *, steps: int = 99, requested_rate: int = 63) -> list[tuple[int,
+                                                                                          int]]:
         """Make so many steps, or all; give the position and the level behind each."""
         seen = []
         while len(seen) < steps and self.model.request(target=target, run=1)[0]:
-            self.clock(target, asked=asked)
+            self.clock(target, requested_rate=requested_rate)
             seen.append((self.model.place.position, self.model.level))
         return seen
 
@@ -74,9 +75,10 @@ class TestRamp:
                                   st.integers(0, 15)), max_size=10), st.integers(0, 99))
         def run(phases, seed) -> None:
             with Motor(rates, seed=seed) as motor:
-                for target, asked, clocks, eager, odd in phases:
+                for target, requested_rate, clocks, eager, odd in phases:
                     for clock in range(clocks):
-                        motor.clock(target, asked=asked, run=int(odd != 1 or clock > 2),
+                        motor.clock(target, requested_rate=requested_rate,
+                                    run=int(odd != 1 or clock > 2),
                                     rst=int(odd == 2 and clock == 1), eager=eager)
                 assert all(-99 <= place <= 99 for place in motor.steps)
 

@@ -118,7 +118,7 @@ def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spac
     inside = ~state("COMMAND", "FAULT")
 
     def read(*kinds: Kind) -> Bits:
-        """Say whether something of this kind was read already."""
+        """Return whether something of this kind was read already."""
         found = Value.cast(0)
         for one, following in ARGUMENTS.items():
             for at, kind in enumerate(following):

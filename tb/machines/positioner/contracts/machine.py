@@ -99,10 +99,10 @@ def _watch_pins(c: Contract, dut: Positioner, index: int) -> None:
                 "at the pins, from where it was called otherwise.",
                 (axis.position == total[:32].as_signed())
                 & (c.signal(f"{name}.backlash.left") == 0), cover=rises)
-    due = dut.moving[index] & ~axis.there & ~load & rate.due & ~dut.fault
+    due = dut.moving[index] & ~axis.in_position & ~load & rate.due & ~dut.fault
     c.implication("waits-for-no-other", "A step that is due is made when the driver is ready and "
                   "its own switch lets it, whatever the other axes do.",
-                  when=due & driver.ready & ~axis.blocked, then=axis.moved)
+                  when=due & driver.ready & ~axis.limit_hit, then=axis.moved)
 
 
 def make(*, line: bool = True, **timing: int) -> Positioner:

@@ -42,7 +42,7 @@ def describe(c: Contract, dut: Positioning) -> None:
     with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
         c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
     c.invariant("knows-its-points", "It knows which points were stored.",
-                c.signal("points.there") == stored, cover=stored[3])
+                c.signal("points.written") == stored, cover=stored[3])
     _changes(c, dut, obeyed)
     _movements(c, dut, obeyed, point)
     _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
@@ -125,12 +125,12 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                       "is blocked, by STOP, by a halt, and by ORIGIN and POS if it is to a point, "
                       "unless another is ordered.", when=~run & run_before,
                       then=was_reset | halted
-| c.past(dut.there[motor] | dut.blocked[motor])
+| c.past(dut.in_position[motor] | dut.limit_hit[motor])
 | then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
 | then(Command.ORIGIN, Command.POS) & c.past(way))
         c.implication(f"{name}-does-end", f"It does: no movement of motor {motor + 1} goes on "
                       "that has come to an end.",
-                      when=c.past(dut.there[motor] | dut.blocked[motor])
+                      when=c.past(dut.in_position[motor] | dut.limit_hit[motor])
    & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
                       then=~run | moved | goes)
         c.invariant(f"{name}-target", f"The target of motor {motor + 1} is a point, by GOTO, or "
@@ -195,7 +195,7 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
         _queue(c, dut, words, joins, said, told)
     c.implication("never-none", "What is said is something.", when=offered,
                   then=(says != 0) & (says <= Answer.OVERFLOW.value))
-    struck = dut.run & dut.blocked
+    struck = dut.run & dut.limit_hit
     for motor in range(3):
         mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
         ended = struck[motor]

@@ -48,7 +48,7 @@ def _target(backlash: Sequence[int], limit_ends: Sequence[str]) -> FuzzTarget:
         findings.bytes, findings.lines = len(received), len(given)
         findings.answers = session.answers
         findings.blocked = sum(len(one.blocked) for one in own)
-        if session.failures:  # it is not known what was asked for
+        if session.failures:  # it is not known what was requested
             return
         findings.failures += session.missing_reports() + check_buzzer(
             seen["buzzer"], [at for one in own for at in one.blocked],

@@ -33,7 +33,7 @@ def load_steps(seen: Mapping[str, NDArray], backlash: Sequence[int]
 
 
 def _moves(directions: NDArray, backlash: int) -> Iterator[int]:
-    """Give what each step moves a load."""
+    """Yield what each step moves a load."""
     gap = 0  # steps up that move nothing less those that are left
     for direction in directions.tolist():
         through = gap + direction
@@ -58,13 +58,13 @@ class Ends:
                       for direction, pressed in ((-1, low), (1, high))}
 
     def may_block(self, clock: int, directions: Sequence[int]) -> bool:
-        """Say whether a step may be blocked that is asked for in a clock, in one of some ways."""
+        """Return whether a switch may block a step in a clock, in one of some directions."""
         begin = max(0, clock + 1 - 2 * self._settle)
         return any(self._sums[direction][clock + 1] > self._sums[direction][begin]
                    for direction in directions)
 
     def passed(self, steps: Steps) -> list[Failure]:
-        """Say where a step goes towards a switch that counts as pressed."""
+        """Return where a step goes towards a switch that counts as pressed."""
         failures = []
         for direction, sums in self._sums.items():
             clock = steps.clock[steps.direction == direction]
@@ -176,7 +176,7 @@ class Axis:
     def _begins(self, at: int) -> None:
         earliest, latest = self._asked
         if not self.goes or not earliest < at <= latest:
-            self._fail(at, "begins to move, which no command asked for")
+            self._fail(at, "begins to move, which no command requested")
 
     def _ends(self, at: int) -> None:
         """Find out why a movement ends: a command, or a switch, or it is where it goes."""
@@ -195,7 +195,7 @@ class Axis:
         blocked = self.ends.may_block(at - 1, directions)
         arrived = low <= self._target <= high
         if not self.goes or not (blocked or arrived):
-            self._fail(at, f"ends to move at {low} to {high}, which nothing asked for")
+            self._fail(at, f"ends to move at {low} to {high}, which nothing requested")
         elif blocked:
             (self.perhaps if arrived else self.blocked).append(at)
         self.goes = ""

@@ -32,7 +32,7 @@ BREAK = "BREAK"
 
 
 def split_lines(decoded: Iterator[DecodedByte]) -> Iterator[Line]:
-    """Give the lines among bytes, and the breaks."""
+    """Yield the lines among bytes, and the breaks."""
     text, damaged = bytearray(), False
     for clock, byte, error, broken in decoded:
         damaged |= error
@@ -47,7 +47,7 @@ def split_lines(decoded: Iterator[DecodedByte]) -> Iterator[Line]:
 
 
 def refusal(text: bytes) -> tuple[str, list[int]]:
-    """Say what is wrong with a line, by the first thing that is; and give its numbers.
+    """Return the first error of a line, and its numbers.
 
     Motors count from 0; C is 1 and CC -1.
     """
@@ -73,7 +73,7 @@ def refusal(text: bytes) -> tuple[str, list[int]]:
 
 
 def begin(rates: Sequence[int]) -> bytes:
-    """Give the lines that set rates and begin to move, one of the motors the other way."""
+    """Return the lines that set rates and begin to move, one of the motors the other way."""
     return b"CONNECT\n" + b"".join(
         b"VEL MOT%d %d\nMOV MOT%d %s\n" % (motor, rate, motor, b"CC" if motor == 2 else b"C")
         for motor, rate in enumerate(rates, 1))

@@ -24,7 +24,7 @@ MARGIN = 12
 
 
 def due(begin: int, byte: int, report: int) -> int:
-    """Say when an answer begins at the latest that waits when another begins, or none is said.
+    """Return the latest begin of an answer that waits when another begins, or the line is quiet.
 
     It waits for the end of that, for a report, and for one to come, which it would delay. Bytes,
     and the time between reports, are in clocks.
@@ -88,14 +88,14 @@ class Reasons:
                        f"line {line[:40]!r} is answered by {text!r}, not {wrong}")
 
     def rest(self) -> Failure | None:
-        """Say what is answered to no line, when all lines are through."""
+        """Return what is answered to no line, when all lines are through."""
         if (count := max(self._queued)) < self.count:
             _, clock, text = self._answers[count]
             return Failure(clock, "answer", f"an answer to no line: {text!r}")
         return None
 
     def _is(self, number: int, text: bytes, earliest: int) -> bool:
-        """Say whether a reason is that, and comes in time; or is still to be said."""
+        """Return whether a reason is that, and comes in time; or still waits."""
         due = self._due(number, earliest)
         if number >= self.count:
             # One that has begun and is cut off by the end is none that was said.

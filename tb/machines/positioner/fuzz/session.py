@@ -114,7 +114,7 @@ class LineSession:
             self.failures.append(Failure(wrong[0], "answer", "a report is not at its time"))
 
     def missing_reports(self) -> list[Failure]:
-        """Say where a report is that must not be, or none where one must be."""
+        """Return where a report is that must not be, or none where one must be."""
         ends = [*self._connections[1:], (self._clocks, self._clocks, False)]
         for (_, begin, connected), (end, *_) in zip(self._connections, ends, strict=True):
             first, last = begin + (0 if connected else 10), end - (10 if connected else 0)

@@ -87,7 +87,7 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
                 owed == state("ANSWER", "NAME", "VALUE"), cover=owed)
     c.implication("answered-before-the-next", "Nothing of a frame is read before that.",
                   when=owed, then=~dut.items.ready)
-    c.implication("value-before-ok", "Before it comes the value that was asked for, where one was.",
+    c.implication("value-before-ok", "Before it comes the value that was requested, where one was.",
                   when=answers, then=said == Mux(due == Answer.VALUE.value, 2, 0))
     c.implication("names-the-value", "The name is that of the value.",
                   when=begins & state("NAME"), then=owed & (due == Answer.VALUE.value) & (said == 0)

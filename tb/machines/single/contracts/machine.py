@@ -1,6 +1,6 @@
 # pyright: reportArgumentType=false
 
-"""Contract of `single`: no step but those that were asked for, all of them, and in time."""
+"""Contract of `single`: no step but those that were requested, all of them, and in time."""
 
 from typing import cast
 
@@ -56,7 +56,7 @@ def describe(c: Contract, dut: Single) -> None:
                 cover=dut.coils == sequence[1])
     c.implication("off-without-power", "Without power all coils are off with the next clock.",
                   when=c.past(~dut.enable), then=dut.coils == 0)
-    c.implication("no-step-without-power", "Without power no step is made, nor asked for.",
+    c.implication("no-step-without-power", "Without power no step is made, nor requested.",
                   when=~dut.enable, then=~moved & ~dut.moving)
     c.implication("steps-as-asked", "A step is made only towards the set-point that a frame gave, "
                   "or as the ramp needs it to slow down.", when=moved,
@@ -124,9 +124,9 @@ def _watch_times(c: Contract, dut: Single) -> None:
     """State that a step is made when it is due, and that it is due when the speed says."""
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
     accumulator, rest = c.signal("rate.accumulator"), c.signal("driver.rest")
-    asked = move.asked if isinstance(move, Ramp) else speed.rate
+    rate = move.requested_rate if isinstance(move, Ramp) else speed.rate
     c.invariant("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
-                asked == (c.part("commands").speed * dut.rpm)[:len(asked)],
+                rate == (c.part("commands").speed * dut.rpm)[:len(rate)],
                 cover=dut.position == 1)
     settled = c.keep(1, name="settled")  # since power came
     with c.m.If(~driver.enable):

@@ -45,7 +45,7 @@ def _target(*, clock: int, baud: int, turn: int, ramp: int = 0, top_speed: int =
         findings.failures += [*failures, *session.failures]
         findings.bytes, findings.lines = len(received), len(given)
         findings.answers = session.answers
-        if not session.failures:  # else it is not known what was asked for
+        if not session.failures:  # else it is not known what was requested
             findings.add(steps, check_motor(session, len(line)))
 
     timing = SingleTiming.real(clock=clock, baud=baud, turn=turn)
@@ -58,7 +58,7 @@ def _target(*, clock: int, baud: int, turn: int, ramp: int = 0, top_speed: int =
 
 
 def _rates(acceleration: int, top: int, modulus: int, clock: int) -> list[int]:
-    """Give the rates of a constant acceleration in steps/s², step by step from standstill.
+    """Return the rates of a constant acceleration in steps/s², step by step from standstill.
 
     After n steps v = sqrt(2 a n); the rate of a step is the mean of the speeds before and after.
     """

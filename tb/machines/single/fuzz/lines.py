@@ -32,12 +32,12 @@ LEGAL = {b"X": range(POSITIONS), b"V": range(1, SPEEDS), b"E": range(2)}
 
 
 def frames(received: Iterator[DecodedByte]) -> Iterator[Frame]:
-    """Give the frames among bytes."""
+    """Return the frames among bytes."""
     return split(received, ENDS, LONGEST)
 
 
 def refusal(text: bytes) -> str:
-    """Say what is wrong with the text of a frame, or nothing."""
+    """Return what is wrong with the text of a frame, or nothing."""
     own = word(text)
     rest = text[len(own):]
     if own in ASKS:
@@ -50,13 +50,13 @@ def refusal(text: bytes) -> str:
 
 
 def word(text: bytes) -> bytes:
-    """Give what a text begins with, in capitals."""
+    """Return what a text begins with, in capitals."""
     found = _WORD.match(text)
     return found[0].upper() if found else b""
 
 
 def begin(rates: Sequence[int]) -> bytes:
-    """Give the frames that set a speed and begin a long way."""
+    """Return the frames that set a speed and begin a long way."""
     return b":v%d\r:x%d\r" % (*rates, POSITIONS - 1)
 
 

@@ -76,22 +76,22 @@ class FrameSession(AnswerSession):
         self._mode(-1, -1)
 
     def pattern(self, frame: Frame) -> bytes:
-        """Give a regular expression for the answer to a frame."""
+        """Return a regular expression for the answer to a frame."""
         wrong = frame.wrong or refusal(frame.text)
         if wrong:
             return b"err %s\r\n" % wrong.encode()
         return ASKS.get(word(frame.text), rb"ok\r\n")
 
     def flood_pattern(self, frames: Sequence[Frame]) -> bytes:
-        """Give a regular expression for every answer in a flood of frames."""
+        """Return a regular expression for every answer in a flood of frames."""
         return rb"|".join({DAMAGED, *map(self.pattern, frames)})
 
     def may(self, answer: bytes, frame: Frame | None) -> bool:
-        """Say whether an answer may be to a frame, or to what loss has left of some."""
+        """Return whether an answer may be to a frame, or to what loss has left of some."""
         return answer == DAMAGED or bool(frame and re.fullmatch(self.pattern(frame), answer))
 
     def least(self, answer: bytes, frames: Sequence[Frame]) -> int:
-        """Give the bytes that wait, at least, of a frame with an answer, with the end."""
+        """Return the bytes that wait, at least, of a frame with an answer, with the end."""
         if answer == DAMAGED:
             return 1
         return 1 + min((len(frame.text) for frame in frames if self.may(answer, frame)), default=0)
