@@ -31,7 +31,7 @@ KINDS = {  # parameters, and the phases that they give
     "full steps": ({"full_step": True}, BIPOLAR[1::2]),
     "unipolar full steps": ({"unipolar": True, "full_step": True}, UNIPOLAR[1::2]),
 }
-RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
+RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=10)
 
 
 def single(engine: type[Engine] = AmaranthEngine, *, timing: SingleTiming = TIMING,
@@ -145,7 +145,7 @@ class TestSession:
 
 class TestTimes:
     @pytest.mark.compiler
-    @pytest.mark.parametrize("speed", [1, 7, 100, 333, 1000, 4999, 7001, 59_999])
+    @pytest.mark.parametrize("speed", [1, 333, 7001, 59_999])
     def test_steps_are_exact_while_the_line_is_busy(self, speed):
         """The n-th step is less than a clock after its time, for all n, whatever is typed."""
         clocks = max(120_000, 4 * TIMING.modulus // speed)
@@ -266,8 +266,10 @@ class TestRamp:
         assert abs(took[number] - first) < 6 and abs(took[number + 1] - first * 0.4142) < 6
 
     @pytest.mark.compiler
-    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), random_rows(TIMING.bit, 5, 0)])
-    def test_is_its_model_in_every_clock(self, line):
+    @pytest.mark.parametrize("stimulus", [
+        lambda: directed(model(), 4, 80_000), lambda: random_rows(TIMING.bit, 5, 0)])
+    def test_is_its_model_in_every_clock(self, stimulus):
+        line = stimulus()
         with single(CXXRTLEngine, ramp=self.RAMP) as machine:
             seen = machine.apply(line, OUTPUTS)
         rates = ramp_rates(acceleration=self.RAMP, top=16 * 1000, modulus=16 * TIMING.modulus,

@@ -2,11 +2,8 @@
 
 """Switches at the ends: what they block, and for how long."""
 
-import re
-
 import pytest
 
-from fresa.drive import MAX_PERIOD
 from fresa.motion import Limits
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -31,17 +28,3 @@ class TestLimits:
             seen = engine.apply(stimulus, OUTPUTS)
         expected = played(LimitsModel(axes=axes, period=period).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
-
-
-class TestParameters:
-    @pytest.mark.parametrize("axes", [0, 65, 1.0])
-    def test_impossible_axes(self, axes):
-        message = f"axes must be a whole number from 1 to 64, not {axes!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            Limits(axes=axes, period=1)
-
-    @pytest.mark.parametrize("period", [0, MAX_PERIOD + 1])
-    def test_impossible_periods(self, period):
-        message = f"limits period must be a whole number from 1 to {MAX_PERIOD}, not {period!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            Limits(axes=1, period=period)

@@ -2,19 +2,11 @@
 
 """Jog switches."""
 
-
-import pytest
-
 from fresa.motion import ManualControl
 from tb.boards import component
 from tb.engines import AmaranthEngine
 
 OUTPUTS = ["step", "direction", "active"]
-
-
-def run(period=1, **played):
-    with AmaranthEngine(component("manual", ManualControl(period=period))) as engine:
-        return {name: row.tolist() for name, row in engine.apply(played, OUTPUTS).items()}
 
 
 def wanted(jog: int) -> tuple[int, int]:
@@ -29,13 +21,9 @@ def wanted(jog: int) -> tuple[int, int]:
 class TestManualControl:
     def test_every_combination(self):
         jog = [0, *range(64)]
-        seen = run(enable=[1] * 65, jog=jog)
+        with AmaranthEngine(component("manual", ManualControl(period=1))) as engine:
+            seen = engine.apply({"enable": [1] * 65, "jog": jog}, OUTPUTS)
         for clock in range(1, 65):
             active, up = wanted(jog[clock])
             assert (seen["active"][clock], seen["step"][clock]) == (active, active)
             assert seen["direction"][clock] & active == up
-
-    @pytest.mark.parametrize("period", [0, 2**26 + 1])
-    def test_impossible_periods(self, period):
-        with pytest.raises(ValueError, match=rf"^jog_period must be .*, not {period}$"):
-            ManualControl(period=period)

@@ -2,7 +2,6 @@
 
 """One simple movement: as many steps as ordered, a period apart, and then rest."""
 
-
 import pytest
 
 from fresa.motion import OrderControl
@@ -49,7 +48,3 @@ class TestOrderControl:
         # At rest after the clock that sees the end and the one that clears.
         ready = [clock for clock, row in enumerate(rows) if row["moves_ready"]]
         assert ready[:2] == [0, asked[-1] + 3]
-
-    def test_impossible_period(self):
-        with pytest.raises(ValueError, match=r"^period must be .*, not 0$"):
-            OrderControl(period=0)

@@ -3,7 +3,6 @@
 """Positions: every step made is in them, and there is no way round."""
 
 import random
-import re
 
 import pytest
 from hypothesis import given, settings
@@ -67,9 +66,3 @@ class TestMoveTo:
                                    place=place, rst=int(odd == 3 and clock == 1), eager=eager)
 
         run()
-
-    @pytest.mark.parametrize("width", [1, 65, 3.0])
-    def test_impossible_widths(self, width):
-        message = f"width must be a whole number from 2 to 64, not {width!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            MoveTo(width=width)

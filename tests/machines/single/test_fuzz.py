@@ -2,17 +2,12 @@
 
 """Fuzzing `single`: mistakes in its gateware are found, with few bytes; and no other."""
 
-from dataclasses import replace
-
 import pytest
 from amaranth import Mux
 
 from fresa.protocol import frames
-from tb.fuzz import fuzz, shortest
-from tb.fuzz.inputs import OPENING
 from tb.machines.single.fuzz import lines
 from tb.mistake import Mistake
-from tb.registry import fuzz_targets
 from tests.machines.fuzzing import drifts, mistakes_are_found, run
 
 BEGIN = b":v50000\r"
@@ -41,16 +36,6 @@ class TestOtherMistakes:
             at("move.level") + 1, right))
         failure, = run("single", BEGIN + b":x7\r", other=True, mistake=up_too_long).failures
         assert failure.kind == "time" and "too early" in failure.message
-
-    @pytest.mark.compiler
-    def test_what_finds_it_is_made_short(self, libraries):
-        target = fuzz_targets()["single"]
-        wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()), others=())
-        outcome = next(iter(fuzz(wrong, 1, 3000)))
-        assert outcome.findings.failures
-        short = shortest(outcome.target, outcome.inputs, 60)
-        assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
-        assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
 
 
 @pytest.mark.parametrize(("text", "wrong"), [
