@@ -11,7 +11,7 @@ from tb.contracts import proof
 from tb.engines import ENGINES
 
 ASKED_FOR = ("proof", "long")
-"""Marks of tests that take a minute or more, and run only if ``-m`` names them."""
+"""Marks of tests that run only if ``-m`` names them: they take long."""
 
 NO_COMPILER = ENGINES["cxxrtl"].missing()
 MISSING = {"compiler": NO_COMPILER, "prover": proof.missing(),
@@ -26,7 +26,7 @@ def pytest_runtest_setup(item):
             pytest.skip(reason)
     for mark in ASKED_FOR:
         if item.get_closest_marker(mark) and mark not in item.config.getoption("markexpr"):
-            pytest.skip(f"takes a minute: pytest -m {mark}")
+            pytest.skip(f"takes long: pytest -m {mark}")
 
 
 def pytest_report_header():

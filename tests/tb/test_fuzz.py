@@ -26,6 +26,7 @@ BIT = 16
 @pytest.mark.usefixtures("libraries")
 @pytest.mark.parametrize("name", TARGETS)
 class TestMachines:
+    @pytest.mark.long
     def test_nothing_is_found(self, name):
         for outcome in fuzz(TARGETS[name], 5, 2000):
             findings = outcome.findings

@@ -137,6 +137,7 @@ class TestMachineOfThePage:
 
     @pytest.mark.verilator
     @pytest.mark.compiler
+    @pytest.mark.long
     def test_coverage(self, folder):
         assert coverage.main(["lines", "--machines", str(folder), "--machine", "pulser"]) == 0
 
@@ -201,6 +202,7 @@ class TestMachineWithALine:
             assert "gone" not in fingerprints.take(wanted, 1).values()
 
     @pytest.mark.prover
+    @pytest.mark.long
     def test_prove_and_mutate(self, nudger, tmp_path, capsys):
         assert prove.main([*nudger, "nudger"]) == 0
         assert prove.main([*nudger, "nudger", "--mutants"]) == 0
@@ -209,6 +211,7 @@ class TestMachineWithALine:
         assert re.search(r"^nudger +6 ", capsys.readouterr().out, re.M)
 
     @pytest.mark.compiler
+    @pytest.mark.long
     @pytest.mark.usefixtures("libraries")
     def test_fuzz_and_faults(self, nudger, tmp_path):
         assert fuzz.main([*nudger, "nudger", "--bytes", "600", "--save",
@@ -218,6 +221,7 @@ class TestMachineWithALine:
                                 "--jobs", "1"]) == 0
 
     @pytest.mark.icarus
+    @pytest.mark.long
     @pytest.mark.usefixtures("libraries")
     def test_netlist(self, nudger, capsys):
         assert netlist.main([*nudger, "--machine", "nudger", "--flips", "1", "--cycles", "50"]) == 0

@@ -193,6 +193,7 @@ class TestCommand:
     @pytest.mark.icarus
     @pytest.mark.verilator
     @pytest.mark.compiler
+    @pytest.mark.long
     def test_every_engine_that_runs_here(self, capsys, monkeypatch):
         monkeypatch.delitem(ENGINES, "netlist")  # takes long to compile
         assert run("--cycles", 2500) == 0

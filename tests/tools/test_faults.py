@@ -60,7 +60,7 @@ class TestFlips:
         assert "  silent: controller." in said
 
     def test_same_seed_same_result_on_any_number_of_cores(self, tmp_path):
-        arguments = "flips", "--flips", 50_000, "--no-guard", "--seed", 5
+        arguments = "flips", "--flips", 10_000, "--no-guard", "--seed", 5
         one, three = (run_json(tmp_path / "it.json", *arguments, "--jobs", jobs) for jobs in (1, 3))
         assert one == three
         other = run_json(tmp_path / "it.json", *arguments[:-1], 6)

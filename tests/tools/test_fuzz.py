@@ -31,11 +31,12 @@ def test_all_in_order(libraries, tmp_path, capsys):
 
 
 @pytest.mark.compiler
+@pytest.mark.long
 def test_something_found(libraries, tmp_path, capsys, monkeypatch):
     save, target = tmp_path / "found", fuzz_targets()["single"]
     wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()))
     monkeypatch.setattr(fuzz, "fuzz_targets", lambda: {"single": wrong})
-    assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "3",
+    assert main(["single", "--bytes", "3000", "--save", str(save), "--shrink-seconds", "5",
                  "--json", str(tmp_path / "f")]) == 1
     output = capsys.readouterr().out
     assert "FOUND" in output and "shortest" in output
