@@ -35,14 +35,14 @@ Options = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Coverage:
-    """What a cosimulation is expected to come by.
+    """What a cosimulation is expected to cover.
 
     Attributes
     ----------
     cycles : int
         Clocks to run.
     lines, bits : float
-        Percents of the lines and branches, and of the bits, to come by in them.
+        Percents of the lines and branches, and of the bits, to cover in them.
     explore : callable, optional
         Is given the engine at the end of these clocks, and leads it where no stimulus gets.
     """
@@ -216,7 +216,7 @@ class Machine:
     diagrams : sequence of Diagram
         What the page of timing diagrams shows of them.
     coverage : Coverage, optional
-        What its stimulus is expected to come by.
+        What its stimulus is expected to cover.
     survivors : callable, optional
         Gives why nothing kills some mutants of its own components: a sentence by component and
         mutant, as `tools.mutate` writes it.

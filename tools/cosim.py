@@ -32,7 +32,7 @@ __all__ = ["main"]
 ABOUT = """\
 Runs the same stimulus on every engine that runs here and on the model in Python, and compares every
 output of every clock. The stimulus is of two kinds: orders, jogs, changes of mode, stops, resets
-and orders that must be refused, which wait for the machine as people do; then pins at random.
+and orders that must be refused, which wait for the machine as an operator does; then random pins.
 
 The machine is the mill, unless --machine names another, or one of the mill's components; those have
 no model in Python, but like the mill a description in VHDL, written from the thesis. A machine on a

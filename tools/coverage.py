@@ -34,10 +34,10 @@ ABOUT = """\
 Two measures of what is looked at:
 
   states   Of every state machine, whether inputs lead to each state and through each transition
-           that is written in it, from power-up; found by a solver, not by luck. The state for
-           upset registers, and the way there, are looked for from any code in the register.
-  lines    Of a machine, which lines, branches and bits the stimulus of tools.cosim comes by, as
-           Verilator counts them. A bit is come by when it changes. The machine is the mill, unless
+           that is written in it, from power-up; found by a solver. The state
+           for upset registers, and the transitions to it, are sought from any code in the register.
+  lines    Of a machine, which lines, branches and bits the stimulus of tools.cosim covers, as
+           Verilator counts them. A bit is covered when it changes. The machine is the mill, unless
            --machine names another.
 
 Bits that nothing can change are counted as well: what a parameter fixes, or a component has and
@@ -53,13 +53,13 @@ examples:
       Name every state and transition, and the clock in which it is first reached.
 
   python -m tools.coverage lines --cycles 1000000
-      Run longer; it says what was never come by.
+      Run longer; what was never covered is listed.
 
   python -m tools.coverage lines --machine single
       Of a machine on a serial line, on which a byte takes many clocks: so it runs longer.
 
 exit status: 0 if every state and transition is reached and --least percent of the lines and of
-the bits are come by, 1 if not, 2 if the command cannot be carried out.
+the bits are covered, 1 if not, 2 if the command cannot be carried out.
 """
 
 
@@ -82,7 +82,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", metavar="S", type=whole(0), default=1,
                         help="seed of the stimulus (default: %(default)s)")
     parser.add_argument("--least", metavar="P", type=_percent,
-                        help="percent of lines and branches, and of bits, to come by (default: "
+                        help="percent of lines and branches, and of bits, to cover (default: "
                              f"{_goals(goals, '{0.lines} and {0.bits}')})")
     parser.add_argument("--verbose", action="store_true",
                         help="name also the states and transitions that are reached")

@@ -196,7 +196,7 @@ DIAGRAMS = (
         "left to mill, and orders the tool up, to it, and down.",
         "inputs: orders_ready outputs: busy orders_valid orders_payload.x orders_payload.y "
         "orders_payload.up orders_payload.down state: dut.coordinates_state_state "
-        "picture: dut.row dut.column", 32, 60),
+        "picture: dut.row dut.column", 16, 44),
     Diagram(
         "order-ledger",
         "A session is opened behind order 4; order 5 is taken, and its repetition does nothing. "

@@ -36,25 +36,25 @@ from .console import (
 __all__ = ["main"]
 
 ABOUT = """\
-Fuzzes the serial line of a machine: good lines, mutated lines and lines that are too long, random
+Fuzzes the serial line of a machine: valid lines, mutated lines and lines that are too long, random
 bytes, bytes without a stop bit, breaks (some begin inside a byte), glitches, noise, and floods of
-lines. The results are checked against what the description of the machine says of lines, with no
-model of the gateware in between:
+lines. The results are checked against the description of the protocol, with no model of the
+gateware in between:
 
-  each line, legal or not, has its one answer, in its turn, soon; a legal line does what it asks for
-  each step lies on a path that a legal line requested, and comes when the rate says, to the clock
-  all steps that were requested are made; a reported position is that of the steps at the pins, less
-  those that take up backlash
-  a switch, pressed at any time, lets no step out towards it, and ends the movement that it blocks,
-  which is reported, and sounds, once
-  whatever was sent, at the end of each session the machine answers and moves as ever
+  each line, valid or not, has one answer, in order and in time; a valid line has its effect
+  each step lies on a path that a valid line requested, and comes when the rate demands, to the
+  clock; all steps that were requested are made
+  a reported position is that of the steps at the pins, less those that take up backlash
+  a switch, pressed at any time, blocks the steps towards it and ends the movement that it blocks;
+  that is reported once, and sounds the buzzer
+  whatever was sent, at the end of each session the machine answers and moves
 
 {machines}
 
 Then step times are measured at the pins, for many rates, each on every motor, all motors at once,
-while the line is flooded: how much later one step is than another, each compared with its exact
-time. Where each comes in the first clock that is not too early this is under a clock, and nothing
-is left beyond that rounding.
+while the line is flooded: the most clocks by which one step is later than another, each compared
+with its exact time. Where each comes in the first clock that is not too early this is under 1:
+nothing is left beyond that rounding.
 """
 
 EPILOG = """\
@@ -74,7 +74,7 @@ Each session has some 20 000 bytes and begins at power-up. If one finds somethin
 left out as can be; what is left is printed, and written as bytes (PREFIX-MACHINE.bin) and as a
 waveform of all signals (PREFIX-MACHINE.vcd). The same seed finds it again.
 
-exit status: 0 if all is as it must be, 1 if something was found, 2 if it cannot be carried out.
+exit status: 0 if nothing was found, 1 if something was, 2 if it cannot be carried out.
 """
 
 _BANDS = (1, 10, 100, 1000, 10_000, 100_000)

@@ -44,15 +44,15 @@ __all__ = ["Findings", "State", "load", "main", "run", "shares"]
 
 ABOUT = """\
 Changes every component in thousands of small ways: Yosys' mutate inverts a bit at a port of a cell,
-or holds it, always or where another bit says so. Each mutant meets the bench of its component and
-its contract, and one of them should notice. What neither notices is either no mutant at all, and
-that is proved, or a gap.
+or holds it, always or depending on another bit. Each mutant meets the bench and the contract of its
+component, and one of them should kill it. A mutant that survives is equivalent, and that is proved,
+or shows a gap.
 
-  benches     every bench of python -m tb runs beside all mutants of its component, and its own
-              checks decide. A machine is also compared with its model, every output of every
-              clock.
-  contract    broken: chance, or a formula, finds inputs that lead to a property that does not hold.
-              unproved: the mutant has none of that, but the induction of tools.prove fails.
+  benches     every bench of python -m tb runs with all mutants of its component in parallel, and
+              its own checks decide. A machine is also compared with its model, every output of
+              every clock.
+  contract    broken: random simulation, or a formula, finds inputs that break a property.
+              unproved: none are found, but the induction of tools.prove fails.
   equivalent  induction over pairs of registers proves that no pin ever shows the mutant, for any
               inputs, and no upset of a state machine lets it show in 6 clocks. Not counted.
 

@@ -6,12 +6,12 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
-from tb.contracts import Component
+from tb.contracts.contract import Case
 from tb.contracts.proof import Proof, ProofError, missing, prove, versions
 from tb.mutation.kills import Kill, kills
 from tb.mutation.netlist import MutationError
@@ -28,6 +28,7 @@ from .console import (
     whole,
     write_atomically,
 )
+from .processes import pool
 
 __all__ = ["main", "run_mutants", "run_proofs"]
 
@@ -92,12 +93,15 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
     done : callable
         Called with the proofs of each case as it is finished.
     """
-    def prove_case(name: str, component: Component, case, folder: Path, lock) -> list[Proof]:
-        return prove(name, component, case, folder, traces, lock)
+    lock = threading.Lock()
 
-    work = [(prove_case, name, components()[name], case)
-            for name in names for case in components()[name].cases]
-    proofs = _in_order(work, jobs, done)
+    def prove_case(name: str, case: Case) -> list[Proof]:
+        with tempfile.TemporaryDirectory() as folder, _in_words(name):
+            return prove(name, components()[name], case, Path(folder), traces, lock)
+
+    with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as workers:
+        proofs = _in_order(workers, [(prove_case, name, case) for name in names
+                                     for case in components()[name].cases], done)
     # One case that reaches a premise is enough.
     reached = {(proof.component, proof.name) for proof in proofs if proof.reached is not None}
     for proof in proofs:
@@ -109,33 +113,37 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
 def run_mutants(names: Iterable[str], jobs: int | None = None,
                 done: Callable[[list[Kill]], None] = lambda found: None) -> list[Kill]:
     """Find mutants that break the properties of some components; see :func:`run_proofs`."""
-    def find(name: str, component: Component, _, folder: Path, lock) -> list[Kill]:
-        return kills(name, component, lock)
-
-    return _in_order([(find, name, components()[name], None) for name in names], jobs, done)
+    with pool(jobs or os.cpu_count() or 1) as workers:
+        return _in_order(workers, [(_kills, name) for name in names], done)
 
 
-def _in_order(work: list[tuple], jobs: int | None, done: Callable[[list], None]) -> list:
-    """Do all of it on the cores; give the results in the order of the work."""
-    lock = threading.Lock()
+def _kills(name: str) -> list[Kill]:
+    with _in_words(name):
+        return kills(name, components()[name])
 
-    def do(task: tuple) -> list:
-        function, name, component, what = task
-        with tempfile.TemporaryDirectory() as folder:
-            try:
-                return function(name, component, what, Path(folder), lock)
-            except (ProofError, MutationError) as error:
-                raise UserError(f"the prover gave up on {name}: {error}") from error
 
-    with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as pool:
-        tasks = [pool.submit(do, task) for task in work]
-        try:
-            for task in as_completed(tasks):
-                done(task.result())
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-        return [result for task in tasks for result in task.result()]
+@contextmanager
+def _in_words(name: str) -> Iterator[None]:
+    """Say of which component a prover gave up."""
+    try:
+        yield
+    except (ProofError, MutationError) as error:
+        raise UserError(f"the prover gave up on {name}: {error}") from error
+
+
+def _in_order(workers: Executor, work: list[tuple], done: Callable[[list], None]) -> list:
+    """Do all of it, the last first; give the results in the order of the work.
+
+    Components that are long to prove come last, and machines at the very end.
+    """
+    tasks = [workers.submit(*call) for call in reversed(work)]
+    try:
+        for task in as_completed(tasks):
+            done(task.result())
+    except BaseException:
+        workers.shutdown(cancel_futures=True)
+        raise
+    return [result for task in reversed(tasks) for result in task.result()]
 
 
 @contextmanager

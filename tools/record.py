@@ -122,7 +122,7 @@ _FUZZ = f"--save {{folder}}/fuzz {_JSON}"
 _STATE = "--state {folder}/state.json"
 #: Mutants of the general components together, and of those that one machine alone has: these stay
 #: the same when another machine comes.
-GENERAL_MUTANTS, OWN_MUTANTS = 7000, 700
+GENERAL_MUTANTS, OWN_MUTANTS = 2500, 250
 
 
 def parts() -> dict[str, Part]:

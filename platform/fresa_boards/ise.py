@@ -9,6 +9,8 @@ UG628 (Command Line Tools). Named beside one is what says why it stands as it do
 (AR), the Constraints Guide (UG625), the configuration guide (UG332), or a public project.
 """
 
+import re
+
 from amaranth import Cat, ClockDomain, ClockSignal, Module, ResetSignal, Signal
 from amaranth.hdl import IOBufferInstance
 from amaranth.lib import io
@@ -56,6 +58,11 @@ _UCF = r"""
     {% endfor %}
 """
 
+# Words and bits that a RAMB16 of a Spartan-3E may have (UG331), and the memories for them in RTLIL.
+_RAMB16 = ((16384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18), (512, 36))
+_MARKED = re.compile(r'^  attribute \\ram_style "block"\n(?:  attribute .*\n)*'
+                     r"  memory width (\d+) size (\d+) ", re.M)
+
 # What each bitstream is for, and the clock that the FPGA then starts on (UG332).
 _START_CLOCKS = {"usb": "JTAGClk", "flash": "CCLK"}
 
@@ -96,6 +103,14 @@ _BUILD_SH = r"""
         echo "build.sh stopped: too slow for the clock, see {{name}}.twr." >&2
         exit 1
     fi
+    {% if platform.block_rams() %}
+    rams=$(sed -n 's/.*Number of RAMB16s: *\([0-9]*\).*/\1/p' {{name}}_map.mrp | head -n 1)
+    if [ "${rams:-0}" -lt {{platform.block_rams()}} ]; then
+        echo "build.sh stopped: ${rams:-0} block RAMs, not {{platform.block_rams()}}:" \
+            "a memory was dropped, see {{name}}.srp." >&2
+        exit 1
+    fi
+    {% endif %}
     {% for command in platform.bitstreams(name) %}
     step {{command}}
     {% endfor %}
@@ -136,6 +151,11 @@ _BUILD_BAT = r"""
     call {{command}} || goto failed
     {% endfor %}
     findstr /r /c:"Timing errors: *[1-9]" {{name}}.twr >nul && goto slow
+    {% if platform.block_rams() %}
+    set rams=0
+    for /f "tokens=4" %%n in ('findstr /c:"Number of RAMB16s" {{name}}_map.mrp') do set rams=%%n
+    if %rams% lss {{platform.block_rams()}} goto dropped
+    {% endif %}
     {% for command in platform.bitstreams(name) %}
     call {{command}} || goto failed
     {% endfor %}
@@ -150,6 +170,14 @@ _BUILD_BAT = r"""
     echo build.bat stopped: too slow for the clock, see {{name}}.twr.>&2
     exit /b 1
 
+    {% if platform.block_rams() %}
+    :dropped
+    set needed={{platform.block_rams()}}
+    echo build.bat stopped: %rams% block RAMs, not %needed%: a memory was dropped,>&2
+    echo see {{name}}.srp.>&2
+    exit /b 1
+
+    {% endif %}
     :failed
     echo build.bat stopped: the last command failed.>&2
     exit /b 1
@@ -205,6 +233,14 @@ class ISEPlatform(XilinxPlatform):
         """Turn the design into Verilog, and keep it as it was."""
         self.rtlil = rtlil
         return from_rtlil(rtlil)
+
+    def block_rams(self) -> int:
+        """Block RAMs that the design has at least: those of the memories that are marked so.
+
+        Other memories may be in LUTs, as XST likes.
+        """
+        return sum(min(-(-int(depth) // rows) * -(-int(width) // bits) for rows, bits in _RAMB16)
+                   for width, depth in _MARKED.findall(self.rtlil))
 
     def place_and_route(self, name: str) -> list[str]:
         """Commands from Verilog to a routed design and its timing."""

@@ -58,7 +58,7 @@ def describe(c: Contract, dut: DecimalReader) -> None:
     c.implication("begins-anew", "After a number was taken, and after reset, the next begins at "
                   "nothing.", when=c.past(over | c.rst),
                   then=~waits & ~c.signal("digits") & ~c.signal("begun")
-& ~c.signal("overflow") & (c.signal("value") == 0))
+                  & ~c.signal("overflow") & (c.signal("value") == 0))
     c.invariant("knows-the-number", "The value of the digits so far is held, as long as it fits.",
                 (c.signal("digits") == some) & (c.signal("overflow") == large)
                 & (large | ((c.signal("value") == exact) & (magnitude <= limit)))

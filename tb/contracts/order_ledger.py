@@ -131,9 +131,9 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
     c.implication("tells-the-truth", "An answer holds the session, the orders taken and done, "
                   "and the state of the machine.", when=answers,
                   then=(answer.session == session) & (answer.taken == taken)
-    & (answer.done == done) & (answer.error == dut.error)
-    & (answer.stopped == dut.stopped) & (answer.manual == ~dut.enable)
-    & (answer.reserved == 0))
+                  & (answer.done == done) & (answer.error == dut.error)
+                  & (answer.stopped == dut.stopped) & (answer.manual == ~dut.enable)
+                  & (answer.reserved == 0))
     is_open = good & (kind == RequestKind.OPEN)
     for name, outcome, condition, when in [
         ("damaged", Outcome.DAMAGED, "the line was damaged", ~good),

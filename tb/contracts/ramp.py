@@ -36,7 +36,7 @@ def describe(c: Contract, dut: Ramp) -> None:
     c.implication("a-level-a-step", "The level changes with a step, by one at most, or is 0 with "
                   "the power lost or a reset.", when=dut.level != level,
                   then=~goes_on & rests
-| moved & (dut.level == level + 1) | moved & (dut.level + 1 == level))
+                  | moved & (dut.level == level + 1) | moved & (dut.level + 1 == level))
     c.implication("turns-at-0", "The direction is kept while the level is not 0.",
                   when=~rests & dut.run, then=dut.step & (dut.direction == up))
     c.implication("stands-there", "It stands at the target only, and at level 0.",

@@ -59,12 +59,11 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
                    for place, was, goal in zip(places, came, target, strict=False)).all()
 
     ends = ordered & dut.ready
+    refused = stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0)
     c.implication("ends-at-its-target", "When it is ready again it is exactly where it was sent, "
                   "or where it came from if milling there was refused, with the tool as it was.",
                   when=ends & ~up & ~down,
-                  then=(at[2] == came[2]) & (
-(Cat(at[:2]) == Cat(target))
-| (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0))))
+                  then=(at[2] == came[2]) & ((Cat(at[:2]) == Cat(target)) | refused))
     c.implication("tool-ends-as-ordered", "When it is ready again the tool is up, or down by its "
                   "travel, as ordered, and the table where it was.", when=ends & (up | down),
                   then=stays(at) & (at[2] == sent_z))
@@ -97,9 +96,8 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
                   when=motion("TOOL-WAIT"), then=stays(will_be) & (will_be[2] == sent_z))
     c.implication("rests-there", "At rest an order is carried out, whether it is shown or not.",
                   when=ordered & motion("REST"), then=Mux(
-                      up | down, stays(at) & (at[2] == sent_z), (at[2] == came[2]) & (
-                          (Cat(at[:2]) == Cat(target))
-                          | (stays(at) & dut.error & low & (far[0] != far[1]) & (least != 0)))))
+                      up | down, stays(at) & (at[2] == sent_z),
+                      (at[2] == came[2]) & ((Cat(at[:2]) == Cat(target)) | refused)))
 
 
 def _distance(a: Bits, b: Bits) -> Bits:

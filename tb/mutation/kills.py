@@ -9,14 +9,15 @@ for that a bit is inverted at a port of the component, or of a part of it.
 import os
 import random
 import re
+import resource
 import signal
 import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 from amaranth import Cat, Const
 
@@ -30,6 +31,9 @@ from .judge import by_chance
 from .netlist import Mutable, Mutant, choose, listed
 
 __all__ = ["Kill", "kills"]
+
+#: By a property: a mutant that breaks it, and the clock.
+_Found: TypeAlias = dict[str, tuple[str, int]]
 
 #: Mutants in a simulation, clocks of random inputs, mutants in a formula, and its seconds.
 SIMULATED, CLOCKS, FORMULA, SECONDS = 400, 1500, 100, 60
@@ -68,7 +72,7 @@ class Kill:
     seconds: float = 0.0
 
 
-def kills(name: str, component: Component, lock: AbstractContextManager) -> list[Kill]:
+def kills(name: str, component: Component) -> list[Kill]:
     """Look for a mutant that breaks each property of a component.
 
     Parameters
@@ -77,11 +81,8 @@ def kills(name: str, component: Component, lock: AbstractContextManager) -> list
         Of the component.
     component : Component
         Its contract.
-    lock : context manager
-        Held while gateware is elaborated.
     """
-    with lock:
-        stated = [(case, component.contract(case).properties.values()) for case in component.cases]
+    stated = [(case, component.contract(case).properties.values()) for case in component.cases]
     found = {each.name: Kill(name, each.name, each.lemma)
              for _, properties in stated for each in properties}
     # Where times are those of the board little happens in few clocks: only what is stated of no
@@ -97,7 +98,7 @@ def kills(name: str, component: Component, lock: AbstractContextManager) -> list
             if not left:
                 continue
             began = time.monotonic()
-            for one, (mutant, clock) in search(component, case, left, seed, lock).items():
+            for one, (mutant, clock) in search(component, case, left, seed).items():
                 kill = found[one]
                 kill.case, kill.mutant, kill.clock = str(case or "bench"), mutant, clock
                 kill.seconds = round(time.monotonic() - began, 1)
@@ -111,14 +112,12 @@ def _cases(component: Component) -> Iterator[Case | None]:
     yield from sorted(component.cases, key=lambda case: case.real)
 
 
-def _simulated(component: Component, case: Case | None, left: Collection[str], seed: int,
-               lock: AbstractContextManager) -> dict[str, tuple[str, int]]:
+def _simulated(component: Component, case: Case | None, left: Collection[str], seed: int) -> _Found:
     if case is not None and (case.upset or case.real):  # the other cases have those properties
         return {}
     bench = bench_of(kind_of(component)) if case is None else None
-    with lock:
-        dut = component_of(bench) if bench else component.make(**(case or Case()).parameters)
-        mutable = Mutable(component, dut)
+    dut = component_of(bench) if bench else component.make(**(case or Case()).parameters)
+    mutable = Mutable(component, dut)
     if not mutable.mutants:
         return {}
     netlist = mutable.netlist(mutable.choose(SIMULATED, seed))
@@ -130,8 +129,7 @@ def _simulated(component: Component, case: Case | None, left: Collection[str], s
             for name, (number, clock) in witnesses.items()}
 
 
-def _solved(component: Component, case: Case | None, left: Collection[str], seed: int,
-            lock: AbstractContextManager) -> dict[str, tuple[str, int]]:
+def _solved(component: Component, case: Case | None, left: Collection[str], seed: int) -> _Found:
     """Let a formula choose a mutant of a cell."""
     def mutate(contract: Contract, folder: Path) -> tuple[list[str], str]:
         every = listed(canonical(named(contract.rtlil())), folder)
@@ -148,7 +146,7 @@ def _solved(component: Component, case: Case | None, left: Collection[str], seed
                 applied="; ".join(commands))
         return list(map(str, chosen)), "dut.mutant"
 
-    return _found(component, case, left, mutate, lock)
+    return _found(component, case, left, mutate)
 
 
 def _one_of_each_cell(mutants: list[Mutant], seed: int) -> list[Mutant]:
@@ -160,8 +158,7 @@ def _one_of_each_cell(mutants: list[Mutant], seed: int) -> list[Mutant]:
     return [rng.choice(each) for each in cells.values()]
 
 
-def _connected(component: Component, case: Case | None, left: Collection[str], seed: int,
-               lock: AbstractContextManager) -> dict[str, tuple[str, int]]:
+def _connected(component: Component, case: Case | None, left: Collection[str], seed: int) -> _Found:
     """Let a formula choose a bit of a port that is inverted."""
     def mutate(contract: Contract, folder: Path) -> tuple[list[str], str]:
         names: list[str] = []
@@ -178,22 +175,20 @@ def _connected(component: Component, case: Case | None, left: Collection[str], s
         prepare(folder, upset=contract.upset)
         return names, "mutant"
 
-    return _found(component, case, left, mutate, lock)
+    return _found(component, case, left, mutate)
 
 
 def _found(component: Component, case: Case | None, left: Collection[str],
-           mutate: Callable[[Contract, Path], tuple[list[str], str]], lock: AbstractContextManager
-           ) -> dict[str, tuple[str, int]]:
+           mutate: Callable[[Contract, Path], tuple[list[str], str]]) -> _Found:
     """Let a formula choose from mutants of a contract, which are named, by a signal."""
     if case is None:
         return {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        with lock:
-            contract = component.contract(case, only=left, broken=True)
-            if not set(contract.properties) & set(left):
-                return {}
-            mutants, switch = mutate(contract, folder)
+        contract = component.contract(case, only=left, broken=True)
+        if not set(contract.properties) & set(left):
+            return {}
+        mutants, switch = mutate(contract, folder)
         if not mutants:
             return {}
         # In every clock the same mutant: that of number 0 is none.
@@ -204,21 +199,27 @@ def _found(component: Component, case: Case | None, left: Collection[str],
 
 
 def _solve(folder: Path, clocks: int) -> None:
-    """Let the solver look for covers as long as it may; what it found is in its output."""
+    """Let the solver look for covers as long as it may; what it found is in its output.
+
+    The kernel counts its seconds: so other work on the machine makes no difference, and a solver
+    ends that nothing waits for any more.
+    """
     command = [*SMTBMC, "-s", "z3", "--noprogress", "-c", "-t", str(clocks), "--smtc",
                "constant.smtc", "--dump-vcd", "cover%.vcd", "covers.smt2"]
     with (folder / "output.txt").open("w") as output:
         process = subprocess.Popen(command, cwd=folder, env=environment(), stdout=output,
                                    stdin=subprocess.DEVNULL, stderr=subprocess.STDOUT,
-                                   start_new_session=True)
+                                   start_new_session=True, preexec_fn=_limit)
         try:
-            process.wait(SECONDS)
-        except subprocess.TimeoutExpired:
-            pass
+            process.wait()
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
+
+
+def _limit() -> None:
+    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
 
 
 def _witnesses(folder: Path, mutants: Sequence[str]) -> Iterator[tuple[str, tuple[str, int]]]:

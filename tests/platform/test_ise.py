@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from amaranth import Elaboratable, Module, Signal
-from amaranth.lib import io
+from amaranth.lib import io, memory
 from amaranth.lib.cdc import FFSynchronizer
 
 from fresa_boards.nexys2 import Nexys2_1200Platform, Nexys2Platform
@@ -51,6 +51,24 @@ class Demo(Elaboratable):
         return m
 
 
+class Remembers(Demo):
+    """And memories: of 3 block RAMs, of 1, and of what XST likes."""
+
+    def elaborate(self, platform) -> Module:
+        m = super().elaborate(platform)
+        for name, shape, depth, attrs in [("wide", 5, 8192, {"ram_style": "block"}),
+                                          ("small", 2, 2, {"ram_style": "block"}),
+                                          ("any", 9, 64, {})]:
+            m.submodules[name] = part = memory.Memory(shape=shape, depth=depth, init=[1],
+                                                      attrs=attrs)
+            port = part.read_port()
+            address = Signal.like(port.addr, name=f"{name}_address")
+            seen = Signal(name=f"{name}_seen", attrs={"keep": 1})
+            m.d.sync += [address.eq(address + 1), seen.eq(port.data.xor())]
+            m.d.comb += port.addr.eq(address)
+        return m
+
+
 def demo_plan(board=Nexys2Platform):
     platform = board()
     return platform.prepare(Demo(platform), "demo")
@@ -77,7 +95,9 @@ def ise(tmp_path) -> Path:
             'echo "${0##*/} $*" >> calls\n'
             '[ "${0##*/}" != "$FAILS" ] || exit 3\n'
             'for word; do case $word in *.bit|*.mcs) [ -e "$word" ] || echo "$*" > "$word";;\n'
-            '    *.twr) echo "Timing errors: ${ERRORS:-0}  Score: 0" > "$word";; esac; done\n')
+            '    *.twr) echo "Timing errors: ${ERRORS:-0}  Score: 0" > "$word";;\n'
+            '    *_map.ncd) echo "  Number of RAMB16s:    ${RAMS:-9} out of      20   45%" '
+            '> "${word%.ncd}.mrp";; esac; done\n')
         (tools / name).chmod(0o755)
     return tools
 
@@ -236,6 +256,35 @@ class TestBuildScript:
         result = run(folder / "build.sh", path=ise, ERRORS="12")
         assert result.returncode == 1 and "too slow" in result.stderr
         assert not list(folder.glob("*.bit"))
+
+    @pytest.mark.parametrize("rams", ["4", "5", "20"])
+    def test_memories_are_in_block_ram(self, ise, tmp_path, rams):
+        folder = self.with_memories(tmp_path)
+        assert run(folder / "build.sh", path=ise, RAMS=rams).returncode == 0
+        assert (folder / "demo_usb.bit").exists()
+
+    @pytest.mark.parametrize("rams", ["0", "3"])
+    def test_a_memory_that_was_dropped_makes_no_bitstream(self, ise, tmp_path, rams):
+        folder = self.with_memories(tmp_path)
+        result = run(folder / "build.sh", path=ise, RAMS=rams)
+        assert result.returncode == 1 and not list(folder.glob("*.bit"))
+        assert result.stderr == (f"build.sh stopped: {rams} block RAMs, not 4: a memory was "
+                                 "dropped, see demo.srp.\n")
+
+    def test_nor_does_a_report_without_block_ram(self, ise, tmp_path):
+        folder = self.with_memories(tmp_path)
+        result = run(folder / "build.sh", path=ise, RAMS="none")
+        assert (result.returncode, "0 block RAMs, not 4" in result.stderr) == (1, True)
+
+    def test_both_scripts_compare_with_the_same_number(self, plan, tmp_path):
+        text = (self.with_memories(tmp_path) / "build.bat").read_text()
+        assert "if %rams% lss 4 goto dropped\n" in text and "\n:dropped\nset needed=4\n" in text
+        assert not any("rams" in plan.files[name] for name in ("build.sh", "build.bat"))
+
+    @staticmethod
+    def with_memories(tmp_path) -> Path:
+        platform = Nexys2Platform()
+        return platform.prepare(Remembers(platform), "demo").extract(tmp_path / "memories")
 
 
 class TestBuffers:

@@ -4,7 +4,6 @@
 """Mutants: who kills them, which are none, and that nothing is killed by nothing."""
 
 import random
-import threading
 
 import pytest
 from amaranth import Module, Signal
@@ -432,7 +431,7 @@ class TestKills:
     @staticmethod
     def found(describe) -> dict:
         return {kill.name: kill for kill in kills("toy", Component(
-            make=lambda: Toy(), describe=describe, depth=10), threading.Lock())}
+            make=lambda: Toy(), describe=describe, depth=10))}
 
     def test_each_property_has_one_that_breaks_it(self, kept):
         found = self.found(state_all)
@@ -462,8 +461,7 @@ class TestKills:
         def describe(c: Contract, dut: Wire) -> None:
             c.invariant("goes-on", "It goes on.", dut.after == dut.before, cover=dut.before)
 
-        (kill,) = kills("wire", Component(make=lambda: Wire(), describe=describe),
-                        threading.Lock())
+        (kill,) = kills("wire", Component(make=lambda: Wire(), describe=describe))
         assert kill.mutant == "after[0] inverted" and kill.clock == 0
 
     def test_what_random_inputs_do_not_find_a_formula_does(self, monkeypatch):

@@ -237,7 +237,7 @@ class TestNexys2:
         assert facts["mm_per_minute"] == pytest.approx(50 * 60 * 1.25 / 6 / 48, abs=1e-4)
         assert facts["capacity"]["luts"] == 9312
         assert 300 < facts["resources"]["luts"] < 930
-        assert facts["resources"]["block_rams"] == 0  # so small a picture is in LUTs
+        assert facts["resources"]["block_rams"] == 2  # however small the picture
         cut = facts["cut"]
         steps = cut["air_steps"] + 13 * 128 + cut["steps"]["z"]
         assert cut["job_seconds"] == pytest.approx(steps / 50, rel=0.05)

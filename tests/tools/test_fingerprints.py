@@ -1,6 +1,7 @@
 """Fingerprints: they change with what is looked at, and not with how it is written."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -93,9 +94,9 @@ class TestNetlist:
     def test_is_its_design_mistakes_and_what_is_run(self, monkeypatch):
         before = self.fingerprint(monkeypatch)
         assert self.fingerprint(monkeypatch) == before
-        changed = [self.fingerprint(monkeypatch, **one) for one in (
-            {"period": 5}, {"levels": 0}, {"shows": "count"},
-            {"mistake": Mistake("count", init=0)})]
+        others: list[dict[str, Any]] = [
+            {"period": 5}, {"levels": 0}, {"shows": "count"}, {"mistake": Mistake("count", init=0)}]
+        changed = [self.fingerprint(monkeypatch, **other) for other in others]
         assert len({before, *changed}) == 5
 
 

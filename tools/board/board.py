@@ -63,7 +63,7 @@ class Board:
         self._state: dict[str, object] = {"running": True, "building": "starting", "speed": None,
                                           "recording": False, "done": False, "error": None,
                                           "advancing": False, "stopped": False,
-                                          "unrecorded": None}
+                                          "lost": False, "unrecorded": None}
         self._jobs: dict[int, Job] = {}
         self._newest = 0
         self._requested = self._working = job
@@ -232,7 +232,7 @@ class Board:
         if self._state["recording"]:
             self._state["unrecorded"] = "The waveform is lost with the simulation: record again"
         self._state |= {"running": False, "building": False, "recording": False, "error": message,
-                        "advancing": False, "stopped": False}
+                        "advancing": False, "stopped": False, "lost": False}
         self._requested = self._working  # the job that was being built may be the cause
         self._publish_state()
         self._on_plate(None)

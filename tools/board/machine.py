@@ -32,9 +32,10 @@ WAVE_SLICE = 2000
 class Machine:
     """A running board, three motors, and a plate under the tool.
 
-    A plate is replaced when the machine is switched on, when a job begins, and when automatic mode
-    is entered with the tool elsewhere than over the corner of the last one: that place becomes the
-    origin, where the first pixel is.
+    A plate is replaced when the machine is switched on, when a job begins with the tool at the
+    corner of the last one, and when automatic mode is entered with the tool elsewhere, not in the
+    plate: so the operator sets the origin, where the first pixel is. Otherwise plate and tool stay
+    where they are, whatever the machine takes for its origin after a reset or a change of mode.
 
     Parameters
     ----------
@@ -49,11 +50,14 @@ class Machine:
     ----------
     stopped : bool
         Whether BTN3 was pressed since the last reset. It is not visible at any output.
+    lost : bool
+        Whether automatic mode is on and the origin of the machine is not the corner of the plate.
     """
 
     def __init__(self, engine: Engine, job: Job, *, switches: int = 0) -> None:
         self.engine, self.job = engine, job
         self.stopped = False
+        self._began_lost = False
         self._contacts = deque([(switches, 0)])
         self._held_until = 0
         self._automatic = self._entering = False
@@ -86,6 +90,13 @@ class Machine:
         """Whether every target pixel is cut, the tool back over its corner, and LD5 dark."""
         self._digest()
         return not self.busy and self._plate.right
+
+    @property
+    def lost(self) -> bool:  # see the class
+        self._digest()
+        if not self._automatic or self._entering:
+            return False
+        return self._began_lost if self.busy else not self._plate.at_origin
 
     @property
     def step_limit(self) -> int:
@@ -148,10 +159,10 @@ class Machine:
         self._automatic = automatic
 
     def _enter(self) -> None:
-        """Enter automatic mode: the place of the tool becomes the origin."""
+        """Enter automatic mode: a plate is put where the tool is, unless it is in one."""
         self._entering = False
         self._digest()
-        if not self._plate.at_origin:
+        if not (self._plate.at_origin or self._plate.pierced):
             self._plate = Plate(self.job, self._words())
 
     def _digest(self) -> None:
@@ -171,7 +182,9 @@ class Machine:
             at = int(changes.clock[row])
             if busy[row]:
                 self._plate.feed(_rows(changes, start, row))
-                self._plate = Plate(self.job, _rows(changes, row, row + 1))
+                self._began_lost = not self._plate.at_origin
+                if not self._began_lost:
+                    self._plate = Plate(self.job, _rows(changes, row, row + 1))
                 start = row
             self._job_clocks = (at, None) if busy[row] else (self._job_clocks[0], at)
         self._plate.feed(_rows(changes, start, len(changes)))

@@ -46,6 +46,11 @@ class Plate:
         return self.plant.position == (0, 0, 0)
 
     @property
+    def pierced(self) -> bool:
+        """Whether the tool is in the plate."""
+        return self.plant.position[2] < 0
+
+    @property
     def right(self) -> bool:
         """Whether every target pixel is cut, and the tool is back."""
         return self.at_origin and bool((self.plant.cut >= self.plant.target).all())

@@ -257,6 +257,7 @@ class Worker:
             "running": self._running,
             "advancing": self._remaining > 0 and machine is not None,
             "stopped": machine is not None and machine.stopped,
+            "lost": machine is not None and machine.lost,
             "building": self._activity if self._builder.building else False,
             "speed": self._throttle.speed,
             "recording": machine is not None and machine.recording,

@@ -15,8 +15,8 @@ RESETS, UPSETS, UPSETS_ON_A_LINE = 10_000, 1_000_000, 20_000
 
 ABOUT = """\
 Injects faults into a raw machine while it works, on CXXRTL: resets at any time, or bit upsets of
-flip-flops (SEU), as radiation and bad supplies cause them. And says what a guard, which makes them
-visible, takes of an FPGA.
+flip-flops (SEU), as radiation and bad supplies cause them. Also counts what a guard, which makes
+them visible, takes of an FPGA.
 """
 
 EPILOG = """\
@@ -47,26 +47,26 @@ fuzzing the line, with switches pressed at random.
 In every clock each coil word must be one of the motor's table, and the one of the clock before or a
 neighbour of it, or none where there is no power; each pulse as long as its driver module needs, and
 DIR and ENABLE still around it. A reset must move no motor, begin no pulse and cut none. After it
-all registers must be as from power-up but those that shall outlive it: what stands at the pins of
-the motors, and since when; switches as they were seen; what memories gave last; orders that were
-taken. After one reset of twenty a machine on a line must do what it is asked then, and say so.
+all registers must be as from power-up but those that shall outlive it: the levels at the pins of
+the motors, and for how long; the states of switches; the last words read from memories; orders
+that were taken. After one reset of twenty a machine on a line must obey a command and answer it.
 The exit status is 1 if any of that is not so.
 """
 
 ABOUT_UPSETS = """\
 In a random clock of work a random flip-flop changes. The work is done once without, and then from
-there on with the upset: orders of every kind, stops, resets, and what else people do; over a line
-commands that go to places, change speeds, stop movements or are wrong, breaks, switches and resets.
-All of it waits for the machine where people and order sources do. Some hundred clocks later, or
-some thousand of a machine on a line, where the machine rests, or as soon as its state is again what
-it would be, it came to one of
+there on with the upset: orders of every kind, stops, resets, and what else an operator does; over a
+line commands that go to places, change speeds, stop movements or are wrong, breaks, switches and
+resets. The stimulus waits for the machine where operators and order sources do. Some hundred clocks
+later, or some thousand of a machine on a line, where the machine rests, or as soon as its state is
+again what it would be, it came to one of
 
-  harmless   the motors are where they would be, and the counters say so
+  harmless   motors and counters are where they would be
   visible    a fault was shown, outside a reset, where it would not have been, or for ever where the
              machine should be idle; or the motors or counters are wrong, but a line was answered
              otherwise than it would have been: by a refusal, or not at all
   stuck      it stands still and is never idle again, but its counters are right
-  silent     none of these: without a word the motors are elsewhere, or the counters say so
+  silent     none of these: the motors or the counters are wrong, and nothing shows it
 
 Where the motors are is known from coil words and pulses alone. It is compared strictly: a step by
 hand that comes too late, and so is not made before the switch is off, is silent too; so is an

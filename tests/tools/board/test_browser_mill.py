@@ -140,7 +140,8 @@ class TestMilling:
         page.until(lambda: not page.is_on(7) and "Stopped" in page.status, "the same by hand")
         page.find("sw7").click()
         page.find("btn0").click()
-        page.until(lambda: "Stopped" not in page.status and page.duty("led7"), "reset")
+        page.until(lambda: "position is unknown" in page.status and page.duty("led7"), "reset")
+        assert page.position("z") == before[2]
 
 
 class TestDisplay:

@@ -144,7 +144,7 @@ class TestPlate:
         assert machine.cut().right
 
     def test_mode_change_in_the_middle(self, machine):
-        """The tool is left in the plate; that is the origin of what comes next."""
+        """The tool is left in the plate, and stays there; raised, it has a new plate below it."""
         start(machine)
         while Seen().look(machine).position[2] < Z_TRAVEL:
             machine.run(500)
@@ -153,9 +153,47 @@ class TestPlate:
         machine.run(50)
         assert not machine.busy
         assert Seen().look(machine).position[2] == Z_TRAVEL
+        assert not machine.lost  # by hand anything may be
+        machine.touch(AUTOMATIC, 0)
+        machine.run(50)
+        assert Seen().look(machine).position[2] == Z_TRAVEL
+        assert machine.lost
+        machine.touch(0, 0)
+        machine.touch(0b010000, 0)  # up by hand
+        machine.run(3 * Z_TRAVEL)
+        machine.touch(0, 0)
+        machine.run(50)
+        assert Seen().look(machine).position[2] < 0
         machine.touch(AUTOMATIC, 0)
         machine.run(50)
         assert Seen().look(machine).position == (0, 0, 0)
+        assert not machine.lost
+
+    def test_stop_reset_start_with_the_tool_in_the_plate(self, machine):
+        """The machine takes it for raised; it is where it was, and goes deeper from there."""
+        start(machine)
+        while Seen().look(machine).position[2] < Z_TRAVEL:
+            machine.run(500)
+        assert not machine.lost
+        for button in ("stop", "reset"):
+            machine.touch(AUTOMATIC, BUTTON[button])
+            machine.touch(AUTOMATIC, 0)
+            machine.run(5 * SETTLE)
+        seen = Seen().look(machine)
+        x, y, z = place = seen.position
+        assert z >= Z_TRAVEL and machine.lost and not machine.busy
+        machine.touch(AUTOMATIC, BUTTON["start"])
+        machine.touch(AUTOMATIC, 0)
+        machine.run(5 * SETTLE)
+        assert machine.busy and machine.lost
+        deepest, plates = z, seen.plates
+        while machine.busy:
+            machine.run(400)
+            seen.look(machine)
+            deepest = max(deepest, seen.position[2])
+        assert deepest == z + Z_TRAVEL
+        assert seen.position == (x, y, z) == place and seen.plates == plates
+        assert machine.lost and not machine.done and machine.cut().in_error
 
     def test_path_is_bounded(self, machine, monkeypatch):
         monkeypatch.setattr(plate, "MOST_CORNERS", 10)

@@ -33,6 +33,11 @@ function standing(machine, state, job) {
     return { step: 0, tone: "bad", text: "Stopped by BTN3: no step is made. BTN0 resets; raise the "
       + "tool by hand, in manual mode, before anything else." };
   }
+  if (state.lost) {
+    return { step: 0, tone: "bad", text: "The position is unknown: the machine takes the place where "
+      + "the tool was for its origin, and the tool for raised. Clear SW7, raise the tool by hand, "
+      + "bring it to the corner, and set SW7 again." };
+  }
   if (!machine.automatic) {
     return { step: 2, tone: "calm", text: "Manual mode: SW0 to SW5 move the tool. "
       + "Set SW7 (click it, or press 7) to let the machine mill." };

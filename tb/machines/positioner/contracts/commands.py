@@ -68,7 +68,7 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
         ("long", last == LineEnd.LONG, Answer.LONG),
         ("damaged", (last != LineEnd.LONG) & (last != LineEnd.GOOD), Answer.DAMAGED),
     ]:
-        c.implication(f"tells-{name}", f"A line that is {name} is refused as that.",
+        c.implication(f"tells-{name}", f"A line that is {name} is refused with that reason.",
                       when=offered & when, then=answer == then)
     c.implication("good-lines-only", "Only a line that ended well is an order.", when=fine,
                   then=last == LineEnd.GOOD)
@@ -110,7 +110,7 @@ def _type(c: Contract, dut: PositionerCommands, taken: Bits) -> None:
 
 
 def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spaces: Bits) -> None:
-    """Whatever a line says, what is ordered can be done."""
+    """State that every order can be carried out, whatever its line holds."""
     order, command = dut.orders.p, dut.orders.p.command
     place = c.signal("place")
     good = order.answer == Answer.NONE
@@ -137,7 +137,7 @@ def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spac
     c.implication("command-in-range", "A command is one of nine.", when=fine,
                   then=command.as_value() < len(Command))
     needed = takes[command.as_value()]
-    c.invariant("knows-its-place", "It knows how much of a line was read.",
+    c.invariant("knows-its-place", "The place is the number of arguments that were read.",
                 Mux(state("COMMAND"), (place == 0) & good & (spaces == 0),
                     Mux(state("SEPARATE"), good & (spaces == place) & (place <= needed),
                         Mux(state("WORD", "DIGIT", "NUMBER"),
@@ -150,7 +150,7 @@ def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spac
 
 
 def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
-    """The readers read in their states only; so nothing is stuck."""
+    """State that the readers read in their states only, so that none waits for ever."""
     word, number = c.signal("words.words__valid"), c.signal("number.numbers__valid")
     kind = c.signal("kind")
     letters, digits = c.signal("words.place"), c.signal("number.begun")

@@ -3,9 +3,9 @@
 Commands come as slow as a serial line, too slow to be waited for here. So some properties are about
 one clock and the next, and are kept from any values of all registers, also of upset ones. The
 others, about pins for ever, are kept from power-up by a machine without its line: any order comes
-in any clock, any answer is said, and any report. That lines are orders is stated by
+in any clock, and any answer and report is sent. That lines are orders is stated by
 `uart_receiver`, `line` and `positioner_commands`; that an order moves the motor it names, by
-`positioning`; and what is said, by `reporter`. The widths of STEP, the set-up and hold of DIR, the
+`positioning`; and what is sent, by `reporter`. The widths of STEP, the set-up and hold of DIR, the
 rate, and what backlash does to the position, are stated by `axis` at the pins of an axis: the
 pins of the machine are these and no other, for each motor.
 """
@@ -59,9 +59,11 @@ def describe(c: Contract, dut: Positioner) -> None:
                   "connected.", when=known & (dut.enable & ~c.past(dut.enable)).any(),
                   then=c.past(dut.connected), upset=True)
     broke = known & c.past(c.part("receiver").line_break)
-    c.implication("break-halts", "In the clock after a break of the line was heard no motor has a "
+    c.implication("break-halts", "In the clock after a break of the line was detected no motor "
+                                 "has a "
                   "movement.", when=broke, then=dut.moving == 0, upset=True)
-    c.implication("break-ends-steps", "No STEP rises in the clock after that.", when=c.past(broke),
+    c.implication("break-ends-steps", "No STEP rises two clocks after a break of the line was "
+                                      "detected.", when=c.past(broke),
                   then=(dut.step & ~c.past(dut.step)) == 0, upset=True)
 
 

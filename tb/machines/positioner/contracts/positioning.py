@@ -16,10 +16,10 @@ SHOWN = 4
 
 
 def describe(c: Contract, dut: Positioning) -> None:
-    """Nothing moves that was not ordered, and what is not obeyed changes nothing."""
+    """No motor moves without an order, and a refused order changes nothing."""
     order, command = dut.orders.p, dut.orders.p.command
     payload = dut.orders.payload.as_value()
-    # A stream keeps what it offers; the numbers stay with it, and only answers are offered.
+    # A stream keeps what it offers, and the numbers stay with it.
     waited = c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst)
     numbers = Cat(dut.numbers)
     c.assume(~waited | (dut.orders.valid & (payload == c.past(payload))
@@ -41,7 +41,7 @@ def describe(c: Contract, dut: Positioning) -> None:
         c.m.d.sync += stored.eq(0)
     with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
         c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
-    c.invariant("knows-its-points", "It knows which points were stored.",
+    c.invariant("knows-its-points", "The flags are those of the points that were stored.",
                 c.signal("points.written") == stored, cover=stored[3])
     _changes(c, dut, obeyed)
     _movements(c, dut, obeyed, point)
@@ -83,7 +83,7 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
     """What changes, and by which order."""
     command, then = dut.orders.p.command, _orders(c, dut, obeyed)
     was_reset = c.past(c.rst)
-    c.invariant("still-unless-connected", "Nothing moves that is not connected.",
+    c.invariant("still-unless-connected", "No motor has a movement while disconnected.",
                 dut.connected | ~dut.run.any(), cover=dut.connected & dut.run.all())
     c.implication("connected", "Power changes only by CONNECT, DISCONNECT and reset.",
                   when=dut.connected != c.past(dut.connected),
@@ -93,11 +93,12 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
                   when=then(Command.CONNECT, Command.DISCONNECT),
                   then=dut.connected == then(Command.CONNECT))
     place = Cat(dut.place)
-    c.implication("place", "A place is called by POS as it says, by ORIGIN 0, and by nothing else.",
+    c.implication("place", "POS sets the position to its numbers, ORIGIN to 0, and nothing else "
+                           "does.",
                   when=dut.load, then=obeyed & Mux(
                       command == Command.POS, place == Cat(dut.numbers),
                       (command == Command.ORIGIN) & (place == 0)) | c.rst)
-    c.invariant("place-of-pos", "No place is shown but that of POS while it is obeyed.",
+    c.invariant("place-of-pos", "The position to set is 0 except while POS is obeyed.",
                 (place == 0) | (command == Command.POS) & (place == Cat(dut.numbers)),
                 cover=place != 0)
     c.implication("loads", "POS and ORIGIN are obeyed by a load.",
@@ -118,27 +119,27 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
         begins = (moved | goes) & ~halted
         c.implication(f"{name}-moves-by-order", f"Motor {motor + 1} begins to move only by MOV of "
                       "it and by GOTO.", when=run & ~run_before, then=begins)
-        c.implication(f"{name}-begins", f"By these motor {motor + 1} does begin to move.",
+        c.implication(f"{name}-begins", f"MOV and GOTO do start motor {motor + 1}.",
                       when=begins,
                       then=run)
         c.implication(f"{name}-ends", f"Motor {motor + 1} ends its movement where it arrives or "
                       "is blocked, by STOP, by a halt, and by ORIGIN and POS if it is to a point, "
                       "unless another is ordered.", when=~run & run_before,
                       then=was_reset | halted
-| c.past(dut.in_position[motor] | dut.limit_hit[motor])
-| then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
-| then(Command.ORIGIN, Command.POS) & c.past(way))
-        c.implication(f"{name}-does-end", f"It does: no movement of motor {motor + 1} goes on "
-                      "that has come to an end.",
+                      | c.past(dut.in_position[motor] | dut.limit_hit[motor])
+                      | then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
+                      | then(Command.ORIGIN, Command.POS) & c.past(way))
+        c.implication(f"{name}-does-end", f"No movement of motor {motor + 1} goes on after its "
+                      "end.",
                       when=c.past(dut.in_position[motor] | dut.limit_hit[motor])
-   & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
+                      & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
                       then=~run | moved | goes)
+        there = c.past(point.word_select(motor, 32)).as_signed()
+        end = Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN)
         c.invariant(f"{name}-target", f"The target of motor {motor + 1} is a point, by GOTO, or "
                     "an end, by MOV of it, whichever was last.",
-                    target == Mux(was_reset, 0, Mux(
-goes, c.past(point.word_select(motor, 32)).as_signed(), Mux(
-moved, Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN),
-c.past(target)))), cover=target != 0)
+                    target == Mux(was_reset, 0, Mux(goes, there, Mux(moved, end, c.past(target)))),
+                    cover=target != 0)
         c.invariant(f"{name}-rate",
                     f"The speed of motor {motor + 1} is that of the last VEL of it.",
                     rate == Mux(was_reset, after_reset, Mux(
@@ -147,7 +148,7 @@ c.past(target)))), cover=target != 0)
         c.invariant(f"{name}-is-going", f"A movement of motor {motor + 1} is to a point from GOTO "
                     "to the next MOV of it.", way == ~was_reset & (goes | c.past(way) & ~moved),
                     cover=way)
-    c.implication("halts", "While it is to halt nothing moves from the next clock on.",
+    c.implication("halts", "From the clock after a halt on no motor has a movement.",
                   when=c.past(dut.halt & dut.run.any()), then=~dut.run.any())
     c.implication("origin-ends-going", "ORIGIN and POS end all movements to points.",
                   when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
@@ -155,19 +156,21 @@ c.past(target)))), cover=target != 0)
 
 
 def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
-    """Who is answered, and what."""
+    """State which orders are answered, and with what."""
     offered, says = dut.answers.valid, dut.answers.payload.as_value()
     limit = (says >= Answer.LIMIT_MOT1.value) & (says <= Answer.LIMIT_MOT3.value)
     kept = c.past(offered & ~dut.answers.ready & ~c.rst)
     c.implication("stream-keeps", "An answer stays until it is taken.", when=kept,
                   then=offered & (says == c.past(says)))
     c.implication("taken-a-clock-later", "An order is taken in the clock after it was offered, "
-                  "whatever waits to be answered.",
+                  "however many answers wait.",
                   when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst), then=dut.orders.ready)
-    c.implication("looked-at-first", "Not before.", when=dut.orders.ready,
+    c.implication("looked-at-first",
+                  "No order is taken in the clock in which it is first offered.",
+                  when=dut.orders.ready,
                   then=c.past(dut.orders.valid & ~dut.orders.ready))
 
-    # The queue of reasons, from the one that is said next
+    # The queue of refusals, from the one that is answered next
     pending_limits = c.signal("pending_limits")
     level = c.signal("reasons.level")
     free = ~offered | dut.answers.ready
@@ -175,16 +178,17 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
     joins = taken & refused & ~c.rst & (level != dut.waiting)
     said = Mux(level == dut.waiting - 1, Answer.OVERFLOW, reason)
     c.implication("counts-reasons", "Each refusal joins the queue unless it is full, each that is "
-                  "handed on leaves it, and nothing else changes it.", when=c.past(~c.rst),
+                  "offered leaves it, and nothing else changes its level.", when=c.past(~c.rst),
                   then=level == c.past(level) + c.past(joins) - c.past(told))
-    c.implication("reasons-are-said", "While there is a reason and no limit to be told, one is "
-                  "next.", when=c.past((level != 0) & free & ~pending_limits.any() & ~c.rst),
+    c.implication("reasons-are-said", "While a refusal waits and no limit is pending, a refusal "
+                  "is offered next.", when=c.past((level != 0) & free & ~pending_limits.any()
+                                                  & ~c.rst),
                   then=offered & ~limit)
-    c.implication("answers-have-a-cause", "An answer that is new is that of a refusal, or a "
-                  "limit's.", when=offered & ~kept, then=c.past(told | pending_limits.any()))
+    c.implication("answers-have-a-cause", "A new answer is that of a refusal or of a "
+                  "limit.", when=offered & ~kept, then=c.past(told | pending_limits.any()))
     words, first = c.words("reasons.storage"), c.signal("reasons.consume")
-    c.invariant("knows-its-reasons", "The queue is where it says, and has nothing but reasons in "
-                "it.",
+    c.invariant("knows-its-reasons", "The pointers of the queue fit its level, and its entries are "
+                "refusals.",
                 (c.signal("reasons.produce") == (first + level) % dut.waiting)
                 & (first < dut.waiting) & (level <= dut.waiting)
                 & Cat(((address + dut.waiting - first) % dut.waiting >= level)
@@ -193,37 +197,37 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                 cover=level == dut.waiting)
     if dut.waiting <= SHOWN:
         _queue(c, dut, words, joins, said, told)
-    c.implication("never-none", "What is said is something.", when=offered,
+    c.implication("never-none", "No answer is NONE.", when=offered,
                   then=(says != 0) & (says <= Answer.OVERFLOW.value))
     struck = dut.run & dut.limit_hit
     for motor in range(3):
         mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
         ended = struck[motor]
         c.implication(f"limit-{motor + 1}-is-told", "A switch that ends a movement of motor "
-                      f"{motor + 1} is told of.", when=c.past(ended & ~c.rst),
+                      f"{motor + 1} raises its pending limit.", when=c.past(ended & ~c.rst),
                       then=pending_limits[motor])
-        c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is told only of "
+        c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is answered only "
                       "where it ended a movement, and once for that.", when=mine & ~kept,
                       then=c.past(pending_limits[motor]) & (~pending_limits[motor] | c.past(ended)))
-        c.implication(f"limit-{motor + 1}-is-not-lost", f"What is to be told of motor {motor + 1} "
-                      "stays so until it is being told.",
+        c.implication(f"limit-{motor + 1}-is-not-lost", f"A pending limit of motor {motor + 1} "
+                      "stays pending until it is answered.",
                       when=c.past(pending_limits[motor] & ~c.rst) & ~pending_limits[motor],
                       then=mine)
-        c.implication(f"limit-{motor + 1}-has-a-cause", "Nothing is to be told of motor "
-                      f"{motor + 1} that did not happen.", when=pending_limits[motor]
+        c.implication(f"limit-{motor + 1}-has-a-cause", "No limit of motor "
+                      f"{motor + 1} is pending without a cause.", when=pending_limits[motor]
                       & ~c.past(pending_limits[motor]),
                       then=c.past(ended))
     c.implication("sounds", "The buzzer is on after a switch ended a movement.",
                   when=c.past(struck.any() & ~c.rst), then=dut.buzzer)
-    c.invariant("two-ticks", "It waits for two ticks at most.", c.signal("ticks") <= 2,
+    c.invariant("two-ticks", "The buzzer counts two ticks at most.", c.signal("ticks") <= 2,
                 cover=c.signal("ticks") == 2)
-    c.implication("is-still-again", "It goes off at a tick, and at no other time but reset.",
+    c.implication("is-still-again", "The buzzer goes off at a tick or with reset only.",
                   when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst))
 
 
 def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: Bits,
            told: Bits) -> None:
-    """State what the reasons are, beside a queue that moves up by itself."""
+    """State what the entries are, by comparison with a queue that shifts."""
     level, first = c.signal("reasons.level"), c.signal("reasons.consume")
     queue = [c.keep(4, name=f"reason_{place}") for place in range(dut.waiting)]
     moved = [*queue[1:], Const(0, 4)]
@@ -231,7 +235,8 @@ def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: 
         new = joins & (level - told == place)
         c.m.d.sync += at.eq(Mux(new, said, Mux(told, behind, at)))
     says = dut.answers.payload.as_value()
-    c.implication("reasons-in-their-order", "Reasons are said in the order of their orders, each "
+    c.implication("reasons-in-their-order", "Refusals are answered in the order of their orders, "
+                                            "each "
                   "once.", when=c.past(told & ~c.rst), then=says == c.past(queue[0]))
 
     def word_at(place: Bits) -> Bits:
@@ -240,7 +245,7 @@ def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: 
             value = Mux(place == address, words[address], value)
         return value
 
-    c.implication("full-says-so", "Behind reasons that fill the queue is OVERFLOW.",
+    c.implication("full-says-so", "The last entry of a full queue is OVERFLOW.",
                   when=level == dut.waiting,
                   then=word_at((first + dut.waiting - 1) % dut.waiting) == Answer.OVERFLOW)
     c.invariant("reasons-are-stored", "The queue is in its memory.",

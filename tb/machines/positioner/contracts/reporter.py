@@ -20,7 +20,7 @@ SHOWN = (5, -3, 0)
 
 
 class Line:
-    """The line that is said, as it has to be, from what began it."""
+    """The line that must be sent, from what began it."""
 
     def __init__(self, c: Contract, dut: Reporter) -> None:
         self.texts, self.writer = c.part("texts"), c.part("writer")
@@ -79,15 +79,16 @@ def describe(c: Contract, dut: Reporter) -> None:
     c.implication("as-ordered", "A line has its pieces in their order: that of a report three "
                   "numbers.", when=line.asks | line.spells,
                   then=(line.left != 0) & Mux(
-line.left[0], line.asks
-& (line.texts.numbers.payload == line.text(line.left)),
-line.spells))
+                      line.left[0],
+                      line.asks & (line.texts.numbers.payload == line.text(line.left)),
+                      line.spells))
     c.implication("as-it-was", "The numbers are the three positions of one clock, that after the "
                   "tick.", when=line.spells,
                   then=line.writer.numbers.payload == Array(
                       where[:len(line.writer.numbers.payload)].as_signed() for where in line.where)[
                           3 - (line.left >> 1)])
-    c.implication("one-line-at-a-time", "An answer is taken when all before it has been said.",
+    c.implication("one-line-at-a-time", "An answer is taken when all lines before it have been "
+                                        "sent.",
                   when=line.takes, then=(line.left == 0) & ~c.signal("texts.busy")
                   & ~dut.bytes.valid)
     c.implication("answered-at-once", "Where there is time for an answer it is begun at once.",
@@ -99,7 +100,7 @@ line.spells))
     c.implication("reset-begins-anew", "Reset ends the line, and the first tick is `period` "
                   "clocks away.", when=c.past(c.rst),
                   then=c.state("reporter_state")("REST") & ~dut.bytes.valid
-& (c.signal("time") == dut.period - 1) & ~c.signal("due"))
+                  & (c.signal("time") == dut.period - 1) & ~c.signal("due"))
     c.implication("reset-forgets", "After reset no position is kept.", when=c.past(c.rst),
                   then=Cat(c.signal(f"number_{place}") == 0 for place in range(3)).all())
     _watch_inside(c, dut, line, since)
@@ -112,11 +113,11 @@ line.spells))
 
 def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
     """State when a report begins."""
-    c.implication("on-time", "A report begins in the clock after its tick, whatever was said "
+    c.implication("on-time", "A report begins in the clock after its tick, whatever was sent "
                   "before.", when=line.begins & ~c.rst,
                   then=c.state("reporter_state")("REST")
-& (line.left == 0)
-& ~dut.answers.ready & ~dut.bytes.valid)
+                  & (line.left == 0)
+                  & ~dut.answers.ready & ~dut.bytes.valid)
     busy, offered = c.signal("texts.busy"), dut.bytes.valid
     c.implication("first-byte-in-time", "Its first byte is offered four clocks after the tick.",
                   when=line.is_report & (line.left != 0) & (since < 4),
@@ -127,24 +128,24 @@ def _watch_begin(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
 
 
 def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
-    """State what makes it so: who speaks knows what was said."""
+    """State the invariants that this needs: the registers agree with what was sent."""
     state, left = c.state("reporter_state"), line.left
     writer, busy = c.state("writer.writer_state"), c.signal("texts.busy")
-    c.invariant("knows-what-is-said", "It knows how much of the line is left.",
+    c.invariant("knows-what-is-said", "The registers hold what is left of the line.",
                 Mux(state("REST"), left == 0, (c.signal("left") == left >> 1)
                     & (left[0] == state("ASK", "DIGITS")) & (state("TEXT") | (left != 0))
                     & (line.is_report | ((left == state("ASK")) & state("ASK", "TEXT"))))
                 & (~state("DIGITS") | (left < PIECES))
                 & (line.answer < len(line.texts.texts) - 3), cover=left == 2)
-    c.implication("knows-its-text", "It knows which text is next, or is being said.",
+    c.implication("knows-its-text", "The text register holds the text that is next, or being sent.",
                   when=state("ASK", "TEXT"),
                   then=c.signal("text") == line.text(left + state("TEXT")))
-    c.invariant("knows-where", "It keeps the positions, those that are still to be said before "
+    c.invariant("knows-where", "It keeps the positions, those that are still to be sent before "
                 "those that were.",
                 state("REST") | ~line.is_report | Cat(
-      c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
-      for place in range(3)).all(), cover=left == 4)
-    c.invariant("one-voice", "Text and number never speak at once, and only in their states.",
+                    c.signal(f"number_{place}") == Array(line.where * 2)[3 - (left >> 1) + place]
+                    for place in range(3)).all(), cover=left == 4)
+    c.invariant("one-voice", "Text and number are never sent at once, and only in their states.",
                 (state("TEXT") | ~busy) & (state("DIGITS") | writer("REST")), cover=writer("DIGIT"))
     sources = line.texts.texts
     rom, at = Array(b"".join(sources)), c.signal("texts.place")
@@ -168,9 +169,9 @@ def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
                       writer("SIGN"), (digit == 0) & (place == digits - 1),
                       (c.signal("writer.left") < power * (10 - digit))
                       & (writer("COUNT") | (c.signal("writer.left") < power))))
-    c.invariant("writer-is-sound", "The writer of numbers is not upset.",
+    c.invariant("writer-is-sound", "The writer of numbers is in a legal state.",
                 ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"))
-    c.invariant("counts-to-the-tick", "It knows how long it is to the next tick.",
+    c.invariant("counts-to-the-tick", "The counter holds the clocks to the next tick.",
                 (c.signal("time") == dut.period - 1 - since) & (c.signal("due") == line.begins)
                 & (since < dut.period) & (~line.begins | (since == 0)), cover=since == 1)
 
@@ -209,7 +210,7 @@ def _watch_time(c: Contract, dut: Reporter, line: Line, byte: int, waited: Bits)
                     [byte * len(sources[2]), *(byte * len(sources[1]) + clocks
                                                for clocks in behind[1:3])])[left]))))
     c.invariant("over-by-the-tick", "What is left of a line takes no longer than it is to the "
-                "next tick, as long as a byte takes no longer than was said.", time >= need,
+                "next tick, as long as a byte takes no longer than `byte`.", time >= need,
                 cover=state("DIGITS"))
 
 

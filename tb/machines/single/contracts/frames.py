@@ -12,7 +12,7 @@ __all__ = ["FRAMES", "FRAMES_INSIDE"]
 
 
 class Frame:
-    """The frame that is read, from what was taken of it, and what is to be answered."""
+    """The frame that is read, from the bytes taken, and its answer."""
 
     def __init__(self, c: Contract, dut: FrameInterpreter) -> None:
         byte, end = dut.items.p.byte, dut.items.p.end
@@ -57,7 +57,7 @@ def stops(byte: Bits) -> Bits:
 
 
 def describe(c: Contract, dut: FrameInterpreter) -> None:
-    """A frame is answered once, by what it is; only a good one does what it asks for."""
+    """A frame is answered once, by its kind; only a valid one has an effect."""
     state, texts = c.state("interpreter_state"), c.part("texts")
     item = dut.items.payload.as_value()
     held = c.past(dut.items.valid & ~dut.items.ready & ~c.rst)
@@ -80,7 +80,7 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
     with c.m.Elif(begins | spells):
         c.m.d.sync += said.eq(said + 1)
 
-    c.implication("answers-what-it-is", "The answer is the one that the frame deserves: `ok`, or "
+    c.implication("answers-what-it-is", "The answer is that of the frame: `ok`, or "
                   "the right `err`, and the greeting after reset.", when=answers,
                   then=owed & (texts.numbers.payload == due))
     c.invariant("one-answer", "Each frame, and each reset, has one answer.",
@@ -97,7 +97,7 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
                   then=owed & (due == Answer.VALUE.value) & (said == 1)
                   & (reads.payload == Mux(of_speed, dut.speed, dut.position)))
     idle = c.signal("idle")
-    c.implication("goes-on", "What is owed is said as soon as all before has been.",
+    c.implication("goes-on", "An answer that is due begins as soon as all before it was sent.",
                   when=owed & idle, then=begins | spells)
 
     # What frames do
@@ -109,21 +109,22 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
     ]:
         sets = done & kind
         c.implication(f"{name}-is-set",
-                      "It is what a good frame says with the clock after its end.",
+                      "It is the number of a valid frame from the clock after its end.",
                       when=c.past(sets), then=register == c.past(frame.value)[:len(register)])
-        c.implication(f"{name}-stays", "Nothing else changes it: no bad frame, no part of a frame.",
+        c.implication(f"{name}-stays", "Nothing else changes it: no invalid frame, no part of a "
+                                       "frame.",
                       when=c.past(~sets & ~c.rst), then=register == c.past(register,
                                                                            init=after_reset))
         c.implication(f"{name}-after-reset", "Reset brings back what it was at first.",
                       when=c.past(c.rst), then=register == after_reset)
-    c.invariant("in-range", "Set-point and speed are always such as may be.",
+    c.invariant("in-range", "Set-point and speed are always in range.",
                 (dut.target < POSITIONS) & (dut.speed > 0) & (dut.speed < SPEEDS),
                 cover=dut.target == 9)
 
     # What is sent
     writer = c.state("writer.writer_state")
     byte = dut.bytes.payload
-    c.invariant("one-voice", "Text and number never speak at once.",
+    c.invariant("one-voice", "Text and number are never sent at once.",
                 ~c.signal("texts.busy") | writer("REST"), cover=c.signal("texts.busy"))
     c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
@@ -135,7 +136,7 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
 
 def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, due: Bits,
                   said: Bits, of_speed: Bits) -> None:
-    """State what makes it so: who reads knows what was read."""
+    """State the invariants that this needs: the registers agree with what was read."""
     state, writer = c.state("interpreter_state"), c.state("writer.writer_state")
     answer, command, value = c.signal("answer"), c.signal("command"), c.signal("value")
     count, alive = frame.count, c.signal("words.alive")
@@ -163,10 +164,10 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
     c.implication("knows-what-to-answer", "Behind it, it knows what the frame is if nothing "
                   "follows.", when=state("END"),
                   then=(answer == frame.good)
-& (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
-& ((answer != Answer.OK.value) | (value == frame.value))
-& (~frame.numeric | ~frame.digits | (dut.items.valid & ~digit))
-& ((count > 1) | ((count == 1) & ~frame.numeric) | frame.at_stop))
+                  & (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
+                  & ((answer != Answer.OK.value) | (value == frame.value))
+                  & (~frame.numeric | ~frame.digits | (dut.items.valid & ~digit))
+                  & ((count > 1) | ((count == 1) & ~frame.numeric) | frame.at_stop))
     c.implication("knows-what-is-owed", "It remembers the answer.", when=owed,
                   then=(answer == due) & (said == Mux(state("NAME"), 0, Mux(
                       state("VALUE"), 1, Mux(due == Answer.VALUE.value, 2, 0))))
@@ -191,7 +192,7 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
 
 
 def describe_alone(c: Contract, dut: FrameInterpreter) -> None:
-    """State besides what is kept where nobody needs it."""
+    """State besides what a register keeps that has no effect any more."""
     describe(c, dut)
     numbers = c.part("reader").numbers
     kept = c.keep(len(dut.speed), init=START_SPEED, name="number_kept")
@@ -204,7 +205,7 @@ def describe_alone(c: Contract, dut: FrameInterpreter) -> None:
 
 
 def make(*, short: bool = True) -> FrameInterpreter:
-    """Make it, with texts of a letter or with those that people see."""
+    """Make it, with texts of a letter or with its real ones."""
     return FrameInterpreter(greeting=b"g", help_text=b"h") if short else FrameInterpreter()
 
 

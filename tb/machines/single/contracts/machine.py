@@ -40,7 +40,7 @@ LONG = 100
 
 
 def describe(c: Contract, dut: Single) -> None:
-    """What people rely on; what frames are and are answered is stated by the interpreter."""
+    """Steps and coils; frames and their answers are stated by the interpreter."""
     driver, commands = c.part("driver"), c.part("commands")
     moved, row = driver.moved, c.signal("driver.row")
     target, enable = commands.target, commands.enable
@@ -87,7 +87,7 @@ def describe(c: Contract, dut: Single) -> None:
                 cover=place == 2)
     command, value, answer = (c.signal(f"commands.{name}")
                               for name in ("command", "value", "answer"))
-    c.implication("numbers-that-may-be", "A number that is going to be set is one that may be.",
+    c.implication("numbers-that-may-be", "A number that is going to be set is in range.",
                   when=c.state("commands.interpreter_state")("END") & (answer == Answer.OK.value),
                   then=Mux(command == 0, value < POSITIONS, (command != 1) | (
                       (value > 0) & (value < SPEEDS))))
@@ -100,7 +100,7 @@ def describe(c: Contract, dut: Single) -> None:
 
 
 def _watch_parts(c: Contract) -> None:
-    """State what the parts do, and what is in them while nobody looks."""
+    """State what the parts do, and what is in them while it has no effect."""
     for path, part in PARTS.items():
         c.keeps(path, part)
     c.implication("reset-forgets", "After reset the place in a text is the first.",
@@ -144,7 +144,7 @@ def _watch_times(c: Contract, dut: Single) -> None:
 
 
 class _Typed(wiring.Component):
-    """In place of lines: whatever frames the contract likes."""
+    """In place of lines: any frames."""
 
     def __init__(self) -> None:
         super().__init__({"bytes": In(stream.Signature(Received)),
