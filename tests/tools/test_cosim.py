@@ -23,7 +23,7 @@ from tools import campaign, cosim
 from tools.console import UserError
 
 MILL = duts()["mill"]
-OUTPUTS = list(MILL.design().outputs)
+OUTPUTS = list(MILL.shared.outputs)
 
 pytestmark = pytest.mark.usefixtures("libraries")
 
