@@ -101,8 +101,7 @@ class Run:
 
         async def count(ctx):
             nonlocal clocks
-            while True:
-                await ctx.tick()
+            async for _ in ctx.tick():
                 clocks += 1
 
         sim = Simulator(m)
@@ -127,7 +126,8 @@ class Run:
     def see(self, ctx, dut, **expected: int) -> None:
         """Check members of `dut` in this clock."""
         for name, value in expected.items():
-            self.expect(name, ctx.get(_bits(dut, name)), value, bits=_width(dut, name))
+            port = _bits(dut, name)
+            self.expect(name, ctx.get(port), value, bits=len(port) if name in BITS else None)
 
     async def until(self, ctx, dut, *, within: int = 1000, **expected: int) -> None:
         """Wait until members of `dut` have these values, `within` so many clocks."""
@@ -220,7 +220,3 @@ async def put(ctx, stream, payload) -> None:
 
 def _bits(dut, name: str) -> Value:
     return Value.cast(getattr(dut, name))
-
-
-def _width(dut, name: str) -> int | None:
-    return len(_bits(dut, name)) if name in BITS else None

@@ -7,19 +7,26 @@ from pathlib import Path
 import platformdirs
 import pytest
 
-from tb.engines import CXXRTLEngine
+from tb.contracts import proof
+from tb.engines import ENGINES
 
 ASKED_FOR = ("proof", "long")
-"""Marks of tests that take a minute or more, and run only if ``-m`` names them."""
+"""Marks of tests that run only if ``-m`` names them: they take long."""
 
-NO_COMPILER = CXXRTLEngine.missing()
+NO_COMPILER = ENGINES["cxxrtl"].missing()
+MISSING = {"compiler": NO_COMPILER, "prover": proof.missing(),
+           **{name: ENGINES[name].missing() for name in ("icarus", "verilator", "ghdl")}}
+"""What to install before tests with a mark can run, or None."""
 
 
 def pytest_runtest_setup(item):
-    """Leave out what takes long, unless it is asked for."""
+    """Skip what takes long, unless it is asked for, and what needs more than there is."""
+    for mark, reason in MISSING.items():
+        if reason is not None and item.get_closest_marker(mark):
+            pytest.skip(reason)
     for mark in ASKED_FOR:
         if item.get_closest_marker(mark) and mark not in item.config.getoption("markexpr"):
-            pytest.skip(f"takes a minute: pytest -m {mark}")
+            pytest.skip(f"takes long: pytest -m {mark}")
 
 
 def pytest_report_header():

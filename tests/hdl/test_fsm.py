@@ -79,19 +79,13 @@ def elaborated(make) -> tuple[Design, dict]:
 
 
 @pytest.mark.parametrize("machine", MACHINES)
-class TestEveryStateMachine:
-    def test_all_are_found(self, machine):
-        assert elaborated(MACHINES[machine])[1].keys() == STATE_MACHINES[machine]
-
-    def test_tools_leave_its_codes_alone(self, machine):
-        for fsm in elaborated(MACHINES[machine])[1].values():
-            assert fsm.state.attrs["fsm_encoding"] == "none"
-            assert fsm.state.attrs["fsm_extract"] == "no"
-
-    def test_has_a_state_to_flee_to(self, machine):
-        for fsm in elaborated(MACHINES[machine])[1].values():
-            assert "FAULT" in fsm.encoding
-            assert fsm.state.init != fsm.encoding["FAULT"]
+def test_all_are_found_and_keep_their_codes(machine):
+    found = elaborated(MACHINES[machine])[1]
+    assert found.keys() == STATE_MACHINES[machine]
+    for fsm in found.values():
+        assert fsm.state.attrs["fsm_encoding"] == "none"
+        assert fsm.state.attrs["fsm_extract"] == "no"
+        assert fsm.state.init != fsm.encoding["FAULT"]
 
 
 class Bench:
@@ -192,11 +186,11 @@ def test_unused_codes_show_an_error_until_reset_and_no_coil_moves(machine, name)
 
     async def testbench(ctx, bench):
         for code in sorted({*range(1 << len(fsm.state))} - used):
-            for under_way in (False, True):
+            for under_way in (False, True):  # the second, and the next code, show that it goes on
                 await bench.begin(under_way)
                 ctx.set(fsm.state, code)
                 before = bench.coils
-                for clock in range(100):
+                for clock in range(30):
                     await bench.clock()
                     assert ctx.get(fsm.state) == fsm.encoding["FAULT"], code
                     assert bench.error, code
@@ -206,9 +200,6 @@ def test_unused_codes_show_an_error_until_reset_and_no_coil_moves(machine, name)
                 await bench.reset()
                 assert ctx.get(fsm.state) == after, code
                 assert not bench.error, code
-                await bench.begin(True)
-                assert not bench.error, code
-                await bench.reset()
 
     run(design, testbench)
 

@@ -1,6 +1,6 @@
 """Resets of a machine with a mistake in it, and of one on a line without any."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import replace
 from itertools import pairwise
@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tb.engines.build import missing
 from tb.faults.rows import Rows
 from tb.faults.session import BIT
 from tb.faults.target import FaultTarget
@@ -17,10 +16,7 @@ from tb.faults.verdicts import WrongReset
 from tb.mistake import Mistake
 from tb.uart import decode
 
-__all__ = ["check_resets", "check_sessions", "compiled", "run_with_fault"]
-
-compiled = pytest.mark.skipif(missing() is not None, reason=missing() or "")
-
+__all__ = ["check_sessions", "resets_are_checked", "run_with_fault"]
 
 def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
            ) -> tuple[int, WrongReset | None]:
@@ -35,13 +31,35 @@ def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows
     return clocks, wrong
 
 
-def check_resets(make: Callable[[], FaultTarget], sessions: Callable[[int], Rows]) -> None:
-    """Check that nothing is wrong with resets of a machine on a line."""
-    with closing(Trial(make())) as trial:
-        trial.load(sessions(2))
-        clocks, steps, wrong = trial.resets([6000] * 40, [3] * 40, [False, True] * 20)
-        assert wrong is None
-        assert clocks > 40 * 6003 and steps > 1000
+def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int], Rows],
+                       mistakes: Mapping[str, tuple[Mistake, str]]) -> type:
+    """Return the tests that mistakes in the resets of a machine on a line are found, and no other.
+
+    Parameters
+    ----------
+    make : callable
+        Makes the machine.
+    sessions : callable
+        Makes sessions of a seed.
+    mistakes : mapping of str to tuple of Mistake and str
+        Each with what is found, or how that begins.
+    """
+    @pytest.mark.compiler
+    class Tests:
+        @pytest.mark.parametrize("mistake", mistakes)
+        def test_mistakes_are_found(self, mistake):
+            planted, found = mistakes[mistake]
+            _, wrong = run_with_fault(planted, make, sessions(1), 9000)
+            assert wrong is not None and wrong.what.startswith(found)
+
+        def test_none_without_a_mistake(self):
+            with closing(Trial(make())) as trial:
+                trial.load(sessions(2))
+                clocks, steps, wrong = trial.resets([6000] * 40, [3] * 40, [False, True] * 20)
+                assert wrong is None
+                assert clocks > 40 * 6003 and steps > 1000
+
+    return Tests
 
 
 def check_sessions(sessions: Callable[[int], Rows], first: bytes, end: bytes) -> None:

@@ -2,7 +2,10 @@
 
 """Short sessions on the line of a machine, with a mistake in its gateware or without."""
 
+from collections.abc import Mapping
+
 import numpy as np
+import pytest
 from amaranth import Mux
 
 from tb.engines import AmaranthEngine
@@ -13,7 +16,7 @@ from tb.mistake import Mistake
 from tb.registry import fuzz_targets
 from tb.uart import FRAME, high, levels
 
-__all__ = ["BIT", "BREAK", "drifts", "kinds", "run"]
+__all__ = ["BIT", "BREAK", "drifts", "kinds", "mistakes_are_found", "run"]
 
 BIT = 16
 BREAK = (FRAME - 2) * BIT - BIT // 2 + BIT // 16 + 1 + FRAME * BIT
@@ -57,6 +60,33 @@ def run(name: str, text: bytes, pressed: int = 0, low: int = 0, other: bool = Fa
 def kinds(name: str, text: bytes, **options) -> set[str]:
     """Return the kinds of failure that :func:`run` finds."""
     return {failure.kind for failure in run(name, text, **options).failures}
+
+
+def mistakes_are_found(name: str, begin: bytes, mistakes: Mapping[str, tuple[bytes, str, Mistake]]
+                       ) -> type:
+    """Return the tests that each mistake in a machine's gateware is found, and no other.
+
+    Parameters
+    ----------
+    name : str
+        The machine's.
+    begin : bytes
+        What every session begins with.
+    mistakes : mapping of str to tuple of bytes, str and Mistake
+        A few bytes, the kind of failure that is found with them, and the mistake.
+    """
+    class Tests:
+        def test_nothing_is_found_where_there_is_none(self):
+            texts = dict.fromkeys(text for text, *_ in mistakes.values())
+            found = run(name, begin + b"".join(texts), low=BREAK)
+            assert found.failures == [] and found.steps
+
+        @pytest.mark.parametrize("mistake", mistakes)
+        def test_is_found_with_few_bytes(self, mistake):
+            text, kind, planted = mistakes[mistake]
+            assert kind in kinds(name, begin + text, mistake=planted)
+
+    return Tests
 
 
 def drifts(motor: str) -> Mistake:

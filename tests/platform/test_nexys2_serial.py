@@ -76,7 +76,6 @@ JOB = [Order(Kind.UP), Order(Kind.GO, 4, 8), Order(Kind.DOWN), Order(Kind.GO, 8,
 
 
 @pytest.mark.compiler
-@pytest.mark.skipif(CXXRTLEngine.missing() is not None, reason=str(CXXRTLEngine.missing()))
 class TestSerialOrders:
     def test_a_job(self, board):
         board.deliver(Sender(JOB))

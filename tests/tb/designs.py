@@ -1,17 +1,64 @@
 # amaranth: UnusedElaboratable=no
-# pyright: reportGeneralTypeIssues=false, reportOperatorIssue=false
+# pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false, reportOperatorIssue=false
 
 """Designs that engines are compared on, and inputs for them."""
 
 import random
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pytest
 from amaranth import Cat, ClockDomain, Module, Mux, ResetSignal, Signal, signed
+from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
 
-from tb.design import Design
+from tb import boards
+from tb.design import Design, Entity
+from tb.engines import ENGINES
 
-__all__ = ["clocked", "random_inputs", "scramble"]
+__all__ = ["ADDER", "adder", "clocked", "engines", "random_inputs", "scramble"]
+
+ADDER = Path(__file__).with_name("adder.vhd")
+MARKS = {
+    "cxxrtl": ["compiler"], "verilator": ["verilator", "compiler"], "icarus": ["icarus"],
+    "netlist": ["verilator", "compiler"], "netlist-icarus": ["icarus"], "ghdl": ["ghdl"],
+}
+"""What an engine needs, by the marks of tests."""
+
+
+def engines(*names: str):
+    """Parametrize a test with engines."""
+    return pytest.mark.parametrize("kind", [
+        pytest.param(ENGINES[name], id=name,
+                     marks=[getattr(pytest.mark, mark) for mark in MARKS.get(name, ())])
+        for name in names])
+
+
+class Adder(wiring.Component):
+    """Add what is selected with every `go`; turn 64 bits all the time."""
+
+    go: In(1)
+    select: In(5)
+    total: Out(16, init=3)
+    odd: Out(1)
+    wide: Out(64)
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.d.comb += self.odd.eq(self.go & self.total[0])
+        m.d.sync += self.wide.eq(self.wide.rotate_left(3) + Cat(self.select, ~self.go))
+        with m.If(self.go):
+            m.d.sync += self.total.eq(self.total + self.select)
+        return m
+
+
+def adder(vhdl: Path = ADDER, **generics) -> Design:
+    """Make the adder, with a description in VHDL."""
+    entity = Entity("adder", (vhdl,), {"first": 3, "forwards": True, **generics},
+                    {"select": "choice"})
+    return replace(boards.component("adder", Adder()), vhdl=entity)
 
 
 def clocked(clk, rst=None, **kwargs) -> Module:

@@ -19,8 +19,7 @@ from amaranth.lib import wiring
 
 from fresa import drive, machines, motion, panel, protocol
 from fresa.drive import FrequencyDivider
-from fresa.machines import SerialOrders
-from fresa.motion import GuardedController, ManualControl, NumericalController, SpiralWalk
+from fresa.motion import GuardedController, ManualControl, NumericalController
 from fresa.panel import Monitor, SevenSegment
 from tb.__main__ import main
 from tb.bench import Bench, CheckFailed, Run
@@ -29,15 +28,16 @@ from tests.vcd import read_types
 from tools.diagrams import DOCS, diagrams, draw_part, file_of
 
 BENCHES = benches()
+LONG = {"positioner", "serial-orders", "single"}
+"""Those of machines with a serial line, whose every clock is compared with a model."""
 
 STUCK = {
     "frequency-divider": (FrequencyDivider, "tick", 0),
     "guarded-controller": (GuardedController, "error", 0),
-    "serial-orders": (SerialOrders, "orders.valid", 1),
     "jog-axes": (NumericalController, "axis_z", 0b0110),
     "jog-combinations": (ManualControl, "direction", 0b111),
     "square": (SevenSegment, "segments", 0xC0),
-    "image": (SpiralWalk, "near", 1),
+    "image": (NumericalController, "axis_x", 0b0110),
 }
 """For some benches a component, one of its outputs, and its level where it is stuck.
 
@@ -76,7 +76,8 @@ def run(*args: str) -> int:
         return stop.code
 
 
-@pytest.mark.parametrize("name", BENCHES)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.long] * (name in LONG)) for name in BENCHES])
 def test_it_passes_and_its_waveform_can_be_read(name, tmp_path, monkeypatch):
     fsms = []
     monkeypatch.setattr(Module, "FSM", lambda *args, make=Module.FSM, **options: (

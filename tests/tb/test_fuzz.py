@@ -5,7 +5,6 @@
 import numpy as np
 import pytest
 
-from tb.engines import CXXRTLEngine
 from tb.fuzz import fuzz, measure, spread
 from tb.fuzz.floods import Backlog, beyond_room, out_of_turn, unanswered
 from tb.fuzz.frames import Frame
@@ -24,13 +23,10 @@ BIT = 16
 
 
 @pytest.mark.compiler
+@pytest.mark.usefixtures("libraries")
 @pytest.mark.parametrize("name", TARGETS)
 class TestMachines:
-    @pytest.fixture(autouse=True)
-    def _built(self, libraries):
-        if reason := CXXRTLEngine.missing():
-            pytest.skip(reason)
-
+    @pytest.mark.long
     def test_nothing_is_found(self, name):
         for outcome in fuzz(TARGETS[name], 5, 2000):
             findings = outcome.findings

@@ -18,7 +18,6 @@ from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.milling import AUTOMATIC, DEBOUNCE, LED, Cut, mill_picture, press
 from tb.plant import Plant
 
-NO_COMPILER = CXXRTLEngine.missing()
 PITCH, TRAVEL = 4, 6
 DOT = np.array([[1]], bool)
 CORNER = np.array([[1, 0], [1, 1]], bool)
@@ -52,7 +51,7 @@ def mill(picture, *, shown=None, period=1) -> Cut:
 
 
 class TestBlobs:
-    @settings(deadline=None, database=None, derandomize=True, max_examples=12)
+    @settings(deadline=None, database=None, derandomize=True, max_examples=8)
     @given(
         rows=st.integers(1, 12),
         columns=st.integers(1, 12),
@@ -83,10 +82,8 @@ class TestMachine:
         assert cut.plant.air.steps == 128
 
     @pytest.mark.compiler
-    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
-    @pytest.mark.parametrize("picture", [DOT, blob(3, 4, 1, 0.4)], ids=["dot", "blob"])
-    def test_engines_agree(self, picture):
-        cuts = [mill_picture(picture, kind, period=2) for kind in (AmaranthEngine, CXXRTLEngine)]
+    def test_engines_agree(self):
+        cuts = [mill_picture(CORNER, kind, period=2) for kind in (AmaranthEngine, CXXRTLEngine)]
         times = ("engine", "simulation_seconds", "clocks_per_second", "clocks", "job_seconds")
         facts = [
             {name: fact for name, fact in cut.facts().items() if name not in times} for cut in cuts
@@ -95,7 +92,6 @@ class TestMachine:
         assert (cuts[0].plant.corners == cuts[1].plant.corners).all()
 
     @pytest.mark.compiler
-    @pytest.mark.skipif(NO_COMPILER is not None, reason=NO_COMPILER or "")
     def test_larger_picture(self):
         cut = mill_picture(blob(40, 60, 7, 0.4), CXXRTLEngine)
         assert cut.right

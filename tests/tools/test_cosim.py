@@ -25,13 +25,6 @@ from tools.console import UserError
 MILL = duts()["mill"]
 OUTPUTS = list(MILL.shared.outputs)
 
-
-def needs(name: str):
-    """Skip a test, with the reason, where an engine cannot run."""
-    reason = ENGINES[name].missing()
-    return pytest.mark.skipif(reason is not None, reason=reason or "")
-
-
 pytestmark = pytest.mark.usefixtures("libraries")
 
 
@@ -200,6 +193,7 @@ class TestCommand:
     @pytest.mark.icarus
     @pytest.mark.verilator
     @pytest.mark.compiler
+    @pytest.mark.long
     def test_every_engine_that_runs_here(self, capsys, monkeypatch):
         monkeypatch.delitem(ENGINES, "netlist")  # takes long to compile
         assert run("--cycles", 2500) == 0
@@ -231,14 +225,12 @@ class TestCommand:
                 in capsys.readouterr().err)
 
     @pytest.mark.ghdl
-    @needs("ghdl")
     @pytest.mark.parametrize("machine", ["mill", "sequencer"])
     def test_vhdl(self, machine, capsys):
         assert run("--machine", machine, "--engines", "amaranth,ghdl", "--cycles", 2500) == 0
         assert re.search(r"^ghdl +2500 clocks", capsys.readouterr().out, re.M)
 
     @pytest.mark.ghdl
-    @needs("ghdl")
     def test_mistake_that_the_vhdl_has_not(self, tmp_path, monkeypatch, capsys):
         """It is found, shrunk and drawn like any other."""
         mistake, design = REFERENCES["coil"].mistake, duts()["coil"].design
@@ -273,7 +265,6 @@ class TestCommand:
             assert "count" in Path(f"{prefix}-{name}.vcd").read_text()
 
     @pytest.mark.icarus
-    @needs("icarus")
     def test_constant_changed_in_the_verilog(self, tmp_path, monkeypatch, capsys):
         """The tool travels 6 steps, not 5: it must differ just where a model that does so does."""
         mill = machines()["mill"]
@@ -357,8 +348,6 @@ class TestCampaign:
 
     @pytest.mark.verilator
     @pytest.mark.compiler
-    @needs("cxxrtl")
-    @needs("verilator")
     def test_in_processes(self, tmp_path, capsys):
         assert run("--campaign", 100_000, "--jobs", 1, "--state", tmp_path / "it.json") == 0
         assert re.search(r"^verilator +100000 clocks", capsys.readouterr().out, re.M)

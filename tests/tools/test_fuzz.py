@@ -9,7 +9,6 @@ import pytest
 from amaranth import Mux
 
 from fresa.protocol import frames
-from tb.engines import CXXRTLEngine
 from tb.machines import machines
 from tb.mistake import Mistake
 from tb.registry import fuzz_targets
@@ -20,14 +19,8 @@ OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
     at("commands.answer") == frames.Answer.RANGE.value, at("commands.value"), right))
 
 
-@pytest.fixture
-def compiled(libraries):
-    if reason := CXXRTLEngine.missing():
-        pytest.skip(reason)
-
-
 @pytest.mark.compiler
-def test_all_in_order(compiled, tmp_path, capsys):
+def test_all_in_order(libraries, tmp_path, capsys):
     assert main(["single", "--bytes", "500", "--rates", "1", "--json", str(tmp_path / "f")]) == 0
     output = capsys.readouterr().out
     assert "500" in output or "bytes" in output
@@ -38,7 +31,8 @@ def test_all_in_order(compiled, tmp_path, capsys):
 
 
 @pytest.mark.compiler
-def test_something_found(compiled, tmp_path, capsys, monkeypatch):
+@pytest.mark.long
+def test_something_found(libraries, tmp_path, capsys, monkeypatch):
     save, target = tmp_path / "found", fuzz_targets()["single"]
     wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()))
     monkeypatch.setattr(fuzz, "fuzz_targets", lambda: {"single": wrong})

@@ -8,7 +8,6 @@ import pytest
 from tb.mutation import Measure, Verdict
 from tb.mutation.survivors import explained
 from tb.registry import components
-from tests.marks import needs_prover
 from tools import mutate
 from tools.console import UserError
 from tools.mutate import Findings, State, load, shares
@@ -96,7 +95,7 @@ class TestState:
 
 
 class TestReport:
-    @needs_prover  # whose version is written
+    @pytest.mark.prover  # whose version is written
     def test_equivalent_ones_do_not_count(self, known, capsys, tmp_path):
         path = tmp_path / "figures.json"
         found = known(coil=findings(KILLED, ONLY_BENCH, ONLY_CONTRACT, EQUIVALENT, EQUIVALENT))
@@ -117,7 +116,7 @@ class TestReport:
         assert mutate.main([*found, "--least", "98"]) == 0
         assert mutate.main(known(coil=findings(*[KILLED] * 99, SURVIVOR))) == 0
 
-    @needs_prover  # whose version is written
+    @pytest.mark.prover  # whose version is written
     def test_survivors_are_listed_with_what_is_known(self, known, capsys, monkeypatch, tmp_path):
         path = tmp_path / "figures.json"
         monkeypatch.setitem(explained(), ("coil", "mutant 1"), "Nobody can see it.")
@@ -163,7 +162,7 @@ class TestCommand:
         assert mutate.main(["coil"]) == 2
         assert "z3-solver missing" in capsys.readouterr().err
 
-    @needs_prover
+    @pytest.mark.prover
     @pytest.mark.proof
     def test_runs_and_goes_on(self, capsys, tmp_path, monkeypatch):
         state, path = tmp_path / "state.json", tmp_path / "figures.json"

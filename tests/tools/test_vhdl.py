@@ -11,7 +11,7 @@ from amaranth import Fragment, Mux
 
 from tb import vhdl as table
 from tb.compare import Difference
-from tb.contracts.proof import Proof, missing
+from tb.contracts.proof import Proof
 from tb.cosim import Finding, Outcome, Tally
 from tb.engines.ghdl import GHDLEngine
 from tb.mistake import Mistake
@@ -19,10 +19,6 @@ from tb.registry import duts
 from tb.vhdl import REFERENCES
 from tb.vhdl.miter import MITERS, Control
 from tools import vhdl
-
-lacking = GHDLEngine.missing() or missing()
-needs_both = pytest.mark.skipif(lacking is not None, reason=str(lacking))
-
 
 pytestmark = pytest.mark.usefixtures("libraries")
 
@@ -59,7 +55,6 @@ def mistaken(monkeypatch):
 class TestAlike:
     @pytest.mark.ghdl
     @pytest.mark.prover
-    @needs_both
     def test_is_said_with_all_figures(self, tmp_path, capsys):
         path = tmp_path / "it.json"
         assert run("counter", "display", "counter", "--cycles", 3000, "--seed", 5, "--json",
@@ -83,7 +78,6 @@ class TestAlike:
 
 @pytest.mark.ghdl
 @pytest.mark.prover
-@needs_both
 class TestDifferent:
     def test_everywhere(self, mistaken, tmp_path, capsys):
         mistaken("counter", Mistake("count", lambda right, at: Mux(

@@ -34,7 +34,3 @@ class TestAxisDrivers:
             assert (seen[axis] == alone["coils"]).all()
             assert (seen["moved"] >> bit & 1 == alone["moved"]).all()
             assert (seen["refused"] >> bit & 1 == alone["refused"]).all()
-
-    def test_impossible_period(self):
-        with pytest.raises(ValueError, match=r"^period must be .*, not 0$"):
-            AxisDrivers(period=0)

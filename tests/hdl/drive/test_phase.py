@@ -2,14 +2,11 @@
 
 """One motor by any table, against a model that counts places and clocks."""
 
-import re
-
 import pytest
 
 from fresa.drive import (
     FULL_STEP,
     HALF_STEP,
-    MAX_PERIOD,
     ONE_PHASE,
     CoilDriver,
     PhaseDriver,
@@ -31,7 +28,7 @@ def driver(**parameters) -> AmaranthEngine:
 
 class TestPhaseDriver:
     @pytest.mark.parametrize("sequence", [FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner(HALF_STEP)])
-    @pytest.mark.parametrize("period", [1, 2, 3, 5, 8])
+    @pytest.mark.parametrize("period", [1, 2, 5])
     def test_is_its_model_in_every_clock(self, sequence, period):
         stimulus = bursts(INPUTS, period, len(sequence), 3000)
         with driver(sequence=sequence, period=period) as engine:
@@ -39,18 +36,6 @@ class TestPhaseDriver:
         expected = played(PhaseModel(sequence=sequence, period=period).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
         assert set(seen["coils"]) == {0, *sequence}
-
-    @pytest.mark.parametrize("sequence", [FULL_STEP, HALF_STEP, ONE_PHASE])
-    def test_goes_round_both_ways(self, sequence):
-        turn = len(sequence)
-        with driver(sequence=sequence, period=1) as engine:
-            engine.set(enable=1)
-            engine.run(2)
-            for direction, words in [(1, sequence), (0, sequence[:1] + sequence[:0:-1])]:
-                seen = engine.apply({"step": [1] * 2 * turn, "direction": [direction] * 2 * turn},
-                                   ["coils", "moved"])
-                assert seen["coils"].tolist() == [*words, *words]
-                assert seen["moved"].all()
 
     def test_moves_as_the_driver_of_the_mill(self):
         """With power all the time, and a table that both know."""
@@ -63,25 +48,6 @@ class TestPhaseDriver:
             seen = engine.apply(stimulus, ["coils", "moved"])
         assert (seen["coils"] == expected["coils"]).all() and expected["moved"].any()
         assert (seen["moved"] == expected["moved"]).all()
-
-    def test_power_comes_back_where_it_went(self):
-        with driver(sequence=HALF_STEP, period=4) as engine:
-            engine.set(enable=1, step=1, direction=1)
-            engine.run(1 + 3 * 4)
-            assert engine.get("coils") == HALF_STEP[3]
-            engine.set(enable=0)
-            assert engine.get("ready", "moved") == (0, 0)
-            engine.run(9)
-            assert engine.get("coils") == 0
-            engine.set(enable=1)
-            seen = engine.apply({"step": [1] * 6}, ["coils"])["coils"].tolist()
-            assert seen == [0, *[HALF_STEP[3]] * 4, HALF_STEP[4]]
-
-    @pytest.mark.parametrize("period", [0, -3, MAX_PERIOD + 1, 1.5])
-    def test_impossible_periods(self, period):
-        message = f"period must be a whole number from 1 to 67108864, not {period!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            PhaseDriver(sequence=FULL_STEP, period=period)
 
     def test_impossible_sequence(self):
         with pytest.raises(ValueError, match="^sequence must be 4 or 8 .*, not \\(1, 2\\)$"):

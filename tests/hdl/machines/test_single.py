@@ -23,7 +23,6 @@ from tb.machines.single.stimulus import directed, random_rows
 from tb.runners import ModelRunner
 from tb.uart import decode_output, encode
 
-NO_COMPILER = CXXRTLEngine.missing()
 OUTPUTS = ["tx", "coils", "enable", "position", "moving", "fault"]
 TIMING = SingleTiming.real(clock=48_000, baud=3000)
 HELLO = b"hi\r\n?\r\n"
@@ -32,7 +31,7 @@ KINDS = {  # parameters, and the phases that they give
     "full steps": ({"full_step": True}, BIPOLAR[1::2]),
     "unipolar full steps": ({"unipolar": True, "full_step": True}, UNIPOLAR[1::2]),
 }
-RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
+RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=10)
 
 
 def single(engine: type[Engine] = AmaranthEngine, *, timing: SingleTiming = TIMING,
@@ -44,13 +43,6 @@ def single(engine: type[Engine] = AmaranthEngine, *, timing: SingleTiming = TIMI
 def model(*, timing: SingleTiming = TIMING, phases=BIPOLAR) -> SingleModel:
     return SingleModel(bit=timing.bit, modulus=timing.modulus, rate=timing.rate, phases=phases,
                        greeting=HELLO[:4], help_text=HELLO[4:])
-
-
-def fast() -> type[Engine]:
-    """Return the engine for long lines."""
-    if NO_COMPILER:
-        pytest.skip(NO_COMPILER)
-    return CXXRTLEngine
 
 
 def check(stimulus, *, engine: type[Engine] = AmaranthEngine, timing: SingleTiming = TIMING,
@@ -86,25 +78,26 @@ class TestEveryClock:
     @pytest.mark.parametrize("kind", KINDS)
     def test_frames_in_turn(self, kind):
         _, phases = KINDS[kind]
-        seen = check(directed(model(phases=phases), 1, 100_000), engine=fast(), kind=kind)
+        seen = check(directed(model(phases=phases), 1, 100_000), engine=CXXRTLEngine, kind=kind)
         assert seen["position"].max() > 100
         assert set(seen["coils"].tolist()) == {0, *phases}
 
     @pytest.mark.compiler
     @pytest.mark.parametrize("seed", range(2))
     def test_lines_of_any_kind(self, seed):
-        check(random_rows(TIMING.bit, seed, 0), engine=fast())
+        check(random_rows(TIMING.bit, seed, 0), engine=CXXRTLEngine)
 
     @pytest.mark.compiler
     def test_another_clock(self):
         """One with which a speed is no whole number of steps in a whole number of clocks."""
         timing = SingleTiming.real(clock=50_001, baud=1923)
         assert (timing.bit, timing.modulus, timing.rate) == (26, 250_005, 4)
-        check(random_rows(timing.bit, 7, 0), engine=fast(), timing=timing)
+        check(random_rows(timing.bit, 7, 0), engine=CXXRTLEngine, timing=timing)
 
     def test_on_amaranths_own_simulator(self):
         check(random_rows(TIMING.bit, 3, 0, 9000))
 
+    @pytest.mark.compiler
     def test_any_line(self):
         @RANDOM
         @given(st.lists(st.one_of(
@@ -115,7 +108,7 @@ class TestEveryClock:
         def run(pieces, resets) -> None:
             line = [1] * 5 + [level for piece in pieces for level in piece] + [1] * 900
             check({"rx": line, "rst": [int(clock in resets) for clock in range(len(line))]},
-                  engine=fast())
+                  engine=CXXRTLEngine)
 
         run()
 
@@ -142,16 +135,17 @@ class TestSession:
         steps = np.flatnonzero(np.diff(place))
         assert set(np.diff(steps[1:])) == {10}
 
+    @pytest.mark.compiler
     def test_more_frames_than_can_be_answered(self):
         """Nothing hangs: what does not fit is lost or refused, and then all is well again."""
-        seen = session(*[b"x?"] * 200, pause=0, after=300_000, engine=fast())
+        seen = session(*[b"x?"] * 200, pause=0, after=300_000, engine=CXXRTLEngine)
         lines = sent(seen)[len(HELLO):].split(b"\r\n")
         assert set(lines) == {b"x:0", b"ok", b"err command", b""}
         assert lines.count(b"x:0") == lines.count(b"ok") > 40
 
 class TestTimes:
     @pytest.mark.compiler
-    @pytest.mark.parametrize("speed", [1, 7, 100, 333, 1000, 4999, 7001, 59_999])
+    @pytest.mark.parametrize("speed", [1, 333, 7001, 59_999])
     def test_steps_are_exact_while_the_line_is_busy(self, speed):
         """The n-th step is less than a clock after its time, for all n, whatever is typed."""
         clocks = max(120_000, 4 * TIMING.modulus // speed)
@@ -159,7 +153,7 @@ class TestTimes:
         rng = random.Random(speed)
         while len(line) < clocks:  # nothing that changes speed or set-point
             line += encode(rng.choice([b":x?\r", b":d\r", b"noise", b":v\r", b":xx\r"]), TIMING.bit)
-        with single(fast()) as machine:
+        with single(CXXRTLEngine) as machine:
             seen = machine.apply({"rx": [1] * 9 + line}, OUTPUTS)
         steps = np.flatnonzero(np.diff(seen["coils"].astype(int))[2:])
         step = Fraction(60 * 48_000, 48 * speed)
@@ -174,7 +168,7 @@ class TestTimes:
     def test_a_new_speed_counts_for_the_step_under_way(self):
         """At 1 rpm a step takes 60 000 clocks; the rest of one at 10 000 takes 6 or fewer."""
         frames = [b"v1", b"x5", b"v10000"]
-        seen = session(*frames, pause=60, after=600, engine=fast())
+        seen = session(*frames, pause=60, after=600, engine=CXXRTLEngine)
         steps = np.flatnonzero(np.diff(seen["position"].astype(int)))
         ended = sum(len(frame) + 2 + 6 for frame in frames) * 160
         assert len(steps) == 5 and steps[1] - ended < 1200
@@ -212,7 +206,7 @@ class TestRamp:
         for piece in pieces:
             line += [1] * piece if isinstance(piece, int) else encode(b":" + piece + b"\r",
                                                                      TIMING.bit)
-        with single(fast(), ramp=self.RAMP) as machine:
+        with single(CXXRTLEngine, ramp=self.RAMP) as machine:
             return machine.apply({"rx": line}, OUTPUTS)
 
     def check(self, seen, begins: int, *movements: int) -> None:
@@ -272,9 +266,11 @@ class TestRamp:
         assert abs(took[number] - first) < 6 and abs(took[number + 1] - first * 0.4142) < 6
 
     @pytest.mark.compiler
-    @pytest.mark.parametrize("line", [directed(model(), 4, 80_000), random_rows(TIMING.bit, 5, 0)])
-    def test_is_its_model_in_every_clock(self, line):
-        with single(fast(), ramp=self.RAMP) as machine:
+    @pytest.mark.parametrize("stimulus", [
+        lambda: directed(model(), 4, 80_000), lambda: random_rows(TIMING.bit, 5, 0)])
+    def test_is_its_model_in_every_clock(self, stimulus):
+        line = stimulus()
+        with single(CXXRTLEngine, ramp=self.RAMP) as machine:
             seen = machine.apply(line, OUTPUTS)
         rates = ramp_rates(acceleration=self.RAMP, top=16 * 1000, modulus=16 * TIMING.modulus,
                            clock=48_000)

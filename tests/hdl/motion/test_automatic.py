@@ -42,8 +42,3 @@ def test_counts_are_of_steps_made(period):
                 shown.append(engine.get("shown"))
             assert shown == [main, *(n % 65536 for n in at)]
     assert min(at) < 0 < max(at) or any(at)
-
-
-def test_impossible_period():
-    with pytest.raises(ValueError, match=r"^period must be .*, not 0$"):
-        AutomaticControl(period=0)

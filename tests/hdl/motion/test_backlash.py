@@ -3,11 +3,10 @@
 """The backlash of gears, against a motor and the load that it pushes."""
 
 import random
-import re
 
 import pytest
 
-from fresa.motion import MAX_BACKLASH, Backlash
+from fresa.motion import Backlash
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models import played
@@ -43,20 +42,3 @@ class TestBacklash:
             pushed = max(slot, pin - backlash) if way else min(slot, pin)
             assert says == (pushed != slot)
             slot = pushed
-
-    def test_the_play_is_taken_up_at_each_reversal(self):
-        ways = [1] * 6 + [0] * 5 + [1] * 2 + [0] * 3
-        seen = counted(3, backlash=[3] * 16, moved=[1] * 16, direction=ways)
-        assert seen == [0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1]
-
-    def test_reset_moves_no_gear(self):
-        ways = [1] * 8
-        seen = counted(7, backlash=[5] * 8, moved=[1, 1, 1, 0, 1, 1, 1, 1], direction=ways,
-                       rst=[0, 0, 0, 1, 0, 0, 0, 0])
-        assert seen == [0, 0, 0, 0, 0, 0, 1, 1]
-
-    @pytest.mark.parametrize("max_backlash", [0, -1, MAX_BACKLASH + 1, 2.5])
-    def test_impossible_play(self, max_backlash):
-        message = f"max_backlash must be a whole number from 1 to 1048576, not {max_backlash!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            Backlash(max_backlash=max_backlash)

@@ -16,9 +16,6 @@ from fresa.machines import Mill
 from fresa.machines.mill import MillTiming
 from fresa.motion import GuardedController
 from fresa_boards.verilog import from_rtlil
-from tb.cosim import lockstep
-from tb.registry import duts
-from tb.runners import MODEL, close_all, make_runners, stimuli
 from tb.yosys import YOSYS
 
 TIMING = MillTiming(period=4, scan_bits=3)
@@ -118,52 +115,6 @@ class TestUpsets:
         # What changes nothing is no alarm.
         assert not alarms["main.sequencer.raising"]
 
-    def test_stops_at_once_and_until_reset(self):
-        bench = Bench()
-
-        async def testbench(ctx):
-            for name in ("main.drivers.x.black", "shadow.drivers.z.orange",
-                         "main.automatic.y.count", "shadow.automatic.x.count"):
-                await bench.order(ctx, 9, 9, 10)
-                assert not bench.errors
-                bench.upset(ctx, name)
-                await bench.clocks(ctx, 2)
-                assert ctx.get(bench.dut.error) and not ctx.get(bench.dut.ready)
-                ctx.set(bench.dut.jog, 0b010101)
-                for mode in (1, 0, 0, 0, 1, 1):
-                    ctx.set(bench.dut.mode, mode)
-                    for _ in range(9):
-                        await ctx.tick()
-                        bench.look(ctx)
-                        assert not bench.moved and ctx.get(bench.dut.error), name
-                await bench.reset(ctx)
-                bench.places, bench.errors = [0, 0, 0], 0
-                await bench.order(ctx, 3, 4, 60)
-                assert bench.places == [3, 4, 0] and not bench.errors
-
-        bench.run(testbench)
-
-    def test_reset_hides_nothing(self):
-        """An upset in the clock before a reset of three, in it, and in the clock after it."""
-        bench = Bench()
-
-        async def testbench(ctx):
-            ctx.set(bench.dut.mode, 1)
-            for clock in range(-1, 4):
-                await bench.clocks(ctx, 5)
-                for now in range(-1, 5):
-                    ctx.set(bench.rst, 0 <= now < 3)
-                    if now == clock:
-                        bench.upset(ctx, "main.drivers.y.orange")
-                    await bench.clocks(ctx, 1)
-                await bench.clocks(ctx, 20)
-                assert ctx.get(bench.dut.error), clock
-                await bench.reset(ctx)
-                await bench.clocks(ctx, 20)
-                assert not ctx.get(bench.dut.error), clock
-
-        bench.run(testbench)
-
 
 def gateware(*, guard: bool) -> str:
     return rtlil.convert(Mill(timing=TIMING, z_travel=TRAVEL, guard=guard), name="mill",
@@ -184,13 +135,6 @@ class TestOption:
                           for top in tops if top)
         assert len(plain) == 20
         assert plain == guarded
-
-    def test_as_the_model(self):
-        machine = duts()["mill-guarded"]
-        runners = make_runners(machine, [MODEL, "amaranth"])
-        outcome = lockstep(runners, stimuli(machine, 5, 800), list(machine.shared.outputs))
-        close_all(runners)
-        assert outcome.finding is None
 
 
 class TestSynthesis:

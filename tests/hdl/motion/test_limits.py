@@ -2,12 +2,8 @@
 
 """Switches at the ends: what they block, and for how long."""
 
-import re
-
-import numpy as np
 import pytest
 
-from fresa.drive import MAX_PERIOD
 from fresa.motion import Limits
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -32,38 +28,3 @@ class TestLimits:
             seen = engine.apply(stimulus, OUTPUTS)
         expected = played(LimitsModel(axes=axes, period=period).clock, stimulus)
         assert {name: values.tolist() for name, values in seen.items()} == expected
-
-    @pytest.mark.parametrize("end", ["low", "high"])
-    def test_only_the_way_towards_it(self, end):
-        towards = int(end == "high")
-        with limits(1, 4) as engine:
-            engine.set(**{end: 1, "step": 1})
-            for direction in (0, 1):
-                engine.set(direction=direction)
-                assert engine.get("allowed") == (direction != towards)
-
-    @pytest.mark.parametrize("end", ["low", "high"])
-    def test_a_bouncing_contact_lets_nothing_through(self, end):
-        """From the first touch until it has settled, at every place in the period."""
-        for shift in range(8):
-            contact = [0] * shift + [0] + [1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0] * 3 + [0] * 40
-            with limits(1, 8) as engine:
-                engine.set(step=1, direction=int(end == "high"))
-                seen = engine.apply({end: contact}, ["allowed"])["allowed"]
-            first, last = np.flatnonzero(contact)[[0, -1]]
-            assert seen[:first].all() and not seen[first : last + 9].any()
-            assert seen[last + 16 :].all()
-
-
-class TestParameters:
-    @pytest.mark.parametrize("axes", [0, 65, 1.0])
-    def test_impossible_axes(self, axes):
-        message = f"axes must be a whole number from 1 to 64, not {axes!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            Limits(axes=axes, period=1)
-
-    @pytest.mark.parametrize("period", [0, MAX_PERIOD + 1])
-    def test_impossible_periods(self, period):
-        message = f"limits period must be a whole number from 1 to {MAX_PERIOD}, not {period!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            Limits(axes=1, period=period)

@@ -3,7 +3,6 @@
 """The ledger of orders, against a model that keeps a list, in every clock."""
 
 import random
-import re
 
 import pytest
 from amaranth import Module
@@ -66,7 +65,7 @@ def likely(rng: random.Random, ledger: LedgerModel) -> dict[str, int]:
 
 
 class TestEveryClock:
-    @pytest.mark.parametrize("depth", [2, 4, 16])
+    @pytest.mark.parametrize("depth", [2, 16])
     @pytest.mark.parametrize("share", [0.02, 0.3])
     def test_is_its_model(self, depth, share):
         rng = random.Random(f"{depth} {share}")
@@ -122,12 +121,6 @@ def test_the_model_counts_as_the_gateware():
 
 
 class TestParameters:
-    @pytest.mark.parametrize("depth", [1, 17, 0, 2.0])
-    def test_impossible_depth(self, depth):
-        message = f"depth must be a whole number from 2 to 16, not {depth!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            OrderLedger(depth=depth)
-
     def test_odd_depth(self):
         with pytest.raises(ValueError, match="^depth must be a power of two, not 6$"):
             OrderLedger(depth=6)

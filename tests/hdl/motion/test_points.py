@@ -3,12 +3,10 @@
 """Points: a dictionary in gateware."""
 
 import random
-import re
 
 import pytest
 
 from fresa.motion import PointStore
-from fresa.motion.points import MAX_POINTS
 from tb.boards import component
 from tb.engines import AmaranthEngine
 
@@ -40,14 +38,3 @@ def test_is_a_dictionary_in_every_clock(points, axes, width):
             if rst:
                 kept.clear()
     assert seen > 50
-
-
-@pytest.mark.parametrize(("name", "value", "limits"), [
-    ("points", 0, f"points must be a whole number from 1 to {MAX_POINTS}, not 0"),
-    ("points", MAX_POINTS + 1, "points must be a whole number from 1 to 1023, not 1024"),
-    ("axes", 9, "axes must be a whole number from 1 to 8, not 9"),
-    ("width", 1, "width must be a whole number from 2 to 64, not 1"),
-])
-def test_impossible(name, value, limits):
-    with pytest.raises(ValueError, match=f"^{re.escape(limits)}$"):
-        PointStore(**{name: value})

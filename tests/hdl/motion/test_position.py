@@ -3,7 +3,6 @@
 """Positions: every step made is in them, and there is no way round."""
 
 import random
-import re
 
 import pytest
 from hypothesis import given, settings
@@ -67,50 +66,3 @@ class TestMoveTo:
                                    place=place, rst=int(odd == 3 and clock == 1), eager=eager)
 
         run()
-
-    @pytest.mark.parametrize("target", [3, -3, 0])
-    def test_goes_there_and_stays(self, target):
-        with Axis(8) as axis:
-            for _ in range(abs(target)):
-                assert axis.model.position != target
-                axis.clock(target)
-            for _ in range(5):
-                assert axis.model.position == target
-                axis.clock(target)
-
-    def test_a_target_behind_is_turned_to_at_once(self):
-        with Axis(8) as axis:
-            for _ in range(5):
-                axis.clock(100)
-            assert axis.model.position == 5
-            axis.clock(-100)
-            assert axis.model.position == 4
-
-    @pytest.mark.parametrize("end", [-(1 << 31), (1 << 31) - 1])
-    def test_a_movement_without_end_stops_at_the_end(self, end):
-        """Across the whole range, in which the way is longer than a position can say."""
-        inwards = -1 if end > 0 else 1
-        with Axis(32) as axis:
-            axis.clock(0, load=1, place=end + 3 * inwards)
-            for _ in range(6):
-                axis.clock(end)
-            assert axis.model.position == end
-            axis.clock(~end)
-            assert axis.model.position == end + inwards
-
-    def test_stopped_the_target_can_be_set_to_the_place(self):
-        with Axis(16) as axis:
-            for _ in range(7):
-                axis.clock(1000)
-            for _ in range(3):
-                axis.clock(1000, run=0)
-            stopped = axis.model.position
-            for _ in range(3):
-                axis.clock(stopped)
-            assert axis.model.position == stopped == 7
-
-    @pytest.mark.parametrize("width", [1, 65, 3.0])
-    def test_impossible_widths(self, width):
-        message = f"width must be a whole number from 2 to 64, not {width!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            MoveTo(width=width)

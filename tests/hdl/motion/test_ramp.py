@@ -94,55 +94,6 @@ class TestRamp:
         assert [level for _, level in seen] == levels
         assert seen[-1] == (target, 0)
 
-    def test_turns_back_when_it_stands(self):
-        """In the middle of the way: it slows down past nothing, and comes back."""
-        with Motor() as motor:
-            motor.go(50, steps=10)
-            seen = motor.go(8)
-        assert seen[:5] == [(11, 4), (12, 3), (13, 2), (14, 1), (15, 0)]
-        assert seen[5][0] == 14 and seen[-1] == (8, 0)
-
-    def test_a_target_too_near_is_passed_by_no_more_than_is_needed(self):
-        with Motor() as motor:
-            motor.go(50, steps=10)
-            seen = motor.go(13)
-        assert [place for place, _ in seen] == [11, 12, 13, 14, 15, 14, 13]
-
-    def test_goes_on_where_the_target_comes_back(self):
-        with Motor() as motor:
-            motor.go(50, steps=10)
-            motor.go(0, steps=2)
-            assert motor.go(50, steps=3) == [(13, 4), (14, 5), (15, 5)]
-
-    @pytest.mark.parametrize(("requested_rate", "level", "rate"), [
-        (3, 0, 3), (10, 0, 10), (11, 2, 11), (24, 2, 24), (25, 3, 25), (40, 5, 40), (41, 5, 40)])
-    def test_has_the_rate_that_is_asked_for(self, requested_rate, level, rate):
-        """From standstill, and from the top."""
-        with Motor() as motor:
-            for before in (0, 30):
-                motor.go(99, steps=before)
-                motor.go(99, steps=10, requested_rate=requested_rate)
-                motor.engine.set(requested_rate=requested_rate)
-                assert (motor.model.level, motor.engine.get("rate")) == (level, rate)
-
-    def test_slows_down_level_by_level(self):
-        """A lower rate counts at once, but no lower than the next level has."""
-        with Motor() as motor:
-            motor.go(99, steps=20)
-            rates = []
-            for _ in range(6):
-                motor.engine.set(requested_rate=1)
-                rates.append(motor.engine.get("rate"))
-                motor.clock(99, requested_rate=1)
-            assert rates == [37, 31, 24, 10, 10, 1]
-
-    def test_without_power_it_stands(self):
-        with Motor() as motor:
-            motor.go(50, steps=10)
-            motor.clock(50, run=0)
-            assert motor.model.level == 0
-            assert motor.go(50, steps=2) == [(11, 1), (12, 2)]
-
 
 class TestRates:
     @pytest.mark.parametrize("acceleration", [1, 10, 1000, 33_333, MAX_ACCELERATION])

@@ -3,7 +3,6 @@
 """Complex movements into simple ones, for a taker that is in no hurry."""
 
 import random
-import re
 
 import pytest
 from hypothesis import given, settings
@@ -117,26 +116,6 @@ class TestPositioning:
             assert taker.at == [x, y, 0]
             assert not engine.get("error")
 
-    def test_never_moves_nothing(self, taker):
-        """A movement without steps would never end in some machines."""
-        for x, y in [(0, 0), (3, 3), (3, 3), (9, 3), (9, 9), (9, 9)]:
-            expected = split(taker.at, x, y)
-            assert taker.order(x, y) == expected
-
-    def test_is_offered_within_four_clocks(self, engine):
-        for x, y, up, down in [
-            (3, 3, 0, 0),
-            (5, 2, 0, 0),
-            (2, 5, 0, 0),
-            (4, 0, 0, 0),
-            (0, 4, 0, 0),
-            (0, 0, 0, 1),
-        ]:
-            fresh(engine, 0)
-            engine.set(order=x | y << 16 | up << 32 | down << 33, start=1, moves_ready=1)
-            assert len(engine.run(4, ["moves_valid"], until={"moves_valid": 1}).clock) in (1, 2)
-            assert engine.get("moves_valid") == 1
-
 
 class TestMilling:
     @pytest.mark.parametrize(
@@ -151,93 +130,11 @@ class TestMilling:
         assert engine.get("error") == (not straight)
         assert engine.get("ready") == 1
 
-    def test_error_lasts_until_an_order_is_accepted(self, engine, taker):
-        taker.order(down=1)
-        for accepted in ({"x": 3, "y": 3}, {"x": 0, "y": 0}, {"down": 1}, {"up": 1}):
-            taker.order(*taker.at[:2])
-            taker.order(taker.at[0] + 2, taker.at[1] + 1)
-            for _ in range(20):
-                assert engine.get("error") == 1
-                taker.clock()
-            taker.order(**accepted)
-            assert engine.get("error") == 0
-            taker.order(down=1)
-
 
 class TestTool:
-    def test_travels_both_ways(self, taker):
-        assert taker.order(down=1) == [(0, 0, -TRAVEL)]
-        assert taker.order(down=1) == []
-        assert taker.order(up=1) == [(0, 0, TRAVEL)]
-        assert taker.order(up=1) == []
-
-    def test_is_raised_after_reset(self, engine, taker):
-        assert taker.order(up=1) == []
-
-    def test_up_and_down_together_are_refused(self, engine, taker):
-        assert taker.order(up=1, down=1) == []
-        assert engine.get("error", "ready") == (1, 1)
-        assert taker.order(2, 1) == [(1, 1, 0), (1, 0, 0)]
-        assert engine.get("error") == 0
-
-    @pytest.mark.parametrize("tool", [1 << 32, 1 << 33, 3 << 32])
-    def test_start_with_tool_while_moving_is_refused(self, engine, taker, tool):
-        engine.set(order=9, start=1)
-        taker.clock()
-        engine.set(start=0)
-        for _ in range(6):
-            taker.clock()
-        engine.set(order=9 | tool, start=1)
-        taker.clock()
-        engine.set(start=0)
-        assert engine.get("error") == 1
-        for _ in range(40):
-            taker.clock()
-        assert taker.at == [9, 0, 0]
-        assert engine.get("error", "ready") == (1, 1)
-
-    @pytest.mark.parametrize("z_travel", [0, 32_769, 5.0])
-    def test_impossible_travel(self, z_travel):
-        message = f"z_travel must be a whole number from 1 to 32768, not {z_travel!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            MotionSequencer(z_travel=z_travel)
-
     def test_longest_travel(self):
         with AmaranthEngine(component("sequencer", MotionSequencer(z_travel=2**15))) as engine:
             taker = Taker(engine, random.Random(0))
             assert taker.order(down=1) == [(0, 0, -(2**15))]
             assert taker.order(down=1) == []
             assert taker.order(up=1) == [(0, 0, 2**15)]
-
-
-class TestStart:
-    def test_must_fall_before_it_counts_again(self, engine, taker):
-        engine.set(order=3, start=1)
-        for _ in range(100):
-            taker.clock()
-            engine.set(order=7)
-        assert taker.at == [3, 0, 0]
-        assert engine.get("ready") == 1
-        engine.set(start=0)
-        taker.clock()
-        assert taker.order(7) == [(4, 0, 0)]
-
-    def test_too_early_is_lost(self, engine, taker):
-        engine.set(order=3, start=1)
-        taker.clock()
-        engine.set(start=0)
-        taker.clock()
-        engine.set(order=9, start=1)
-        for _ in range(60):
-            taker.clock()
-        assert taker.at == [3, 0, 0]
-
-    def test_hold(self, engine, taker):
-        engine.set(hold=1, order=3, start=1)
-        for _ in range(20):
-            assert engine.get("ready", "moves_valid") == (0, 0)
-            taker.clock()
-        engine.set(hold=0)
-        for _ in range(20):
-            taker.clock()
-        assert taker.at == [3, 0, 0]  # that start has not counted yet

@@ -51,10 +51,3 @@ def test_meets_every_pixel_once_nearest_first(rows, columns):
             away.append(max(abs(row - centre[0]), abs(column - centre[1])))
             assert near == (away[-1] <= 1)
         assert away == sorted(away)
-
-
-@pytest.mark.parametrize("name", ["rows", "columns"])
-@pytest.mark.parametrize("value", [0, 513])
-def test_impossible_sizes(name, value):
-    with pytest.raises(ValueError, match=rf"^{name} of the picture must be .* 512, not {value}$"):
-        SpiralWalk(**{"rows": 5, "columns": 5, name: value})

@@ -120,11 +120,11 @@ class TestTogether:
             (LineEnd.LONG, False, None, False), (good, True, 7, True)]
         assert sent == b"127"
 
-    @pytest.mark.parametrize("seed", range(4))
+    @pytest.mark.parametrize("seed", range(2))
     def test_after_noise_of_any_kind_a_frame_is_read(self, seed):
         rng = random.Random(seed)
         noise = []
-        while len(noise) < 400 * PERIOD:
+        while len(noise) < 100 * PERIOD:
             kind = rng.randrange(4)
             if kind == 0:
                 noise += encode(bytes(rng.choices(b":x?v0189\r +", k=rng.randrange(20))), PERIOD)

@@ -46,34 +46,3 @@ class TestUARTTransmitter:
         offered = [rng.choice([None] * 3 * period + [rng.randrange(256)]) for _ in range(clocks)]
         rst = [int(rng.random() < 0.1 / period) for _ in range(clocks)]
         check(period, offered, rst)
-
-    @pytest.mark.parametrize("data", [b"\x00\xFF", b"\x55\xAA\x00", b"000"])
-    def test_bytes_follow_without_a_gap(self, data):
-        dut = UARTTransmitter(period=16)
-        with AmaranthEngine(component("transmitter", dut)) as engine:
-            seen = engine.apply({"bytes_valid": [1] * (160 * len(data) + 1),
-                                "bytes_payload": [byte for byte in data for _ in range(160)] + [0]},
-                               ["tx"])["tx"].tolist()
-        assert seen[1:] == encode(data, 16)
-
-    def test_real_rate(self):
-        """A byte at 9600 baud from 50 MHz takes 10 bits of 5208 clocks."""
-        with AmaranthEngine(component(
-                "transmitter", UARTTransmitter(period=5208))) as engine:
-            engine.set(bytes_valid=1, bytes_payload=0x00)
-            engine.run(1)
-            engine.set(bytes_valid=0)
-            assert engine.get("tx", "bytes_ready") == (0, 0)
-            engine.run(9 * 5208 - 1)
-            assert engine.get("tx") == 0
-            engine.run(1)
-            assert engine.get("tx") == 1
-            engine.run(5208 - 2)
-            assert engine.get("bytes_ready") == 0
-            engine.run(1)
-            assert engine.get("bytes_ready") == 1
-
-    @pytest.mark.parametrize("period", [0, 15, 2**26 + 1, 16.0])
-    def test_impossible_period(self, period):
-        with pytest.raises(ValueError, match="^period must be a whole number from 16 to "):
-            UARTTransmitter(period=period)

@@ -2,13 +2,12 @@
 
 """Fuzzing `mill`: mistakes in its gateware are found, with few bytes; and no other."""
 
-import pytest
 from amaranth import Cat, Mux
 
 from fresa.motion.order_ledger import Outcome
 from tb.machines.mill.fuzz.lines import DOWN, GO, OPEN, request
 from tb.mistake import Mistake
-from tests.machines.fuzzing import BREAK, kinds, run
+from tests.machines.fuzzing import mistakes_are_found
 
 BEGIN = request(OPEN, 1)
 MISTAKES = {  # few bytes, what is found, the mistake
@@ -23,13 +22,4 @@ MISTAKES = {  # few bytes, what is found, the mistake
 }
 
 
-class TestMistakes:
-    def test_nothing_is_found_where_there_is_none(self):
-        texts = dict.fromkeys(text for text, *_ in MISTAKES.values())
-        found = run("mill", BEGIN + b"".join(texts), low=BREAK)
-        assert found.failures == [] and found.steps
-
-    @pytest.mark.parametrize("mistake", MISTAKES)
-    def test_is_found_with_few_bytes(self, mistake):
-        text, kind, planted = MISTAKES[mistake]
-        assert kind in kinds("mill", BEGIN + text, mistake=planted)
+TestMistakes = mistakes_are_found("mill", BEGIN, MISTAKES)

@@ -1,10 +1,7 @@
 """What people rely on of `positioner` is a property of its contract, or of one of its parts."""
 
-import pytest
-
-from tb.coverage import with_state_machine
 from tb.machines.positioner import MACHINE
-from tests.machines.contracts import check_stated
+from tests.machines.contracts import stated
 
 RELIED_ON = {
     "a line to the positioner is one order or one refusal; what is refused changes nothing": {
@@ -23,14 +20,4 @@ RELIED_ON = {
                      "over-by-the-tick"]},
 }
 
-
-@pytest.mark.parametrize("sentence", RELIED_ON)
-def test_what_people_rely_on_is_a_property(sentence):
-    check_stated(RELIED_ON[sentence])
-
-
-def test_parts_with_a_state_machine_are_found():
-    assert MACHINE.contracts
-    found = with_state_machine()
-    assert [name for name in MACHINE.contracts() if name in found] == [
-        "positioner_commands", "reporter"]
+TestContracts = stated(MACHINE, RELIED_ON, ["positioner_commands", "reporter"])

@@ -11,7 +11,7 @@ from tb.machines.positioner.fuzz import limits, lines
 from tb.machines.positioner.fuzz.axes import load_steps
 from tb.machines.positioner.fuzz.reasons import Reasons
 from tb.mistake import Mistake
-from tests.machines.fuzzing import BIT, BREAK, drifts, kinds, run
+from tests.machines.fuzzing import BIT, BREAK, drifts, kinds, mistakes_are_found, run
 
 BEGIN = b"CONNECT\n"
 MISTAKES = {  # few bytes, what is found, the mistake
@@ -36,17 +36,10 @@ SWITCHES = {  # what is found, the mistake
 }
 
 
-class TestMistakes:
-    def test_nothing_is_found_where_there_is_none(self):
-        texts = dict.fromkeys(text for text, *_ in MISTAKES.values())
-        found = run("positioner", BEGIN + b"".join(texts), low=BREAK)
-        assert found.failures == [] and found.steps
+TestMistakes = mistakes_are_found("positioner", BEGIN, MISTAKES)
 
-    @pytest.mark.parametrize("mistake", MISTAKES)
-    def test_is_found_with_few_bytes(self, mistake):
-        text, kind, planted = MISTAKES[mistake]
-        assert kind in kinds("positioner", BEGIN + text, mistake=planted)
 
+class TestOtherMistakes:
     def test_nothing_is_found_where_switches_do_what_they_should(self):
         found = run("positioner", ON, 0b011)  # MOT2 moves away from its switch
         assert found.failures == [] and found.blocked == 1

@@ -12,33 +12,22 @@ from tb.faults.upsets import Trial
 from tb.faults.verdicts import Verdict
 from tb.machines.single.faults import sessions, target
 from tb.mistake import Mistake
-from tests.machines.faults import check_resets, check_sessions, compiled, run_with_fault
+from tests.machines.faults import check_sessions, resets_are_checked
 
 
 def test_sessions_are_lines():
     check_sessions(sessions, b":v", b"\r")
 
 
-@compiled
-@pytest.mark.compiler
-class TestResets:
-    @pytest.mark.parametrize(("mistake", "found"), [
-        (Mistake("driver.ready", lambda _, at: (
-            at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
-        (Mistake("driver.coils", reset_less=False),
-         "the coil word of the motor is illegal"),
-        (Mistake("tx", lambda *_: Const(1)),
-         "after a reset it does not do what it is asked, or does not say so"),
-    ], ids=["moves", "off", "dumb"])
-    def test_mistakes_are_found(self, mistake, found):
-        _, wrong = run_with_fault(mistake, target, sessions(1), 9000)
-        assert wrong is not None and wrong.what.startswith(found)
-
-    def test_none_without_a_mistake(self):
-        check_resets(target, sessions)
+TestResets = resets_are_checked(target, sessions, {
+    "moves": (Mistake("driver.ready", lambda _, at: (
+        at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
+    "off": (Mistake("driver.coils", reset_less=False), "the coil word of the motor is illegal"),
+    "dumb": (Mistake("tx", lambda *_: Const(1)),
+             "after a reset it does not do what it is asked, or does not say so"),
+})
 
 
-@compiled
 @pytest.mark.compiler
 def test_upsets():
     """What is known of some by thinking: its row is where the motor stands."""

@@ -2,19 +2,13 @@
 
 """Fuzzing `single`: mistakes in its gateware are found, with few bytes; and no other."""
 
-from dataclasses import replace
-
 import pytest
 from amaranth import Mux
 
 from fresa.protocol import frames
-from tb.engines import CXXRTLEngine
-from tb.fuzz import fuzz, shortest
-from tb.fuzz.inputs import OPENING
 from tb.machines.single.fuzz import lines
 from tb.mistake import Mistake
-from tb.registry import fuzz_targets
-from tests.machines.fuzzing import BREAK, drifts, kinds, run
+from tests.machines.fuzzing import drifts, mistakes_are_found, run
 
 BEGIN = b":v50000\r"
 OBEYS_REFUSED = Mistake("commands.target", lambda right, at: Mux(
@@ -30,17 +24,10 @@ MISTAKES = {  # few bytes, what is found, the mistake
 }
 
 
-class TestMistakes:
-    def test_nothing_is_found_where_there_is_none(self):
-        texts = dict.fromkeys(text for text, *_ in MISTAKES.values())
-        found = run("single", BEGIN + b"".join(texts), low=BREAK)
-        assert found.failures == [] and found.steps
+TestMistakes = mistakes_are_found("single", BEGIN, MISTAKES)
 
-    @pytest.mark.parametrize("mistake", MISTAKES)
-    def test_is_found_with_few_bytes(self, mistake):
-        text, kind, planted = MISTAKES[mistake]
-        assert kind in kinds("single", BEGIN + text, mistake=planted)
 
+class TestOtherMistakes:
     def test_of_a_ramp_is_found(self):
         found = run("single", BEGIN + b":x7\r", other=True)
         assert found.failures == [] and found.timed == found.steps == 7
@@ -49,18 +36,6 @@ class TestMistakes:
             at("move.level") + 1, right))
         failure, = run("single", BEGIN + b":x7\r", other=True, mistake=up_too_long).failures
         assert failure.kind == "time" and "too early" in failure.message
-
-    @pytest.mark.compiler
-    def test_what_finds_it_is_made_short(self, libraries):
-        if reason := CXXRTLEngine.missing():
-            pytest.skip(reason)
-        target = fuzz_targets()["single"]
-        wrong = replace(target, design=lambda: OBEYS_REFUSED.planted(target.design()), others=())
-        outcome = next(iter(fuzz(wrong, 1, 3000)))
-        assert outcome.findings.failures
-        short = shortest(outcome.target, outcome.inputs, 60)
-        assert short.findings.failures[0].kind == outcome.findings.failures[0].kind
-        assert len([item for item in short.inputs[OPENING:] if item.data]) <= 3
 
 
 @pytest.mark.parametrize(("text", "wrong"), [

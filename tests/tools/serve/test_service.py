@@ -176,15 +176,15 @@ def test_who_says_many_lines_at_once_takes_turns_at_their_ends(monkeypatch):
         async with echo(port=0) as served:
             reader, one = await connect(served)
             _, two = await connect(served)
-            said = {writer: [f"{letter * 37}{n:02}\n".encode() for n in range(12)]
+            said = {writer: [f"{letter * 37}{n:02}\n".encode() for n in range(6)]
                     for letter, writer in (("a", one), ("b", two))}
             for writer, lines in said.items():
                 writer.write(b"".join(lines))
-            heard = [await reader.readline() for _ in range(24)]
+            heard = [await reader.readline() for _ in range(12)]
             for lines in said.values():
                 assert [line for line in heard if line in lines] == lines
             first = [line[:1] for line in heard]
-            assert len(set(first[:12])) == len(set(first[12:])) == 2  # neither had to wait for all
+            assert len(set(first[:6])) == len(set(first[6:])) == 2  # neither had to wait for all
 
     asyncio.run(session())
 
