@@ -21,6 +21,7 @@ from .contracts.contract import Case, Contract, State
 from .contracts.proof import reach
 from .engines.coverage import CoverageEngine, Point
 from .machines import machines
+from .mutation.benches import kind_of
 from .registry import components, duts
 from .runners import stimuli
 
@@ -99,7 +100,7 @@ def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[
 
 def _kind(component: Component) -> type:
     """Return the class of its gateware: contracts may have one derived from it."""
-    classes = type(component.make(**component.cases[0].parameters)).__mro__
+    classes = kind_of(component).__mro__
     return next((one for one in classes if one.__module__.startswith("fresa.")), classes[0])
 
 

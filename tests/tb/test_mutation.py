@@ -418,9 +418,9 @@ class TestBenches:
         with pytest.raises(CheckFailed):
             run_bench(wrong, mutable.netlist(mutable.mutants), [0])
 
-    # The bench of a guard is its controller's; short serial orders are for their contract alone.
-    @pytest.mark.parametrize(
-        "name", [name for name in components() if name not in ("guard", "serial_orders")])
+    # The bench of a guard is its controller's; the others have a contract alone.
+    @pytest.mark.parametrize("name", [name for name in components() if name not in (
+        "guard", "serial_orders", "search", "stop")])
     def test_every_component_has_one(self, name):
         assert bench_of(kind_of(components()[name])) is not None
 

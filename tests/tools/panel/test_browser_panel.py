@@ -229,7 +229,7 @@ class TestPoints:
         page.until(lambda: page.place("z") > 10, "a longer jog")
         assert (page.place("x"), page.place("y")) == pytest.approx(before, abs=1)
         page.keys_up("e")
-        page.until(lambda: page.status.startswith("Idle."), "the end")
+        page.until(lambda: page.status.startswith(("Idle.", "Stopped.")), "the end")
 
     def test_a_point_is_replaced_only_if_that_is_wanted(self, page):
         page.fill(5, "7", "8", "9")
