@@ -113,8 +113,11 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
 def run_mutants(names: Iterable[str], jobs: int | None = None,
                 done: Callable[[list[Kill]], None] = lambda found: None) -> list[Kill]:
     """Find mutants that break the properties of some components; see :func:`run_proofs`."""
+    order = list(names)
     with pool(jobs or os.cpu_count() or 1) as workers:
-        return _in_order(workers, [(_kills, name) for name in names], done)
+        # Machines come last and take longest: they begin first.
+        found = _in_order(workers, [(_kills, name) for name in reversed(order)], done)
+    return sorted(found, key=lambda kill: order.index(kill.component))
 
 
 def _kills(name: str) -> list[Kill]:
@@ -132,18 +135,15 @@ def _in_words(name: str) -> Iterator[None]:
 
 
 def _in_order(workers: Executor, work: list[tuple], done: Callable[[list], None]) -> list:
-    """Do all of it, the last first; give the results in the order of the work.
-
-    Components that are long to prove come last, and machines at the very end.
-    """
-    tasks = [workers.submit(*call) for call in reversed(work)]
+    """Do all of it; give the results in the order of the work."""
+    tasks = [workers.submit(*call) for call in work]
     try:
         for task in as_completed(tasks):
             done(task.result())
     except BaseException:
         workers.shutdown(cancel_futures=True)
         raise
-    return [result for task in reversed(tasks) for result in task.result()]
+    return [result for task in tasks for result in task.result()]
 
 
 @contextmanager
