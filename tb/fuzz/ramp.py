@@ -49,7 +49,8 @@ class Ramp:
 class _State(NamedTuple):
     """What may be at a level.
 
-    The sum of the rates since the last step is from `low` to `high`; it waits where a step is due.
+    The sum of the rates since the last step is from `low` to `high`; where a step that is due waits
+    it is what the step takes.
     The step is made in clock `due` at the latest.
     """
 
@@ -131,9 +132,11 @@ class _Motor:
         slow, fast = min(rates), max(rates)
         low, high = state.low, state.high
         needed = -(-(modulus - low) // slow)  # clocks until it is due for sure
-        if slow == fast and 0 < needed == -(-(modulus - high) // fast):
-            low, high = (each + min(clocks, needed) * slow for each in (low, high))
-        elif needed > 0:
+        if needed <= 0 or slow == fast and needed == -(-(modulus - high) // fast) < clocks:
+            low = high = modulus  # a step that waits begins the times anew
+        elif slow == fast and needed == -(-(modulus - high) // fast):
+            low, high = (each + clocks * slow for each in (low, high))
+        else:
             low = min(low + clocks * slow, modulus)
             high = max(high, min(high + clocks * fast, modulus + fast - 1))
         if not asked:
