@@ -34,8 +34,8 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
 
     # The order, from its taking to the clock in which it is ready again
     ordered = c.keep(1, name="ordered")
-    target = [c.keep(16, name=f"asked_{name}") for name in "xy"]
-    up, down = c.keep(1, name="asked_up"), c.keep(1, name="asked_down")
+    target = [c.keep(16, name=f"ordered_{name}") for name in "xy"]
+    up, down = c.keep(1, name="ordered_up"), c.keep(1, name="ordered_down")
     came = [c.keep(16, name=f"came_{name}") for name in "xyz"]
     with c.m.If(c.rst):
         c.m.d.sync += ordered.eq(0)
