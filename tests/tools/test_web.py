@@ -300,15 +300,15 @@ class TestStrangers:
         run(test)
         assert not caplog.records
 
-    @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: ",
+    @pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nHost: ",
                                       b"GET /x/ HTTP/1.1\r\nHost: localhost\r\n\r\n"])
-    def test_are_not_waited_for(self, run, monkeypatch, said):
+    def test_are_not_waited_for(self, run, monkeypatch, data):
         monkeypatch.setattr(sites, "STRANGER_TIMEOUT_S", 0.2)
 
         async def test(_, address, client):
             async with client.ws_connect(address + "ws") as page:
                 reader, writer = await self.connect(address)
-                writer.write(said)
+                writer.write(data)
                 with suppress(ConnectionError):
                     await reader.read()  # to its end
                 writer.close()
@@ -318,17 +318,17 @@ class TestStrangers:
 
         run(test)
 
-    @pytest.mark.parametrize("said", [
+    @pytest.mark.parametrize("data", [
         b"\x16\x03\x01\x02\0\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n",
         b"GET http://[::1 HTTP/1.1\r\n\r\n",
         b"GET / HTTP/1.1\r\nA\0b: c\r\n\r\n", b"GET /" + bytes(1 << 17) + b" HTTP/1.1\r\n\r\n",
         b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
         b"POST / HTTP/1.1\r\nContent-Length: 9\r\nContent-Encoding: gzip\r\n\r\n123456789"])
-    def test_write_no_tracebacks(self, run, caplog, said):
+    def test_write_no_tracebacks(self, run, caplog, data):
         async def test(_, address, client):
             for end in ("abort", "close"):
                 reader, writer = await self.connect(address)
-                writer.write(said)
+                writer.write(data)
                 if end == "close":
                     with suppress(ConnectionError, TimeoutError):
                         await asyncio.wait_for(reader.read(100), 0.5)
