@@ -144,14 +144,14 @@ def describe(c: Contract, dut: Reporter) -> None:
     c.implication("answered-at-once", "Where there is time for an answer it is begun at once.",
                   when=c.past(line.takes & ~line.wants_state & ~c.rst),
                   then=line.asks & (line.left == 1) & ~line.is_report)
-    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+    c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~ready & ~c.rst),
                   then=dut.bytes.valid & (dut.bytes.payload == c.past(dut.bytes.payload)))
     c.implication("reset-begins-anew", "Reset ends the line, and the first tick is `period` "
                   "clocks away.", when=c.past(c.rst),
                   then=c.state("reporter_state")("REST") & ~dut.bytes.valid
                   & (c.signal("time") == dut.period - 1) & ~c.signal("due"))
-    c.implication("reset-forgets", "After reset no number is kept.", when=c.past(c.rst),
+    c.implication("reset-clears", "After reset no number is kept.", when=c.past(c.rst),
                   then=c.signal("sampled") == 0)
     _watch_inside(c, dut, line, since)
     if not hurried:
