@@ -52,9 +52,10 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                   then=byte != ord("-"))
     c.implication("no-leading-zero", "The first digit is no 0 unless it is the only one.",
                   when=dut.bytes.valid & (digits == 0) & (byte == 0x30), then=last)
-    c.implication("valid-after-number", "After the last digit the next number can be taken.",
+    c.implication("rest-after-last-digit", "After the last digit the next number can be taken.",
                   when=c.past(last & given), then=state("REST"))
-    c.implication("busy-until-last-digit", "And not before.", when=c.past(busy & ~(last & given) & ~c.rst),
+    c.implication("busy-until-last-digit", "And not before.",
+                  when=c.past(busy & ~(last & given) & ~c.rst),
                   then=~state("REST"))
     c.implication("reset-clears", "Reset ends it.", when=c.past(c.rst), then=state("REST"))
     c.implication("digit-fits", "The remainder fits into the digits still to come.",
@@ -97,8 +98,8 @@ def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, las
 
     c.implication("digits-are-the-number", "The digits are those of the number, its sign aside.",
                   when=last & given, then=shown == magnitude)
-    c.implication("digits-and-remainder", "The digits so far, the one that is counted and what is left are all "
-                  "of it.", when=state("COUNT", "DIGIT"),
+    c.implication("digits-and-remainder", "The digits so far, the one that is counted and what "
+                  "is left are all of it.", when=state("COUNT", "DIGIT"),
                   then=so_far * power * 10 + c.signal("digit") * power
                   + c.signal("left") == magnitude)
     c.invariant("empty-at-rest", "At rest nothing of the next number is written.",

@@ -45,8 +45,9 @@ def describe(c: Contract, dut: Positioner) -> None:
         c.implication(f"{name}-limit-blocks", f"Clockwise no step of {name} is made from "
                       "the clock in which its limit is seen.",
                       when=c.past(dut.limits[index]) & rises, then=~up, upset=True)
-        c.implication(f"{name}-direction-toward-target", f"DIR of {name} is that of its target when "
-                      "STEP rises.", when=rises, then=up == c.past(orders.target[index] > axis.position),
+        c.implication(f"{name}-direction-toward-target", f"DIR of {name} is that of its target "
+                      "when STEP rises.", when=rises,
+                      then=up == c.past(orders.target[index] > axis.position),
                       upset=True)
         change = axis.position - c.past(axis.position)
         c.implication(f"{name}-position-counts-steps", f"The position of {name} changes by one, "

@@ -163,7 +163,8 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                         then(Command.VEL, motor=motor), c.past(dut.numbers[2])[:len(rate)],
                         c.past(rate, init=after_reset))), cover=rate != after_reset)
         c.invariant(f"{name}-going-to-point", f"A movement of motor {motor + 1} is to a point from "
-                    "GOTO to the next MOV of it.", way == ~was_reset & (goes | c.past(way) & ~moved),
+                    "GOTO to the next MOV of it.",
+                    way == ~was_reset & (goes | c.past(way) & ~moved),
                     cover=way)
     c.implication("halt-ends-movements", "From the clock after a halt on no motor has a movement.",
                   when=c.past(dut.halt & dut.run.any()), then=~dut.run.any())
