@@ -29,6 +29,7 @@ def describe(c: Contract, dut: Positioner) -> None:
         for index, name in enumerate("xyz"):
             with c.each(name):
                 _watch_pins(c, dut, index)
+        _watch_state(c, dut)
     known = c.past(1)
     orders = c.part("positioning")
     for index, name in enumerate("xyz"):
@@ -38,18 +39,19 @@ def describe(c: Contract, dut: Positioner) -> None:
         c.implication(f"{name}-moves-by-order", f"STEP of {name} rises only where {name} has a "
                       "movement, and in no reset.", when=rises,
                       then=c.past(dut.moving[index] & ~c.rst), upset=True)
-        c.implication(f"{name}-is-connected", f"STEP of {name} rises only while connected.",
+        c.implication(f"{name}-only-connected", f"STEP of {name} rises only while connected.",
                       when=rises,
                       then=c.past(dut.connected), upset=True)
-        c.implication(f"{name}-stops-at-its-limit", f"Clockwise no step of {name} is made from "
+        c.implication(f"{name}-limit-blocks", f"Clockwise no step of {name} is made from "
                       "the clock in which its limit is seen.",
                       when=c.past(dut.limits[index]) & rises, then=~up, upset=True)
-        c.implication(f"{name}-goes-its-way", f"DIR of {name} is that of its target when STEP "
-                      "rises.", when=rises, then=up == c.past(orders.target[index] > axis.position),
+        c.implication(f"{name}-direction-toward-target", f"DIR of {name} is that of its target "
+                      "when STEP rises.", when=rises,
+                      then=up == c.past(orders.target[index] > axis.position),
                       upset=True)
         change = axis.position - c.past(axis.position)
-        c.implication(f"{name}-counts-its-steps", f"The position of {name} changes by one, where "
-                      "STEP rises, its way, or is called otherwise by POS, ORIGIN or reset.",
+        c.implication(f"{name}-position-counts-steps", f"The position of {name} changes by one, "
+                      "where STEP rises, its way, or is called otherwise by POS, ORIGIN or reset.",
                       when=known & (change != 0) & ~c.past(orders.load | c.rst),
                       then=rises & ((change == 1) & up | (change == -1) & ~up), upset=True)
     c.implication("fault-holds", "While a fault shows no step begins.",
@@ -65,6 +67,29 @@ def describe(c: Contract, dut: Positioner) -> None:
     c.implication("break-ends-steps", "No STEP rises two clocks after a break of the line was "
                                       "detected.", when=c.past(broke),
                   then=(dut.step & ~c.past(dut.step)) == 0, upset=True)
+
+
+def _watch_state(c: Contract, dut: Positioner) -> None:
+    """State what is reported of the machine, from power-up on and for ever."""
+    state, orders, second = (c.part(path) for path in ("reporter", "positioning", "second"))
+    c.invariant("state-is-the-machine", "What is reported is what the machine has: connection, "
+                "movements, speeds, limit inputs and positions.",
+                (state.connected == dut.connected) & Cat(
+                    (getattr(state, f"moving_{number}") == dut.moving[index])
+                    & (getattr(state, f"rate_{number}") == orders.rate[index])
+                    & (getattr(state, f"limit_{number}") == dut.limits[index])
+                    & (getattr(state, f"position_{number}") == c.part(name).position)
+                    for index, (number, name) in enumerate(enumerate("xyz", 1))).all(),
+                cover=state.moving_1)
+    clock = second.modulus
+    count = c.keep(range(clock), name="clocks_of_the_second")
+    c.m.d.sync += count.eq(Mux(count == clock - 1, 0, count + 1))
+    elapsed = c.past(count == clock - 1)
+    c.invariant("seconds", "The seconds grow by one each `clock` clocks from power-up, and begin "
+                "at 0 with a reset.", state.seconds == Mux(c.past(c.rst), 0, (
+                    c.past(state.seconds) + c.past(second.due))[:31]), cover=state.seconds == 0)
+    c.invariant("second", "A second has `clock` clocks.", (second.due == elapsed) & (
+        c.signal("second.accumulator") == Mux(elapsed, 0, count - clock)), cover=~second.due)
 
 
 def _type(c: Contract, dut: Positioner) -> None:
@@ -126,7 +151,7 @@ ORDERS = [(command.value, motor, clockwise) for command, motor, clockwise in (
 """What covers order: command, motor, and way."""
 
 QUICK = {"clock": 16_000, "baud": 1000, "top_speed": 1500, "width": 2, "low": 2, "setup": 2,
-         "hold": 2, "settle": 3, "report": 10_000}
+         "hold": 2, "settle": 3, "report": 14_000}
 
 POSITIONER = Component(
     make=make, describe=describe, depth=26,

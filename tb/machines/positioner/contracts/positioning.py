@@ -12,7 +12,7 @@ from tb.contracts.contract import Bits, Case, Component, Contract
 __all__ = ["POSITIONING"]
 
 SHOWN = 4
-"""Longest queue of reasons that is looked into; a longer one has the same logic."""
+"""Longest queue of answers that is looked into; a longer one has the same logic."""
 
 
 def describe(c: Contract, dut: Positioning) -> None:
@@ -41,12 +41,29 @@ def describe(c: Contract, dut: Positioning) -> None:
         c.m.d.sync += stored.eq(0)
     with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
         c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
-    c.invariant("knows-its-points", "The flags are those of the points that were stored.",
+    c.invariant("points-valid", "The flags are those of the points that were stored.",
                 c.signal("points.written") == stored, cover=stored[3])
     _changes(c, dut, obeyed)
     _movements(c, dut, obeyed, point)
-    _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
-        apart, Answer.DISCONNECTED, Answer.EMPTY)))
+    reason = Mux(wrong, order.answer.as_value(), Mux(
+        apart, Answer.DISCONNECTED, Answer.EMPTY))
+    acknowledges = _acknowledges(c, dut, obeyed)
+    asks = ~refused & (command == Command.STATE)
+    _answers(c, dut, taken & (refused | asks | acknowledges),
+             Mux(refused, reason, Mux(asks, Answer.STATE, Answer.OK)))
+
+
+def _acknowledges(c: Contract, dut: Positioning, obeyed: Bits) -> Bits:
+    """Return whether the order that is offered is acknowledged if it is obeyed."""
+    ack, on = dut.orders.p.command == Command.ACK, dut.numbers[2][0]
+    since = c.keep(1, name="acknowledges_since")
+    with c.m.If(c.rst):
+        c.m.d.sync += since.eq(0)
+    with c.m.Elif(obeyed & ack):
+        c.m.d.sync += since.eq(on)
+    c.invariant("acknowledges", "Orders are acknowledged from ACK 1 to ACK 0 or reset.",
+                c.signal("acknowledges") == since, cover=since)
+    return Mux(ack, on, since)
 
 
 def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
@@ -61,7 +78,7 @@ def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
             value = Mux(address == other, words[other], value)
         return value
 
-    c.invariant("keeps-its-points", "A point is where P stored it last.",
+    c.invariant("points-stored", "A point is where P stored it last.",
                 word_at(c.past(place)) == Mux(
                     c.past(stores & (number == place) & (place != 0)), c.past(Cat(dut.numbers)),
                     c.past(word_at(place))), cover=word_at(place) != 0)
@@ -89,7 +106,7 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
                   when=dut.connected != c.past(dut.connected),
                   then=Mux(dut.connected, then(Command.CONNECT),
                            then(Command.DISCONNECT) | was_reset))
-    c.implication("obeys", "CONNECT gives power, DISCONNECT takes it.",
+    c.implication("connect-and-disconnect", "CONNECT gives power, DISCONNECT takes it.",
                   when=then(Command.CONNECT, Command.DISCONNECT),
                   then=dut.connected == then(Command.CONNECT))
     place = Cat(dut.place)
@@ -101,7 +118,7 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
     c.invariant("place-of-pos", "The position to set is 0 except while POS is obeyed.",
                 (place == 0) | (command == Command.POS) & (place == Cat(dut.numbers)),
                 cover=place != 0)
-    c.implication("loads", "POS and ORIGIN are obeyed by a load.",
+    c.implication("load-by-order", "POS and ORIGIN are obeyed by a load.",
                   when=obeyed & ((command == Command.POS) | (command == Command.ORIGIN)),
                   then=dut.load)
 
@@ -129,8 +146,8 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                       | c.past(dut.in_position[motor] | dut.limit_hit[motor])
                       | then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
                       | then(Command.ORIGIN, Command.POS) & c.past(way))
-        c.implication(f"{name}-does-end", f"No movement of motor {motor + 1} goes on after its "
-                      "end.",
+        c.implication(f"{name}-ends-by-order", f"No movement of motor {motor + 1} goes on after "
+                      "its end.",
                       when=c.past(dut.in_position[motor] | dut.limit_hit[motor])
                       & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
                       then=~run | moved | goes)
@@ -145,99 +162,100 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                     rate == Mux(was_reset, after_reset, Mux(
                         then(Command.VEL, motor=motor), c.past(dut.numbers[2])[:len(rate)],
                         c.past(rate, init=after_reset))), cover=rate != after_reset)
-        c.invariant(f"{name}-is-going", f"A movement of motor {motor + 1} is to a point from GOTO "
-                    "to the next MOV of it.", way == ~was_reset & (goes | c.past(way) & ~moved),
+        c.invariant(f"{name}-going-to-point", f"A movement of motor {motor + 1} is to a point from "
+                    "GOTO to the next MOV of it.",
+                    way == ~was_reset & (goes | c.past(way) & ~moved),
                     cover=way)
-    c.implication("halts", "From the clock after a halt on no motor has a movement.",
+    c.implication("halt-ends-movements", "From the clock after a halt on no motor has a movement.",
                   when=c.past(dut.halt & dut.run.any()), then=~dut.run.any())
     c.implication("origin-ends-going", "ORIGIN and POS end all movements to points.",
                   when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
                   then=~(dut.run & c.past(going)).any())
 
 
-def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
+def _answers(c: Contract, dut: Positioning, answered: Bits, answer: Bits) -> None:
     """State which orders are answered, and with what."""
     offered, says = dut.answers.valid, dut.answers.payload.as_value()
     limit = (says >= Answer.LIMIT_MOT1.value) & (says <= Answer.LIMIT_MOT3.value)
     kept = c.past(offered & ~dut.answers.ready & ~c.rst)
-    c.implication("stream-keeps", "An answer stays until it is taken.", when=kept,
+    c.implication("stable-until-ready", "An answer stays until it is taken.", when=kept,
                   then=offered & (says == c.past(says)))
     c.implication("taken-a-clock-later", "An order is taken in the clock after it was offered, "
                   "however many answers wait.",
                   when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst), then=dut.orders.ready)
-    c.implication("looked-at-first",
+    c.implication("lookup-first",
                   "No order is taken in the clock in which it is first offered.",
                   when=dut.orders.ready,
                   then=c.past(dut.orders.valid & ~dut.orders.ready))
 
-    # The queue of refusals, from the one that is answered next
+    # The queue of answers to orders, from the one that is offered next
     pending_limits = c.signal("pending_limits")
-    level = c.signal("reasons.level")
+    level = c.signal("queue.level")
     free = ~offered | dut.answers.ready
-    told = free & ~pending_limits.any() & (level != 0)
-    joins = taken & refused & ~c.rst & (level != dut.waiting)
-    said = Mux(level == dut.waiting - 1, Answer.OVERFLOW, reason)
-    c.implication("counts-reasons", "Each refusal joins the queue unless it is full, each that is "
-                  "offered leaves it, and nothing else changes its level.", when=c.past(~c.rst),
-                  then=level == c.past(level) + c.past(joins) - c.past(told))
-    c.implication("reasons-are-said", "While a refusal waits and no limit is pending, a refusal "
-                  "is offered next.", when=c.past((level != 0) & free & ~pending_limits.any()
+    leaves = free & ~pending_limits.any() & (level != 0)
+    joins = answered & ~c.rst & (level != dut.waiting)
+    joined = Mux(level == dut.waiting - 1, Answer.OVERFLOW, answer)
+    c.implication("queue-level", "Each answer to an order joins the queue unless it is full, each "
+                  "that is offered leaves it, and nothing else changes its level.",
+                  when=c.past(~c.rst), then=level == c.past(level) + c.past(joins) - c.past(leaves))
+    c.implication("queue-is-answered", "While an answer to an order waits and no limit is pending, "
+                  "one is offered next.", when=c.past((level != 0) & free & ~pending_limits.any()
                                                   & ~c.rst),
                   then=offered & ~limit)
-    c.implication("answers-have-a-cause", "A new answer is that of a refusal or of a "
-                  "limit.", when=offered & ~kept, then=c.past(told | pending_limits.any()))
-    words, first = c.words("reasons.storage"), c.signal("reasons.consume")
-    c.invariant("knows-its-reasons", "The pointers of the queue fit its level, and its entries are "
-                "refusals.",
-                (c.signal("reasons.produce") == (first + level) % dut.waiting)
+    c.implication("answers-have-a-cause", "A new answer is to an order or of a limit.",
+                  when=offered & ~kept, then=c.past(leaves | pending_limits.any()))
+    words, first = c.words("queue.storage"), c.signal("queue.consume")
+    c.invariant("queue-is-valid", "The pointers of the queue fit its level, and its entries are "
+                "answers to orders.",
+                (c.signal("queue.produce") == (first + level) % dut.waiting)
                 & (first < dut.waiting) & (level <= dut.waiting)
                 & Cat(((address + dut.waiting - first) % dut.waiting >= level)
                       | (word != Answer.NONE) & (word < Answer.LIMIT_MOT1)
-                      | (word == Answer.OVERFLOW) for address, word in enumerate(words)).all(),
+                      | (word >= Answer.OVERFLOW) & (word <= Answer.STATE)
+                      for address, word in enumerate(words)).all(),
                 cover=level == dut.waiting)
     if dut.waiting <= SHOWN:
-        _queue(c, dut, words, joins, said, told)
+        _queue(c, dut, words, joins, joined, leaves)
     c.implication("never-none", "No answer is NONE.", when=offered,
-                  then=(says != 0) & (says <= Answer.OVERFLOW.value))
+                  then=(says != 0) & (says <= Answer.STATE.value))
     struck = dut.run & dut.limit_hit
     for motor in range(3):
         mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
         ended = struck[motor]
-        c.implication(f"limit-{motor + 1}-is-told", "A switch that ends a movement of motor "
+        c.implication(f"limit-{motor + 1}-pending", "A switch that ends a movement of motor "
                       f"{motor + 1} raises its pending limit.", when=c.past(ended & ~c.rst),
                       then=pending_limits[motor])
         c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is answered only "
                       "where it ended a movement, and once for that.", when=mine & ~kept,
                       then=c.past(pending_limits[motor]) & (~pending_limits[motor] | c.past(ended)))
-        c.implication(f"limit-{motor + 1}-is-not-lost", f"A pending limit of motor {motor + 1} "
+        c.implication(f"limit-{motor + 1}-kept", f"A pending limit of motor {motor + 1} "
                       "stays pending until it is answered.",
                       when=c.past(pending_limits[motor] & ~c.rst) & ~pending_limits[motor],
                       then=mine)
-        c.implication(f"limit-{motor + 1}-has-a-cause", "No limit of motor "
+        c.implication(f"limit-{motor + 1}-only-by-switch", "No limit of motor "
                       f"{motor + 1} is pending without a cause.", when=pending_limits[motor]
                       & ~c.past(pending_limits[motor]),
                       then=c.past(ended))
-    c.implication("sounds", "The buzzer is on after a switch ended a movement.",
+    c.implication("buzzer-on-after-limit", "The buzzer is on after a switch ended a movement.",
                   when=c.past(struck.any() & ~c.rst), then=dut.buzzer)
-    c.invariant("two-ticks", "The buzzer counts two ticks at most.", c.signal("ticks") <= 2,
+    c.invariant("buzzer-two-ticks", "The buzzer counts two ticks at most.", c.signal("ticks") <= 2,
                 cover=c.signal("ticks") == 2)
-    c.implication("is-still-again", "The buzzer goes off at a tick or with reset only.",
+    c.implication("buzzer-off-at-tick", "The buzzer goes off at a tick or with reset only.",
                   when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst))
 
 
-def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: Bits,
-           told: Bits) -> None:
+def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, joined: Bits,
+           leaves: Bits) -> None:
     """State what the entries are, by comparison with a queue that shifts."""
-    level, first = c.signal("reasons.level"), c.signal("reasons.consume")
-    queue = [c.keep(4, name=f"reason_{place}") for place in range(dut.waiting)]
+    level, first = c.signal("queue.level"), c.signal("queue.consume")
+    queue = [c.keep(4, name=f"answer_{place}") for place in range(dut.waiting)]
     moved = [*queue[1:], Const(0, 4)]
     for place, (at, behind) in enumerate(zip(queue, moved, strict=True)):
-        new = joins & (level - told == place)
-        c.m.d.sync += at.eq(Mux(new, said, Mux(told, behind, at)))
+        new = joins & (level - leaves == place)
+        c.m.d.sync += at.eq(Mux(new, joined, Mux(leaves, behind, at)))
     says = dut.answers.payload.as_value()
-    c.implication("reasons-in-their-order", "Refusals are answered in the order of their orders, "
-                                            "each "
-                  "once.", when=c.past(told & ~c.rst), then=says == c.past(queue[0]))
+    c.implication("answers-in-order", "Orders are answered in their order, each once.",
+                  when=c.past(leaves & ~c.rst), then=says == c.past(queue[0]))
 
     def word_at(place: Bits) -> Bits:
         value = words[0]
@@ -245,10 +263,10 @@ def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: 
             value = Mux(place == address, words[address], value)
         return value
 
-    c.implication("full-says-so", "The last entry of a full queue is OVERFLOW.",
+    c.implication("overflow-when-full", "The last entry of a full queue is OVERFLOW.",
                   when=level == dut.waiting,
                   then=word_at((first + dut.waiting - 1) % dut.waiting) == Answer.OVERFLOW)
-    c.invariant("reasons-are-stored", "The queue is in its memory.",
+    c.invariant("queue-is-stored", "The queue is in its memory.",
                 Cat((place >= level) | (word_at((first + place) % dut.waiting) == at)
                     for place, at in enumerate(queue)).all(), cover=level == dut.waiting)
 

@@ -60,7 +60,7 @@ def watch_read(c: Contract, dut: PositionerCommands) -> None:
     stops = state("SEPARATE") & dut.items.valid & ~taken & ~(
         dut.items.p.end & (kind == Kind.END))
     no_digit = state("DIGIT") & dut.items.valid & ~taken
-    follows("refused-for-what-it-is", "The first thing that is wrong in a line is its reason, or "
+    follows("first-error-is-reason", "The first thing that is wrong in a line is its reason, or "
             "that it is long or damaged; a new line has none.", answer,
             [(first & ~is_command, Const(Answer.COMMAND.value, 4)),
              (bad_word | stops | no_digit, Const(Answer.ARGUMENT.value, 4)),
@@ -87,11 +87,12 @@ def _word(c: Contract, dut: PositionerCommands, taken: Bits) -> tuple[list[Bits]
                                         for place, expected in enumerate(word)).all()
              for word in table]
     looks = reads & dut.items.valid & ~there
-    c.implication("reads-a-word", "Of a word all is taken that belongs to it, and nothing else.",
+    c.implication("word-bytes-taken", "Of a word all is taken that belongs to it, and nothing "
+                  "else.",
                   when=looks, then=dut.items.ready == belongs)
-    c.invariant("ends-a-word", "It has ended with the clock after something else was seen.",
+    c.invariant("word-ends", "It has ended with the clock after something else was seen.",
                 there == c.past(looks & ~belongs & ~c.rst), cover=there)
-    c.invariant("knows-the-letters", "It knows which words begin with the letters that were read.",
+    c.invariant("letters-matched", "It knows which words begin with the letters that were read.",
                 (c.signal("words.alive") == Cat(begun)) & (c.signal("words.place") == count)
                 & (count <= longest + 1), cover=count == longest)
     return [begins & (count == len(word))
@@ -105,10 +106,10 @@ def _number(c: Contract, dut: PositionerCommands, taken: Bits, kind: Bits
     there, reads = c.part("number").numbers.valid, c.state("commands_state")("NUMBER")
     begun, some = c.keep(1, name="has_begun"), c.keep(1, name="has_digits")
     minus, large = c.keep(1, name="is_minus"), c.keep(1, name="too_large")
-    magnitude = c.keep(32, name="magnitude")
+    magnitude = c.keep(33, name="magnitude")
     is_digit = ~end & (byte >= ord("0")) & (byte <= ord("9"))
     belongs = is_digit | ~end & ~begun & ((byte == ord("+")) | (byte == ord("-")))
-    grown, limit = magnitude * 10 + (byte - ord("0"))[:4], 2**31 - 1 + minus
+    grown, limit = magnitude * 10 + (byte - ord("0"))[:4], 2**32 - 1 + minus
     with c.m.If(c.rst | there):
         c.m.d.sync += [begun.eq(0), some.eq(0), minus.eq(0), large.eq(0), magnitude.eq(0)]
     with c.m.Elif(reads & taken):
@@ -118,21 +119,23 @@ def _number(c: Contract, dut: PositionerCommands, taken: Bits, kind: Bits
         with c.m.Else():
             c.m.d.sync += minus.eq(byte == ord("-"))
     looks = reads & dut.items.valid & ~there
-    c.implication("reads-a-number",
+    c.implication("number-bytes-taken",
                   "Of a number all is taken that belongs to it, and nothing else.",
                   when=looks, then=dut.items.ready == belongs)
-    c.invariant("ends-a-number", "It has ended with the clock after something else was seen.",
+    c.invariant("number-ends", "It has ended with the clock after something else was seen.",
                 there == c.past(looks & ~belongs & ~c.rst), cover=there)
     exact = Mux(minus, -magnitude, magnitude)
     known = {name: c.signal(f"number.{name}") for name in (
         "digits", "overflow", "value", "begun", "negative")}
-    c.invariant("knows-the-number", "What was read so far is known, as long as it fits.",
+    c.invariant("digits-held", "What was read so far is known, as long as it fits.",
                 (known["digits"] == some) & (known["overflow"] == large) & (known["begun"] == begun)
                 & (known["negative"] == minus) & (~some | begun) & (~minus | begun)
                 & (~large | some) & (some | (magnitude == 0))
                 & (large | (known["value"] == exact) & (magnitude <= limit)),
                 cover=magnitude == 8)
-    most = Mux(kind == Kind.POINT, positioner.POINTS, dut.top_speed)
-    out = (kind != Kind.NUMBER) & (minus | (magnitude == 0) | (magnitude > most))
+    most = Mux(kind == Kind.POINT, positioner.POINTS, Mux(kind == Kind.FLAG, 1, dut.top_speed))
+    none = (magnitude == 0) & (kind != Kind.FLAG)
+    out = Mux(kind == Kind.NUMBER, minus & (magnitude > 2**31),
+              minus & (magnitude != 0) | none | (magnitude > most))
     says = Mux(some, Answer.RANGE.value, Answer.ARGUMENT.value)
     return exact[:32], reads & there, ~some | large | out, says[:4]
