@@ -78,7 +78,7 @@ def _watch_state(c: Contract, dut: Positioner) -> None:
                     (getattr(state, f"moving_{number}") == dut.moving[index])
                     & (getattr(state, f"rate_{number}") == orders.rate[index])
                     & (getattr(state, f"limit_{number}") == dut.limits[index])
-                    & (getattr(state, name) == c.part(name).position)
+                    & (getattr(state, f"position_{number}") == c.part(name).position)
                     for index, (number, name) in enumerate(enumerate("xyz", 1))).all(),
                 cover=state.moving_1)
     clock = second.modulus
