@@ -1,15 +1,17 @@
 """Prove the properties of every component, for every input and unbounded time."""
 
+import hashlib
 import json
 import os
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from tb.contracts.contract import Case
 from tb.contracts.proof import Proof, ProofError, missing, prove, versions
@@ -17,6 +19,7 @@ from tb.mutation.kills import Kill, kills
 from tb.mutation.netlist import MutationError
 from tb.registry import components
 
+from . import fingerprints
 from .console import (
     Parser,
     Progress,
@@ -30,7 +33,9 @@ from .console import (
 )
 from .processes import pool
 
-__all__ = ["main", "run_mutants", "run_proofs"]
+__all__ = ["Known", "main", "run_mutants", "run_proofs"]
+
+T = TypeVar("T", Proof, Kill)
 
 TRACES = Path(__file__).parent.parent / "build" / "prove"
 
@@ -63,6 +68,10 @@ examples:
   python -m tools.prove --mutants coil
       Find for each property of the coil driver a mutant that breaks it, and name it.
 
+  python -m tools.prove --state proved.json
+      Prove everything, and keep it there: the next time, only what is of other gateware or
+      properties is proved.
+
   python -m tools.prove --json proofs.json
       Keep what was proved, with which parameters, k, depth of the base case, covers and seconds,
       the totals, and the versions of the provers.
@@ -78,8 +87,58 @@ It needs z3 and Yosys: pip install -e '.[prove]'
 """
 
 
+class Known(Generic[T]):
+    """What an earlier run found, as far as it holds: of the same gateware, properties and provers.
+
+    Parameters
+    ----------
+    path : Path
+        File that keeps it. One that is missing is begun.
+    kind : type
+        Of what is found.
+    names : iterable of str
+        Components.
+
+    Raises
+    ------
+    UserError
+        If the file is of something else.
+    """
+
+    def __init__(self, path: Path, kind: type[T], names: Iterable[str]) -> None:
+        self._path, self._kind = path, kind
+        names = list(names)
+        taken = fingerprints.take(f"contract {name}" for name in names)
+        self._keys = {name: hashlib.sha256(json.dumps([
+            taken[f"contract {name}"], components()[name].depth, versions(),
+            [[each.name, each.description] for each in components()[name].properties().values()],
+        ]).encode()).hexdigest()[:16] for name in names}
+        try:
+            self._found = json.loads(path.read_bytes()) if path.exists() else {}
+            for found in self._found.values():
+                self._results(found)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            raise UserError(f"{path} does not hold what was proved: give another --state, or "
+                            "delete it") from error
+
+    def get(self, name: str, part: str) -> list[T] | None:
+        """Return what was found of a part of a component, if it still holds."""
+        found = self._found.get(f"{name} {part}")
+        return self._results(found) if found and found["key"] == self._keys[name] else None
+
+    def keep(self, name: str, part: str, results: list[T]) -> None:
+        """Keep what was found."""
+        self._found[f"{name} {part}"] = {"key": self._keys[name],
+                                         "results": [asdict(each) for each in results]}
+        write_atomically(self._path, (json.dumps(self._found, indent=1) + "\n").encode())
+
+    def _results(self, found: Mapping) -> list[T]:
+        return [self._kind(**each) for each in found["results"]]
+
+
 def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = None,
-               done: Callable[[list[Proof]], None] = lambda proofs: None) -> list[Proof]:
+               done: Callable[[list[Proof]], None] = lambda proofs: None,
+               known: Known[Proof] | None = None) -> list[Proof]:
     """Prove components, one case a core at a time.
 
     Parameters
@@ -92,6 +151,8 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
         Proofs at a time; as many as there are cores by default.
     done : callable
         Called with the proofs of each case as it is finished.
+    known : Known, optional
+        What need not be proved again. What fails is not kept.
     """
     lock = threading.Lock()
 
@@ -100,8 +161,10 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
             return prove(name, components()[name], case, Path(folder), traces, lock)
 
     with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as workers:
-        proofs = _in_order(workers, [(prove_case, name, case) for name in names
-                                     for case in components()[name].cases], done)
+        proofs = _in_order(
+            workers, {(name, str(case)): (prove_case, name, case) for name in names
+                      for case in components()[name].cases}, done, known,
+            lambda proof: proof.verdict in ("proved", "vacuous"))
     # One case that reaches a premise is enough.
     reached = {(proof.component, proof.name) for proof in proofs if proof.reached is not None}
     for proof in proofs:
@@ -111,12 +174,14 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
 
 
 def run_mutants(names: Iterable[str], jobs: int | None = None,
-                done: Callable[[list[Kill]], None] = lambda found: None) -> list[Kill]:
+                done: Callable[[list[Kill]], None] = lambda found: None,
+                known: Known[Kill] | None = None) -> list[Kill]:
     """Find mutants that break the properties of some components; see :func:`run_proofs`."""
     order = list(names)
     with pool(jobs or os.cpu_count() or 1) as workers:
         # Machines come last and take longest: they begin first.
-        found = _in_order(workers, [(_kills, name) for name in reversed(order)], done)
+        found = _in_order(workers, {(name, "mutants"): (_kills, name) for name in reversed(order)},
+                          done, known, lambda kill: bool(kill.mutant) or kill.lemma)
     return sorted(found, key=lambda kill: order.index(kill.component))
 
 
@@ -134,16 +199,28 @@ def _in_words(name: str) -> Iterator[None]:
         raise UserError(f"the prover gave up on {name}: {error}") from error
 
 
-def _in_order(workers: Executor, work: list[tuple], done: Callable[[list], None]) -> list:
-    """Do all of it; give the results in the order of the work."""
-    tasks = [workers.submit(*call) for call in work]
+def _in_order(workers: Executor, work: Mapping[tuple[str, str], tuple],
+              done: Callable[[list], None], known: Known | None,
+              good: Callable[..., bool]) -> list:
+    """Do what is not known yet; give the results in the order of the work."""
+    found = {part: known.get(part[0], part[1]) if known else None for part in work}
+    tasks = {}
+    for part, call in work.items():
+        if (results := found[part]) is None:
+            tasks[workers.submit(*call)] = part
+        else:
+            done(results)
     try:
         for task in as_completed(tasks):
-            done(task.result())
+            part, results = tasks[task], task.result()
+            found[part] = results
+            if known and all(map(good, results)):
+                known.keep(part[0], part[1], results)
+            done(results)
     except BaseException:
         workers.shutdown(cancel_futures=True)
         raise
-    return [result for task in tasks for result in task.result()]
+    return [result for results in found.values() for result in results or ()]
 
 
 @contextmanager
@@ -181,6 +258,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--traces", metavar="FOLDER", type=Path, default=TRACES,
                         help="leave waveforms of failures there (default: build/prove of the "
                              "checkout)")
+    parser.add_argument("--state", metavar="FILE", type=Path,
+                        help="keep what is found there, and do not look again for what is known")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
@@ -195,11 +274,13 @@ def main(argv: list[str] | None = None) -> int:
     if lacking := missing():
         raise UserError(lacking)
     check_output(args.json)
+    check_output(args.state)
 
     began = time.monotonic()
     if args.mutants:
         with _progress(len(names), "breaking") as done:
-            found = run_mutants(names, args.jobs, done)
+            found = run_mutants(names, args.jobs, done,
+                                Known(args.state, Kill, names) if args.state else None)
         return _report(found, "mutants", map(kill_line, found), args.json,
                        [bool(each.mutant) or each.lemma for each in found],
                        "properties are broken by a mutant, or are lemmas",
@@ -207,7 +288,8 @@ def main(argv: list[str] | None = None) -> int:
 
     total = sum(len(components()[name].cases) for name in names)
     with _progress(total, "proving") as done:
-        proofs = run_proofs(names, args.traces, args.jobs, done)
+        proofs = run_proofs(names, args.traces, args.jobs, done,
+                            Known(args.state, Proof, names) if args.state else None)
     properties = {(proof.component, proof.name) for proof in proofs}
     return _report(proofs, "proofs", map(line, proofs), args.json,
                    [p.verdict == "proved" for p in proofs],

@@ -5,6 +5,8 @@
 
 import json
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 from amaranth import Module, Signal
@@ -240,3 +242,31 @@ class TestCommand:
         assert (facts["total"], facts["good"]) == (5, 5)
         assert all(each["mutant"] and each["clock"] is not None for each in facts["mutants"])
         assert "broken in clock" in capsys.readouterr().out
+
+    @pytest.mark.prover
+    @pytest.mark.parametrize("what", [[], ["--mutants"]])
+    def test_what_is_known_is_not_looked_for_again(self, what, tmp_path, monkeypatch, capsys):
+        state, path = str(tmp_path / "known.json"), tmp_path / "found.json"
+        arguments = [*what, "--state", state, "--jobs", "1", "--json", str(path)]
+        assert command.main(["coil", *arguments]) == 0
+        found = json.loads(path.read_text())
+        sought = []
+        for name in ("prove", "_kills"):
+            monkeypatch.setattr(command, name, lambda name, *_: sought.append(name) or [])
+        monkeypatch.setattr(command, "pool", ThreadPoolExecutor)
+        assert command.main(["coil", "counter", *arguments]) == 0
+        assert set(sought) == {"counter"}
+        again = json.loads(path.read_text())
+        kind = "mutants" if what else "proofs"
+        assert again[kind] == found[kind]
+
+        contract = components()["coil"]
+        monkeypatch.setitem(components(), "coil", replace(contract, depth=contract.depth + 1))
+        assert command.main(["coil", *arguments]) == 0
+        assert set(sought) == {"counter", "coil"}
+
+    def test_a_state_of_something_else(self, tmp_path, capsys):
+        path = tmp_path / "other.json"
+        path.write_text('{"coil": 1}')
+        assert command.main(["coil", "--state", str(path)]) == 2
+        assert "delete it" in capsys.readouterr().err and path.read_text() == '{"coil": 1}'
