@@ -6,18 +6,19 @@ from fresa_host.positioner_lines import (
     MEANINGS,
     POINTS,
     STEPS_PER_UM,
+    ZERO,
     Limit,
     Refusal,
     Steps,
 )
 from fresa_host.positioner_place import Place
 from fresa_host.positioner_session import PositionerSession as StageSession
-from fresa_host.positioner_state import SETTLED, ZERO, Message
+from fresa_host.positioner_state import Message
 
 from ..serve import servable
 
-__all__ = ["AXES", "MACHINE", "MEANINGS", "POINTS", "SERVED", "SETTLED", "STEPS_PER_UM",
-           "TOP_SPEED", "ZERO", "Limit", "Message", "Place", "Refusal", "StageSession", "Steps"]
+__all__ = ["AXES", "MACHINE", "MEANINGS", "POINTS", "SERVED", "STEPS_PER_UM", "TOP_SPEED", "ZERO",
+           "Limit", "Message", "Place", "Refusal", "StageSession", "Steps"]
 
 #: Its name in `tools.serve`, and what that runs.
 MACHINE = "positioner"
