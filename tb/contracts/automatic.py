@@ -36,23 +36,25 @@ def watch_counts(c: Contract, path: str, *, reset: Bits) -> None:
         began = c.keep(16, name=f"began_{name}")
         with c.m.If(taken):
             c.m.d.sync += began.eq(position)
-        c.invariant(f"{name}-lands",
+        c.invariant(f"{name}-moves-as-ordered",
                     f"A movement takes {name} as far as it has stepped, in the ordered direction.",
                     ~state("MOVING", "CLEAR")
                     | (position == (began + Mux(direction[index], made, -made))[:16]),
                     cover=state("CLEAR") & (position != began))
-        c.invariant(f"{name}-counts-the-motor",
-                    f"The position of {name} is the steps it made forward less those back.",
+        c.invariant(f"{name}-position-is-net-steps",
+                    f"The position of {name} is its steps forward less those back.",
                     position == travel, cover=travel != 0)
         c.implication(f"{name}-steps-of-the-order", f"At the end of a movement with {name}, "
                       f"{name} has made exactly the steps ordered.",
                       when=state("CLEAR") & axes[index], then=made == steps)
-        c.implication(f"{name}-left-alone", f"A movement without {name} makes no step of it.",
+        c.implication(f"{name}-still-without-order", f"A movement without {name} makes no step "
+                      "of it.",
                       when=state("CLEAR") & ~axes[index], then=made == 0)
-        c.invariant(f"{name}-made-is-main", f"While {name} moves the main counter is what it made.",
+        c.invariant(f"{name}-main-counts-steps", f"While {name} moves, the main counter is the "
+                    "steps it made.",
                     ~state("MOVING", "CLEAR") | (made == Mux(axes[index], main, 0)),
                     cover=state("MOVING") & (made == 1))
-    c.implication("reset-is-the-origin", "A reset makes the place where it stands the origin.",
+    c.implication("reset-is-the-origin", "A reset makes the present position the origin.",
                   when=was_reset, then=(at[0] == 0) & (at[1] == 0) & (at[2] == 0) & (main == 0))
 
 

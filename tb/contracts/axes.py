@@ -24,7 +24,7 @@ def describe(c: Contract, dut: AxisDrivers) -> None:
                     legal, cover=phase == 2)
         c.implication(f"{name}-moved-or-refused", f"A requested step of {name} is made or refused.",
                       when=step, then=moved ^ refused)
-        c.implication(f"{name}-not-asked", f"Without a request no step of {name} is made or "
+        c.implication(f"{name}-only-on-request", f"Without a request no step of {name} is made or "
                       "refused.", when=~step & dut.step.any(), then=~moved & ~refused)
         c.implication(f"{name}-not-in-reset", f"In reset no step of {name} is made.",
                       when=c.rst & step, then=~moved)
@@ -36,8 +36,8 @@ def describe(c: Contract, dut: AxisDrivers) -> None:
                       "clocks.", when=moved, then=rested >= dut.period - 1)
         if dut.period > 1:
             rest = c.signal(f"{name}.rest")
-            c.invariant(f"{name}-rest-is-the-time",
-                        f"The rest that {name} takes is the time it needs.",
+            c.invariant(f"{name}-rest-is-time-left",
+                        f"The register `rest` of {name} is the time until it is ready.",
                         (rest <= 0) & ((rest + dut.period - 1 == rested) | (rest == 0)) &
                         ((rest < 0) | (rested >= dut.period - 1)), cover=rest < 0)
 

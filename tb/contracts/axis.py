@@ -18,29 +18,30 @@ def describe(c: Contract, dut: Axis) -> None:
     moved, up = dut.moved, dut.target > dut.position
     towards = Mux(up, dut.high, dut.low)
     rises = dut.step_pin & ~c.past(dut.step_pin)
-    c.invariant("counts-what-leaves", "STEP rises in the clock after a step is made, and at no "
+    c.invariant("one-pulse-per-step", "STEP rises in the clock after a step is made, and at no "
                 "other time.", rises == c.past(moved), cover=rises)
-    c.implication("asked-by-a-target", "A step is made only towards a target: with `run`, "
+    c.implication("step-only-toward-target", "A step is made only towards a target: with `run`, "
                   "without a load, and not at the target.", when=moved,
                   then=dut.run & ~dut.load & ~dut.in_position)
-    c.implication("in_position", "`in_position` is 1 where the position is the target.",
+    c.implication("in-position", "`in_position` is 1 where the position is the target.",
                   when=dut.position == dut.target, then=dut.in_position & ~moved)
-    c.implication("the-way-it-goes", "STEP rises with DIR as the target was, seen from the "
+    c.implication("direction-toward-target", "STEP rises with DIR as the target was, seen from the "
                   "position.", when=rises, then=dut.direction_pin == c.past(up))
-    c.implication("powered", "STEP rises only with ENABLE, where it was requested.", when=rises,
+    c.implication("step-only-enabled", "STEP rises only with ENABLE, where it was requested.",
+                  when=rises,
                   then=dut.enable_pin & c.past(dut.enable))
-    c.implication("a-switch-blocks", "No step is made towards a switch that is pressed.",
+    c.implication("limit-blocks", "No step is made towards a switch that is pressed.",
                   when=towards & dut.run, then=~moved)
-    c.implication("says-what-blocks", "`limit_hit` and a step exclude each other, and a step "
-                  "is made only when due.", when=dut.limit_hit | moved,
+    c.implication("limit-hit-excludes-step", "`limit_hit` and a step exclude each other, and a "
+                  "step is made only when due.", when=dut.limit_hit | moved,
                   then=~(dut.limit_hit & moved) & (rate.due | ~moved))
-    c.implication("blocked-in-time", "A step that a pressed switch blocks is reported when it is "
-                  "due.", when=dut.run & ~dut.load & ~dut.in_position & rate.due & towards,
+    c.implication("limit-hit-when-due", "A step that a pressed switch blocks is reported when it "
+                  "is due.", when=dut.run & ~dut.load & ~dut.in_position & rate.due & towards,
                   then=dut.limit_hit)
     _position(c, dut, moved, up)
     watch_driver(c, driver, path="driver.")
     accumulator = c.signal("rate.accumulator")
-    c.invariant("no-more-is-owed", "The accumulator of the rate is in its range.",
+    c.invariant("accumulator-in-range", "The accumulator of the rate is in its range.",
                 (accumulator >= -dut.modulus) & (accumulator < dut.max_rate),
                 cover=accumulator >= 0)
     watch_spaced(c, rate, accumulator + dut.modulus)
@@ -51,8 +52,9 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
     was, up_then = c.past(dut.position), c.past(up)
     change = dut.position - was
     kept = c.past(c.rst | dut.load)
-    c.implication("moves-with-a-step", "The position changes only by a step that was made, by "
-                  "one, its way; by a load; and by a reset.", when=(change != 0) & ~kept,
+    c.implication("position-changes-with-step", "The position changes only by a step that was "
+                  "made, by one, in its direction; by a load; and by a reset.",
+                  when=(change != 0) & ~kept,
                   then=c.past(moved) & (change == Mux(up_then, 1, -1)))
     c.implication("load", "A load sets the position.",
                   when=c.past(dut.load & ~c.rst), then=dut.position == c.past(dut.place))
@@ -72,7 +74,8 @@ def _position(c: Contract, dut: Axis, moved: Bits, up: Bits) -> None:
     c.implication("within-the-backlash", "The pulses and the position never differ by more "
                   "than the backlash, at any time: without backlash they are the same.",
                   when=is_steady, then=(now >= 0) & (now <= dut.backlash) & ~lost)
-    c.implication("backlash-is-left", "What is left of the backlash is what is missing to its end.",
+    c.implication("backlash-is-remaining", "What is left of the backlash is what is missing to "
+                  "its end.",
                   when=is_steady, then=(left <= dut.backlash) & (now == Mux(way,
                                                                             dut.backlash - left,
                                                                             left)))

@@ -24,18 +24,18 @@ def describe(c: Contract, dut: Backlash) -> None:
     c.implication("within-the-backlash",
                   "Motor and load are never further apart than the backlash.",
                   when=is_steady, then=(gap >= 0) & (gap <= dut.backlash))
-    c.implication("load-is-pushed", "A step counts only where the motor pushes: at the end of the "
-                  "backlash.", when=is_steady & dut.counted,
+    c.implication("counts-only-engaged", "A step counts only where the motor pushes: at the end "
+                  "of the backlash.", when=is_steady & dut.counted,
                   then=gap == Mux(dut.direction, dut.backlash, 0))
     c.implication("backlash-is-taken-up",
                   "A step does not count only where there is backlash to take up.",
                   when=is_steady & dut.moved & ~dut.counted,
                   then=gap != Mux(dut.direction, dut.backlash, 0))
-    c.implication("gap-is-left", "What is left to take up is what is missing to the end of the "
-                  "backlash.", when=is_steady,
+    c.implication("gap-is-remaining", "What is left to take up is what is missing to the end of "
+                  "the backlash.", when=is_steady,
                   then=(left <= dut.backlash) & (gap == Mux(way, dut.backlash - left, left)))
 
-    c.implication("counts-what-is-made", "What is not made is not counted.",
+    c.implication("counts-only-made-steps", "What is not made is not counted.",
                   when=~dut.moved, then=~dut.counted)
     last, pushed = c.keep(1, name="last"), c.keep(1, init=1, name="pushed")
     most, taken = c.keep(dut.backlash.shape(), name="most"), c.keep(len(dut.backlash) + 1,
@@ -45,13 +45,14 @@ def describe(c: Contract, dut: Backlash) -> None:
         c.m.d.sync += [last.eq(dut.direction), pushed.eq(dut.counted),
                        most.eq(Mux(turns, dut.backlash, most)),
                        taken.eq(Mux(turns, 0, taken) + ~dut.counted)]
-    c.implication("goes-on-pushing", "After a step that counts, the next that way does, whatever "
-                  "becomes of the backlash.", when=dut.moved & pushed & ~turns, then=dut.counted)
+    c.implication("counts-until-reversal", "After a step that counts, the next in its direction "
+                  "counts, whatever becomes of the backlash.",
+                  when=dut.moved & pushed & ~turns, then=dut.counted)
     c.implication("no-more-than-the-backlash", "After a reversal no more steps are left out than "
                   "there was backlash.", when=dut.moved & ~dut.counted,
                   then=Mux(turns, 0, taken) < Mux( turns, dut.backlash, most))
-    c.invariant("remembers", "What is left to take up is no more than the backlash at the "
-                "reversal, less what is taken up.",
+    c.invariant("gap-at-most-that-of-reversal", "What is left to take up is no more than the "
+                "backlash at the reversal, less what is taken up.",
                 (way == last) & (left + taken <= most) & (~pushed | (left == 0)), cover=left != 0)
 
 

@@ -56,15 +56,15 @@ def describe(c: Contract, dut: CoilDriver) -> None:
                   when=c.past(1) & ~moved, then=word == dut.coils)
     c.implication("reset-keeps-the-word", "Reset changes no coil.",
                   when=was_reset, then=word == dut.coils)
-    c.implication("asked", "A step is made only on request.",
+    c.implication("step-only-on-request", "A step is made only on request.",
                   when=dut.moved, then=dut.step & ~c.rst)
     c.implication("moved-or-refused", "A requested step is either made or refused.",
                   when=dut.step, then=dut.moved ^ dut.refused)
-    c.implication("refused-was-asked", "Without a request there is no refusal.",
+    c.implication("refused-only-on-request", "Without a request there is no refusal.",
                   when=dut.refused, then=dut.step & ~dut.moved)
 
     rested = watch_spacing(c, dut.moved, dut.period)
-    c.implication("made-when-rested", "After `period` clocks a requested step is made.",
+    c.implication("made-after-period", "After `period` clocks a requested step is made.",
                   when=dut.step & (rested >= dut.period - 1) & ~c.rst, then=dut.moved)
     if dut.period == 1:
         return
@@ -74,7 +74,8 @@ def describe(c: Contract, dut: CoilDriver) -> None:
                   when=dut.moved, then=rested >= dut.period - 1)
     c.implication("refused-too-soon", "A refusal has a cause: too soon, or reset.",
                   when=dut.refused, then=c.rst | (rested < dut.period - 1))
-    c.invariant("rest-is-the-time", "The rest still to take is `period` less the clocks since.",
+    c.invariant("rest-is-time-left", "The register `rest` is `period` less the clocks since the "
+                "last step.",
                 rest == Mux(rested >= dut.period - 1, 0, rested - (dut.period - 1)),
                 cover=Cat(rest).any())
 

@@ -57,7 +57,7 @@ def watch_parts(c: Contract, path: str, *, mode: Bits) -> None:
     c.keeps(f"{prefix}sequencer", SEQUENCER, reset=c.rst | ~mode)
     order = c.state(f"{prefix}automatic.orders.order_state")
     moves = c.part(f"{prefix}sequencer").moves
-    c.invariant("under-way-by-order", "Every movement was ordered.",
+    c.invariant("moving-only-by-order", "Every movement was ordered.",
                 c.kept[f"{prefix}sequencer:under_way"] | order("REST", "FAULT"),
                 cover=order("MOVING"))
     c.invariant("taken-at-once", "A move is offered when it can be taken.",
@@ -96,20 +96,20 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                       then=c.past(moved[index]) & is_neighbour(words[index], word)
                       & (change[:2] == Mux(up, 1, -1)[:2]))
         c.implication(f"{name}-every-step", f"A step of {name} changes its coils with the next "
-                                            f"clock.",
+                                            "clock.",
                       when=c.past(moved[index]), then=word != words[index])
         if period > 1:
             c.implication(f"{name}-spacing",
                           f"The coils of {name} never change twice within `period` clocks.",
                           when=word != words[index], then=rested >= period - 1)
             rest, due = inside(f"drivers.{name}.rest"), c.past(moved[index])
-            c.invariant(f"{name}-rest-is-the-time",
+            c.invariant(f"{name}-rest-is-time-left",
                         f"{name} is ready for a step when its time is over.",
                         (rest <= 0) & Mux(due, rest == 1 - period,
                                           (rest == 0) | (rest + period - 2 == rested))
                         & ((rest < 0) | (rested >= period - 2)), cover=rest < 0)
-            c.invariant(f"{name}-rests-within-timing", f"{name} is ready before the next step is "
-                                                       f"due.",
+            c.invariant(f"{name}-ready-before-due", f"{name} is ready before the next step is "
+                                                       "due.",
                         rest >= inside("automatic.orders.divider.count"), cover=rest < 0)
         # What an observer of the coils alone counts
         travel = c.keep(16, name=f"observed_{name}")
@@ -135,18 +135,21 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
                   then=_all(now == before for now, before in zip(pins.coils, words, strict=True)))
     c.implication("mode-change-moves-nothing", "In the clock of a change of mode no step is made.",
                   when=c.past(1) & (pins.mode != was_mode), then=moved == 0)
-    c.implication("one-hand", "Jog and automatic never request a step in the same clock.",
+    c.implication("jog-excludes-automatic", "Jog and automatic never request a step in the same "
+                  "clock.",
                   when=by_order.any(), then=by_hand == 0)
-    c.implication("automatic-drives", "In automatic mode only orders make steps.",
+    c.implication("automatic-steps-by-order", "In automatic mode only orders make steps.",
                   when=pins.mode & moved.any(), then=(moved & ~by_order) == 0)
-    c.implication("hand-drives", "In manual mode only switches make steps.",
+    c.implication("manual-steps-by-switch", "In manual mode only switches make steps.",
                   when=~pins.mode & moved.any(), then=((moved & ~by_hand) == 0) & pins.jog.any())
-    c.implication("forgets-switches", "No switch counts that was on when manual mode was entered.",
+    c.implication("switches-on-at-entry-ignored", "No switch counts that was on when manual mode "
+                  "was entered.",
                   when=was_mode, then=inside("manual.seen_off") == 0)
-    c.implication("manual-holds-automatic", "In manual mode nothing of the automatic part is "
+    c.implication("automatic-idle-in-manual", "In manual mode nothing of the automatic part is "
                                             "under way.",
                   when=to_origin, then=order("REST") & motion("REST"))
-    c.implication("never-refused", "In automatic mode no step is refused, but by reset.",
+    c.implication("automatic-step-not-refused", "In automatic mode no step is refused, but by "
+                  "reset.",
                   when=pins.mode & requested.any() & ~c.rst,
                   then=(refused == 0) & (moved == requested))
     c.implication("not-made-not-counted", "A step of an order that is not made is not counted.",
@@ -156,14 +159,15 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
     # Stop
     stopped = c.keep(1, name="stop_seen")
     c.m.d.sync += stopped.eq((stopped | pins.stop) & ~c.rst)
-    c.invariant("stop-is-kept", "A stop is kept until reset.", inside("stopped") == stopped,
+    c.invariant("stop-latched", "A stop is kept until reset.", inside("stopped") == stopped,
                 cover=stopped)
     c.implication("stop-at-once", "From the clock of a stop on no step is made.",
                   when=stopped | pins.stop, then=moved == 0)
-    c.implication("stopped-coils-stay", "Nothing moves while stopped: the coils keep their words.",
+    c.implication("stopped-coils-stable", "Nothing moves while stopped: the coils keep their "
+                  "words.",
                   when=c.past(stopped | pins.stop),
                   then=_all(now == before for now, before in zip(pins.coils, words, strict=True)))
-    c.implication("stopped-never-ready", "A machine that is stopped is not ready.",
+    c.implication("stopped-not-ready", "A machine that is stopped is not ready.",
                   when=stopped | pins.stop, then=~pins.ready)
     c.implication("ready-at-rest", "Ready means automatic mode, at rest, no step requested, not "
                                    "stopped.",
@@ -176,10 +180,10 @@ def watch_machine(c: Contract, pins: Pins, *, period: int, path: str) -> None:
     for what, upset in [("moves", order("FAULT")), ("orders", motion.is_unused()
                                                     | motion("FAULT"))]:
         c.implication(f"upset-{what}-stop", f"Where the register of the {what} is upset no step "
-                                            f"is made.",
+                                            "is made.",
                       when=upset, then=moved == 0, upset=True)
         c.implication(f"upset-{what}-show", f"Where the register of the {what} is upset an error "
-                                            f"shows.",
+                                            "shows.",
                       when=upset, then=pins.error & ~pins.ready, upset=True)
 
 

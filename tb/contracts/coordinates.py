@@ -23,7 +23,8 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     early, waited = c.keep(1, name="early", init=1), c.keep(1, name="waited")
     c.m.d.sync += [early.eq(0), waited.eq(waited | (orders.valid & ~orders.ready))]
     c.restrict_covers(early | (~c.rst & dut.start & (orders.ready | ~waited)))
-    c.implication("stream-keeps", "An order that is offered stays, as it is, until it is taken.",
+    c.implication("stable-until-ready", "An order that is offered stays, unchanged, until it is "
+                  "taken.",
                   when=c.past(orders.valid & ~orders.ready & ~c.rst),
                   then=orders.valid & (payload == c.past(payload)))
     c.implication("up-or-down", "No order is up and down.",
@@ -42,7 +43,8 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
         c.m.d.sync += down.eq(orders.p.down)
     with c.m.Elif(taken):
         c.m.d.sync += [at_row.eq(row), at_column.eq(column)]
-    c.invariant("knows-the-tool", "Its state agrees with the tool.", lowered == down, cover=down)
+    c.invariant("state-matches-tool", "Its state agrees with the tool.",
+                lowered == down, cover=down)
     c.implication("mills-a-pixel", "With the tool down it goes to one of the 8 neighbours.",
                   when=orders.valid & ~tool & down,
                   then=_near(row - at_row) & _near(column - at_column))
@@ -53,7 +55,7 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     c.implication("lowers-at-its-place", "The tool is lowered where the last order went.",
                   when=orders.valid & orders.p.down,
                   then=~down & (row == at_row) & (column == at_column) & walk.inside)
-    c.implication("travels-in-the-air", "To a pixel that is no neighbour it goes with the tool up.",
+    c.implication("travels-raised", "To a pixel that is no neighbour it goes with the tool up.",
                   when=state("TRAVEL"), then=~down)
     c.implication("ends-raised-at-home", "A job ends with the tool raised, at the origin.",
                   when=c.past(dut.busy & ~c.rst) & ~dut.busy,
@@ -61,7 +63,8 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     c.implication("ends-when-all-are-milled", "A job ends only when as many are milled as are set.",
                   when=c.past(dut.busy & ~c.rst) & ~dut.busy, then=c.past(milled) == 0)
     c.implication("busy", "Orders come only while it is busy.", when=orders.valid, then=dut.busy)
-    c.implication("starts", "A start begins a job.", when=c.past(dut.start & ~dut.busy & ~c.rst),
+    c.implication("start-begins-job", "A start begins a job.",
+                  when=c.past(dut.start & ~dut.busy & ~c.rst),
                   then=dut.busy & (milled == -dut.pixels_set))
     c.implication("no-start-no-job", "Without a start nothing is ordered.",
                   when=c.past(~dut.start & ~dut.busy), then=~dut.busy & ~orders.valid)
@@ -81,10 +84,10 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
     c.implication("raised-first", "In the states that need it the tool is up, or down.",
                   when=state("TRAVEL", "LOWER", "WALK", "COPY", "MARK"),
                   then=down == state("WALK", "MARK"))
-    c.implication("stays-there", "Before the tool is lowered and marked, the walk is where the "
+    c.implication("walk-at-tool", "Before the tool is lowered and marked, the walk is where the "
                   "tool is.", when=state("LOWER", "MARK"),
                   then=(row == at_row) & (column == at_column))
-    c.implication("one-thing-at-a-time", "The walk gets at most one command in a clock.",
+    c.implication("one-command-per-clock", "The walk gets at most one command in a clock.",
                   when=walk.advance, then=~walk.centre & ~walk.home)
     centre_row, centre_column = (c.keep(row.shape(), name=f"centre_{name}")
                                  for name in ("row", "column"))

@@ -16,7 +16,7 @@ def describe(c: Contract, dut: StepCounter) -> None:
                   when=stepped & up, then=dut.count == (before + 1)[:16])
     c.implication("down", "A step with direction 0 counts one down, 0000 to FFFF.",
                   when=stepped & ~up, then=dut.count == (before - 1)[:16])
-    c.implication("clear", "After a clear or a reset the count is 0, whatever was stepped.",
+    c.implication("clear", "After a clear or a reset the count is 0, steps or not.",
                   when=c.past(dut.clear | c.rst), then=dut.count == 0)
     c.implication("stays", "Without a step the count stays.",
                   when=c.past(~dut.step & ~dut.clear & ~c.rst), then=dut.count == before)

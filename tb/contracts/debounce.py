@@ -20,27 +20,27 @@ def describe(c: Contract, dut: Debouncer) -> None:
     age = c.keep(range(dut.period + 1), name="age")
     with c.m.If(age < dut.period):
         c.m.d.sync += age.eq(age + 1)
-    c.implication("first-period-is-none", "The period of power-up is not counted: nothing changes "
+    c.implication("first-period-ignored", "The period of power-up is not counted: nothing changes "
                   "in it.", when=(age < dut.period) | c.past(age < dut.period), then=dut.o == 0)
-    c.invariant("long-always-passes", "No input differs from its level for more than two periods.",
+    c.invariant("long-passes", "No input differs from its level for more than two periods.",
                 so_far + differs <= 2 * dut.period, cover=so_far + differs == 2 * dut.period)
     c.implication("change-is-the-input", "A level changes to that of its input.",
                   when=changed, then=dut.o[0] == c.past(dut.i[0]))
-    c.implication("reset-keeps", "Reset changes no level.",
+    c.implication("unaffected-by-reset", "Reset changes no level.",
                   when=c.past(c.rst & (dut.i == dut.o)), then=dut.o == c.past(dut.o))
-    c.implication("each-its-own", "A level whose input does not differ stays, whatever the others "
-                  "do.", when=c.past(~(dut.i[1] ^ dut.o[1]) & differs),
+    c.implication("inputs-independent", "A level whose input does not differ stays, whatever the "
+                  "others do.", when=c.past(~(dut.i[1] ^ dut.o[1]) & differs),
                   then=dut.o[1] == c.past(dut.o[1]))
     marked = c.signal("differs")[0]
     since = Const(0)  # clocks since the last tick
     if dut.period > 1:
         count = c.signal("divider.count")
         since = count + dut.period - 1
-        c.implication("short-never-passes", "A level changes only to one that lasted `period` "
+        c.implication("short-blocked", "A level changes only to one that lasted `period` "
                       "clocks.", when=changed, then=c.past(so_far) >= dut.period - 1)
         c.invariant("count-in-range", "The divider counts from 1 - period up to 0.",
                     (count <= 0) & (count >= 1 - dut.period), cover=count == 0)
-    c.invariant("age-is-the-count", "Until the first tick no input is marked.",
+    c.invariant("unmarked-before-first-tick", "Until the first tick no input is marked.",
                 (age == dut.period) | ((since == age) & ~c.signal("differs").any()), cover=age == 1)
     c.implication("mark-is-a-period", "An input that is marked has differed since the last tick.",
                   when=marked, then=so_far >= since)

@@ -71,4 +71,4 @@ def describe(c: Contract, dut: DecimalReader) -> None:
 DECIMAL_READER = Component(
     make=DecimalReader, describe=describe, depth=9,
     cases=(Case({"width": 6, "is_signed": True}), Case({"width": 6}),
-           Case({"width": 32, "is_signed": True}, real=True), Case({"width": 32}, real=True)))
+           Case({"width": 33, "is_signed": True}, real=True), Case({"width": 32}, real=True)))

@@ -22,17 +22,18 @@ def watch_display(c: Contract, path: str, *, segments: Bits, digits: Bits, value
         c.m.d.sync += turn.eq(0)
     digit, within = turn[scan_bits:], turn[:scan_bits]
     eighth = within[-3:]
-    c.invariant("time-is-time", "Digits take turns by the clocks since reset.", time == turn,
+    c.invariant("turns-by-clocks", "Digits take turns by the clocks since reset.", time == turn,
                 cover=turn == 9)
     c.implication("one-digit", "At most one digit is on.", when=lit.any(),
                   then=(lit & (lit - 1)) == 0)
-    c.implication("dark", "Without enable no digit is on.", when=~enable & (eighth == 3),
+    c.implication("dark-when-disabled", "Without enable no digit is on.",
+                  when=~enable & (eighth == 3),
                   then=lit == 0)
     c.implication("no-ghost", "No digit is on in the first and the last eighth of a turn.",
                   when=enable & ((eighth == 0) | (eighth == 7)), then=lit == 0)
-    c.implication("own-turn", "Each digit is on in the rest of its turn.",
+    c.implication("lit-in-own-turn", "Each digit is on in the rest of its turn.",
                   when=enable & (eighth != 0) & (eighth != 7), then=lit == (1 << digit)[:4])
-    c.implication("changes-dark", "Digits change only while none is on, but for a reset.",
+    c.implication("dark-at-changes", "Digits change only while none is on, but for a reset.",
                   when=(c.past(digit) != digit) & ~c.past(c.rst),
                   then=(lit == 0) & (c.past(lit) == 0))
     for number in range(4):

@@ -29,15 +29,15 @@ def describe(c: Contract, dut: FrequencyDivider) -> None:
                   when=dut.enable & due, then=dut.tick)
     c.implication("no-tick-before", "No earlier clock is a tick.",
                   when=dut.enable & ~due, then=~dut.tick)
-    c.implication("waits", "While it is not enabled, the count stays.",
+    c.implication("count-held-while-disabled", "While it is not enabled, the count stays.",
                   when=~c.past(dut.enable | dut.clear | reset, init=1), then=count == c.past(count))
-    c.implication("clear-starts-anew", "After a clear the whole period has to pass.",
+    c.implication("clear-restarts", "After a clear the whole period has to pass.",
                   when=c.past(dut.clear), then=count == 1 - dut.period)
     if dut.reset_less:
-        c.implication("lives-through-reset", "Reset changes nothing.",
+        c.implication("unaffected-by-reset", "Reset changes nothing.",
                       when=c.past(c.rst & ~dut.enable & ~dut.clear), then=count == c.past(count))
     c.invariant("count-up-to-0", "The count never passes 0.", count <= 0, cover=count == 0)
-    c.invariant("count-is-the-time", "The count is the enabled clocks still to come, below 0.",
+    c.invariant("count-is-time-left", "The count is the enabled clocks still to come, below 0.",
                 count + dut.period - 1 == enabled, cover=due)
 
 

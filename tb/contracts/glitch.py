@@ -18,11 +18,11 @@ def describe(c: Contract, dut: GlitchFilter) -> None:
     c.implication("starts-low", "The output is low at power-up.", when=~c.past(1), then=~dut.o)
     c.implication("steady-passes", "An input that was high for `period` clocks passes at once.",
                   when=steady, then=dut.o)
-    c.implication("glitch-never-passes", "One that was high for less time does not.",
+    c.implication("glitch-blocked", "An input that was high for less time does not pass.",
                   when=~steady, then=~dut.o)
     c.implication("low-ends-it", "A low input ends the output with the next clock.",
                   when=c.past(dut.o & ~dut.i), then=~dut.o)
-    c.implication("lives-through-reset", "Reset changes nothing.",
+    c.implication("unaffected-by-reset", "Reset changes nothing.",
                   when=c.past(c.rst & dut.o & dut.i), then=dut.o)
     if dut.period > 1:
         c.invariant("count-is-the-run", "The divider counts the clocks of the input.",

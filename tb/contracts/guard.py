@@ -33,20 +33,22 @@ def never_alarms(c: Contract, dut: GuardedController) -> None:
             outputs.append((name, Value.cast(value) == Value.cast(same)))
 
     moved = c.part("main.drivers").moved
-    c.invariant("never-alarms", "Where nothing is upset the fault is never raised.",
+    c.invariant("no-false-alarm", "Where nothing is upset the fault is never raised.",
                 ~c.signal("fault") & ~c.signal("seen"), cover=moved.any())
-    c.invariant("words-agree", "Where nothing is upset both controllers have the same coil words.",
+    c.invariant("coil-words-agree", "Where nothing is upset both controllers have the same coil "
+                "words.",
                 _all(c.signal(f"apart_{name}{when}") == 0
                      for name in "xyz" for when in ("", "_before")),
                 cover=c.past(moved.any()))
     main, shadow = _registers(c._inside("main")), _registers(c._inside("shadow"))
-    c.invariant("both-the-same", "Where nothing is upset all registers of both controllers agree.",
+    c.invariant("all-registers-agree", "Where nothing is upset all registers of both controllers "
+                "agree.",
                 _all(main[name] == shadow[name] for name in main), cover=c.past(moved.any()))
     other = _registers(alone)
-    c.invariant("registers-as-without", "A controller without a guard has the same registers.",
+    c.invariant("registers-as-unguarded", "A controller without a guard has the same registers.",
                 _all(main[name] == other[name] for name in main), cover=c.past(moved.any()))
     for name, same in outputs:
-        c.invariant(f"{name.replace('_', '-')}-as-without",
+        c.invariant(f"{name.replace('_', '-')}-as-unguarded",
                     f"`{name}` is what it would be without a guard.",
                     same, cover=c.past(moved.any()))
 
@@ -57,9 +59,9 @@ def misses_nothing(c: Contract, dut: GuardedController) -> None:
     known = c.past(c.past(1))
     was_seen = c.past(c.rst & c.past(dut.error & fault & ~c.rst))
 
-    def shows(name: str, says: str, differ: Bits) -> None:
+    def shows(name: str, what: str, differ: Bits) -> None:
         c.implication(name,
-                      f"{says} shows with the next clock, unless a reset ends an older fault.",
+                      f"{what} shows with the next clock, unless a reset ends an older fault.",
                       when=known & c.past(differ) & ~was_seen, then=fault & dut.error,
                       upset=True)
 

@@ -65,25 +65,28 @@ def describe_reader(c: Contract, dut: HexReader) -> None:
 
     c.implication("answers-every-line", "A line that ends is a message with the next clock.",
                   when=c.past(ends & ~c.rst), then=waits)
-    c.implication("and-nothing-else", "Nothing else is.", when=waits & ~c.past(waits),
+    c.implication("no-other-message", "No message is offered without the end of a line.",
+                  when=waits & ~c.past(waits),
                   then=c.past(ends & ~c.rst))
     c.invariant("one-at-a-time", "While a message waits nothing is read, and else all is.",
                 dut.items.ready == ~waits, cover=waits)
-    c.implication("stream-keeps", "A message stays until it is taken.",
+    c.implication("stable-until-ready", "A message stays until it is taken.",
                   when=c.past(waits & ~dut.messages.ready & ~c.rst),
                   then=waits & (message == c.past(message)))
-    c.implication("taken-is-gone", "A message that was taken, and after reset any, is not there "
-                  "again.", when=c.past(over | c.rst), then=~waits)
-    c.implication("begins-with-nothing", "After power-up, and after reset, nothing is left of a "
-                  "message.", when=~c.past(1) | c.past(c.rst), then=message == 0)
+    c.implication("message-offered-once", "A message is not offered again after it was taken, nor "
+                  "after a reset.", when=c.past(over | c.rst), then=~waits)
+    c.implication("starts-empty", "After power-up, and after reset, no part of a message is "
+                  "left.", when=~c.past(1) | c.past(c.rst), then=message == 0)
     c.implication("good-is-right", "A good message has its digits, a correct CRC, and no "
                   "other byte, and its line was complete.", when=waits & good, then=right)
-    c.implication("right-is-good", "A line that has all of that is good.", when=waits & right,
+    c.implication("right-is-good", "A line that has all of that gives a good message.",
+                  when=waits & right,
                   then=good)
-    c.implication("says-what-was-said", "Good data are the digits of the line.",
+    c.implication("data-are-digits", "Good data are the digits of the line.",
                   when=waits & good,
                   then=Cat(reversed(held)) == value)
-    c.invariant("knows-the-line", "It counts the items, and remembers whether all were digits.",
+    c.invariant("items-counted", "The registers hold the number of items, and whether all were "
+                "digits.",
                 (c.signal("count") == Mux(count > longest, longest, count))
                 & (c.signal("wrong") == (other | (count > longest)))
                 & (c.signal("crc.crc_reg") == Cat(reversed(crc)))
@@ -130,21 +133,21 @@ def describe_writer(c: Contract, dut: HexWriter) -> None:
 
     c.implication("is-the-line", "The bytes are the start, the digits, their CRC and the end.",
                   when=offered, then=sending & (byte == expected))
-    c.invariant("at-once", "A byte is offered from the clock after the message to the last.",
+    c.invariant("no-gap", "A byte is offered from the clock after the message to the last.",
                 offered == sending, cover=sending)
     c.invariant("one-at-a-time", "The next message is taken when the last byte has been.",
                 dut.messages.ready == ~sending, cover=sending)
-    c.implication("stream-keeps", "A byte stays until it is taken.",
+    c.implication("stable-until-ready", "A byte stays until it is taken.",
                   when=c.past(offered & ~dut.bytes.ready & ~c.rst),
                   then=offered & (byte == c.past(byte)))
-    c.implication("reset-ends-it", "Reset ends a line.", when=c.past(c.rst),
+    c.implication("reset-ends-line", "Reset ends a line.", when=c.past(c.rst),
                   then=dut.messages.ready & ~offered)
     rest, register = c.signal("rest"), c.signal("crc.crc_reg")
     behind = Array(Cat(Const(0, 4 * held), message)[:len(rest)] for held in (
         0, *(min(place, dut.digits) for place in range(length))))
-    c.implication("reset-forgets", "After reset nothing is left of a line.", when=c.past(c.rst),
+    c.implication("reset-clears", "After reset nothing is left of a line.", when=c.past(c.rst),
                   then=(rest == 0) & register.all())
-    c.invariant("knows-the-place", "It counts the rest of the line.",
+    c.invariant("place-in-line", "The registers hold the rest of the line.",
                 (c.signal("left") == Mux(sending, length - sent, 0)) & (~sending | (sent < length))
                 & (~sending | (register == Cat(reversed(crc))))
                 & (rest == Mux(sending, behind[sent], 0)),

@@ -12,16 +12,17 @@ __all__ = ["LIMITS"]
 def describe(c: Contract, dut: Limits) -> None:
     """A step towards a pressed switch is blocked, and no other, independently for each axis."""
     up, down = dut.step & dut.direction, dut.step & ~dut.direction
-    c.implication("high-blocks", "No step up is let out while the high switch is pressed, from "
-                  "the clock in which it is seen.", when=up & dut.high,
+    c.implication("high-blocks", "No step up passes while the high switch is pressed, from the "
+                  "clock in which it is seen.", when=up & dut.high,
                   then=~(dut.allowed & up & dut.high).any())
-    c.implication("low-blocks", "No step down is let out while the low switch is pressed, from "
-                  "the clock in which it is seen.", when=down & dut.low,
+    c.implication("low-blocks", "No step down passes while the low switch is pressed, from the "
+                  "clock in which it is seen.", when=down & dut.low,
                   then=~(dut.allowed & down & dut.low).any())
-    c.implication("the-others-are-free", "A step is let out unless the switch ahead of it is on, "
+    c.implication("other-steps-pass", "A step passes unless the switch in its direction is on, "
                   "independently of the others.", when=up & ~dut.at_high | down & ~dut.at_low,
                   then=~((up & ~dut.at_high | down & ~dut.at_low) & ~dut.allowed).any())
-    c.implication("asked", "A step that is not requested is not let out.", when=~dut.step,
+    c.implication("step-only-on-request", "A step that is not requested does not pass.",
+                  when=~dut.step,
                   then=~(dut.allowed & ~dut.step).any())
 
     count = c.signal("divider.count") + dut.period - 1 if dut.period > 1 else Const(0)
@@ -40,9 +41,10 @@ def describe(c: Contract, dut: Limits) -> None:
         let_go.append(switch | (off < longest - 1) | ~on[bit])
         marked.append((since & before & (off < count)) | (
             (since == (off < count)) & (before == ((off >= count) & (off < count + dut.period)))))
-    c.implication("settles", "A switch counts as on for `period` clocks after it was, at least.",
+    c.implication("on-for-period", "A switch counts as on for at least `period` clocks after it "
+                  "opens.",
                   when=c.past(switches) & ~switches, then=_all(settled))
-    c.implication("lets-go", "A switch counts as off when it was for two periods.",
+    c.implication("off-after-two-periods", "A switch counts as off two periods after it opened.",
                   when=~switches & on, then=_all(let_go))
     c.invariant("marks-are-times", "The marks of a switch give the ticks between which it was on.",
                 _all(marked), cover=c.signal("before"))

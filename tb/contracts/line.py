@@ -21,13 +21,13 @@ def describe(c: Contract, dut: LineReader) -> None:
     payload = dut.items.payload.as_value()
     starts = taken & (byte == dut.start[0] if dut.start else Const(0))
     inside = c.keep(1, init=not dut.start, name="in_a_line")
-    begun = inside | error  # a byte that is not to be trusted may hide a start
+    begun = inside | error  # a byte with an error may be a start
     ends = taken & ~starts & begun & Cat(byte == end for end in dut.ends).any()
     more = taken & ~starts & begun & ~ends
 
     # The line so far
     count = c.keep(range(dut.length + 1), name="bytes_so_far")
-    long, damaged = c.keep(1, name="too_long"), c.keep(1, name="not_trusted")
+    long, damaged = c.keep(1, name="too_long"), c.keep(1, name="damaged_so_far")
     full = count == dut.length
     fits = more & ~(error | damaged | long | full)
     cr = c.keep(1, name="carriage_return")  # is the last of them
@@ -56,30 +56,32 @@ def describe(c: Contract, dut: LineReader) -> None:
                   when=c.past((waiting > given) & ~c.rst), then=dut.items.valid)
     c.implication("one-line-has-room", "While nothing waits a byte is taken.", when=waiting == 0,
                   then=dut.bytes.ready)
-    c.implication("no-byte-without-room", "Without room none is.",
+    c.implication("no-byte-without-room", "Without room no byte is taken.",
                   when=waiting + count >= dut.depth - 1, then=~dut.bytes.ready)
     c.implication("room-is-used", "With room a byte is taken.",
                   when=waiting + count < dut.depth - 1,
                   then=dut.bytes.ready)
-    c.implication("stream-keeps", "An offered item stays until it is taken.",
+    c.implication("stable-until-ready", "An offered item stays until it is taken.",
                   when=c.past(dut.items.valid & ~dut.items.ready & ~c.rst),
                   then=dut.items.valid & (payload == c.past(payload)))
-    c.implication("reset-forgets", "Reset forgets every line.", when=c.past(c.rst),
+    c.implication("reset-clears", "Reset drops every line.", when=c.past(c.rst),
                   then=~dut.items.valid & dut.bytes.ready)
-    c.invariant("knows-the-line", "It holds the length of the line and its errors.",
+    c.invariant("line-length-and-errors", "The registers hold the length of the line and its "
+                "errors.",
                 (c.signal("count") == count) & (c.signal("long") == long)
                 & (c.signal("damaged") == damaged) & (c.signal("inside") == inside)
                 & (c.signal("cr") == cr) & (~cr | (count > 0))
                 & (count <= dut.length) & ((count == 0) | (inside & ~long & ~damaged)),
                 cover=count == dut.length)
-    c.invariant("knows-what-waits", "The line being received follows the complete ones.",
+    c.invariant("lines-in-sequence", "The line being received follows the complete ones.",
                 ((c.signal("kept") - c.signal("tail"))[:len(c.signal("tail"))] == waiting)
                 & (waiting + count < dut.depth), cover=waiting > 1)
     if dut.start:
-        c.implication("lost-start", "A byte outside that is not to be trusted begins a damaged "
-                      "line.", when=c.past(taken & error & ~inside & ~starts & ~ends & ~c.rst),
+        c.implication("lost-start", "A byte with an error between lines begins a damaged line.",
+                      when=c.past(taken & error & ~inside & ~starts & ~ends & ~c.rst),
                       then=c.signal("inside") & c.signal("damaged"))
-        c.implication("lost-line", "If it is an end, that of a damaged line is handed on.",
+        c.implication("lost-line", "An end with an error between lines is that of a damaged "
+                      "line.",
                       when=c.past(taken & error & ~inside & ends & ~c.rst),
                       then=waiting == c.past(waiting - given) + 1)
     if dut.crlf:
@@ -110,14 +112,14 @@ def _watch_content(c: Contract, dut: LineReader, fits: Bits, count: Bits, size: 
             new = Mux((behind == number) & (number < size) & ~bad, was, new)
         c.m.d.sync += at.eq(Mux((place < left) | ~wanted, moved, new))
 
-    c.implication("as-it-went-in", "Offered items are the bytes of good lines and the ends of "
+    c.implication("items-as-received", "Offered items are the bytes of good lines and the ends of "
                   "all.", when=dut.items.valid, then=payload == queue[0])
     for fault, word in [
         ("good", LineEnd.GOOD),
         ("long", LineEnd.LONG),
         ("damaged", LineEnd.DAMAGED),
     ]:
-        c.implication(f"tells-{fault}", f"A line that is {fault} ends so.",
+        c.implication(f"end-{fault}", f"A {fault} line ends with {word.name}.",
                       when=dut.items.valid & (queue[0] == Cat(Const(word, 8), Const(1, 1))),
                       then=payload == queue[0])
     words = c.words("ring")

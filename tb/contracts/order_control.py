@@ -49,7 +49,7 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
                   when=state("CLEAR"), then=count == steps)
     c.implication("ends", "Where the steps are made the movement is over two clocks later.",
                   when=c.past(state("MOVING") & (count >= steps) & ~reset), then=state("CLEAR"))
-    c.implication("goes-on", "The movement continues while steps are missing.",
+    c.implication("continues", "The movement continues while steps are missing.",
                   when=c.past(state("MOVING") & (count < steps) & ~reset), then=state("MOVING"))
     c.implication("no-axes-left", "At rest no axis is left over from the last movement.",
                   when=state("REST"), then=axes == 0)
@@ -63,7 +63,8 @@ def watch_order(c: Contract, path: str, *, reset: Bits) -> None:
         c.m.d.sync += since_request.eq(0)
     with c.m.Elif(since_request < period):
         c.m.d.sync += since_request.eq(since_request + 1)
-    c.implication("over-at-once", "When the steps are made, the last one was made just now.",
+    c.implication("ends-after-last-step", "When all steps are made, the last was requested in the "
+                  "clock before.",
                   when=state("MOVING") & (count >= steps), then=since_request == 0)
     if period > 1:
         c.implication("timing", "A step is requested `period` clocks after the last one or the "
@@ -90,15 +91,16 @@ def describe(c: Contract, dut: OrderControl) -> None:
                  (dut.count == count) | (c.past(dut.step.any()) & (dut.count == count + 1))))
     watch_order(c, "", reset=c.rst)
     state = c.state("order_state")
-    c.implication("counted-was-asked", "Counted steps were requested.", when=made,
+    c.implication("counted-only-on-request", "Counted steps were requested.", when=made,
                   then=c.past(state("MOVING")))
     c.implication("no-axes-no-move", "A move without axes is over at once.",
                   when=c.past(dut.moves.valid & dut.moves.ready & ~dut.moves.p.axes.any()),
                   then=state("REST"))
-    c.implication("asks-again", "A step that is refused is requested again at the next tick.",
+    c.implication("refused-step-retried", "A step that is refused is requested again at the next "
+                  "tick.",
                   when=state("MOVING") & (dut.count < c.signal("steps")) & c.signal("divider.tick"),
                   then=dut.step == c.signal("axes"))
-    c.implication("reset-rests", "Reset ends a movement.", when=was_reset,
+    c.implication("reset-ends-movement", "Reset ends a movement.", when=was_reset,
                   then=state("REST") & dut.moves.ready & ~dut.step.any())
 
 

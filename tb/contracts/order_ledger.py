@@ -63,12 +63,12 @@ def describe(c: Contract, dut: OrderLedger) -> None:
             word = Mux(number[:len(place)] == address, ring[address], word)
         return word
 
-    c.invariant("knows-what-waits", "Queued orders are at their addresses.",
+    c.invariant("queue-in-memory", "Queued orders are at their addresses.",
                 ((taken - done)[:24] == count) & (count <= dut.depth)
                 & Cat((number >= count) | (word_at(place + 1 + number) == at)
                       for number, at in enumerate(queue)).all(),
                 cover=count == dut.depth)
-    c.invariant("knows-the-numbers", "Session and numbers are those of the requests that counted.",
+    c.invariant("registers-of-requests", "Session and numbers are those of accepted requests.",
                 (c.signal("session") == session) & (c.signal("taken") == taken)
                 & (c.signal("done") == done), cover=(done != taken) & (session != 0))
 
@@ -76,16 +76,17 @@ def describe(c: Contract, dut: OrderLedger) -> None:
 def _watch_orders(c: Contract, dut: OrderLedger, offered: Bits, payload: Bits, first: Bits,
                   count: Bits) -> None:
     """State what the machine is offered."""
-    c.invariant("offered-while-it-waits", "While orders wait the first is offered, and else none.",
+    c.invariant("offered-while-queued", "While orders wait the first is offered, and else none.",
                 offered == ((count != 0) & dut.enable), cover=offered)
-    c.implication("each-once-in-its-turn", "An offered order is that of the line with its number.",
+    c.implication("offered-in-sequence", "The offered order is the oldest that was accepted.",
                   when=offered, then=payload == first)
-    c.implication("stream-keeps", "It stays as it is until it is taken.",
+    c.implication("stable-until-ready", "An order that is offered stays, unchanged, until it is "
+                  "taken.",
                   when=c.past(offered & ~dut.orders.ready & ~c.rst & dut.enable) & dut.enable,
                   then=offered & (payload == c.past(payload)))
     c.invariant("busy", "It is busy while an order waits.", dut.busy == (count != 0),
                 cover=dut.busy)
-    c.implication("manual-forgets", "Where no orders are wanted, and after reset, none waits.",
+    c.implication("disable-clears-queue", "Without `enable`, and after reset, no order waits.",
                   when=c.past(c.rst | ~dut.enable), then=~offered & ~dut.busy
                   & (c.signal("session") == 0))
 
@@ -98,21 +99,22 @@ def _watch_requests(c: Contract, dut: OrderLedger, given: Bits, opens: Bits, tak
     went_on = ~c.rst & dut.enable
     numbers = Cat(c.signal("session"), c.signal("taken"))
     same = numbers == c.past(numbers)
-    c.implication("damaged-does-nothing", "A line that was not right does nothing.",
+    c.implication("damaged-ignored", "A damaged line changes nothing.",
                   when=c.past(given & ~good & went_on), then=same)
-    c.implication("again-does-nothing", "The last order again does nothing.",
+    c.implication("repeat-ignored", "The last order, repeated, changes nothing.",
                   when=c.past(given & went_on & ~is_open & (request.number == taken)), then=same)
-    c.implication("takes-the-next-only", "An order is taken if it is the next of this session, "
+    c.implication("accepts-next-only", "An order is taken if it is the next of this session, "
                   "and else not.", when=c.past(given & went_on & ~is_open),
                   then=c.signal("taken") == c.past((taken + takes)[:24]))
-    c.implication("opens", "A session that may be opened is, and the next order is that behind "
-                  "its number.", when=c.past(opens & ~c.rst),
+    c.implication("session-opens", "A session that may be opened is, and the next order has the "
+                  "number after its number.", when=c.past(opens & ~c.rst),
                   then=(numbers == c.past(Cat(request.session, request.number))) & ~dut.busy)
-    c.implication("opens-no-other", "To open the session that is open does nothing, nor while "
-                  "orders wait.", when=c.past(given & is_open & ~opens & went_on), then=same)
-    c.implication("nothing-by-itself", "Without a request nothing is opened or taken.",
+    c.implication("no-other-session-opens", "A request to open the open session changes nothing, "
+                  "nor any while orders wait.",
+                  when=c.past(given & is_open & ~opens & went_on), then=same)
+    c.implication("no-change-without-request", "Without a request nothing is opened or taken.",
                   when=c.past(~given & went_on), then=same)
-    c.implication("counts-what-is-done", "An order that was taken by the machine is done.",
+    c.implication("done-counted", "An order that the machine took counts as done.",
                   when=c.past(dut.orders.valid & dut.orders.ready & went_on),
                   then=c.signal("done") == c.past((done + 1)[:24]))
 
@@ -122,13 +124,14 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
     """State the answers to requests."""
     request, good, answer = dut.requests.p.value, dut.requests.p.good, dut.answers.p
     answers, kind = dut.answers.valid, request.kind
-    c.implication("answers-each", "A request is answered with the next clock.",
+    c.implication("answers-every-request", "A request is answered with the next clock.",
                   when=c.past(given & ~c.rst), then=answers)
-    c.implication("answers-once", "It is answered once, and nothing else is.", when=answers,
+    c.implication("answers-only-requests", "A request is answered once, and nothing else is.",
+                  when=answers,
                   then=c.past(given & ~c.rst))
     c.invariant("one-at-a-time", "A request is taken when its answer can go.",
                 dut.requests.ready == (dut.answers.ready & ~answers), cover=given)
-    c.implication("tells-the-truth", "An answer holds the session, the orders taken and done, "
+    c.implication("answer-is-current", "An answer holds the session, the orders taken and done, "
                   "and the state of the machine.", when=answers,
                   then=(answer.session == session) & (answer.taken == taken)
                   & (answer.done == done) & (answer.error == dut.error)
@@ -137,7 +140,8 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
     is_open = good & (kind == RequestKind.OPEN)
     for name, outcome, condition, when in [
         ("damaged", Outcome.DAMAGED, "the line was damaged", ~good),
-        ("told", Outcome.REPORTED, "the request is a query", good & (kind == RequestKind.QUERY)),
+        ("reported", Outcome.REPORTED, "the request is a query",
+         good & (kind == RequestKind.QUERY)),
         ("manual", Outcome.MANUAL, "a session is requested in manual mode", is_open & ~dut.enable),
         ("busy", Outcome.BUSY, "orders of another session wait",
          is_open & dut.enable & (request.session != session) & (count != 0)),
@@ -152,7 +156,7 @@ def _watch_answers(c: Contract, dut: OrderLedger, given: Bits, session: Bits, ta
         ("unknown", Outcome.UNKNOWN, "the request is unknown",
          good & (kind.as_value() > RequestKind.DOWN.value)),
     ]:
-        c.implication(f"says-{name}", f"The outcome is {outcome.name} if and only if "
+        c.implication(f"outcome-{name}", f"The outcome is {outcome.name} if and only if "
                       f"{condition}.",
                       when=answers & (c.past(when) | (answer.outcome == outcome)),
                       then=c.past(when) & (answer.outcome == outcome))

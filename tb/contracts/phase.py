@@ -21,7 +21,7 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
 
     c.invariant("every-step", "With power the word is that of the steps forward less those back.",
                 ~powered | (dut.coils == _word(c, dut, place)), cover=place == 2)
-    c.invariant("row-is-the-place", "The row is the steps forward less those back, power or not.",
+    c.invariant("row-is-net-steps", "The row is the steps forward less those back, power or not.",
                 c.signal("row") == place, cover=place == 1)
     c.implication("no-power", "Without `enable` all coils are off from the next clock on.",
                   when=~powered, then=dut.coils == 0)
@@ -32,9 +32,9 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
                   then=(before == _word(c, dut, place - 1)) & (dut.coils == _word(c, dut, place)))
     c.implication("back", "A step with direction 0 goes back.", when=moved & ~up,
                   then=(before == _word(c, dut, place + 1)) & (dut.coils == _word(c, dut, place)))
-    c.implication("asked", "A step is made only where it is requested, with power and without "
-                  "reset.", when=dut.moved, then=dut.step & dut.enable & ~c.rst)
-    c.implication("ready-is-kept", "When it is ready the step that is requested is made.",
+    c.implication("step-only-on-request", "A step is made only where it is requested, with power "
+                  "and without reset.", when=dut.moved, then=dut.step & dut.enable & ~c.rst)
+    c.implication("ready-implies-step", "When the driver is ready, a requested step is made.",
                   when=dut.ready & dut.step, then=dut.moved)
 
     rested = watch_spacing(c, dut.moved, dut.period)
@@ -49,14 +49,15 @@ def describe(c: Contract, dut: PhaseDriver) -> None:
     c.implication("word-lasts",
                   "No step is made before the coils had the word for `period` clocks.",
                   when=dut.moved, then=(held >= dut.period - 1) & (dut.coils != 0))
-    c.implication("made-when-rested", "After `period` clocks with a word it is ready.",
+    c.implication("ready-after-period", "After `period` clocks with a word it is ready.",
                   when=dut.enable & (dut.coils != 0) & (held >= dut.period - 1) & ~c.rst,
                   then=dut.ready)
-    c.invariant("rest-is-the-time", "The rest still to take is `period` less the clocks with a "
+    c.invariant("rest-is-time-left", "The register `rest` is `period` less the clocks with a "
                 "word.",
                 c.signal("rest") == Mux(~powered, -dut.period, Mux(
                     held >= dut.period - 1, 0, held - (dut.period - 1))), cover=held == 0)
-    c.invariant("held-with-rest", "A word is not there for longer than the last step is past.",
+    c.invariant("held-at-most-rested", "The time with the present word is at most the time since "
+                "the last step.",
                 (held <= rested) & (powered == (dut.coils != 0)), cover=held == dut.period)
 
 

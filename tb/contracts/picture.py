@@ -89,8 +89,9 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
         with c.m.Elif(cuts[n] & orders.ready):
             c.m.d.sync += cut[n].eq(1)
 
-    c.implication("mills-what-is-set", "The tool is lowered on a pixel, or goes to one, that is "
-                  "set.", when=lowers | walks, then=_any(cuts[n] & picture[n] for n in range(size)))
+    c.implication("mills-set-pixels-only", "The tool is lowered on a pixel, or goes to one, that "
+                  "is set.",
+                  when=lowers | walks, then=_any(cuts[n] & picture[n] for n in range(size)))
     c.implication("mills-once", "No pixel is milled twice in a job.",
                   when=lowers | walks, then=~_any(cuts[n] & cut[n] for n in range(size)))
     c.implication("mills-all", "When a job ends all that is set is milled, and nothing else.",
@@ -127,7 +128,7 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
                      for of in range(size))
         return _any(at_pixel[of] & (visit <= order[place]) for of, place in enumerate(from_each))
 
-    c.implication("passes-nothing", "The pixels left are ahead on the spiral.",
+    c.implication("remaining-ahead-on-spiral", "The pixels left are ahead on the spiral.",
                   when=state("READ", "SEARCH", "WALK"),
                   then=~_any(left[n] & ~ahead(n) for n in range(size)))
 

@@ -24,16 +24,16 @@ def describe(c: Contract, dut: PointStore) -> None:
         known = known | (dut.number == number) & has
         place = place | at & (dut.number == number).replicate(len(at))
 
-    c.invariant("knows-what-there-is", "A point is there from the clock after it was stored, "
-                "until reset, and no other is.", dut.stored == known, cover=dut.stored)
-    c.implication("found", "A point that is there is found, a clock after its number.",
+    c.invariant("valid-once-stored", "A point is valid from the clock after it was stored, until "
+                "reset, and no other is.", dut.stored == known, cover=dut.stored)
+    c.implication("found", "A valid point is found, a clock after its number.",
                   when=c.past(known), then=Cat(dut.found) == c.past(place))
     c.implication("no-such-point", "There is no point 0, and none above the last.", when=~exists,
                   then=~dut.stored)
 
     words = c.words("places")
     flags = c.signal("written")
-    c.invariant("stored", "The memory holds the points that are there, and the flags say which.",
+    c.invariant("stored", "The memory holds the valid points, and the flags mark them.",
                 Cat((flags[number] == has) & (~has | (words[number] == at))
                     for number, (has, at) in enumerate(zip(there, places, strict=True), 1)).all()
                 & ~flags[0] & ~flags[dut.points + 1:].any(), cover=there[-1])

@@ -33,10 +33,10 @@ def describe(c: Contract, dut: MoveTo) -> None:
     c.invariant("direction",
                 "The direction is that of the target, also where no step is requested.",
                 dut.direction == (dut.target > dut.position), cover=dut.direction)
-    c.implication("asks", "Until it is at the target it asks for a step.",
+    c.implication("requests-until-target", "Until it is at the target a step is requested.",
                   when=dut.run & ~dut.load & (dut.position != dut.target), then=dut.step)
-    c.implication("asks-for-no-more",
-                  "At the target, in a load and without `run` it asks for none.",
+    c.implication("no-request-at-target",
+                  "At the target, in a load and without `run` no step is requested.",
                   when=~dut.run | dut.load | (dut.position == dut.target), then=~dut.step)
     c.implication("reset-is-0", "After a reset the position is 0.",
                   when=c.past(c.rst), then=dut.position == 0)

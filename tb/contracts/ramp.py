@@ -15,9 +15,10 @@ UP = "above & (left > self.level) & (self.level != len(self.rates))"
 def describe(c: Contract, dut: Ramp) -> None:
     """Speed changes by a level a step, standing is at level 0, and no target that stays is passed.
 
-    That it gets there: until it stands at the target it asks for a step (``stands-there``); each
-    brings it nearer, or takes it a level down (``nearer-or-slower``); once there is room to slow
-    down there always is (``never-passed``); and the rate is 0 only if 0 is requested.
+    That it gets there: until it stands at the target it requests a step
+    (``stops-at-target-only``); each brings it nearer, or takes it a level down
+    (``nearer-or-slower``); once there is room to slow down there always is
+    (``target-not-passed``); and the rate is 0 only if 0 is requested.
     """
     c.assume(~dut.moved | (dut.step & ~c.rst & c.past(1)))  # a driver makes what is requested
     fastest = Array([dut.rates[0], *dut.rates])[dut.level]
@@ -33,16 +34,17 @@ def describe(c: Contract, dut: Ramp) -> None:
     ahead = Mux(up, dut.target - dut.position, dut.position - dut.target)
     room = rests | (ahead >= dut.level)
 
-    c.implication("a-level-a-step", "The level changes with a step, by one at most, or is 0 with "
-                  "the power lost or a reset.", when=dut.level != level,
+    c.implication("one-level-per-step", "The level changes with a step, by one at most, or is 0 "
+                  "with the power lost or a reset.", when=dut.level != level,
                   then=~goes_on & rests
                   | moved & (dut.level == level + 1) | moved & (dut.level + 1 == level))
     c.implication("turns-at-0", "The direction is kept while the level is not 0.",
                   when=~rests & dut.run, then=dut.step & (dut.direction == up))
-    c.implication("stands-there", "It stands at the target only, and at level 0.",
-                  when=dut.run & ~dut.step, then=rests & (dut.position == dut.target))
-    c.implication("never-passed", "While a target stays, and there are as many steps to it as it "
-                  "takes to stand, there are so many with the next clock too: it is not passed.",
+    c.implication("stops-at-target-only", "With power a step is requested, except at level 0 at "
+                  "the target.", when=dut.run & ~dut.step,
+                  then=rests & (dut.position == dut.target))
+    c.implication("target-not-passed", "While a target stays and there is room to stop before it, "
+                  "there is room with the next clock too: it is not passed.",
                   when=c.past(room) & goes_on & stays, then=room)
     c.implication("nearer-or-slower", "Each step leads nearer to a target that stays or, where "
                   "there is no room to slow down, a level down.", when=moved & goes_on & stays,
@@ -57,14 +59,15 @@ def describe(c: Contract, dut: Ramp) -> None:
                   "there is one, and there is room to slow down from it.",
                   when=moved & goes_on & c.past(~rests & above) & (level != len(dut.rates)),
                   then=(dut.level == level + 1) == (left > level))
-    c.implication("no-faster-than-it-must",
+    c.implication("speeds-up-only-on-request",
                   "It goes a level up only if a higher rate is requested.",
                   when=dut.level == level + 1, then=c.past(above))
     c.implication("power-lost", "Without power no step is requested, and the level is 0 with the "
                   "next clock; as after a reset.", when=~dut.run | ~goes_on,
                   then=(dut.run | ~dut.step) & (goes_on | rests | ~c.past(1)))
     _range(c, dut, up, rests)
-    c.implication("goes-the-way-it-went", "The way inside is that of the last step.",
+    c.implication("direction-of-last-step", "The register of the direction is that of the last "
+                  "step.",
                   when=~rests, then=c.signal("way") == up)
 
 
@@ -75,20 +78,20 @@ def _distance(dut: Ramp) -> Bits:
 def _rates(c: Contract, dut: Ramp, fastest: Bits, slowest: Bits) -> None:
     """State the relation of the rate to the level, and to what is requested."""
     known = c.past(1)
-    c.invariant("there-is-its-level", "The level is one that has rates.",
+    c.invariant("level-in-range", "The level is one that has rates.",
                 dut.level <= len(dut.rates), cover=dut.level == len(dut.rates))
     c.implication("no-faster-than-its-level", "The rate is never above the highest of the level.",
                   when=known, then=dut.rate <= fastest)
-    c.implication("no-faster-than-asked", "The rate is above that requested only as the lowest of "
-                  "the level.", when=known, then=(dut.rate <= dut.requested_rate)
+    c.implication("no-faster-than-requested", "The rate is above that requested only as the "
+                  "lowest of the level.", when=known, then=(dut.rate <= dut.requested_rate)
                   | (dut.rate == slowest))
-    c.implication("no-slower-than-asked", "The rate is below that requested only as the highest "
-                  "of the level.", when=known, then=(dut.rate >= dut.requested_rate)
+    c.implication("no-slower-than-requested", "The rate is below that requested only as the "
+                  "highest of the level.", when=known, then=(dut.rate >= dut.requested_rate)
                   | (dut.rate == fastest))
     c.implication("no-jump", "The rate is never below the lowest of the level: it does not fall "
                   "by more than a level a step, however low a rate is requested.", when=known,
                   then=dut.rate >= slowest)
-    c.invariant("starts-unknown", "In the first clock the rate is 0.", known | (dut.rate == 0),
+    c.invariant("rate-0-at-power-up", "In the first clock the rate is 0.", known | (dut.rate == 0),
                 cover=~known & (dut.requested_rate != 0))
 
 
@@ -100,7 +103,7 @@ def _range(c: Contract, dut: Ramp, up: Bits, rests: Bits) -> None:
     low, high = low.as_signed(), high.as_signed()
     c.assume((low <= 0) & (high >= 0) & (dut.target >= low) & (dut.target <= high))
     stop = dut.position + Mux(up, dut.level, -dut.level)
-    c.invariant("among-the-targets", "The position, and the place where it can stand, are never "
+    c.invariant("within-targets", "The position, and the one at which it can stop, are never "
                 "beyond the lowest and the highest target.",
                 (dut.position >= low) & (dut.position <= high) & (stop >= low) & (stop <= high),
                 cover=~rests & (dut.position < 0))

@@ -21,8 +21,6 @@ def describe(c: Contract, dut: RateGenerator) -> None:
     owed = c.keep(range(-2 * dut.modulus, 4 * dut.modulus), name="owed")
     c.m.d.sync += owed.eq(Mux(waits, dut.modulus, owed + given - Mux(made, dut.modulus, 0)))
 
-    c.implication("never-early", "No step is due before its exact time, counted at the rates since "
-                  "the last step that waited.", when=dut.due, then=owed >= dut.modulus)
     c.implication("less-than-a-clock-late", "A step comes due less than a clock after its exact "
                   "time: what is beyond it was not there before the rate of the clock before.",
                   when=dut.due & c.past(1), then=Mux(
@@ -30,11 +28,12 @@ def describe(c: Contract, dut: RateGenerator) -> None:
     c.invariant("no-drift", "The rates that were given, less a modulus for each step that was "
                 "made, are less than a step that is due and a clock.",
                 (owed >= 0) & (owed < dut.modulus + dut.max_rate), cover=made)
-    c.invariant("due-when-owed", "A step is due when the rates come to a modulus, and not before.",
+    c.invariant("due-at-exact-time", "A step is due from its exact time on, and never before: "
+                "where the rates since the last step that waited add up to a modulus.",
                 dut.due == (owed >= dut.modulus), cover=dut.due)
-    c.invariant("sum-is-what-is-owed", "The accumulator is the sum of rates minus that of steps.",
+    c.invariant("accumulator-is-sum", "The accumulator is the sum of rates minus that of steps.",
                 c.signal("accumulator") == owed - dut.modulus, cover=dut.due)
-    c.implication("waits", "A step that is due stays due until it is made.",
+    c.implication("due-until-made", "A step that is due stays due until it is made.",
                   when=c.past(dut.due & ~dut.moved), then=dut.due)
     c.implication("rate-0", "With rate 0 no step comes due.",
                   when=c.past(~dut.due & (dut.rate == 0)), then=~dut.due)
@@ -54,7 +53,8 @@ def watch_spaced(c: Contract, dut: RateGenerator, owed: Bits, *, alone: bool = F
         c.implication("spacing", "Two steps are never closer than those of the highest rate, "
                       "for any rates, and however long a step waited.", when=made,
                       then=rested >= least - 1)
-    c.invariant("spacing-is-in-the-sum", "The accumulator is bounded by the time since a step.",
+    c.invariant("accumulator-bounds-spacing", "The accumulator is bounded by the time since a "
+                "step.",
                 (rested == least) | (owed < (rested + 2) * dut.max_rate), cover=rested == 0)
 
 

@@ -33,12 +33,12 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
         c.m.d.sync += visit.eq(visit + 1)
     searching = state("READ", "SEARCH")
     passed = state("SEARCH") & (visit == len(places) - 1) & (milled < 0) & ~found
-    c.implication("each-place-once", "A search goes to as many places as the square around the "
-                  "tool has that holds the picture, and to no more.",
+    c.implication("search-bounded", "A search visits no more pixels than the square around the "
+                  "tool has that holds the picture.",
                   when=searching, then=visit < len(places))
-    c.implication("passed-is-a-fault", "Where it has been to all of them and pixels are left, a "
-                  "fault follows.", when=c.past(passed & ~c.rst), then=dut.fault)
-    c.implication("nothing-else-is", "No fault comes sooner.",
+    c.implication("pixels-left-is-fault", "Where all were visited and pixels are left, a fault "
+                  "follows.", when=c.past(passed & ~c.rst), then=dut.fault)
+    c.implication("no-earlier-fault", "No fault comes sooner.",
                   when=dut.fault & ~c.past(dut.fault), then=c.past(passed & ~c.rst))
     c.implication("fault-stays", "A fault stays until reset.",
                   when=c.past(dut.fault & ~c.rst), then=dut.fault)
@@ -49,11 +49,12 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
 
     # What makes it so
     _, _, heading, run, run_start = (Array(values)[visit] for values in zip(*places, strict=True))
-    c.implication("knows-its-place", "The walk knows which place of the spiral it looks at.",
+    c.implication("place-counted", "The registers of the walk agree with the number of pixels "
+                  "visited.",
                   when=state("COPY", "READ", "SEARCH", "WALK"), then=(visit < len(places))
                   & (c.signal("walk.heading") == heading) & (c.signal("walk.run") == run)
                   & (c.signal("walk.run_start") == run_start), lemma=True)
-    c.invariant("known-states", "The state is one of those that there are.", ~state.is_unused(),
+    c.invariant("state-in-use", "The state is one of those that there are.", ~state.is_unused(),
                 cover=state("SEARCH"), lemma=True)
 
 

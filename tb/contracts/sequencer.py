@@ -26,7 +26,7 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
         c.m.d.sync += under_way.eq(0)
     moving = ~Value.cast(moves.ready)
     c.assume(~known | was_reset | c.past(under_way & moving) | (_at(dut) == c.past(_at(dut))))
-    c.invariant("under-way-is-waited-for", "While a move is under way it waits.",
+    c.invariant("waits-while-moving", "While a move is under way it waits.",
                 ~under_way | state("WAIT", "DIAG-WAIT", "TOOL-WAIT"), cover=under_way)
     if isinstance(dut, WholeOrders):
         watch_targets(c, dut, under_way)
@@ -44,25 +44,25 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
                   when=c.past(taken & ~c.rst), then=~dut.ready)
     used = c.keep(1, name="used")
     c.m.d.sync += used.eq(dut.start & (used | (taken & ~c.rst)))
-    c.invariant("used-is-seen", "A start that was taken is remembered until it falls.",
+    c.invariant("start-remembered", "A start that was taken is remembered until it falls.",
                 ~used | c.signal("started"), cover=used)
     spent = c.keep(1, name="spent")
     c.m.d.sync += spent.eq(dut.start & (spent | (dut.ready & ~c.rst) | ~state("REST")))
-    c.invariant("start-used-up", "A start is used up where it is taken or comes on the way, and "
-                "not while it is held.", started == spent, cover=spent & dut.ready)
+    c.invariant("start-consumed", "A start is consumed where it is taken or comes while busy, and "
+                "not while held.", started == spent, cover=spent & dut.ready)
     c.implication("level-once", "A start that stays high is taken once, also through resets.",
                   when=used & dut.start & state("REST"),
                   then=~taken)
     c.implication("no-start-no-move", "Without an order nothing begins.",
                   when=c.past(state("REST") & ~taken), then=state("REST"))
-    c.implication("held-takes-nothing", "While held no order is taken.",
+    c.implication("hold-blocks-orders", "While held no order is taken.",
                   when=c.past(state("REST") & dut.hold), then=state("REST"))
     for name, goal, target in [("x", c.signal("goal_x"), order.x),
                                ("y", c.signal("goal_y"), order.y)]:
         c.implication(f"goal-{name}",
                       f"The goal in {name} is the target of the clock in which it is taken.",
                       when=c.past(taken & ~c.rst), then=goal == c.past(target))
-        c.implication(f"goal-{name}-stays", f"The goal in {name} does not change on the way.",
+        c.implication(f"goal-{name}-stays", f"The goal in {name} does not change while busy.",
                       when=c.past(~state("REST") & ~c.rst), then=goal == c.past(goal))
     c.implication("decides", "An order without up or down is decided on in the next clock.",
                   when=c.past(taken & ~tool & ~c.rst), then=state("DECIDE"))
@@ -94,12 +94,12 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
     c.implication("error-stays", "An error stays until reset or an order that is not refused.",
                   when=c.past(dut.error & ~c.rst) & ~dut.error, then=c.past(state("DECIDE",
                                                                                   "TOOL")))
-    c.implication("error-goes", "An order that is carried out ends the error of the one before.",
+    c.implication("error-cleared", "An order that is carried out ends the error of the one before.",
                   when=c.past(state("TOOL") & ~(begins & tool) & ~c.rst), then=~dut.error)
 
     # From state to state
     unequal = past_steps["x"] != past_steps["y"]
-    c.implication("equal-together", "Equal distances are gone together.",
+    c.implication("equal-together", "Equal distances are moved together.",
                   when=was_decide & (some_x | some_y) & ~unequal, then=state("TOGETHER"))
     c.implication("unequal-diagonal-first", "Unequal distances begin with the diagonal.",
                   when=was_decide & unequal & ~(was_low & oblique), then=state("DIAGONAL"))
@@ -108,11 +108,11 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
         c.implication(f"{last.lower()}-is-last", f"{last} is waited for as the last movement.",
                       when=offer_over & c.past(state(last)), then=state("WAIT"))
     for first, wait in [("DIAGONAL", "DIAG-WAIT"), ("TOOL", "TOOL-WAIT")]:
-        c.implication(f"{first.lower()}-is-waited-for", f"After {first} comes {wait}.",
+        c.implication(f"{first.lower()}-then-wait", f"After {first} comes {wait}.",
                       when=offer_over & c.past(state(first)), then=state(wait))
     c.implication("diagonal-then-straight", "Where the diagonal is over the straight rest comes.",
                   when=c.past(state("DIAG-WAIT") & moves.ready & ~c.rst), then=state("STRAIGHT"))
-    c.implication("over-is-rest", "Where the last movement is over it rests.",
+    c.implication("rest-when-done", "Where the last movement is over it rests.",
                   when=c.past(state("WAIT", "TOOL-WAIT") & moves.ready & ~c.rst),
                   then=state("REST"))
 
@@ -155,15 +155,16 @@ def describe(c: Contract, dut: MotionSequencer) -> None:
                   when=state("TOOL") & moves.valid,
                   then=(moves.p.axes == 0b100) & (moves.p.steps == dut.z_travel)
                   & (moves.p.direction[2] == low))
-    c.implication("tool-is-there", "A raised tool is not raised, a lowered one not lowered.",
+    c.implication("tool-not-moved-twice", "A raised tool is not raised, a lowered one not lowered.",
                   when=state("TOOL") & (c.signal("raising") != low), then=~moves.valid)
-    c.implication("stream-keeps", "A move that is offered stays, as it is, until it is taken.",
+    c.implication("stable-until-ready", "A move that is offered stays, unchanged, until it is "
+                  "taken.",
                   when=c.past(moves.valid & moving & ~c.rst),
                   then=moves.valid & (moves.payload.as_value() == c.past(moves.payload.as_value())))
     c.implication("waits-for-the-end", "It is not at rest before the movement is over.",
                   when=c.past(moving & state("WAIT", "DIAG-WAIT", "TOOL-WAIT") & ~c.rst),
                   then=~state("REST") & (state.register == c.past(state.register)))
-    c.implication("reset-rests", "Reset ends every order.", when=was_reset, then=state("REST")
+    c.implication("reset-ends-order", "Reset ends every order.", when=was_reset, then=state("REST")
                   & ~dut.error)
     c.leaves_unused_codes(
         "motion_state", fault=dut.fault, shows=~dut.ready & ~moves.valid & dut.error)

@@ -20,7 +20,8 @@ def describe(c: Contract, dut: SquareGenerator) -> None:
         c.m.d.sync += corner.eq(0)
     with c.m.Elif(taken):
         c.m.d.sync += corner.eq(corner + 1)
-    c.implication("stream-keeps", "An order that is offered stays, as it is, until it is taken.",
+    c.implication("stable-until-ready", "An order that is offered stays, unchanged, until it is "
+                  "taken.",
                   when=c.past(orders.valid & ~orders.ready & ~c.rst),
                   then=orders.valid & (payload == c.past(payload)))
     for number, (x, y) in enumerate([(1, 0), (1, 1), (0, 1), (0, 0)]):
@@ -28,15 +29,15 @@ def describe(c: Contract, dut: SquareGenerator) -> None:
                       f"Order {number + 1} goes to ({'side' if x else 0}, {'side' if y else 0}).",
                       when=orders.valid & (corner == number),
                       then=(orders.p.x == x * dut.side) & (orders.p.y == y * dut.side))
-    c.implication("in-the-air", "No order is one for the tool.",
+    c.implication("no-tool-order", "No order is one for the tool.",
                   when=orders.valid, then=~orders.p.up & ~orders.p.down)
-    c.implication("busy-orders", "While it is busy an order is offered, and else none.",
+    c.implication("busy-offers-order", "While it is busy an order is offered, and else none.",
                   when=dut.busy | orders.valid, then=dut.busy & orders.valid)
     c.implication("four-orders", "It is over when four orders are taken.",
                   when=c.past(taken & (corner == 3)), then=~dut.busy)
     c.implication("not-before", "It is not over before four orders are taken.",
                   when=c.past(taken & (corner < 3) & ~c.rst), then=dut.busy)
-    c.implication("starts", "A start begins it unless it is busy.",
+    c.implication("start-begins", "A start begins it unless it is busy.",
                   when=c.past(dut.start & ~dut.busy & ~c.rst), then=dut.busy & (corner == 0))
     c.implication("start-while-busy", "A start on the way changes nothing.",
                   when=c.past(dut.start & dut.busy & ~orders.ready & ~c.rst),

@@ -38,13 +38,13 @@ def describe(c: Contract, dut: StartHandshake) -> None:
     c.implication("order-stays", "The order to the controller stays from start until it is taken.",
                   when=c.past(dut.start & ~c.rst),
                   then=dut.order.as_value() == c.past(orders.payload.as_value()))
-    c.implication("order-is-the-order", "The order to the controller is the one of the stream.",
+    c.implication("order-unchanged", "The order to the controller is the one of the stream.",
                   when=orders.valid, then=dut.order.as_value() == orders.payload.as_value())
-    c.invariant("fell-is-moving", "Ready has fallen exactly in the state that waits for it.",
+    c.invariant("ready-fell-in-moving", "Ready has fallen exactly in the state that waits for it.",
                 fell == state("MOVING"), cover=fell)
     c.implication("waits-with-order", "An order that is begun still waits in the stream.",
                   when=state("START", "MOVING"), then=orders.valid)
-    c.implication("reset-begins-anew", "Reset forgets an order that was begun.",
+    c.implication("reset-restarts", "Reset aborts a handshake that was begun.",
                   when=c.past(c.rst), then=state("WAIT-READY") & ~dut.start)
     c.leaves_unused_codes("handshake_state", fault=dut.fault, shows=~dut.start & ~orders.ready)
 

@@ -35,10 +35,10 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
     c.implication("hold", "DIR and ENABLE change only while STEP is low, `hold` clocks after it "
                   "fell.", when=changed,
                   then=~c.past(dut.step_pin) & ~dut.step_pin & (c.past(low) >= dut.hold - 1))
-    c.implication("turns-for-a-step", "DIR changes only for a step, to its direction.",
+    c.implication("direction-changes-with-step", "DIR changes only for a step, to its direction.",
                   when=dut.direction_pin != c.past(dut.direction_pin),
                   then=c.past(dut.step) & (dut.direction_pin == c.past(dut.direction)))
-    c.implication("power-as-asked", "ENABLE changes only to the requested level.",
+    c.implication("enable-as-requested", "ENABLE changes only to the requested level.",
                   when=dut.enable_pin != c.past(dut.enable_pin),
                   then=dut.enable_pin == c.past(dut.enable))
     c.invariant("starts-off", "All pins are low at power-up.",
@@ -50,19 +50,22 @@ def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits,
            ) -> None:
     """State the timing of STEP, and of DIR and ENABLE before it."""
     c.invariant("pulse", "STEP is high for `width` clocks after each step that is made, whatever "
-                "is asked meanwhile, and at no other time.", dut.step_pin == (since < dut.width),
+                "is requested meanwhile, and at no other time.",
+                dut.step_pin == (since < dut.width),
                 cover=dut.step_pin)
     if alone:  # a rate that is slower sees to it by itself
         c.implication("low", "STEP was low for `low` clocks before it rises, also after power-up.",
                       when=dut.moved, then=~dut.step_pin & (low >= dut.low - 1))
-    c.implication("setup", "DIR and ENABLE are as they are for `setup` clocks before STEP rises.",
+    c.implication("setup", "DIR and ENABLE are stable for `setup` clocks before STEP rises.",
                   when=dut.moved, then=still >= dut.setup - 1)
-    c.implication("right-way", "STEP rises only with DIR as requested, and with ENABLE.",
+    c.implication("direction-as-requested", "STEP rises only with DIR as requested, and with "
+                  "ENABLE.",
                   when=dut.moved,
                   then=(dut.direction_pin == dut.direction) & dut.enable & dut.enable_pin)
-    c.implication("asked", "A step is made only where it is requested, and not in a reset.",
+    c.implication("step-only-on-request", "A step is made only where it is requested, and not in "
+                  "a reset.",
                   when=dut.moved, then=dut.step & ~c.rst)
-    c.implication("ready-is-kept", "When it is ready the step that is requested is made.",
+    c.implication("ready-implies-step", "When the driver is ready, a requested step is made.",
                   when=dut.ready & dut.step, then=dut.moved)
 
 
@@ -73,19 +76,20 @@ def waiting(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits
     pause = max(dut.low, dut.hold)
     whole = max(dut.width + pause, dut.setup)
     left = -wait + Mux(high, pause, 0)  # clocks until all is over, after this
-    c.invariant("timer-is-the-time", "The timer waits for no more than the times, and no less.",
+    c.invariant("timer-is-time-left", "The timer waits for the time that is left, no more and no "
+                "less.",
                 (wait <= 0) & (-wait < max(dut.width, pause, dut.setup)) & Mux(
                     high, (since < dut.width) & (wait == since - (dut.width - 1)),
                     (low - wait >= pause - 1) & (still - wait >= dut.setup - 1)), cover=wait == 0)
     wanted = (dut.enable != dut.enable_pin) & (dut.enable == c.past(dut.enable))
     differs = _count(c, wanted, whole, "wanted_for")
-    c.invariant("power-follows", "ENABLE follows the requested level within `width` and the longer "
-                "of `low` and `hold`, or `setup` if that is longer.",
+    c.invariant("enable-follows-in-time", "ENABLE follows the requested level within `width` and "
+                "the longer of `low` and `hold`, or `setup` if that is longer.",
                 ~wanted | (differs + 1 + left < whole), cover=wanted & (left == 0))
     right = (dut.direction_pin == dut.direction) & dut.enable_pin
     requested = (dut.step & dut.enable & ~c.rst & (dut.direction == c.past(dut.direction))
              & ~c.past(dut.moved))
-    so_far = _count(c, requested, whole + dut.setup, "asked_for")
+    so_far = _count(c, requested, whole + dut.setup, "requested_for")
     c.invariant("made-in-time", "A step that stays requested is made, `setup` after all else at "
                 "most.", ~requested | (so_far + left + Mux(right, 0,
                                                            dut.setup) < whole + dut.setup),

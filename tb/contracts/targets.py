@@ -34,8 +34,8 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
 
     # The order, from its taking to the clock in which it is ready again
     ordered = c.keep(1, name="ordered")
-    target = [c.keep(16, name=f"asked_{name}") for name in "xy"]
-    up, down = c.keep(1, name="asked_up"), c.keep(1, name="asked_down")
+    target = [c.keep(16, name=f"ordered_{name}") for name in "xy"]
+    up, down = c.keep(1, name="ordered_up"), c.keep(1, name="ordered_down")
     came = [c.keep(16, name=f"came_{name}") for name in "xyz"]
     with c.m.If(c.rst):
         c.m.d.sync += ordered.eq(0)
@@ -69,32 +69,36 @@ def watch_targets(c: Contract, dut: MotionSequencer, under_way: Bits) -> None:
                   then=stays(at) & (at[2] == sent_z))
 
     # What makes it so
-    c.implication("knows-its-order", "Its target is that of the present order.",
+    c.implication("target-of-present-order", "Its target is that of the present order.",
                   when=Cat(motion(name) for name in motion.codes if name not in ("REST",
                                                                                  "FAULT")).any(),
                   then=ordered & (Cat(c.signal("goal_x"), c.signal("goal_y")) == Cat(target))
                   & ((up | down) == motion("TOOL", "TOOL-WAIT"))
                   & (~motion("TOOL") | ((up ^ down) & (c.signal("raising") == up))))
-    knows_the_way = Cat(
+    directions_known = Cat(
         (c.signal(f"steps_{name}") == _distance(place, goal))
         & (c.signal(f"ascending_{name}") == (goal > place))
         for name, place, goal in zip("xy", at, target, strict=False)).all()
-    c.implication("sets-out", "Before it moves it is where it was, and has the direction.",
+    c.implication("starts-at-its-position", "Before an order moves, the position is the one it "
+                  "started from, and the directions are known.",
                   when=motion("DECIDE", "TOGETHER", "DIAGONAL", "TOOL"),
-                  then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | knows_the_way)
+                  then=stays(at) & (at[2] == came[2]) & (motion("TOOL") | directions_known)
                   & ~(motion("TOGETHER") & (far[0] != far[1]))
                   & ~(motion("DIAGONAL") & (far[0] == far[1])))
     c.implication("diagonal-first", "The diagonal takes both axes as far as the nearer goal.",
                   when=motion("DIAG-WAIT"), then=(will_be[2] == came[2]) & (far[0] != far[1])
                   & on_the_way(will_be))
-    c.implication("straight-after-it", "The straight rest begins where the diagonal ends.",
+    c.implication("straight-after-diagonal", "The straight rest begins where the diagonal ends.",
                   when=motion("STRAIGHT"), then=(at[2] == came[2]) & (far[0] != far[1])
-                  & knows_the_way & on_the_way(at))
-    c.implication("last-leads-there", "The last movement leads to the goal.", when=motion("WAIT"),
+                  & directions_known & on_the_way(at))
+    c.implication("last-move-reaches-goal", "The last movement leads to the goal.",
+                  when=motion("WAIT"),
                   then=(will_be[2] == came[2]) & (Cat(will_be[:2]) == Cat(target)))
-    c.implication("tool-leads-there", "A movement of the tool leads up or down, and nowhere else.",
+    c.implication("tool-move-reaches-end", "A movement of the tool leads up or down, and nowhere "
+                  "else.",
                   when=motion("TOOL-WAIT"), then=stays(will_be) & (will_be[2] == sent_z))
-    c.implication("rests-there", "At rest an order is carried out, whether it is shown or not.",
+    c.implication("rest-at-goal", "At rest an order is carried out or refused, whether `ready` "
+                  "shows it or not.",
                   when=ordered & motion("REST"), then=Mux(
                       up | down, stays(at) & (at[2] == sent_z),
                       (at[2] == came[2]) & ((Cat(at[:2]) == Cat(target)) | refused)))

@@ -32,20 +32,21 @@ def describe(c: Contract, dut: TextSource) -> None:
 
     c.implication("is-the-text", "The bytes are those of the text, in their order.", when=offered,
                   then=sending & (byte == expected))
-    c.implication("soon", "The first is there two clocks after the number, another in every clock.",
+    c.implication("no-gap", "The first byte is offered two clocks after the number, another in "
+                  "every clock.",
                   when=c.past(sending & ~last & ~c.rst), then=offered)
     c.implication("whole", "The next number is taken after the last byte, and not before.",
                   when=sending | dut.numbers.ready, then=sending ^ dut.numbers.ready)
-    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+    c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(offered & ~dut.bytes.ready & ~c.rst),
                   then=offered & (byte == c.past(byte)))
     c.implication("no-such-text", "A number without a text sends nothing.",
                   when=c.past(taken & ~there),
                   then=dut.numbers.ready & ~offered)
-    c.implication("reset-ends-it", "Reset ends a text.", when=c.past(c.rst),
+    c.implication("reset-ends-text", "Reset ends a text.", when=c.past(c.rst),
                   then=dut.numbers.ready & ~offered)
     start = Array(sum(map(len, dut.texts[:which])) for which in range(len(dut.texts)))[number]
-    c.invariant("knows-the-place", "It is at the address of the next byte.",
+    c.invariant("address-of-next-byte", "The address is that of the next byte.",
                 Cat(c.signal("busy") == sending, ~sending | (c.signal("place") == start + sent),
                     ~sending | (sent < length), ~sending | (number < len(dut.texts)),
                     sending | ~offered).all(), cover=sent == longest - 1)

@@ -14,7 +14,7 @@ LINE = (
     "0" "00000000" "000" "1"  # another, of which the byte is lost
     "0" "10000011" "1" "1"  # C1h after it
 )
-"""What the covers look at: levels of the line, each for a bit."""
+"""The line of the covers: its levels, each for a bit."""
 
 
 def describe(c: Contract, dut: UARTReceiver) -> None:
@@ -41,8 +41,8 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
             _watch_sender(c, dut, name, bit, any_byte, taken, ended)
     c.restrict_covers(_usual_line(c, dut, period) & (any_byte == 0x35))
 
-    c.implication("in-step", "The time to the last look at a bit is counted from the start bit's "
-                  "edge.", when=state("START", "DATA", "STOP"),
+    c.implication("samples-in-time", "The time to the last sample of a bit is counted from the "
+                  "start bit's edge.", when=state("START", "DATA", "STOP"),
                   then=(time <= 0) & Mux(state("START"), time > -first, time > -period)
                   & (~state("STOP") | (taken == 8)) & (~state("DATA") | (taken < 8))
                   & (~state("DATA", "STOP") | ((word
@@ -58,35 +58,36 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
     c.implication("waits-for-high", "After reset and after a missing stop bit the line must be "
                   "high for longer than a disturbance.", when=c.past(state("LOW") & ~settled),
                   then=state("LOW"))
-    c.implication("goes-on", "Then the next byte is looked for.",
+    c.implication("next-byte-after-high", "After that time the next byte is awaited.",
                   when=c.past(state("LOW") & settled & ~c.rst), then=state("IDLE"))
     c.invariant("high-is-counted", "The time is counted from where the line is high.",
                 Mux(state("LOW"), time + 2 * dut.spread == high, high == 0), cover=high == 1)
-    c.implication("no-stop-bit", "A stop bit that is not there shows at once.",
+    c.implication("no-stop-bit", "A missing stop bit shows at once.",
                   when=ended & ~stop, then=dut.framing)
-    c.implication("stop-bit", "Where it is there nothing shows.", when=~ended | stop,
+    c.implication("stop-bit", "No framing error shows otherwise.", when=~ended | stop,
                   then=~dut.framing)
-    c.implication("next-at-once", "After a stop bit the next byte is looked for at once.",
+    c.implication("next-at-once", "After a stop bit the next byte is awaited at once.",
                   when=c.past(ended & stop & ~c.rst), then=state("IDLE"))
-    c.implication("waits-without", "Without one the line must be high first.",
+    c.implication("no-stop-bit-waits-for-high", "After a missing stop bit the line must be high "
+                  "first.",
                   when=c.past(ended & ~stop), then=state("LOW"))
     c.implication("overrun", "A byte is lost where the one before waits, and shows at once.",
                   when=ended | dut.overrun,
                   then=dut.overrun == (ended & dut.bytes.valid & ~dut.bytes.ready))
-    c.implication("handed-on", "A byte that is complete is there with the next clock.",
+    c.implication("byte-offered", "A complete byte is offered with the next clock.",
                   when=c.past(ended & ~c.rst), then=dut.bytes.valid)
-    c.implication("from-the-line-only", "Nothing else is.",
+    c.implication("no-other-byte", "No other byte is offered.",
                   when=dut.bytes.valid & ~c.past(dut.bytes.valid & ~dut.bytes.ready),
                   then=c.past(ended))
-    c.implication("marked", "A byte without a stop bit, or after one that was lost, is marked.",
+    c.implication("error-marked", "A byte without a stop bit, or after a lost one, is marked.",
                   when=c.past(ended & (~stop | missing) & ~dut.overrun & ~c.rst),
                   then=dut.bytes.p.error)
-    c.implication("not-marked", "Every other byte is not.",
+    c.implication("error-not-marked", "No other byte is marked.",
                   when=c.past(ended & stop & ~missing & ~dut.overrun & ~c.rst),
                   then=~dut.bytes.p.error)
-    c.invariant("knows-what-is-missing", "It remembers that a byte was lost.",
+    c.invariant("loss-remembered", "The register `lost` is 1 after a lost byte.",
                 c.signal("lost") == missing, cover=missing)
-    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+    c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
                   then=dut.bytes.valid & (payload == c.past(payload)))
     low = c.keep(range(10 * period), name="low")  # clocks for which it has been, in this state
@@ -95,43 +96,45 @@ def describe(c: Contract, dut: UARTReceiver) -> None:
         c.m.d.sync += low.eq(0)
     with c.m.Elif(~dut.rx & ~longest):
         c.m.d.sync += low.eq(low + 1)
-    c.invariant("low-is-counted", "Clocks are counted in which it is low and should be high.",
+    c.invariant("low-is-counted", "The clocks are counted in which the line is low and should be "
+                "high.",
                 c.signal("low") == low, cover=longest)
     zeros = ended & ~stop & (word == 0)
     again = state("LOW") & ~dut.rx & longest
-    c.implication("break-in-a-byte", "So is one that is low for ten bits more, after any bits "
-                  "before.", when=c.past(again & ~c.rst), then=dut.line_break)
+    c.implication("break-in-a-byte", "A line that is low for ten bits more, after any bits, is a "
+                  "break.", when=c.past(again & ~c.rst), then=dut.line_break)
     c.implication("break-shows", "A line that is low for a byte and its stop bit is a break.",
                   when=c.past(zeros & ~c.rst), then=dut.line_break)
-    c.implication("break-ends", "It is over when the line has been high for long enough.",
+    c.implication("break-ends", "A break ends when the line has been high for long enough.",
                   when=c.past(state("LOW") & settled), then=~dut.line_break)
-    c.implication("break-lasts", "Until then it shows, despite disturbances.",
+    c.implication("break-lasts", "Until then a break shows, despite disturbances.",
                   when=c.past(dut.line_break & ~settled & ~c.rst), then=dut.line_break)
-    c.implication("break-is-waiting", "While it shows no byte is looked for.", when=dut.line_break,
+    c.implication("no-byte-in-break", "In a break no byte is awaited.", when=dut.line_break,
                   then=state("LOW"))
     c.implication("no-other-break", "Nothing else is a break.", when=dut.line_break,
                   then=c.past(zeros | again | dut.line_break))
-    c.implication("reset-begins-anew", "Reset forgets everything.", when=c.past(c.rst),
+    c.implication("reset-restarts", "After reset no byte is offered, and the line must be high "
+                  "first.", when=c.past(c.rst),
                   then=state("LOW") & ~dut.bytes.valid & ~dut.line_break)
     c.leaves_unused_codes("receiver_state", fault=dut.fault, shows=~dut.framing & ~dut.overrun)
 
 
 def _majority(c: Contract, dut: UARTReceiver, time: Bits) -> Bits:
-    """Return what two of three looks at a bit saw, in the clock of the last."""
+    """Return the majority of three samples of a bit, in the clock of the last."""
     seen = c.keep(2, name="seen")
     for number, when in enumerate([-2 * dut.spread, -dut.spread]):
         with c.m.If(time == when):
             c.m.d.sync += seen[number].eq(dut.rx)
     looks = c.signal("looks")
     known = c.state("receiver_state")("START", "DATA", "STOP") & (time > -2 * dut.spread)
-    c.implication("looks-are-the-line", "The samples of a bit are levels of the line.",
+    c.implication("samples-are-the-line", "The samples of a bit are levels of the line.",
                   when=known, then=Mux(time > -dut.spread, looks == Cat(seen[1], seen[0]),
                                        looks[0] == seen[0]))
     return seen[0] + seen[1] + dut.rx >= 2
 
 
 def _usual_line(c: Contract, dut: UARTReceiver, period: int) -> Bits:
-    """Return the one line that covers look at, disturbed before its first byte and in each bit."""
+    """Return the one line that covers have, disturbed before its first byte and in each bit."""
     place = c.keep(range(len(LINE)), name="place")
     clock = c.keep(range(period), name="clock")
     c.m.d.sync += clock.eq(Mux(clock == period - 1, 0, clock + 1))
@@ -168,7 +171,7 @@ def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte:
     c.implication(f"received-{name}", f"A sent byte is received: {_SENDERS[name]}.",
                   when=good & ~c.past(dut.overrun), then=dut.bytes.valid
                   & (dut.bytes.p.byte == sent))
-    c.implication(f"good-{name}", "Nothing is wrong with it.",
+    c.implication(f"good-{name}", f"A sent byte is received without an error: {_SENDERS[name]}.",
                   when=good & ~c.past(dut.overrun | c.signal("lost")), then=~dut.bytes.p.error)
 
     # What makes it so
@@ -181,10 +184,11 @@ def _watch_sender(c: Contract, dut: UARTReceiver, name: str, bit: int, any_byte:
                   & (at * bit + clock == time + first + done)
                   & (state("START") | (c.signal("word")
                                        == (Cat(Const(0x80, 8), sent) >> taken)[:8])))
-    c.implication(f"looks-{name}", "Of the looks at a bit so far one at most was wrong.",
+    c.implication(f"samples-{name}", "Of the samples of a bit so far at most one was wrong.",
                   when=on, then=wrong == Mux(time > -dut.spread, seen[0] | seen[1],
                                              (time > -2 * dut.spread) & seen[0]))
-    c.implication(f"one-bad-{name}", "Never two.", when=on & (time > -dut.spread),
+    c.implication(f"at-most-one-bad-{name}", "Of the samples of a bit two are never wrong.",
+                  when=on & (time > -dut.spread),
                   then=~seen.all())
 
 

@@ -33,7 +33,7 @@ def describe(c: Contract, dut: UARTTransmitter) -> None:
     c.implication("idle-is-high", "Between bytes the line is high.", when=~sending, then=dut.tx)
     c.implication("start-bit", "The clock after a byte is taken has its start bit on the line.",
                   when=c.past(taken & ~c.rst), then=~dut.tx)
-    c.implication("data-bits", "Then come its eight bits, the lowest first.",
+    c.implication("data-bits", "The eight data bits follow, the lowest first.",
                   when=sending & (bit >= 1) & (bit <= 8), then=dut.tx == (sent >> (bit - 1)[:3])[0])
     c.implication("stop-bit", "The tenth bit is a 1.", when=sending & (bit == 9), then=dut.tx)
     c.implication("bits-last", "A level changes only where a bit ends, or with reset.",
@@ -42,17 +42,17 @@ def describe(c: Contract, dut: UARTTransmitter) -> None:
                   then=dut.bytes.ready)
     c.implication("no-gap", "In the last clock of a stop bit the next byte can be taken.",
                   when=ended, then=dut.bytes.ready)
-    c.implication("whole-bytes", "None is taken before the one on the line is sent.",
+    c.implication("whole-bytes", "No byte is taken before the one on the line is sent.",
                   when=sending & ~ended, then=~dut.bytes.ready)
-    c.implication("reset-ends-it", "Reset makes the line high, and forgets the byte.",
+    c.implication("reset-ends-byte", "Reset makes the line high, and drops the byte.",
                   when=c.past(c.rst), then=dut.tx & dut.bytes.ready)
-    c.invariant("in-step", "The bit on the line and its clocks are those that are counted.",
+    c.invariant("bits-in-time", "The registers hold the bit on the line, and its clocks.",
                 (c.signal("busy") == sending)
                 & (c.signal("divider.count") + dut.period - 1 == clock)
                 & (~sending | (c.signal("left") == 9 - bit))
                 & (clock < dut.period) & (bit < 10) & (sending | ((clock == 0) & (bit == 0))),
                 cover=bit == 1)
-    c.invariant("word-is-the-rest", "The word is the bits still to be sent, and ones.",
+    c.invariant("word-is-bits-left", "The word is the bits still to be sent, and ones.",
                 c.signal("word") == ((Cat(Const(0, 1), sent, Const(-1, 10)) >> bit)
                                      | ~sending.replicate(9))[:9], cover=bit == 1)
 

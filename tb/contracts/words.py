@@ -42,22 +42,23 @@ def describe(c: Contract, dut: WordReader) -> None:
                   when=dut.items.valid & ~belongs, then=~dut.items.ready)
     c.implication("one-at-a-time", "While a word waits nothing is taken.", when=waits,
                   then=~dut.items.ready)
-    c.implication("ends", "The word is there with the clock after its end was seen.",
+    c.implication("ends", "A word is offered with the clock after its end was seen.",
                   when=c.past(dut.items.valid & ~belongs & ~waits & ~c.rst), then=waits)
-    c.implication("not-before", "And not before.", when=waits & ~c.past(waits),
+    c.implication("not-before", "A word is not offered before its end was seen.",
+                  when=waits & ~c.past(waits),
                   then=c.past(dut.items.valid & ~belongs))
-    c.implication("stream-keeps", "It stays until it is taken.",
+    c.implication("stable-until-ready", "A word that is offered stays until it is taken.",
                   when=c.past(waits & ~dut.words.ready & ~c.rst),
                   then=waits & (payload == c.past(payload)))
     for number, (word, found) in enumerate(zip(dut.table, is_word, strict=True)):
-        c.implication(f"word-{number}", f"Where it is {word.decode()} it is recognised.",
+        c.implication(f"word-{number}", f"{word.decode()} is recognised.",
                       when=waits & found, then=known & (index == number))
     c.implication("no-other", "Every other word is unknown.", when=waits & ~Cat(is_word).any(),
                   then=~known)
-    c.implication("begins-anew", "After a word was taken, and after reset, the next begins at "
-                  "nothing.", when=c.past(given | c.rst),
+    c.implication("restarts", "After a word was taken, and after reset, no letter is left.",
+                  when=c.past(given | c.rst),
                   then=~waits & c.signal("alive").all() & (c.signal("place") == 0))
-    c.invariant("knows-the-letters", "The candidates begin with the letters so far.",
+    c.invariant("candidates-match-letters", "The candidates begin with the letters so far.",
                 (c.signal("alive") == Cat(map(begins, dut.table))) & (c.signal("place") == count)
                 & (count <= longest + 1), cover=count == longest + 1)
 

@@ -1,4 +1,4 @@
-// What is seen of a machine from outside: where its motors stand, by their pins alone, and what it says.
+// What is seen of a machine from outside: where its motors stand, by their pins alone, and its answers.
 
 #include <algorithm>
 #include <string>
@@ -9,7 +9,7 @@ constexpr int MOST = 3;   // motors
 constexpr int KINDS = 2;  // of answers
 
 // What can be wrong. The first four are seen at the pins of a motor.
-enum Wrong { NOTHING, WORD, JUMP, PULSE, PINS, MOVED, KEPT, DEAF };
+enum Wrong { NOTHING, WORD, JUMP, PULSE, PINS, MOVED, KEPT, NO_ANSWER };
 
 // Where a motor stands, and what of its pins must be remembered for it: see `Plant` in tb/plant.py.
 struct Stand {
@@ -77,8 +77,8 @@ struct Motor {
 	}
 };
 
-// What a machine says on its line: how many lines begin with each of some bytes.
-struct Said {
+// The answers of a machine on its serial line: how many lines begin with each of some bytes.
+struct Answers {
 	int32_t time = -1;  // in a byte
 	uint32_t word = 0;
 	bool begun = false; // a line
@@ -95,29 +95,29 @@ struct Said {
 			word |= uint32_t(level) << bit;
 			if (bit == 9) {
 				time = -1;
-				return heard(char(word >> 1), kinds);
+				return received(char(word >> 1), kinds);
 			}
 		}
 		time++;
 	}
 
-	void heard(char byte, const char *kinds) {
+	void received(char byte, const char *kinds) {
 		for (int n = 0; !begun && n < KINDS && kinds[n]; n++)
 			lines[n] += byte == kinds[n];
 		begun = byte != '\n';
 	}
 
-	// The line begins anew.
+	// Without the byte and the line that were being received.
 	void reset() { time = -1, begun = false; }
 
-	bool same(const Said &other) const { return std::equal(lines, lines + KINDS, other.lines); }
+	bool same(const Answers &other) const { return std::equal(lines, lines + KINDS, other.lines); }
 };
 
 // All that is seen of a machine from outside.
 struct Seen {
 	Stand stands[MOST];
 	bool cleared = false;
-	Said said;
+	Answers answers;
 };
 
 }  // namespace

@@ -3,7 +3,7 @@
 namespace {
 
 // The work, over and over; after a reset it goes on where it was, or with the next session, if it has any.
-struct Player {
+struct Runner {
 	Trial &trial;
 	const std::vector<Row> *rows;
 	size_t at = 0;
@@ -25,9 +25,9 @@ struct Player {
 		return at;
 	}
 
-	// Says whether the last row is over with this clock.
-	bool advance(bool was_idle, int64_t patience) {
-		if (++elapsed < row().clocks || (row().waits && !was_idle && elapsed <= row().clocks + patience))
+	// Returns whether the last row is over with this clock.
+	bool advance(bool was_idle, int64_t timeout) {
+		if (++elapsed < row().clocks || (row().waits && !was_idle && elapsed <= row().clocks + timeout))
 			return false;
 		at = (at + 1) % rows->size();
 		elapsed = 0, is_new = true;
@@ -37,41 +37,41 @@ struct Player {
 
 }  // namespace
 
-// Does the work over and over, with resets between: each after some clocks, for some; behind those which
-// `asks` says with the question instead. Gives what is wrong first, of the registers those that are `set` by
-// reset, and its clock and its motor or register.
+// Does the work over and over, with resets between: each after some clocks, for some; after those that are
+// marked in `questions` the question comes first. Gives what is wrong first, of the registers those that are
+// `set` by reset, and its clock and its motor or register.
 API int32_t faults_resets(
-	Trial *trial, int64_t resets, const int64_t *gaps, const int64_t *lengths, const uint8_t *asks,
-	const uint8_t *set, int64_t patience, int64_t *clock, int32_t *which, int64_t *steps
+	Trial *trial, int64_t resets, const int64_t *gaps, const int64_t *lengths, const uint8_t *questions,
+	const uint8_t *set, int64_t timeout, int64_t *clock, int32_t *which, int64_t *steps
 ) {
 	auto &engine = trial->engine;
 	trial->restore(trial->power_up.data(), trial->memory_at_power_up);
-	Player player{*trial, &trial->rows};
-	Seen now, asked;
+	Runner runner{*trial, &trial->rows};
+	Seen now, at_question;
 	size_t goes_on = 0;
 	int64_t reset = 0, left = gaps[0];
-	bool resetting = false, was_reset = false, asking = false;
+	bool resetting = false, was_reset = false, in_question = false;
 	for (*clock = 0;; ++*clock) {
-		if (!asking && left-- == 0) {
+		if (!in_question && left-- == 0) {
 			reset += resetting;
 			resetting = !resetting;
 			if (!resetting) {
-				goes_on = player.next_session();
-				asking = asks[reset - 1];
-				if (asking)
-					player.begin(trial->question, 0);
-				else if (goes_on != player.at || trial->rows[goes_on].begins)
-					player.begin(trial->rows, goes_on);
-				asked = now;
+				goes_on = runner.next_session();
+				in_question = questions[reset - 1];
+				if (in_question)
+					runner.begin(trial->question, 0);
+				else if (goes_on != runner.at || trial->rows[goes_on].begins)
+					runner.begin(trial->rows, goes_on);
+				at_question = now;
 			}
-			if (reset == resets && !asking)
+			if (reset == resets && !in_question)
 				return NOTHING;
 			left = resetting ? lengths[reset] - 1 : reset < resets ? gaps[reset] - 1 : 0;
 		}
-		if (player.is_new)
-			trial->apply(player.row());
-		player.is_new = false;
-		bool rst = player.row().rst || resetting;
+		if (runner.is_new)
+			trial->apply(runner.row());
+		runner.is_new = false;
+		bool rst = runner.row().rst || resetting;
 		trial->rst.set(rst);
 		engine.settled = false;
 		engine.settle();
@@ -87,7 +87,7 @@ API int32_t faults_resets(
 				++*steps;
 			}
 		}
-		trial->listen(now.said, rst);
+		trial->receive(now.answers, rst);
 		for (size_t n = 0; was_reset && n < trial->registers.size(); n++) {
 			auto &r = trial->registers[n];
 			*which = int32_t(n);
@@ -97,17 +97,17 @@ API int32_t faults_resets(
 		was_reset = rst;
 		bool was_idle = trial->is_idle();
 		engine.edge();
-		if (player.advance(was_idle, patience) && asking) {
+		if (runner.advance(was_idle, timeout) && in_question) {
 			for (int n = 0; n < KINDS; n++)
-				if (now.said.lines[n] - asked.said.lines[n] != trial->answers[n])
-					return DEAF;
+				if (now.answers.lines[n] - at_question.answers.lines[n] != trial->answers[n])
+					return NO_ANSWER;
 			for (size_t n = 0; n < trial->motors.size(); n++)
-				if (now.stands[n].position - asked.stands[n].position != trial->moves[n])
-					return DEAF;
+				if (now.stands[n].position - at_question.stands[n].position != trial->moves[n])
+					return NO_ANSWER;
 			if (reset == resets)
 				return NOTHING;
-			asking = false;
-			player.begin(trial->rows, goes_on);
+			in_question = false;
+			runner.begin(trial->rows, goes_on);
 		}
 	}
 }

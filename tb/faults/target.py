@@ -46,7 +46,7 @@ class Pulses:
     bit : int
         Which bit.
     times : tuple of int
-        Least clocks that its driver module asks for: STEP high, which is how long it is, and low;
+        Least clocks that its driver module requires: STEP high, which is how long it is, and low;
         DIR and ENABLE still before STEP rises, and after it fell.
     """
 
@@ -103,7 +103,7 @@ class FaultTarget:
     gap : int
         Most clocks from reset to reset.
     window : int
-        Clocks of work after an upset, at least, before it is asked what has become of it.
+        Clocks of work after an upset, at least, before its verdict.
     timeout : int
         Clocks more than a row took without an upset after which the machine counts as stuck.
     ignored : tuple of str

@@ -1,6 +1,6 @@
 // Upsets: what becomes of a machine when one of its flip-flops changes by itself, and what of its motors
-// when reset comes at any time. Above are the Engine that runs it, and its pins. What the machine is, it is
-// told: how its motors are driven, what counts their steps, when it is idle, what it says.
+// when reset comes at any time. Above are the Engine that runs it, and its pins. The machine is described by
+// how its motors are driven, what counts their steps, when it is idle, and its answers.
 //
 // A machine is given work: rows of levels of all inputs, each for some clocks or until it is idle. So work
 // waits for the machine, as people and order sources do, also for one that an upset has delayed. It is
@@ -47,7 +47,7 @@ struct Trial {
 	Pad idle, error, tx;
 	uint64_t idle_level = 1;           // of `idle`, where the machine is
 	int32_t period = 0;                // clocks of a bit of `tx`, if it has one
-	std::string kinds;                 // of lines that it says
+	std::string kinds;                 // of answers, by their first bytes
 	Pin rst;
 	std::vector<uint32_t> power_up, memory_at_power_up;
 
@@ -60,7 +60,7 @@ struct Trial {
 	std::vector<Seen> seen;             // after each clock
 	std::vector<uint8_t> errors;
 
-	std::vector<Row> question;          // which the machine must answer, whatever was before
+	std::vector<Row> question;          // which the machine must answer from any state
 	int64_t answers[KINDS], moves[MOST];
 
 	Trial() {
@@ -170,15 +170,15 @@ struct Trial {
 				now.stands[n].origin = now.stands[n].position;
 		}
 		now.cleared = row.zero;
-		listen(now.said, row.rst);
+		receive(now.answers, row.rst);
 		return wrong;
 	}
 
-	void listen(Said &said, bool rst) const {
+	void receive(Answers &answers, bool rst) const {
 		if (rst)
-			said.reset();
+			answers.reset();
 		else if (period)
-			said.follow(tx.get() & 1, period, kinds.c_str());
+			answers.follow(tx.get() & 1, period, kinds.c_str());
 	}
 
 	bool counts_right(const Seen &now) const {
@@ -189,24 +189,24 @@ struct Trial {
 		return true;
 	}
 
-	// Writes down where the motors are, and should be; says whether they are there.
-	bool compare(const Seen &now, const Seen &asked, int64_t *place) const {
+	// Writes down where the motors are, and should be; returns whether they are there.
+	bool compare(const Seen &now, const Seen &expected, int64_t *place) const {
 		bool right = true;
 		for (size_t n = 0; n < motors.size(); n++) {
 			place[n] = now.stands[n].position;
-			place[MOST + n] = asked.stands[n].position;
+			place[MOST + n] = expected.stands[n].position;
 			right &= place[n] == place[MOST + n];
 		}
 		return right;
 	}
 
-	bool work(int64_t patience);
-	Verdict strike(
-		int64_t clock, size_t number, size_t bit, int64_t window, int64_t patience, int64_t *place);
+	bool work(int64_t timeout);
+	Verdict inject(
+		int64_t clock, size_t number, size_t bit, int64_t window, int64_t timeout, int64_t *place);
 };
 
 // Does all rows without an upset; false if the machine is wrong or never idle, which it must not be.
-bool Trial::work(int64_t patience) {
+bool Trial::work(int64_t timeout) {
 	starts.clear(), row_at.clear(), states.clear(), seen.clear(), errors.clear();
 	contents.assign(1, memory_at_power_up), contents_at.clear();
 	restore(power_up.data(), memory_at_power_up);
@@ -218,7 +218,7 @@ bool Trial::work(int64_t patience) {
 		bool was_idle = false;
 		for (int64_t elapsed = 0; elapsed < row.clocks || (row.waits && !was_idle); elapsed++) {
 			engine.settle();
-			if (follow(now, row) || !counts_right(now) || elapsed > row.clocks + patience)
+			if (follow(now, row) || !counts_right(now) || elapsed > row.clocks + timeout)
 				return false;
 			row_at.push_back(int32_t(number));
 			states.resize(states.size() + words);

@@ -50,7 +50,7 @@ API bool faults_pulses(
 	return true;
 }
 
-// Gives it a line on which it says lines that begin with these bytes, and others.
+// Gives it a serial line; its answers begin with these bytes, other lines with others.
 API void faults_line(Trial *trial, int32_t tx, int32_t period, const char *kinds) {
 	trial->tx = trial->engine.pads[tx];
 	trial->period = period;
@@ -73,7 +73,7 @@ API void faults_rows(
 	trial->rows = rows_of(trial->engine.pins.size(), rows, levels, clocks, marks);
 }
 
-// Takes a question likewise, how many lines of each kind are said for it, and how far each motor goes.
+// Takes a question likewise, how many answers of each kind it has, and how far each motor goes.
 API void faults_question(
 	Trial *trial, int64_t rows, const uint64_t *levels, const int64_t *clocks, const uint8_t *marks,
 	const int64_t *answers, const int64_t *moves
@@ -84,19 +84,19 @@ API void faults_question(
 }
 
 // Does the work without an upset; gives its clocks, or -1.
-API int64_t faults_work(Trial *trial, const uint8_t *compared, int64_t patience) {
+API int64_t faults_work(Trial *trial, const uint8_t *compared, int64_t timeout) {
 	trial->compared.clear();
 	for (size_t n = 0; n < trial->registers.size(); n++)
 		if (compared[n])
 			trial->compared.push_back(uint32_t(n));
-	return trial->work(patience) ? int64_t(trial->row_at.size()) : -1;
+	return trial->work(timeout) ? int64_t(trial->row_at.size()) : -1;
 }
 
 namespace {
 
-// Says what becomes of an upset, and where the motors are then, and should be.
-Verdict Trial::strike(
-	int64_t clock, size_t number, size_t bit, int64_t window, int64_t patience, int64_t *place
+// Returns the verdict of an upset, and where the motors are then, and should be.
+Verdict Trial::inject(
+	int64_t clock, size_t number, size_t bit, int64_t window, int64_t timeout, int64_t *place
 ) {
 	size_t at = row_at[clock], end = row_at[clock];
 	while (ends[end] >= 0 && starts[end] < clock + window)
@@ -122,15 +122,15 @@ Verdict Trial::strike(
 		if (over || (elapsed < length && (made < 4 || elapsed == 0) && same(golden))) {
 			if (compare(now, seen[golden], place) && !jumped && counts_right(now))
 				return HARMLESS;
-			return now.said.same(seen[golden].said) ? SILENT : VISIBLE;
+			return now.answers.same(seen[golden].answers) ? SILENT : VISIBLE;
 		}
-		if (rows[at].waits && elapsed > length + patience) {
+		if (rows[at].waits && elapsed > length + timeout) {
 			compare(now, seen[starts[end]], place);
 			if (error.get())
 				return VISIBLE;
-			if (counts_right(now) && made - moved > patience / 2)
+			if (counts_right(now) && made - moved > timeout / 2)
 				return STUCK;
-			return now.said.same(seen[golden].said) ? SILENT : VISIBLE;
+			return now.answers.same(seen[golden].answers) ? SILENT : VISIBLE;
 		}
 		bool was_idle = is_idle();
 		engine.edge();
@@ -143,26 +143,26 @@ Verdict Trial::strike(
 
 }  // namespace
 
-// Strikes so many times. A seed and the number of an upset say where and when. Gives how often it came
-// to each verdict, register by register, and of the first silent ones number, clock, bit and places.
-API int64_t faults_flips(
-	Trial *trial, uint64_t seed, int64_t first, int64_t flips, int64_t window, int64_t patience,
+// Injects so many upsets. A seed and the number of an upset determine bit and clock. Gives how often
+// there was each verdict, register by register, and of the first silent ones number, clock, bit and places.
+API int64_t faults_upsets(
+	Trial *trial, uint64_t seed, int64_t first, int64_t count, int64_t window, int64_t timeout,
 	int64_t *verdicts, int64_t *silent, int64_t room
 ) {
-	// Behind the last row where everything rests nobody would see what becomes of an upset.
+	// After the last row where everything rests the effect of an upset would not be seen.
 	size_t last = 0;
 	while (trial->ends[last] >= 0)
 		last = trial->ends[last];
 	int64_t clocks = trial->starts[last] - 1, found = 0;
-	for (int64_t n = first; n < first + flips; n++) {
-		uint64_t chance = mixed(mixed(seed) + uint64_t(n));
-		size_t place = chance % trial->bits.size();
+	for (int64_t n = first; n < first + count; n++) {
+		uint64_t random = mixed(mixed(seed) + uint64_t(n));
+		size_t place = random % trial->bits.size();
 		size_t number = trial->bits[place];
 		size_t bit = place - (std::lower_bound(trial->bits.begin(), trial->bits.end(), number)
 			- trial->bits.begin());
-		int64_t clock = 1 + int64_t(mixed(chance) % uint64_t(clocks - 1));
+		int64_t clock = 1 + int64_t(mixed(random) % uint64_t(clocks - 1));
 		int64_t where[2 * MOST] = {0};
-		auto verdict = trial->strike(clock, number, bit, window, patience, where);
+		auto verdict = trial->inject(clock, number, bit, window, timeout, where);
 		verdicts[number * VERDICTS + verdict]++;
 		if (verdict == SILENT && found < room) {
 			int64_t facts[] = {int64_t(number), clock, int64_t(bit)};

@@ -23,7 +23,7 @@ LOOPS = [Path(__file__).with_name(name)
          for name in ("pins.h", "trial.h", "upsets.cc", "resets.cc")]
 
 ROOM = 8
-"""Silent upsets of which a call tells more."""
+"""Silent upsets that a call describes."""
 
 MOTORS, ANSWERS = 3, 2
 """Most motors, and kinds of answers, for which the loops have room."""
@@ -113,12 +113,12 @@ class Trial:
         return clocks
 
     def upsets(self, seed: int, first: int, count: int) -> tuple[NDArray[np.int64], list[Silent]]:
-        """Upset a bit in a clock of the work, both by chance, again and again.
+        """Upset a random bit in a random clock of the work, again and again.
 
         Parameters
         ----------
         seed, first : int
-            Of the chance, and the number of the first upset: it says where and when.
+            Seed and number of the first upset, which determine its bit and clock.
         count : int
             Upsets.
 
@@ -136,7 +136,7 @@ class Trial:
             raise ValueError("The work must wait for the machine, and go on after that")
         verdicts = np.zeros((len(self.registers), len(Verdict)), np.int64)
         silent = np.zeros((ROOM, 3 + 2 * MOTORS), np.int64)
-        found = self._lib.faults_flips(
+        found = self._lib.faults_upsets(
             self._handle, seed, first, count, self.machine.window, self.machine.timeout, verdicts,
             silent, ROOM)
         motors = len(self.machine.motors)
@@ -144,7 +144,7 @@ class Trial:
             Silent(self.registers[fact[0]].name, fact[2], fact[1], tuple(fact[3:3 + motors]),
                    tuple(fact[3 + MOTORS:][:motors])) for fact in silent[:found].tolist()]
 
-    def resets(self, gaps: Sequence[int], lengths: Sequence[int], asks: Sequence[bool] = ()
+    def resets(self, gaps: Sequence[int], lengths: Sequence[int], questions: Sequence[bool] = ()
                ) -> tuple[int, int, WrongReset | None]:
         """Do the work over and over from power-up, with resets between.
 
@@ -152,9 +152,8 @@ class Trial:
         ----------
         gaps, lengths : sequence of int
             Clocks before each reset, and of it; 1 at least.
-        asks : sequence of bool
-            Behind which of them the machine is asked whether it is there; none unless told
-            otherwise.
+        questions : sequence of bool
+            Which of them are followed by the question; none by default.
 
         Returns
         -------
@@ -167,17 +166,17 @@ class Trial:
         clock, which, steps = ctypes.c_int64(), ctypes.c_int32(), ctypes.c_int64()
         wrong = self._lib.faults_resets(
             self._handle, len(gaps), np.array(gaps, np.int64), np.array(lengths, np.int64),
-            _filled(asks, len(gaps)).astype(np.uint8), set_by_reset, self.machine.timeout, clock,
-            which, steps)
-        found = WrongReset(clock.value, self._says(wrong, which.value)) if wrong else None
+            _filled(questions, len(gaps)).astype(np.uint8), set_by_reset, self.machine.timeout,
+            clock, which, steps)
+        found = WrongReset(clock.value, self._describe(wrong, which.value)) if wrong else None
         return clock.value, steps.value, found
 
-    def _says(self, wrong: int, which: int) -> str:
+    def _describe(self, wrong: int, which: int) -> str:
         """Return what is wrong, as the loops number it, and with which motor or register."""
         if wrong == 6:
             return f"{self.registers[which].name} is not as from power-up after a reset"
         if wrong == 7:
-            return "after a reset it does not do what it is asked, or does not say so"
+            return "after a reset it does not obey the question, or does not answer it"
         name = self.machine.motors[which].name
         return {
             1: f"the coil word of {name} is illegal",
@@ -210,7 +209,7 @@ def _declare(lib: ctypes.CDLL) -> ctypes.CDLL:
         ("rows", None, rows),
         ("question", None, [*rows, longs, longs]),
         ("work", i64, [handle, flags, i64]),
-        ("flips", i64, [handle, u64, i64, i64, i64, i64, longs, longs, i64]),
+        ("upsets", i64, [handle, u64, i64, i64, i64, i64, longs, longs, i64]),
         ("resets", i32, [handle, i64, longs, longs, flags, flags, i64, ctypes.POINTER(i64),
                          ctypes.POINTER(i32), ctypes.POINTER(i64)]),
     ]:

@@ -17,7 +17,7 @@ class Verdict(IntEnum):
     STUCK
         The machine stands still and is never idle again; but it knows where it is.
     SILENT
-        None of these: without a word the motors end somewhere else, or the machine believes so.
+        None of these: with no sign of it the motors end somewhere else, or the machine believes so.
     """
 
     HARMLESS = 0
@@ -38,14 +38,14 @@ class Register:
 class Silent:
     """A silent upset: which bit, in which clock of the work, and where the motors are for it.
 
-    `place` is that of each motor from power-up, and `asked` where it would be without the upset.
+    `place` is that of each motor from power-up, and `expected` where it would be without the upset.
     """
 
     register: str
     bit: int
     clock: int
     place: tuple[int, ...]
-    asked: tuple[int, ...]
+    expected: tuple[int, ...]
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows
     rng = np.random.default_rng(1)
     with closing(Trial(machine)) as trial:
         trial.load(rows)
-        asks = [machine.line is not None and place % 5 == 0 for place in range(500)]
-        clocks, _, wrong = trial.resets(rng.integers(1, gap, 500).tolist(), [1] * 500, asks)
+        questions = [machine.line is not None and place % 5 == 0 for place in range(500)]
+        clocks, _, wrong = trial.resets(rng.integers(1, gap, 500).tolist(), [1] * 500, questions)
     return clocks, wrong
 
 

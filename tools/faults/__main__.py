@@ -109,7 +109,7 @@ def _print_upsets(done: Upsets) -> None:
         say(f"{name:44} {width:4} {sum(row):9}" + "".join(f"{number:10}" for number in row))
     for upset in done.silent[:5]:
         say(f"  silent: {upset.register} bit {upset.bit} in clock {upset.clock} of its work leads "
-            f"to {upset.place}, not {upset.asked}")
+            f"to {upset.place}, not {upset.expected}")
     say(f"{done.count(Verdict.SILENT)} of {done.upsets} silent "
         f"({done.count(Verdict.SILENT) / done.upsets:.4%}); {done.seconds:.1f} s, "
         f"{done.upsets / max(done.seconds, 1e-9):.0f} upsets/s")

@@ -26,7 +26,7 @@ RESETS = 500
 SHOWN = 20
 """Silent upsets that are listed."""
 
-ASKED = 20
+QUESTION_EVERY = 20
 """After one of so many resets a machine on a line must answer a question."""
 
 
@@ -45,15 +45,16 @@ def run_resets(machine: FaultTarget, count: int, seed: int, *, jobs: int,
     jobs : int
         Cores to use.
     advance : callable
-        Is told how many resets are done.
+        Called with the number of resets done.
     """
     def chunk(trial: Trial, number: int, size: int) -> tuple[int, int, WrongReset | None]:
         rng = np.random.default_rng([seed, number])
         trial.load(machine.work_to_reset(seed, number))
         gaps = rng.integers(1, machine.gap + 1, size).tolist()
         lengths = rng.choice([1, 1, 1, 2, 3, 4, 30], size).tolist()
-        asks = [machine.line is not None and place % ASKED == ASKED - 1 for place in range(size)]
-        return trial.resets(gaps, lengths, asks)
+        questions = [machine.line is not None and place % QUESTION_EVERY == QUESTION_EVERY - 1
+                     for place in range(size)]
+        return trial.resets(gaps, lengths, questions)
 
     result = Resets(machine)
     with _trials(machine, jobs) as trials:

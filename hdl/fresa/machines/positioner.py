@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from amaranth import Module
+from amaranth import Module, Signal
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
 from ..clock import CLOCK
-from ..drive import MAX_PERIOD, MAX_PULSE, StepDirDriver
+from ..drive import MAX_PERIOD, MAX_PULSE, RateGenerator, StepDirDriver
 from ..motion import MAX_BACKLASH, Axis
 from ..motion.positioner import Positioning
 from ..protocol import (
@@ -19,7 +19,7 @@ from ..protocol import (
     UARTTransmitter,
     bit_period,
 )
-from ..protocol.positioner import MOTORS, Answer, PositionerCommands
+from ..protocol.positioner import MOTORS, Answer, PositionerCommands, state_layout
 from ..roles import (
     BUZZER,
     DIRECTION,
@@ -47,8 +47,10 @@ ENDS = ("X-", "X+", "Y-", "Y+", "Z-", "Z+")
 LIMIT_ENDS = ("X+", "Y+", "Z+")
 """Default ends of the limit switches, by their inputs."""
 
-ANSWERS = tuple(f"! {answer.name.replace('_', ' ')}\n".encode() for answer in Answer)
-"""Texts of the answers, by the numbers of `Answer`. The first is never sent."""
+ANSWERS = tuple(b"ok\n" if answer == Answer.OK else f"! {answer.name.replace('_', ' ')}\n".encode()
+                for answer in Answer if answer != Answer.STATE)
+"""Texts of the answers, by the numbers of `Answer`. The first is never sent. There is none of the
+last, the state."""
 
 
 @dataclass(frozen=True)
@@ -116,9 +118,10 @@ class Positioner(MachineComponent):
 
     All inputs are synchronous to the clock. Lines come in on ``rx``, each a command and a line
     feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``,
-    ``STOP MOTn``, ``VEL MOTn v``, ``P i x y z``, ``GOTO i``, ``ORIGIN`` and ``POS x y z``. What
-    they do is described by :class:`Positioning`. A line that is executed has no answer; any other
-    changes nothing and is answered by exactly one line ``! reason``:
+    ``STOP MOTn``, ``VEL MOTn v``, ``P i x y z``, ``GOTO i``, ``ORIGIN``, ``POS x y z``, ``ACK 0``,
+    ``ACK 1`` and ``STATE``. What they do is described by :class:`Positioning`. From ``ACK 1`` to
+    ``ACK 0`` a line that is executed is answered ``ok``; before and after that it has no answer. A
+    line that is not changes nothing and is answered by exactly one line ``! reason``:
 
     ====================  ==========================================================================
     ``! COMMAND``         its first word is no command
@@ -128,18 +131,20 @@ class Positioner(MachineComponent):
     ``! EMPTY``           ``GOTO`` to a point that was never stored
     ``! LONG``            it has more than ``LINE_LENGTH`` bytes
     ``! DAMAGED``         a byte of it had a framing error, or was lost
-    ``! OVERFLOW``        the queue of answers is full: this answers the line and all refused lines
-                          right after it
+    ``! OVERFLOW``        the queue of answers is full: this answers the line, and all lines right
+                          after it that have an answer, be they executed or not
     ====================  ==========================================================================
 
     Lines are executed when they end, however many answers wait: no ``STOP`` is delayed. A break of
     the line, low for ten bits, ends every movement, since the host may have gone.
 
-    While connected it reports ``# POS x y z :`` and a line feed, at fixed times that no answer
-    delays, see :class:`Reporter`. A limit switch blocks steps towards its end and passes those away
-    from it. It ends the movement that it blocks, which is answered once, by ``! LIMIT MOTn``, and
-    sounds the buzzer for one to two report periods. An upset state register holds all movement, and
-    sets ``fault``.
+    While connected it reports ``# POS x y z :`` at fixed times that no answer delays, see
+    :class:`Reporter`. ``STATE`` is answered ``STATE`` and 14 numbers, see :func:`state_layout`, at
+    the time of the next report and in its place, connected or not; the limit inputs are as they are
+    then, not settled, and the seconds are whole ones, the first up to one too short. A limit switch
+    blocks steps towards its end and passes those away from it. It ends the movement that it blocks,
+    which is answered once, by ``! LIMIT MOTn``, and sounds the buzzer for one to two report
+    periods. An upset state register holds all movement, and sets ``fault``.
 
     Parameters
     ----------
@@ -149,6 +154,8 @@ class Positioner(MachineComponent):
         STEP and DIR go through optocouplers that invert them.
     backlash : sequence of int
         Steps that each axis needs to take up the backlash of its gears after a reversal.
+    original : bool
+        Send reports only, as the original: no answer of any kind.
     limit_ends : sequence of str
         For each limit input the end at which its switch is, of ``ENDS``, each once.
 
@@ -191,7 +198,7 @@ class Positioner(MachineComponent):
     fault: Out(1)
 
     def __init__(self, *, timing: PositionerTiming | None = None, inverted: bool = False,
-                 backlash: Sequence[int] = (0, 0, 0),
+                 backlash: Sequence[int] = (0, 0, 0), original: bool = False,
                  limit_ends: Sequence[str] = LIMIT_ENDS) -> None:
         timing = timing or PositionerTiming.real()
         bit = bit_period(timing.clock, timing.baud)
@@ -207,6 +214,7 @@ class Positioner(MachineComponent):
             raise ValueError(f"limit ends must be different ends of {', '.join(ENDS)}, not "
                              f"{limit_ends!r}")
         self._inverted, self._limit_ends = inverted, tuple(limit_ends)
+        self._original = original
         rest = (1 << MOTORS) - 1 if inverted else 0
         self.roles = {
             "rx": RX, "tx": TX, "limits": LIMIT, "step": STEP.resting(rest),
@@ -224,7 +232,9 @@ class Positioner(MachineComponent):
         self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
         self._commands = PositionerCommands(top_speed=timing.top_speed)
         self._positioning = Positioning(top_speed=timing.top_speed)
-        self._reporter = Reporter(answers=ANSWERS, period=timing.report, byte=10 * bit)
+        self._second = RateGenerator(modulus=timing.clock, max_rate=1)
+        self._reporter = Reporter(state=state_layout(timing.top_speed), answers=ANSWERS,
+                                  period=timing.report, byte=10 * bit)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
@@ -243,7 +253,10 @@ class Positioner(MachineComponent):
         # From positions and answers to the line
         m.submodules.reporter = reporter = self._reporter
         m.submodules.transmitter = transmitter = self._transmitter
-        connect(m, positioning.answers, reporter.answers)
+        if self._original:
+            m.d.comb += positioning.answers.ready.eq(1)
+        else:
+            connect(m, positioning.answers, reporter.answers)
         connect(m, reporter.bytes, transmitter.bytes)
         m.d.comb += [
             reporter.enable.eq(positioning.connected),
@@ -256,6 +269,12 @@ class Positioner(MachineComponent):
             self.fault.eq(receiver.fault | commands.fault | reporter.fault),
         ]
 
+        m.submodules.second = second = self._second
+        seconds = Signal(31)
+        m.d.comb += [second.rate.eq(1), second.moved.eq(1)]
+        m.d.sync += seconds.eq(seconds + second.due)
+        m.d.comb += [reporter.connected.eq(positioning.connected), reporter.seconds.eq(seconds)]
+
         pressed = {end: self.limits[number] for number, end in enumerate(self._limit_ends)}
         for index, (name, axis) in enumerate(zip("xyz", self._axes, strict=True)):
             m.submodules[name] = axis
@@ -263,7 +282,10 @@ class Positioner(MachineComponent):
                 positioning.numbers[index].eq(commands.numbers[index]),
                 positioning.in_position[index].eq(axis.in_position),
                 positioning.limit_hit[index].eq(axis.limit_hit),
-                reporter.position[index].eq(axis.position),
+                getattr(reporter, f"moving_{index + 1}").eq(positioning.run[index]),
+                getattr(reporter, f"rate_{index + 1}").eq(positioning.rate[index]),
+                getattr(reporter, f"limit_{index + 1}").eq(self.limits[index]),
+                getattr(reporter, name).eq(axis.position),
                 axis.target.eq(positioning.target[index]),
                 axis.run.eq(positioning.run[index] & ~self.fault),
                 axis.load.eq(positioning.load),

@@ -34,24 +34,26 @@ class Positioning(wiring.Component):
     ``GOTO``         all motors go to a point, each by itself
     ``ORIGIN``       this place is (0, 0, 0); ends going to a point
     ``POS``          this place is another; ends going to a point, which was meant in the old places
+    ``ACK``          with 1, this and each command from here on is answered ``OK``; with 0 not
+    ``STATE``        is answered ``STATE``
     ===============  ==============================================================================
 
     A motor has one movement, that of its last command. It ends when it arrives, and when a limit
     switch blocks it, which is answered ``LIMIT_MOTn``; no movement resumes by itself. ``MOV`` and
     ``GOTO`` are refused while nothing is connected, ``GOTO`` also for a point never stored. A
-    refused command changes nothing and has one answer; the others have none.
+    refused command changes nothing and has one answer, its reason.
 
     A command is taken one clock after it is first offered, and takes effect one clock later:
-    execution never waits for answers, so no earlier line delays a ``STOP``. Refusals wait in a
-    queue and are answered in the order of their lines. The last place of the queue is for
-    ``OVERFLOW``, which stands for all refusals until there is room again.
+    execution never waits for answers, so no earlier line delays a ``STOP``. Answers wait in a
+    queue, in the order of their lines. The last place of the queue is for ``OVERFLOW``, which
+    stands for all answers until there is room again.
 
     Parameters
     ----------
     top_speed : int
         Highest speed, in steps/s, from 1 to 2 ** 31 - 1.
     waiting : int
-        Places of the queue of reasons, from 2 to ``MAX_WAITING``.
+        Places of the queue of answers, from 2 to ``MAX_WAITING``.
 
     Members
     -------
@@ -66,7 +68,7 @@ class Positioning(wiring.Component):
     tick : In(1)
         Time base of the buzzer.
     answers : Out(stream.Signature(Answer))
-        Answers, never ``NONE``. A limit that ended a movement comes before all refusals.
+        Answers, never ``NONE``. A limit that ended a movement comes before all others.
     connected : Out(1)
         The motors have power.
     rate : Out(range(top_speed + 1)).array(3)
@@ -115,6 +117,8 @@ class Positioning(wiring.Component):
         lookup_done = Signal()  # the order was offered a clock ago, so its point has been read
         refusal = Signal(Answer)
         obeyed = Signal()
+        acknowledges = Signal()  # since ACK 1
+        answer = Signal(Answer)
         m.d.comb += points.number.eq(order.point)
         m.d.comb += refusal.eq(order.answer)
         with m.If(order.answer == Answer.NONE):
@@ -128,26 +132,32 @@ class Positioning(wiring.Component):
             obeyed.eq(self.orders.valid & lookup_done & (refusal == Answer.NONE)),
         ]
 
-        m.submodules.reasons = reasons = SyncFIFO(width=4, depth=self.waiting)
+        m.d.comb += answer.eq(refusal)
+        with m.If(refusal == Answer.NONE):
+            with m.If(command == Command.STATE):
+                m.d.comb += answer.eq(Answer.STATE)
+            with m.Elif(Mux(command == Command.ACK, self.numbers[-1][0], acknowledges)):
+                m.d.comb += answer.eq(Answer.OK)
+        m.submodules.queue = queue = SyncFIFO(width=4, depth=self.waiting)
         m.d.comb += [
-            reasons.w_en.eq(self.orders.valid & lookup_done & (refusal != Answer.NONE)),
-            reasons.w_data.eq(Mux(reasons.level < self.waiting - 1, refusal, Answer.OVERFLOW)),
+            queue.w_en.eq(self.orders.valid & lookup_done & (answer != Answer.NONE)),
+            queue.w_data.eq(Mux(queue.level < self.waiting - 1, answer, Answer.OVERFLOW)),
         ]
 
-        # A limit switch ends a movement; its answer comes before all refusals.
+        # A limit switch ends a movement; its answer comes before all others.
         stopped = Signal(MOTORS)
         pending_limits = Signal(MOTORS)  # not answered yet
         free = Signal()
         m.d.comb += [
             stopped.eq(self.run & self.limit_hit),
             free.eq(~self.answers.valid | self.answers.ready),
-            reasons.r_en.eq(free & ~pending_limits.any()),
+            queue.r_en.eq(free & ~pending_limits.any()),
         ]
         first = pending_limits & (~pending_limits + 1)[:MOTORS]
         with m.If(free):
             m.d.sync += [
-                self.answers.valid.eq(pending_limits.any() | reasons.r_rdy),
-                self.answers.payload.eq(Mux(pending_limits.any(), _limit(first), reasons.r_data)),
+                self.answers.valid.eq(pending_limits.any() | queue.r_rdy),
+                self.answers.payload.eq(Mux(pending_limits.any(), _limit(first), queue.r_data)),
             ]
         m.d.sync += pending_limits.eq(Mux(free, pending_limits & ~first, pending_limits) | stopped)
         self._sound(m, stopped)
@@ -156,6 +166,8 @@ class Positioning(wiring.Component):
         m.d.sync += self.run.eq(self.run & ~self.in_position & ~stopped)
         with m.If(obeyed):
             self._obey(m, going, points)
+            with m.If(command == Command.ACK):
+                m.d.sync += acknowledges.eq(self.numbers[-1])
         with m.If(self.halt):
             m.d.sync += self.run.eq(0)
         return m

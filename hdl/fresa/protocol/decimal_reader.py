@@ -19,8 +19,8 @@ class NumberError(enum.Enum, shape=unsigned(2)):
 
 
 def number_shape(width: object, is_signed: bool) -> Shape:
-    """Return the shape of a number of `width` bits, from 5 to 32, else raise ValueError."""
-    width = in_range("width of a number", width, 5, 32)
+    """Return the shape of a number of `width` bits, from 5 to 33, else raise ValueError."""
+    width = in_range("width of a number", width, 5, 33)
     return signed(width) if is_signed else unsigned(width)
 
 
@@ -37,7 +37,7 @@ class DecimalReader(wiring.Component):
     Parameters
     ----------
     width : int
-        Bits of a number, from 5 to 32.
+        Bits of a number, from 5 to 33.
     is_signed : bool
         A ``-`` or ``+`` may come before the digits.
 

@@ -31,7 +31,7 @@ class DecimalWriter(wiring.Component):
     Parameters
     ----------
     width : int
-        Bits of a number, from 5 to 32.
+        Bits of a number, from 5 to 33.
     is_signed : bool
         It may be negative.
 

@@ -1,6 +1,6 @@
 """The commands of the positioner: a line of words and numbers to an order, or to a refusal."""
 
-from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth import Cat, Module, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -10,7 +10,8 @@ from .decimal_reader import DecimalReader, NumberError
 from .line import LineEnd, LineItem
 from .words import WordReader
 
-__all__ = ["MOTORS", "POINTS", "Answer", "Command", "PositionerCommands", "PositionerOrder"]
+__all__ = ["MOTORS", "POINTS", "Answer", "Command", "PositionerCommands", "PositionerOrder",
+           "state_layout"]
 
 MOTORS, POINTS = 3, 7
 """Motors, MOT1 to MOT3, and points, 1 to 7."""
@@ -28,10 +29,12 @@ class Command(enum.Enum, shape=unsigned(4)):
     GOTO = 6
     ORIGIN = 7
     POS = 8
+    ACK = 9
+    STATE = 10
 
 
 class Answer(enum.Enum, shape=unsigned(4)):
-    """Answers. All but ``NONE`` and the limits are refusals of a line."""
+    """Answers. Up to ``EMPTY`` they are refusals of a line, but for ``NONE``."""
 
     NONE = 0  # no answer: the command is executed
     DAMAGED = 1  # a byte of the line had a framing error, or was lost
@@ -44,7 +47,9 @@ class Answer(enum.Enum, shape=unsigned(4)):
     LIMIT_MOT1 = 8  # a switch stops motor 1
     LIMIT_MOT2 = 9
     LIMIT_MOT3 = 10
-    OVERFLOW = 11  # this line, and those right after it: the queue of answers is full
+    OVERFLOW = 11  # to this line, and to those right after it: the queue of answers is full
+    OK = 12  # the line is obeyed
+    STATE = 13  # the state of the machine
 
 
 class PositionerOrder(data.Struct):
@@ -57,6 +62,20 @@ class PositionerOrder(data.Struct):
     point: unsigned(3)  # from 1
 
 
+def state_layout(top_speed: int) -> data.StructLayout:
+    """Return the numbers of the answer to ``STATE``, in their order.
+
+    Connected; movements; speeds in steps/s; limit inputs that are pressed; positions in steps;
+    seconds since reset.
+    """
+    def each(name: str, shape: object) -> dict[str, object]:
+        return {f"{name}_{motor + 1}": shape for motor in range(MOTORS)}
+
+    return data.StructLayout({
+        "connected": 1, **each("moving", 1), **each("rate", range(top_speed + 1)),
+        **each("limit", 1), **dict.fromkeys("xyz", signed(32)), "seconds": 31})
+
+
 class Kind(enum.Enum, shape=unsigned(3)):
     """Kinds of arguments."""
 
@@ -66,6 +85,7 @@ class Kind(enum.Enum, shape=unsigned(3)):
     POINT = 3
     RATE = 4
     NUMBER = 5
+    FLAG = 6
 
 
 ARGUMENTS = {
@@ -75,6 +95,7 @@ ARGUMENTS = {
     Command.P: (Kind.POINT, Kind.NUMBER, Kind.NUMBER, Kind.NUMBER),
     Command.GOTO: (Kind.POINT,),
     Command.POS: (Kind.NUMBER, Kind.NUMBER, Kind.NUMBER),
+    Command.ACK: (Kind.FLAG,),
 }
 """Arguments of the commands that take any."""
 
@@ -86,7 +107,8 @@ class PositionerCommands(wiring.Component):
     """Decodes lines: each gives exactly one order, or one refusal.
 
     Words are in capitals and there is one space between them. A number may have a sign and leading
-    zeros. A refusal names the first error of the line; the rest of it is dropped.
+    zeros. A position may also be unsigned, 2 ** 32 too large, as the original keeps it. A refusal
+    names the first error of the line; the rest of it is dropped.
 
     ==========  ===============================================================  =================
     state       does                                                             next
@@ -117,8 +139,8 @@ class PositionerCommands(wiring.Component):
     orders : Out(stream.Signature(PositionerOrder))
         One order or refusal a line.
     numbers : Out(signed(32)).array(3)
-        The three positions of ``P`` and ``POS``; the last is the speed of ``VEL``. They stay while
-        an order is offered.
+        The three positions of ``P`` and ``POS``; the last is the speed of ``VEL``, and the 0 or 1
+        of ``ACK``. They stay while an order is offered.
     fault : Out(1)
         The state register was upset. Stays until reset.
 
@@ -141,7 +163,7 @@ class PositionerCommands(wiring.Component):
         m = Module()
 
         m.submodules.words = words = WordReader(WORDS, fold=False)
-        m.submodules.number = number = DecimalReader(is_signed=True)
+        m.submodules.number = number = DecimalReader(width=33, is_signed=True)
         items, order = self.items, self.orders.p
         for reader in (words, number):
             m.d.comb += reader.items.payload.eq(items.payload)
@@ -155,9 +177,12 @@ class PositionerCommands(wiring.Component):
                         m.d.comb += kind.eq(what)
 
         value = number.numbers.p.value
-        high = Signal()  # the number is too large
-        m.d.comb += high.eq(Mux(kind == Kind.POINT, value > POINTS, value > self.top_speed))
-        out_of_range = (kind != Kind.NUMBER) & ((value < 1) | high)
+        out_of_range = Signal()
+        with m.Switch(kind):
+            for what, least, most in [(Kind.POINT, 1, POINTS), (Kind.RATE, 1, self.top_speed),
+                                      (Kind.FLAG, 0, 1), (Kind.NUMBER, -2**31, 2**32 - 1)]:
+                with m.Case(what):
+                    m.d.comb += out_of_range.eq((value < least) | (value > most))
 
         def refuse(answer: Answer) -> None:
             m.d.sync += order.answer.eq(answer)
@@ -234,7 +259,7 @@ class PositionerCommands(wiring.Component):
                         with m.If(kind == Kind.POINT):
                             m.d.sync += order.point.eq(value)
                         with m.Else():
-                            m.d.sync += Cat(self.numbers).eq(Cat(*self.numbers[1:], value))
+                            m.d.sync += Cat(self.numbers).eq(Cat(*self.numbers[1:], value[:32]))
                         proceed()
 
             with m.State("SKIP"):

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 
-from amaranth import Cat, Module, Mux, Signal, signed
-from amaranth.lib import stream, wiring
+from amaranth import Module, Mux, Signal
+from amaranth.hdl import Shape
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
@@ -14,8 +15,11 @@ from .text import TextSource
 
 __all__ = ["Reporter"]
 
-BEGIN, BETWEEN, END = b"# POS ", b" ", b" :\n"
-LONGEST = len(BEGIN + BETWEEN * 2 + END) + 3 * len(str(-2**31))
+TEXTS = REPORT, BETWEEN, REPORT_END, STATE, STATE_END = b"# POS ", b" ", b" :", b"STATE ", b"\n"
+AXES = ("x", "y", "z")
+
+OVERHEAD = 32
+"""Clocks that a number takes at most besides those of its bytes."""
 
 
 class Reporter(wiring.Component):
@@ -23,29 +27,36 @@ class Reporter(wiring.Component):
 
     All lines pass through here, one after the other. An answer begins only if it will end before
     the next tick, however long the line is still busy with the byte before it; so no report ever
-    waits for an answer, and its first bit is on the line ``5`` clocks after its tick. The three
-    positions of a report are sampled in one clock, the one after the tick. A line feed ends each
-    report and each answer.
+    waits for an answer, and its first bit is on the line ``5`` clocks after its tick. A line feed
+    ends each answer. Nothing follows the colon of a report: the original's panel looks for ``#`` in
+    the very beginning of what it has not read.
+
+    One answer, the state, is ``STATE`` and all numbers of it, too long to be sent between two
+    reports: it waits for a tick, and is sent in place of the report. The numbers of a report or a
+    state are sampled in one clock, the one after the tick.
 
     ========  =================================================================  =================
     state     does                                                               next
     ========  =================================================================  =================
-    REST      begins a report that is due, or else takes an answer               ASK
+    REST      begins what is due, or else takes an answer                        ASK
     ASK       requests a text                                                    TEXT
     TEXT      sends it                                                           NUMBER, or REST
                                                                                  after the last
-    NUMBER    requests the digits of a position                                  DIGITS
+    NUMBER    requests the digits of a number                                    DIGITS
     DIGITS    sends them                                                         ASK
     FAULT     shows ``fault``, begins nothing                                    stays until reset
     ========  =================================================================  =================
 
     Parameters
     ----------
+    state : StructLayout
+        The numbers of the state, in their order, of up to 32 bits if signed and 31 if not. Those of
+        a report are among them: ``x``, ``y`` and ``z``, one after the other.
     answers : sequence of bytes
-        The texts of the answers, with their line feeds.
+        The texts of the other answers, with their line feeds.
     period : int
         Clocks from tick to tick, up to ``MAX_PERIOD``. Between two ticks there must be time for the
-        longest report, the longest answer, and two bytes more.
+        longest report, the longest answer, and two bytes more; and for the longest state.
     byte : int
         Clocks that the line takes to send a byte, at least 160. With fewer than 11 the times above
         do not hold.
@@ -54,10 +65,10 @@ class Reporter(wiring.Component):
     -------
     enable : In(1)
         Report at the ticks at which this is set.
-    position : In(signed(32)).array(3)
-        Positions to report.
+    connected, x, ... : In
+        The numbers of the state, by their names.
     answers : In(stream.Signature)
-        Indices of the answers to send.
+        Indices of the answers to send. The one after the last is the state.
     bytes : Out(stream.Signature(8))
         The bytes of all lines.
     tick : Out(1)
@@ -71,19 +82,29 @@ class Reporter(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, answers: Sequence[bytes], period: int, byte: int) -> None:
-        self._texts = TextSource((BEGIN, BETWEEN, END, *answers))
+    def __init__(self, *, state: data.StructLayout, answers: Sequence[bytes], period: int,
+                 byte: int) -> None:
+        self.layout = state
+        self._names = tuple(state.members)
+        self._first = self._names.index(AXES[0])
+        if self._names[self._first:self._first + len(AXES)] != AXES:
+            raise ValueError(f"x, y and z are one after the other, not {', '.join(self._names)}")
+        self._texts = TextSource((*TEXTS, *answers))
         self._writer = DecimalWriter(is_signed=True)
         byte = in_range("byte", byte, 1, MAX_PERIOD)
         self.quiet = byte * (max(map(len, answers)) + 1)
-        least = byte * (LONGEST + 1) + self.quiet + 8
+        widths = dict(zip(self._names, map(_longest, state.members.values()), strict=True))
+        report = len(REPORT + BETWEEN * 2 + REPORT_END) + sum(widths[axis] for axis in AXES)
+        whole = len(STATE + BETWEEN * (len(widths) - 1) + STATE_END) + sum(widths.values())
+        least = max(byte * (report + 1) + self.quiet + 8,
+                    byte * (whole + 1) + OVERHEAD * len(widths))
         if least > MAX_PERIOD:
             raise ValueError(f"a byte of {byte} clocks is too long to report")
         self.period = in_range("report period", period, least, MAX_PERIOD)
         super().__init__({
             "enable": In(1),
-            "position": In(signed(32)).array(3),
-            "answers": In(stream.Signature(range(len(answers)))),
+            **{name: In(shape) for name, shape in state.members.items()},
+            "answers": In(stream.Signature(range(len(answers) + 1))),
             "bytes": Out(stream.Signature(8)),
             "tick": Out(1),
             "fault": Out(1),
@@ -100,15 +121,24 @@ class Reporter(wiring.Component):
         due = Signal()
         m.d.comb += self.tick.eq(time == 0)
         m.d.sync += time.eq(Mux(self.tick, self.period - 1, time - 1))
-        with m.If(self.tick):
-            m.d.sync += due.eq(self.enable)
+        wants_state = Signal()
+        begins = Signal()
+        m.d.comb += [
+            wants_state.eq(
+                self.answers.valid & (self.answers.payload == len(texts.texts) - len(TEXTS))),
+            begins.eq(self.tick & (self.enable | wants_state)),
+        ]
+        with m.If(begins):
+            m.d.sync += due.eq(1)
 
-        numbers = [Signal(signed(32), name=f"number_{index}") for index in range(3)]
+        sampled = Signal(self.layout)
         text = Signal.like(texts.numbers.payload)
-        left = Signal(range(4))  # numbers still to come in this line
+        is_state = Signal()  # this line is one
+        left = Signal(range(len(self._names) + 1))  # numbers still to come in this line
+        number = Signal(range(len(self._names)))  # that is next
         m.d.comb += [
             texts.numbers.payload.eq(text),
-            writer.numbers.payload.eq(numbers[0]),
+            number.eq(Mux(is_state, len(self._names), self._first + len(AXES)) - left),
             # Only one of them has any.
             self.bytes.valid.eq(texts.bytes.valid | writer.bytes.valid),
             self.bytes.payload.eq(Mux(texts.bytes.valid, texts.bytes.payload,
@@ -116,16 +146,25 @@ class Reporter(wiring.Component):
             texts.bytes.ready.eq(self.bytes.ready),
             writer.bytes.ready.eq(self.bytes.ready),
         ]
+        with m.Switch(number):
+            for index, name in enumerate(self._names):
+                with m.Case(index):
+                    m.d.comb += writer.numbers.payload.eq(sampled[name])
 
         with m.FSM(name="reporter_state") as fsm:
             with m.State("REST"):
                 with m.If(due):
-                    m.d.sync += [due.eq(self.tick & self.enable), Cat(numbers).eq(Cat(
-                        self.position)), text.eq(0), left.eq(3)]
+                    m.d.comb += self.answers.ready.eq(wants_state)
+                    m.d.sync += [
+                        due.eq(begins), is_state.eq(wants_state),
+                        text.eq(Mux(wants_state, TEXTS.index(STATE), TEXTS.index(REPORT))),
+                        left.eq(Mux(wants_state, len(self._names), len(AXES))),
+                    ]
+                    m.d.sync += [sampled[name].eq(getattr(self, name)) for name in self._names]
                     m.next = "ASK"
-                with m.Elif(time > self.quiet):
+                with m.Elif((time > self.quiet) & ~wants_state):
                     m.d.comb += self.answers.ready.eq(1)
-                    m.d.sync += [text.eq(self.answers.payload + 3), left.eq(0)]
+                    m.d.sync += [text.eq(self.answers.payload + len(TEXTS)), left.eq(0)]
                     with m.If(self.answers.valid):
                         m.next = "ASK"
 
@@ -143,13 +182,13 @@ class Reporter(wiring.Component):
             with m.State("NUMBER"):
                 m.d.comb += writer.numbers.valid.eq(1)
                 with m.If(writer.numbers.ready):
-                    m.d.sync += [Cat(numbers).eq(Cat(*numbers[1:], numbers[0])),
-                                 left.eq(left - 1)]
+                    m.d.sync += left.eq(left - 1)
                     m.next = "DIGITS"
 
             with m.State("DIGITS"):
                 with m.If(writer.numbers.ready):
-                    m.d.sync += text.eq(Mux(left == 0, 2, 1))
+                    m.d.sync += text.eq(Mux(left != 0, TEXTS.index(BETWEEN), Mux(
+                        is_state, TEXTS.index(STATE_END), TEXTS.index(REPORT_END))))
                     m.next = "ASK"
 
             with m.State("FAULT"):
@@ -157,3 +196,10 @@ class Reporter(wiring.Component):
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | writer.fault)
         return m
+
+
+def _longest(shape) -> int:
+    """Return the most bytes of a number of that shape, from 1 to 32 bits."""
+    shape = Shape.cast(shape)
+    width = in_range("width of a number", shape.width + (not shape.signed), 2, 32)
+    return len(str(-2 ** (width - 1))) if shape.signed else len(str(2**shape.width - 1))

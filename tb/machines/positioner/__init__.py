@@ -50,12 +50,12 @@ TIMES = {"width_ns": (1900, "STEP is high"), "low_ns": (1900, "STEP is low"),
 
 
 def _real(clock: int, *, baud: int, top_speed: int, width_ns: int, low_ns: int, setup_ns: int,
-          hold_ns: int, inverted: bool, backlash: Sequence[int], limit_ends: Sequence[str],
-          **pins: bool):
+          hold_ns: int, inverted: bool, original: bool, backlash: Sequence[int],
+          limit_ends: Sequence[str], **pins: bool):
     timing = PositionerTiming.real(clock=clock, baud=baud, top_speed=top_speed, width_ns=width_ns,
                                    low_ns=low_ns, setup_ns=setup_ns, hold_ns=hold_ns)
-    return {"timing": timing, "inverted": inverted, "backlash": tuple(backlash),
-            "limit_ends": tuple(limit_ends)}
+    return {"timing": timing, "inverted": inverted, "original": original,
+            "backlash": tuple(backlash), "limit_ends": tuple(limit_ends)}
 
 
 def _inverted(*, enable_low: bool, normally_closed: bool, **options: Any):
@@ -71,12 +71,14 @@ def _figures(clock: int, made: Options, *, baud: int, top_speed: int, **options:
 
 
 OPTIONS = (
-    Option("baud", "bits a second of the serial line, some 6 200 at least: a report and an answer "
-           "must fit into 0.1 s (default: %(default)s)", BAUD, least=1, metavar="N"),
+    Option("baud", "bits a second of the serial line, some 8 400 at least: an answer to STATE must "
+           "fit into 0.1 s (default: %(default)s)", BAUD, least=1, metavar="N"),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
              most=MAX_PULSE * 10**9 // CLOCK, metavar="NS")
       for name, (time, says) in TIMES.items()),
     Option("inverted", "STEP and DIR go through optocouplers that invert them", False),
+    Option("original", "send reports and nothing else, as the original does: no answers", False,
+           serve=True),
     Option("enable_low", "ENABLE gives power where it is low, as a DRV8825 without an inverter "
            "wants it", False),
     Option("normally_closed", "the limit switches open where they are pressed; a wire that is "
@@ -126,10 +128,10 @@ MACHINE = Machine(
     about="three axes of a micropositioner, on the same line (docs/positioner.md)",
     make=Positioner,
     short={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3,
-                                      setup=2, hold=4, settle=30, report=10_000),
+                                      setup=2, hold=4, settle=30, report=14_000),
            "backlash": (3, 0, 12), "limit_ends": ("X-", "Y+", "X+")},
     benched={"timing": PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=2,
-                                        setup=2, hold=2, settle=5, report=10_000),
+                                        setup=2, hold=2, settle=5, report=14_000),
              "backlash": (3, 0, 0), "limit_ends": LIMIT_ENDS},
     model=make_model, directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),

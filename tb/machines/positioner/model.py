@@ -23,7 +23,7 @@ Order = tuple[str, str, list[int]]
 0, C as 1 and CC as 0."""
 
 SYNTAX = {"CONNECT": "", "DISCONNECT": "", "MOV": "mw", "STOP": "m", "VEL": "mr", "P": "pnnn",
-          "GOTO": "p", "ORIGIN": "", "POS": "nnn"}
+          "GOTO": "p", "ORIGIN": "", "POS": "nnn", "ACK": "f", "STATE": ""}
 UP, DOWN = 2**31 - 1, -2**31
 
 
@@ -31,7 +31,7 @@ class CommandsModel:
     """Reads a line, an item a clock, and says what it is."""
 
     def __init__(self, *, top_speed: int) -> None:
-        self.ranges = {"p": (1, 7), "r": (1, top_speed), "n": (DOWN, UP)}
+        self.ranges = {"p": (1, 7), "r": (1, top_speed), "n": (DOWN, 2**32 - 1), "f": (0, 1)}
         self.reset()
 
     def reset(self) -> None:
@@ -96,9 +96,12 @@ class CommandsModel:
         text = yield from self._run("[0-9]", first="[-+0-9]")
         if not re.search("[0-9]", text):
             return "ARGUMENT"
-        numbers.append(int(text))
         low, high = self.ranges[kind]
-        return "" if low <= numbers[-1] <= high else "RANGE"
+        if not low <= int(text) <= high:
+            return "RANGE"
+        # A position may be unsigned.
+        numbers.append(int(text) - (2**32 if int(text) > UP else 0))
+        return ""
 
     # A clock each
 
@@ -152,7 +155,8 @@ class PositioningModel:
         self.movement = ["", "", ""]  # of each motor: MOV, GOTO or none
         self.points: dict[int, list[int]] = {}
         self.lookup_done = False
-        self.reasons: list[str] = []  # that wait
+        self.acknowledges = False
+        self.waiting_answers: list[str] = []
         self.answer = ""  # that is being handed on
         self.pending_limits: set[int] = set()  # motors whose limit is still to be told
         self.sound = 0  # ticks for which the buzzer is still on
@@ -181,16 +185,20 @@ class PositioningModel:
         """Make a clock."""
         taken = self.takes(order)
         refusal = self.refusal(order) if order and taken else ""
-        said = len(self.reasons)
+        answer = refusal
+        if order and taken and not refusal:
+            acknowledged = order[2][0] if order[1] == "ACK" else self.acknowledges
+            answer = "STATE" if order[1] == "STATE" else "OK" if acknowledged else ""
+        level = len(self.waiting_answers)
         if not self.answer or answer_taken:
             first = min(self.pending_limits, default=None)
             if first is None:
-                self.answer = self.reasons.pop(0) if self.reasons else ""
+                self.answer = self.waiting_answers.pop(0) if level else ""
             else:
                 self.answer = f"LIMIT MOT{first + 1}"
                 self.pending_limits.remove(first)
-        if refusal and said < self.waiting:
-            self.reasons.append(refusal if said < self.waiting - 1 else "OVERFLOW")
+        if answer and level < self.waiting:
+            self.waiting_answers.append(answer if level < self.waiting - 1 else "OVERFLOW")
         self.sound -= bool(tick and self.sound)
         for motor in range(3):
             if self.movement[motor] and limit_hit[motor]:
@@ -220,7 +228,9 @@ class PositioningModel:
             self.points[numbers[0]] = numbers[1:]
         elif word == "GOTO":
             self.movement, self.target = [word] * 3, list(self.points[numbers[0]])
-        else:
+        elif word == "ACK":
+            self.acknowledges = bool(numbers[0])
+        elif word != "STATE":
             self.movement = [way if way == "MOV" else "" for way in self.movement]
 
 
@@ -236,7 +246,8 @@ class ReporterModel:
         """Cut what is being sent."""
         self.now = 0
         self.due = self.took = False
-        self.answer, self.position = "", [0, 0, 0]
+        self.answer = ""
+        self.state: Sequence[int] = ()
         self.text, self.began, self.free = b"", 0, 0  # the line on the wire, and until when
         self.story = self._lines()
 
@@ -253,12 +264,12 @@ class ReporterModel:
             return 1
         return bits(self.text[byte])[clock * 10 // self.byte]
 
-    def clock(self, *, enable: bool, position: list[int], answer: str) -> bool:
-        """Make a clock; tell whether the answer was taken."""
-        self.answer, self.position, self.took = answer, position, False
+    def clock(self, *, enable: bool, state: Sequence[int], answer: str) -> bool:
+        """Make a clock; tell whether the answer was taken. The last but one are the positions."""
+        self.answer, self.state, self.took = answer, state, False
         next(self.story)
         if self.tick:
-            self.due = enable
+            self.due = enable or answer == "STATE"
         self.now += 1
         return self.took
 
@@ -266,10 +277,15 @@ class ReporterModel:
         while True:
             if self.due:
                 self.due = False
-                text = "# POS {} {} {} :\n".format(*self.position)
-            elif self.answer and self.period - 1 - self.now % self.period > self.quiet:
+                if self.answer == "STATE":
+                    self.took = True
+                    text = " ".join(map(str, ("STATE", *self.state))) + "\n"
+                else:
+                    text = "# POS {} {} {} :".format(*self.state[-4:-1])
+            elif (self.answer not in ("", "STATE")
+                  and self.period - 1 - self.now % self.period > self.quiet):
                 self.took = True
-                text = f"! {self.answer}\n"
+                text = "ok\n" if self.answer == "OK" else f"! {self.answer}\n"
             else:
                 yield
                 continue
@@ -318,7 +334,7 @@ class PositionerModel:
     Inputs: ClassVar[type] = PositionerInputs
 
     def __init__(self, *, timing: PositionerTiming, bit: int, inverted: bool = False,
-                 backlash: Sequence[int] = (0, 0, 0),
+                 backlash: Sequence[int] = (0, 0, 0), original: bool = False,
                  limit_ends: Sequence[str] = ("X+", "Y+", "Z+")) -> None:
         self.bit = bit
         self.receiver = ReceiverModel(period=bit)
@@ -329,7 +345,9 @@ class PositionerModel:
         times = {name: getattr(timing, name) for name in ("width", "low", "setup", "hold")}
         self.axes = [AxisModel(times=times, modulus=timing.clock, max_rate=timing.top_speed,
                                settle=timing.settle) for _ in range(3)]
-        self.backlash, self.limit_ends = backlash, limit_ends
+        self.backlash, self.limit_ends, self.original = backlash, limit_ends, original
+        self.clocks = self.seconds = 0
+        self.hz = timing.clock
         self.flip = 7 * inverted
         self._axes: list[dict[str, int]] = []  # in this clock
 
@@ -348,18 +366,24 @@ class PositionerModel:
         """Go to the next clock."""
         does, order, axes = self.positioning, self.commands.order, self._axes
         tick = self.reporter.tick
-        answered = self.reporter.clock(enable=does.connected, answer=does.answer,
-                                       position=[axis["position"] for axis in axes])
+        answered = self.reporter.clock(
+            enable=does.connected, answer="" if self.original else does.answer, state=(
+                int(does.connected), *(int(bool(way)) for way in does.movement), *does.rate,
+                *(pins.limits >> number & 1 for number in range(3)),
+                *(axis["position"] for axis in axes), self.seconds))
         taken = does.takes(order)
         does.clock(order, in_position=[axis["in_position"] for axis in axes], tick=tick,
-                   answer_taken=answered,
+                   answer_taken=answered or self.original,
                    limit_hit=[axis["limit_hit"] for axis in axes],
                    halt=self.receiver.line_break)
         took = self.commands.clock(self.lines.head, taken)
         byte, room = self.receiver.byte, self.lines.room
         self.lines.clock(byte, took)
         self.receiver.clock(pins.rx, room)
+        self.seconds += self.clocks > 0 and self.clocks % self.hz == 0
+        self.clocks += 1
         if pins.rst:
+            self.seconds = 0
             for part in (does, self.reporter, self.commands, self.lines, self.receiver):
                 part.reset()
 

@@ -2,6 +2,9 @@
 
 import re
 
+from amaranth import signed
+from amaranth.lib import data
+
 from fresa.motion.positioner import Positioning
 from fresa.protocol import LineEnd, Reporter
 from fresa.protocol.positioner import Answer, Command, PositionerCommands
@@ -32,8 +35,8 @@ def positioner_commands(run: Run) -> str:
         ("P 7 -5 0 99", none, Command.P), ("ORIGIN", none, Command.ORIGIN),
         ("VEL MOT3 1501", Answer.RANGE, None), ("GOTO 8", Answer.RANGE, None),
         ("MOV MOT4 C", Answer.ARGUMENT, None), ("STOP", Answer.ARGUMENT, None),
-        ("GO 1", Answer.COMMAND, None), ("", Answer.COMMAND, None),
-        ("POS 1 -2 3", none, Command.POS)]
+        ("GO 1", Answer.COMMAND, None), ("", Answer.COMMAND, None), ("ACK 2", Answer.RANGE, None),
+        ("STATE", none, Command.STATE), ("POS 1 -2 4294967293", none, Command.POS)]
 
     async def test(ctx):
         for number, (line, *_) in enumerate(lines, 1):
@@ -43,11 +46,11 @@ def positioner_commands(run: Run) -> str:
             while len(offered) < number:
                 await ctx.tick()
         run.expect("orders", offered, [(answer, command) for _, answer, command in lines])
-        run.expect("numbers", [ctx.get(number) for number in dut.numbers], [1, -2, 3])
+        run.expect("numbers", [ctx.get(number) for number in dut.numbers], [1, -2, -3])
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test, consumer)
-    return "5 commands were understood and 6 other lines refused, each by its reason"
+    return "6 commands were understood and 7 other lines refused, each by its reason"
 
 
 @bench
@@ -86,21 +89,27 @@ def positioning(run: Run) -> str:
         await ctx.tick()
         ctx.set(dut.limit_hit, 0)
         run.see(ctx, dut, run=0b010, buzzer=1)
+        await order(ctx, Command.ACK, (0, 0, 1))
         await order(ctx, Command.ORIGIN)
         run.see(ctx, dut, run=0)
+        await order(ctx, Command.STATE)
+        await order(ctx, Command.ACK, (0, 0, 0))
+        await order(ctx, Command.ORIGIN)
         await ctx.tick().repeat(3)
-        run.expect("answers", answers,
-                   [Answer.DISCONNECTED, Answer.EMPTY, Answer.LIMIT_MOT3])
+        run.expect("answers", answers, [Answer.DISCONNECTED, Answer.EMPTY, Answer.LIMIT_MOT3,
+                                        Answer.OK, Answer.OK, Answer.STATE])
 
     run.simulate(dut, test, listener)
     return ("MOV before CONNECT and GOTO to no point were refused; of three motors one arrived, "
-            "one was stopped by a switch, and ORIGIN ended the third")
+            "one was stopped by a switch, and ORIGIN ended the third; ACK had it answered")
 
 
 @bench
 def reporter(run: Run) -> str:
-    """Reports at their times, and answers in between that never delay one."""
-    dut = Reporter(answers=(b"! A\n", b"! LONGER\n"), period=640, byte=BYTE)
+    """Reports at their times, answers in between that never delay one, a state in place of one."""
+    axes = dict.fromkeys("xyz", signed(32))
+    dut = Reporter(state=data.StructLayout({"on": 1, **axes, "seconds": 31}),
+                   answers=(b"! A\n", b"! LONGER\n"), period=800, byte=BYTE)
     places = [(5, -17, 2**31 - 1), (0, -2**31, 0x55555555),
               (-0x55555555, 0x2AAAAAAA, -0x2AAAAAAA)]
     begun, text = [], bytearray()
@@ -121,20 +130,26 @@ def reporter(run: Run) -> str:
     async def test(ctx):
         ctx.set(dut.enable, 1)
         for place in places:
-            for port, value in zip(dut.position, place, strict=True):
+            for port, value in zip((dut.on, dut.x, dut.y, dut.z, dut.seconds), (1, *place, 1234),
+                                   strict=True):
                 ctx.set(port, value)
-            for number in range(10):
+            for number in range(14):
                 await put(ctx, dut.answers, number % 2)
-        await ticks(ctx, 600)
-        lines = re.findall(rb"# POS [^:]* :\n|! A\n|! LONGER\n", bytes(text))
+        await put(ctx, dut.answers, 2)
+        await ticks(ctx, 1400)
+        lines = re.findall(rb"# POS [^:]* :|! A\n|! LONGER\n|STATE .*\n", bytes(text))
         run.expect("text", b"".join(lines), bytes(text[:len(b"".join(lines))]))
         run.expect("reports", len(begun) >= 3, True)
-        run.expect("times", {b - a for a, b in zip(begun, begun[1:], strict=False)}, {640})
+        run.expect("times", {b - a for a, b in zip(begun, begun[1:], strict=False)},
+                   {800, 1600})  # the longer one with a state
         run.expect("places", sorted({line for line in lines if line[:1] == b"#"}),
-                   sorted("# POS {} {} {} :\n".format(*place).encode() for place in places))
+                   sorted("# POS {} {} {} :".format(*place).encode() for place in places))
+        run.expect("state", [line for line in lines if line[:1] == b"S"],
+                   ["STATE 1 {} {} {} 1234\n".format(*places[-1]).encode()])
         run.expect("answers", [line for line in lines if line[:1] == b"!"],
-                   [b"! A\n", b"! LONGER\n"] * 15)
+                   [b"! A\n", b"! LONGER\n"] * 21)
         run.see(ctx, dut, fault=0)
 
     run.simulate(dut, test, line)
-    return "30 answers, each whole and in order, and between them reports exactly 640 clocks apart"
+    return ("42 answers and a state, each whole and in order, and between them reports exactly "
+            "800 clocks apart")

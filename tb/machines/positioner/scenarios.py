@@ -1,5 +1,7 @@
 """Scenarios of `positioner`: a session on its line."""
 
+import re
+
 from fresa.machines.positioner import ANSWERS
 from fresa.protocol.positioner import Answer
 
@@ -38,9 +40,10 @@ def positioner(run: Run) -> str:
     async def reports(ctx, x, y, z):
         """Wait for a report that began after this."""
         seen = received.count(b"#")
-        while received.count(b"#") == seen or not received.endswith(b"\n"):
+        while received.count(b"#") == seen or not received.endswith(b":"):
             await ctx.tick()
-        run.expect("report", bytes(received).splitlines()[-1].decode(), f"# POS {x} {y} {z} :")
+        run.expect("report", bytes(received[received.rindex(b"#"):]).decode(),
+                   f"# POS {x} {y} {z} :")
 
     async def test(ctx):
         ctx.set(dut.rx, 1)
@@ -59,7 +62,9 @@ def positioner(run: Run) -> str:
         await send(ctx, "MOV MOT2 C")
         run.expect("pulses", motors, [23, -6, jogged])
         run.see(ctx, dut, moving=0, buzzer=1)
-        await send(ctx, "ORIGIN", "HELLO")
+        await send(ctx, "ACK 1", "ORIGIN", "HELLO", "STATE", "ACK 0")
+        while not received.endswith(b"STATE 1 0 0 0 1500 200 200 0 1 0 0 0 0 2\n"):
+            await ctx.tick()
         await reports(ctx, 0, 0, 0)
         far = "1431655765 -1717986919 -252645136"
         await send(ctx, f"P 7 {far}", f"POS {far}", "GOTO 7")
@@ -67,12 +72,13 @@ def positioner(run: Run) -> str:
         await send(ctx, "DISCONNECT")
         run.see(ctx, dut, connected=0, enable=0, fault=0)
         run.expect("pulses", motors, [23, -6, jogged])
-        answers = [line + b"\n" for line in bytes(received).splitlines() if line.startswith(b"!")]
+        answers = re.findall(rb"! .*\n|ok\n", bytes(received))
         run.expect("answers", answers, [ANSWERS[answer.value] for answer in (
-            Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.COMMAND)])
+            Answer.DISCONNECTED, Answer.EMPTY, Answer.RANGE, Answer.LIMIT_MOT2, Answer.OK,
+            Answer.OK, Answer.COMMAND)])
 
     run.simulate(dut, test, scoreboard(run, dut, model),
-                 monitor(run, dut.tx, bit, received), count, deadline=90_000)
+                 monitor(run, dut.tx, bit, received), count, deadline=120_000)
     return ("to a point, a jog, a limit that blocked, 4 lines refused, the origin; reports and "
             "pulses agreed all the while, and every clock was as the model has it")
 

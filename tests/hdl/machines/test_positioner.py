@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fresa.machines import Positioner
-from fresa.machines.positioner import ANSWERS, PositionerTiming
+from fresa.machines.positioner import PositionerTiming
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.positioner.model import PositionerModel
@@ -22,9 +22,9 @@ NO_COMPILER = CXXRTLEngine.missing()
 PINS = ["tx", "step", "direction", "enable", "buzzer", "connected", "moving", "fault"]
 BIT = 16
 TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
-                      settle=30, report=10_000)
+                      settle=30, report=14_000)
 BACKLASH = (3, 0, 12)
-REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :\n")
+REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :")
 ON_THE_WIRE = BIT * 10
 
 
@@ -64,7 +64,7 @@ class Desk:
 
     @property
     def answers(self) -> list[str]:
-        return [line.decode() for line in self.text.split(b"\n")[:-1] if not line.startswith(b"#")]
+        return REPORT.sub(b"", self.text).decode().split("\n")[:-1]
 
     def motors(self) -> list[int]:
         """Count what left the pins."""
@@ -122,10 +122,7 @@ class TestSession:
         reports = [clock for clock, byte in zip(output.starts, output.text, strict=True)
                    if byte == ord("#")]
         assert set(np.diff(reports)) == {TIMING.report}
-        lines = desk.text.split(b"\n")[:-1]
-        assert all(REPORT.fullmatch(line + b"\n") or line + b"\n" in ANSWERS for line in lines)
-        answers = [line for line in lines if line.startswith(b"!")]
-        assert answers == [b"! ARGUMENT", b"! RANGE", b"! COMMAND"] * 15
+        assert desk.answers == ["! ARGUMENT", "! RANGE", "! COMMAND"] * 15
 
     @pytest.mark.compiler
     def test_more_bad_lines_than_can_be_answered(self, desk):
@@ -142,6 +139,59 @@ class TestSession:
         assert desk.answers == ["! COMMAND"] * known + ["! OVERFLOW"] * rest
         assert known > 31 and 0 < rest < 150 - known
         assert desk.reported() == [0, y, 0] == desk.motors()
+
+    @pytest.mark.compiler
+    def test_each_line_has_one_answer_in_its_order(self, desk):
+        desk.say("CONNECT", "ACK 1", "MOV MOT1 C", "STOP MOT1", "FOO", "STATE", "ACK 1", "ACK 0",
+                 "CONNECT", "GOTO 1", "ACK 2")
+        x = desk.motors()[0]
+        desk.wait(4 * TIMING.report)
+        *answers, state = sorted(desk.answers, key=lambda line: line.startswith("STATE"))
+        assert answers == ["ok", "ok", "ok", "! COMMAND", "ok", "! EMPTY", "! RANGE"]
+        assert desk.answers.index(state) == 4 and x > 0
+        seconds = int(state.split()[-1])
+        assert state == f"STATE 1 0 0 0 200 200 200 0 0 0 {x} 0 0 {seconds}"
+        output = decode_output(desk.seen["tx"], BIT)
+        at = output.starts[output.text.index(b"STATE")]
+        assert seconds == at // TIMING.clock and at % TIMING.report == 4
+
+    @pytest.mark.compiler
+    def test_the_state_has_all_that_a_host_needs_also_when_not_connected(self, desk):
+        desk.engine.set(limits=0b110)
+        desk.say("STATE")
+        desk.wait(2 * TIMING.report)
+        desk.say("VEL MOT3 7", "POS 4294967246 5 4294967295", "CONNECT", "MOV MOT2 CC",
+                 "STATE")
+        desk.wait(2 * TIMING.report)
+        before, after = ([int(word) for word in line.split()[1:]] for line in desk.answers)
+        assert before[:-1] == [0, 0, 0, 0, 200, 200, 200, 0, 1, 1, 0, 0, 0]
+        y = after.pop(11)
+        assert after[:-1] == [1, 0, 1, 0, 200, 200, 7, 0, 1, 1, -50, -1]
+        assert y < 5 and after[-1] > before[-1]
+
+    @pytest.mark.compiler
+    def test_a_reset_begins_the_seconds_anew_and_ends_acknowledging(self, desk):
+        desk.say("ACK 1")
+        desk.wait(3 * TIMING.clock)
+        desk.engine.set(rst=1)
+        desk.wait(1)
+        desk.engine.set(rst=0)
+        desk.wait(60)
+        desk.say("CONNECT", "STATE")
+        desk.wait(2 * TIMING.report)
+        first, state = desk.answers
+        assert first == "ok" and re.fullmatch("STATE 1 0 0 0 200 200 200 0 0 0 0 0 0 [012]", state)
+
+    @pytest.mark.compiler
+    def test_as_the_original_it_sends_reports_and_nothing_else(self):
+        desk = Desk(original=True)
+        desk.engine.set(limits=1)
+        desk.say("ACK 1", "FOO", "STATE", "CONNECT", "MOV MOT1 C", "MOV MOT2 C", "\n" * 60, "ACK 1")
+        desk.say("STOP MOT2", "POS 4294967246 0 0", "STATE")
+        desk.wait(3 * TIMING.report)
+        assert re.fullmatch(rb"# POS 0 (\d+) 0 :(# POS -50 0 0 :)+", desk.text)
+        desk.engine.close()
+
 
 class TestLimits:
     @pytest.mark.compiler
@@ -267,12 +317,14 @@ def order(rng: random.Random) -> str:
     """Give a line, most of them good."""
     n, way = rng.randint(1, 3), rng.choice(["C", "CC"])
     near = [rng.randrange(-60, 60) for _ in range(3)]
-    anywhere = [rng.choice([0, 1, -1, 5, 30, -30, 2**31 - 1, -2**31, 2**31]) for _ in range(3)]
+    anywhere = [rng.choice([0, 1, -1, 5, 30, -30, 2**31 - 1, -2**31, 2**31, 2**32 - 50, 2**32])
+                for _ in range(3)]
     return rng.choice([
         "CONNECT", "CONNECT", f"MOV MOT{n} {way}", f"MOV MOT{n} {way}", f"STOP MOT{n}",
         f"VEL MOT{n} {rng.choice([1, 50, 900, 1499, 1500, 1501, 0])}",
         "P {} {} {} {}".format(n, *near), "P {} {} {} {}".format(rng.randrange(9), *anywhere),
         f"GOTO {n}", f"GOTO {n}", "POS {} {} {}".format(*near), "POS {} {} {}".format(*anywhere),
+        "STATE", f"ACK {rng.choice([0, 1, 1, 2])}",
         rng.choice(["ORIGIN", "ORIGIN\r", "FOO", "", "MOV MOT4 C", "CONNECT ", "GOTO -",
                     "DISCONNECT\nCONNECT", "DISCONNECT", *["x" * 260] * (rng.random() < 0.1)])])
 
@@ -302,7 +354,7 @@ class TestModel:
     @pytest.mark.parametrize(("seed", "options"), [
         (0, {}), (1, {"inverted": True, "backlash": BACKLASH}),
         (12, {"limit_ends": ("X-", "Y+", "X+"), "backlash": (0, 1, 0)}),
-        (3, {"limit_ends": ("Z-", "X-", "Y+")})])
+        (3, {"limit_ends": ("Z-", "X-", "Y+")}), (4, {"original": True})])
     def test_is_its_model_in_every_clock(self, seed, options):
         clocks = 12_000 if NO_COMPILER else 60_000
         given = stimulus(seed, clocks)
@@ -337,7 +389,7 @@ class TestTiming:
         ({"top_speed": 1_000_000}, {}, "top speed must be at most 263157 steps/s with pulses 190 "
          "clocks apart, not 1000000"),
         ({"top_speed": 0}, {}, "top speed must be a whole number from 1 to 50000000, not 0"),
-        ({"report_us": 60_000}, {}, "report period must be a whole number from 3176888 to "
+        ({"report_us": 60_000}, {}, "report period must be a whole number from 4323088 to "
          "67108864, not 3000000"),
         ({"baud": 0}, {}, "baud at a clock of 50000000 Hz must be a whole number from 1 to "
          "3125000, not 0"),

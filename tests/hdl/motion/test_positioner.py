@@ -79,7 +79,7 @@ class Bench:
         """Listen until all is said."""
         quiet = 0
         while quiet < 3:
-            quiet = 0 if self.model.answer or self.model.reasons else quiet + 1
+            quiet = 0 if self.model.answer or self.model.waiting_answers else quiet + 1
             self.clock()
 
     @property
@@ -116,7 +116,8 @@ class TestPositioning:
                     ("", "MOV", [motor, 1]), ("", "STOP", [motor]), ("", "VEL", [motor, point]),
                     ("", "P", [point, *places]), ("", "P", [point, *places]),
                     ("", "GOTO", [point]), ("", "GOTO", [point]), ("", "ORIGIN", []),
-                    ("", "POS", places), (rng.choice(REASONS), "", []),
+                    ("", "POS", places), ("", "ACK", [rng.randrange(2)]), ("", "STATE", []),
+                    (rng.choice(REASONS), "", []),
                     ("", "DISCONNECT" if rng.random() < 0.3 else "CONNECT", [])])
             bench.in_position = [rng.random() < 0.05 for _ in range(3)]
             bench.limit_hit = [rng.random() < 0.02 for _ in range(3)]
@@ -124,7 +125,7 @@ class TestPositioning:
                            halt=rng.random() < 0.01, rst=rng.random() < 0.002):
                 order = None
         bench.engine.close()
-        expected = {"DISCONNECTED", "EMPTY", "RANGE", "LIMIT MOT1", "LIMIT MOT3"}
+        expected = {"DISCONNECTED", "EMPTY", "RANGE", "LIMIT MOT1", "LIMIT MOT3", "OK", "STATE"}
         assert expected | ({"OVERFLOW"} if waiting < 5 else set()) <= {*bench.answers}
 
     def test_goto_sends_all_and_each_stops_where_it_arrives(self, bench):
@@ -156,6 +157,13 @@ class TestPositioning:
         bench.order("GOTO", 5)
         bench.settle()
         assert bench.answers[-1] == "EMPTY"
+
+    def test_each_order_is_answered_once_from_ack_1_to_ack_0(self, bench):
+        for word, *numbers in [("CONNECT",), ("ACK", 1), ("VEL", 0, 9), ("GOTO", 1), ("STATE",),
+                               ("ACK", 1), ("ACK", 0), ("ORIGIN",), ("STATE",), ("ACK", 0)]:
+            bench.order(word, *numbers)
+        bench.settle()
+        assert bench.answers == ["OK", "OK", "EMPTY", "STATE", "OK", "STATE"]
 
     @pytest.mark.parametrize(("top", "start"), [(1500, 200), (200, 200), (20, 20)])
     def test_speeds_start_at_200_or_at_the_top(self, top, start):

@@ -19,7 +19,7 @@ TOP = 1500
 OUTPUTS = ["items_ready", "orders_valid", "orders_payload", "numbers_0", "numbers_1", "numbers_2"]
 ORDERS = ["CONNECT", "DISCONNECT", "MOV MOT1 C", "MOV MOT3 CC", "STOP MOT2", "VEL MOT2 1500",
           "VEL MOT1 1", "P 7 1 -2 2147483647", "P 1 -2147483648 +5 000", "GOTO 3", "ORIGIN",
-          "POS 0 -0 99"]
+          "POS 0 -0 99", "POS 4294967246 2147483648 4294967295", "ACK 0", "ACK +1", "STATE"]
 REFUSED = {
     "COMMAND": ["", " ", "MOVE MOT1 C", "mov MOT1 C", "MOT1", "C", "CC", "1", "# POS 1 2 3 :",
                 " CONNECT", "CONNECTED", "CONNEC", "x" * 80, "\r", "CONNECT\r"],
@@ -29,10 +29,12 @@ REFUSED = {
                  "MOV MOT1 MOT", "MOV C MOT1", "MOV CC1 C", "MOV MOT1 C C", "MOV MOT+1 C",
                  "STOP", "STOP MOT1 C", "VEL MOT1", "VEL MOT1 x", "VEL MOT1 -", "VEL MOT1 5x",
                  "VEL MOT1 1.5", "P 1 2 3", "P 1 2 3 4 5", "P", "P1 2 3 4", "GOTO", "GOTO x",
-                 "GOTO 1 2", "POS 1 2", "POS 1 2 --3", "POS 1 2 3-"],
+                 "GOTO 1 2", "POS 1 2", "POS 1 2 --3", "POS 1 2 3-", "ACK", "ACK x", "ACK 1 1",
+                 "STATE 1", "STATE "],
     "RANGE": ["VEL MOT1 0", "VEL MOT1 1501", "VEL MOT1 -1", "VEL MOT1 4294967297", "P 0 1 2 3",
-              "P 8 1 2 3", "P 99 1 2 3", "P -1 1 2 3", "P 1 2147483648 0 0",
-              "P 1 0 0 -2147483649", "GOTO 0", "GOTO 8", "GOTO 4294967299", "POS 0 0 " + "9" * 40],
+              "P 8 1 2 3", "P 99 1 2 3", "P -1 1 2 3", "P 1 4294967296 0 0",
+              "P 1 0 0 -2147483649", "GOTO 0", "GOTO 8", "GOTO 4294967299", "POS 0 0 " + "9" * 40,
+              "ACK 2", "ACK -1", "ACK 8589934592"],
 }
 
 
@@ -80,7 +82,8 @@ def order_of(seen: dict[str, int]) -> tuple:
     motor, way, point = payload >> 8 & 3, payload >> 10 & 1, payload >> 11
     numbers = [(seen[f"numbers_{n}"] + 2**31) % 2**32 - 2**31 for n in range(3)]
     return (answer, word, *{"MOV": [motor, way], "STOP": [motor], "VEL": [motor, numbers[2]],
-                            "P": [point, *numbers], "GOTO": [point], "POS": numbers}.get(word, []))
+                            "P": [point, *numbers], "GOTO": [point], "POS": numbers,
+                            "ACK": [numbers[2]]}.get(word, []))
 
 
 def shown(order) -> tuple:
@@ -93,7 +96,8 @@ class TestPositionerCommands:
         assert [shown(order)[1:] for order in check(ORDERS, 0)] == [
             ("CONNECT",), ("DISCONNECT",), ("MOV", 0, 1), ("MOV", 2, 0), ("STOP", 1),
             ("VEL", 1, 1500), ("VEL", 0, 1), ("P", 7, 1, -2, 2**31 - 1), ("P", 1, -2**31, 5, 0),
-            ("GOTO", 3), ("ORIGIN",), ("POS", 0, 0, 99)]
+            ("GOTO", 3), ("ORIGIN",), ("POS", 0, 0, 99), ("POS", -50, -2**31, -1),
+            ("ACK", 0), ("ACK", 1), ("STATE",)]
 
     @pytest.mark.parametrize("reason", REFUSED)
     def test_what_is_refused_has_its_reason_and_the_next_line_is_read(self, reason):

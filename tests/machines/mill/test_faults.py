@@ -107,7 +107,7 @@ class TestUpsets:
         assert counts == {Verdict.VISIBLE} if guard else Verdict.SILENT in counts
         assert bool(silent) != guard
         for upset in silent:
-            away = np.abs(np.subtract(upset.place, upset.asked))
+            away = np.abs(np.subtract(upset.place, upset.expected))
             if ".drivers." in upset.register and not upset.register.endswith("rest"):
                 assert away.sum() == away["xyz".index(upset.register.split(".")[-2])] == 1
             else:
@@ -123,7 +123,7 @@ class TestUpsets:
              if register.name.endswith("automatic.z.count")]
         assert all(row[Verdict.HARMLESS] == 0 for row in z)
         assert any(row[Verdict.SILENT] for row in z) != guard
-        assert any(upset.place == upset.asked for upset in silent) != guard
+        assert any(upset.place == upset.expected for upset in silent) != guard
 
     def test_chance_is_of_the_seed_and_the_number(self, trial):
         whole, _ = trial.upsets(3, 100, 400)

@@ -6,7 +6,7 @@ from tests.machines.contracts import stated
 RELIED_ON = {
     "a line to the positioner is one order or one refusal; what is refused changes nothing": {
         "positioner_commands": ["one-order-a-line", "good-lines-only", "goes-on"],
-        "positioning": ["counts-reasons", "reasons-are-said", "reasons-in-their-order",
+        "positioning": ["queue-level", "queue-is-answered", "answers-in-order", "acknowledges",
                         "answers-have-a-cause", "taken-a-clock-later", "halts",
                         "still-unless-connected", "mot1-moves-by-order", "mot2-target", "mot3-rate",
                         "connected"]},
@@ -16,8 +16,9 @@ RELIED_ON = {
                        "{}-position-is-the-pulses", "{}-waits-for-no-other", "break-halts",
                        "break-ends-steps"]},
     "a report begins at its tick, whole, with the positions of one clock": {
-        "reporter": ["on-time", "first-byte-in-time", "as-ordered", "as-it-was",
-                     "over-by-the-tick"]},
+        "reporter": ["on-time", "first-byte-in-time", "as-ordered", "sampled-at-once",
+                     "state-at-a-tick", "over-by-the-tick"],
+        "positioner": ["state-is-the-machine", "seconds", "second"]},
 }
 
 TestContracts = stated(MACHINE, RELIED_ON, ["positioner_commands", "reporter"])

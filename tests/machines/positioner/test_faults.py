@@ -22,5 +22,5 @@ TestResets = resets_are_checked(target, sessions, {
     "keeps": (Mistake("positioning.going", reset_less=True),
               "positioning.going is not as from power-up after a reset"),
     "halts": (Mistake("positioning.halt", lambda *_: Const(1)),
-              "after a reset it does not do what it is asked"),
+              "after a reset it does not obey the question"),
 })

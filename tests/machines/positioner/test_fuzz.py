@@ -9,13 +9,13 @@ from amaranth import Const, Mux
 from fresa.protocol import positioner as commands
 from tb.machines.positioner.fuzz import limits, lines
 from tb.machines.positioner.fuzz.axes import load_steps
-from tb.machines.positioner.fuzz.reasons import Reasons
+from tb.machines.positioner.fuzz.reasons import Due, Reasons
 from tb.mistake import Mistake
 from tests.machines.fuzzing import BIT, BREAK, drifts, kinds, mistakes_are_found, run
 
 BEGIN = b"CONNECT\n"
 MISTAKES = {  # few bytes, what is found, the mistake
-    "no answer": (b"P 1 0 0 2147483648\n", "answer", Mistake(
+    "no answer": (b"P 1 0 0 4294967296\n", "answer", Mistake(
         "positioning.refusal", lambda right, _: Mux(
             right == commands.Answer.RANGE.value, commands.Answer.NONE.value, right))),
     "a motor that does not stop": (b"MOV MOT2 C\nSTOP MOT2\n", "step", Mistake(
@@ -57,15 +57,27 @@ class TestOtherMistakes:
 
 @pytest.mark.parametrize(("text", "wrong"), [
     (b"CONNECT", ""), (b"MOV MOT3 CC", ""), (b"VEL MOT1 +0007", ""), (b"GOTO 7", ""),
-    (b"POS 0 -2147483648 2147483647", ""),
+    (b"POS 0 -2147483648 4294967295", ""), (b"ACK 0", ""), (b"STATE", ""),
     (b"", "COMMAND"), (b"connect", "COMMAND"), (b" CONNECT", "COMMAND"), (b"MOT1", "COMMAND"),
     (b"CONNECT ", "ARGUMENT"), (b"MOV MOT4 C", "ARGUMENT"), (b"MOV MOT1 CCC", "ARGUMENT"),
     (b"MOV  MOT1 C", "ARGUMENT"), (b"GOTO -", "ARGUMENT"), (b"P 1 2 3", "ARGUMENT"),
     (b"VEL MOT1 0", "RANGE"), (b"VEL MOT1 1501x", "RANGE"), (b"P 8", "RANGE"),
-    (b"POS 0 0 2147483648", "RANGE"),
+    (b"POS 0 0 4294967296", "RANGE"), (b"POS -2147483649 0 0", "RANGE"), (b"ACK 2", "RANGE"),
+    (b"ACK", "ARGUMENT"), (b"STATE 1", "ARGUMENT"),
 ])
 def test_lines_that_are_refused(text, wrong):
     assert lines.refusal(text)[0] == wrong
+
+
+class Soon(Due):
+    """Answers are sent within so many clocks."""
+
+    def __init__(self, clocks):
+        super().__init__(1, 10**6)
+        self.clocks = clocks
+
+    def __call__(self, begin, text=b""):
+        return begin + self.clocks
 
 
 class TestReasons:
@@ -89,10 +101,10 @@ class TestReasons:
         return answers
 
     def run(self, answers):
-        reasons = Reasons(answers, lambda clock: clock + 20 * self.BYTE, self.BYTE, 10**6)
+        reasons = Reasons(answers, Soon(20 * self.BYTE), self.BYTE, 10**6)
         for number in range(self.LINES):
             clock = 1000 + number * self.BYTE
-            if failure := reasons.refuse(b"", "COMMAND", clock, clock + 40):
+            if failure := reasons.answer(b"", b"! COMMAND\n", clock, clock + 40):
                 return failure
         return reasons.rest()
 
@@ -123,7 +135,7 @@ class TestLimits:
 
     def check(self, number, blocked, perhaps=()):
         return limits.check_limit_reports(number, blocked, perhaps, self.SAID,
-                                          lambda clock: clock + 450, 9000)
+                                          Soon(450), 9000)
 
     def test_each_is_reported_once(self):
         assert self.check(1, [700]) == self.check(2, [800]) == self.check(3, []) == []

@@ -5,10 +5,10 @@ from tests.machines.contracts import stated
 
 RELIED_ON = {
     "a frame is answered once, and a bad one changes nothing": {
-        "frames": ["one-answer", "answers-what-it-is", "target-stays", "speed-stays",
+        "frames": ["one-answer-per-frame", "answer-matches-frame", "target-stays", "speed-stays",
                    "power-stays"]},
     "one motor makes the steps that frames ask for and no other, whatever is on its line": {
-        "single": ["steps-as-asked", "in-time", "not-before", "no-step-without-power",
+        "single": ["step-toward-set-point", "in-time", "not-before", "no-step-without-power",
                    "coils-legal", "position-is-phase"]},
 }
 

@@ -24,7 +24,7 @@ TestResets = resets_are_checked(target, sessions, {
         at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
     "off": (Mistake("driver.coils", reset_less=False), "the coil word of the motor is illegal"),
     "dumb": (Mistake("tx", lambda *_: Const(1)),
-             "after a reset it does not do what it is asked, or does not say so"),
+             "after a reset it does not obey the question, or does not answer it"),
 })
 
 

@@ -26,12 +26,14 @@ class TestSession:
         with serial.serial_for_url(positioner, timeout=PATIENCE) as port:
             port.write(b"MOV MOT1 C\nCONNECT\n")
             assert port.readline() == b"! DISCONNECTED\n"
-            assert re.fullmatch(rb"# POS 0 0 0 :\n", port.readline())
+            assert port.read_until(b":") == b"# POS 0 0 0 :"
             port.write(b"GOTO 3\nP 99 1 2 3\nVEL MOT1 0\nMOVE\nMOV MOT4 C\n")
-            answers = [line for line in (port.readline() for _ in range(15)) if line[:1] == b"!"]
-            assert answers == [b"! EMPTY\n", b"! RANGE\n", b"! RANGE\n", b"! COMMAND\n",
-                               b"! ARGUMENT\n"]
-            port.write(b"DISCONNECT\n")
+            port.write(b"ACK 1\nDISCONNECT\nSTATE\nACK 0\n")
+            text = b"".join(port.readline() for _ in range(8))
+            answers = re.sub(rb"# POS 0 0 0 :", b"", text).splitlines()
+            assert answers[:-1] == [b"! EMPTY", b"! RANGE", b"! RANGE", b"! COMMAND",
+                                    b"! ARGUMENT", b"ok", b"ok"]
+            assert answers[-1].startswith(b"STATE 0 0 0 0 200 200 200 0 0 0 0 0 0 ")
 
     def test_a_program_with_fresa_host(self, positioner):
         with Positioner(positioner, timeout=PATIENCE) as three:

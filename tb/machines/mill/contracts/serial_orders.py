@@ -37,7 +37,7 @@ def describe(c: Contract, dut: SerialOrders) -> None:
                                 ("Each byte of an answer", "writer.bytes", "transmitter.bytes")]:
         source, sink = (getattr(c.part(path.split(".")[0]), path.split(".")[1])
                         for path in (first, second))
-        c.invariant(f"{first.replace('.', '-')}-go-on",
+        c.invariant(f"{first.replace('.', '-')}-forwarded",
                     f"{items} goes on to the next part, once and unchanged.",
                     (source.valid == sink.valid) & (source.ready == sink.ready)
                     & (Value.cast(source.payload) == Value.cast(sink.payload)),
@@ -46,12 +46,13 @@ def describe(c: Contract, dut: SerialOrders) -> None:
     _watch_an_order(c, dut, reader, ledger)
 
     ends = reader.items.valid & reader.items.ready & reader.items.p.end
-    said = writer.messages.valid & writer.messages.ready
+    sent = writer.messages.valid & writer.messages.ready
     owed = c.keep(2, name="answers_owed")
-    c.m.d.sync += owed.eq(Mux(c.rst, 0, owed + ends - said))
-    c.invariant("one-answer-a-line", "Every line that ended has one answer, and nothing else has.",
+    c.m.d.sync += owed.eq(Mux(c.rst, 0, owed + ends - sent))
+    c.invariant("one-answer-per-line", "Every line that ended has one answer, and nothing else "
+                "has.",
                 owed == reader.messages.valid + ledger.answers.valid, cover=ledger.answers.valid)
-    c.implication("waits-for-an-answer", "Readiness to send an answer lasts until there is "
+    c.implication("ready-until-answer", "Readiness to send an answer lasts until there is "
                   "one, so that it is current when its line begins.",
                   when=c.past(ledger.answers.ready & ~ledger.answers.valid & ~c.rst),
                   then=ledger.answers.ready)
@@ -61,13 +62,13 @@ def describe(c: Contract, dut: SerialOrders) -> None:
 
 def _watch_words(c: Contract, dut: SerialOrders, reader, ledger, writer) -> None:
     """State which digits are which fields."""
-    said, request = reader.messages.p.value, ledger.requests.p.value
+    digits, request = reader.messages.p.value, ledger.requests.p.value
     fields = [("y", 4), ("x", 4), ("number", 6), ("session", 8), ("kind", 2)]
     same, place = [], 0
-    for name, digits in fields:
-        same.append(Value.cast(request[name]) == said[place:place + 4 * digits])
-        place += 4 * digits
-    assert place == len(said)
+    for name, count in fields:
+        same.append(Value.cast(request[name]) == digits[place:place + 4 * count])
+        place += 4 * count
+    assert place == len(digits)
     c.implication("requests-are-lines", "A request has the fields of its line's digits, and is "
                   "good if the line was correct.", when=ledger.requests.valid,
                   then=Cat(same).all() & (ledger.requests.p.good == reader.messages.p.good)
@@ -92,32 +93,33 @@ def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
                 kind == RequestKind.DOWN.value)
     acknowledged = c.past(read & (number == mine)) & (answer.outcome == Outcome.TAKEN)
 
-    kept, said = c.keep(1, name="waits"), c.keep(len(order), name="said")
-    waits, what = kept | acknowledged, Mux(acknowledged, c.past(order), said)
+    kept, stored = c.keep(1, name="waits"), c.keep(len(order), name="stored")
+    waits, what = kept | acknowledged, Mux(acknowledged, c.past(order), stored)
     offered, payload = dut.orders.valid, Value.cast(dut.orders.payload)
     is_mine = (answer.done + 1)[:24] == mine
     handed = offered & dut.orders.ready
     spent = c.keep(1, name="handed_on")
-    c.m.d.sync += [kept.eq(waits & ~(handed & is_mine) & dut.enable & ~c.rst), said.eq(what),
+    c.m.d.sync += [kept.eq(waits & ~(handed & is_mine) & dut.enable & ~c.rst), stored.eq(what),
                    spent.eq((spent & ~acknowledged | handed & is_mine) & ~c.rst)]
 
-    c.implication("handed-on-as-said", "An order passed on was acknowledged, and is that of "
-                  "its line.", when=offered & is_mine, then=waits & (payload == what))
-    c.implication("handed-on-once", "An order that was handed on is not, unless one of its number "
-                  "is acknowledged anew.", when=spent & ~acknowledged,
+    c.implication("forwarded-as-acknowledged", "An order passed on was acknowledged, and is that "
+                  "of its line.", when=offered & is_mine, then=waits & (payload == what))
+    c.implication("forwarded-once", "An order that was handed on is not handed on again, unless "
+                  "one of its number is acknowledged anew.", when=spent & ~acknowledged,
                   then=~waits & ~(offered & is_mine))
-    c.implication("acknowledged-is-offered", "An order that was acknowledged is offered when "
-                  "those before it are done.", when=waits & is_mine & dut.enable,
+    c.implication("acknowledged-offered-in-sequence", "An order that was acknowledged is offered "
+                  "when those before it are done.", when=waits & is_mine & dut.enable,
                   then=offered & dut.busy)
-    c.implication("in-their-turn",
-                  "Behind an order that was handed on the next number is the next.",
+    c.implication("forwarded-in-sequence",
+                  "After an order the one with the next number is handed on.",
                   when=c.past(handed & dut.enable & ~c.rst),
                   then=answer.done == (c.past(answer.done) + 1)[:24])
-    c.implication("damaged-is-not-obeyed", "A line that was not right is answered so, and orders "
-                  "nothing.", when=c.past(read & ~reader.messages.p.good),
+    c.implication("damaged-refused", "A damaged line is answered so, and orders nothing.",
+                  when=c.past(read & ~reader.messages.p.good),
                   then=(answer.outcome == Outcome.DAMAGED) & ~acknowledged
                   & ((answer.taken == c.past(answer.taken)) | ~c.past(dut.enable)))
-    c.implication("stops-at-once", "Where no orders are wanted none is offered, and none is kept.",
+    c.implication("disable-clears-queue", "Without `enable`, and after reset, no order is offered "
+                  "or waits.",
                   when=c.past(~dut.enable | c.rst), then=~offered & ~dut.busy & ~waits)
 
     count = (answer.taken - answer.done)[:24]
@@ -126,7 +128,7 @@ def _watch_an_order(c: Contract, dut: SerialOrders, reader, ledger) -> None:
     word = ring[0]
     for address in range(1, dut.depth):
         word = Mux(mine[:(dut.depth - 1).bit_length()] == address, ring[address], word)
-    c.invariant("knows-what-waits", "Queued orders are those taken and not done.",
+    c.invariant("queue-in-memory", "Queued orders are those taken and not done.",
                 (inside == waits) & (count <= dut.depth) & (~waits | (word == what)), cover=waits)
 
 

@@ -69,8 +69,8 @@ def describe(c: Contract, dut: _Board) -> None:
     held = kept | steady
     c.m.d.sync += kept.eq(held & ~reset)
     at_pins = c.past(c.past(held))
-    c.implication("steady-stops", "When the pin was high for the time of a stop, and for that of "
-                  "the way in and out, all motors stand until reset, and LD7 is dark.",
+    c.implication("steady-level-stops", "When the pin was high for the time of a stop, and for "
+                  "that of the way in and out, all motors stand until reset, and LD7 is dark.",
                   when=high == to_pins, then=at_pins & ~dut.leds[LD7])
 
     machine = "board.machine"
@@ -79,7 +79,7 @@ def describe(c: Contract, dut: _Board) -> None:
     for index, name in enumerate("xyz"):
         word = getattr(dut, f"axis_{name}")
         changed = word != c.past(word, init=FULL_STEP[0])
-        c.implication(f"{name}-stands", f"From the stop on the pins of {name} keep their levels, "
+        c.implication(f"{name}-stopped", f"From the stop on the pins of {name} keep their levels, "
                       "until reset.",
                       when=at_pins, then=~changed)
 
@@ -94,10 +94,12 @@ def describe(c: Contract, dut: _Board) -> None:
             c.m.d.sync += steps.eq(0)
         with c.m.Elif((high != 0) & changed):
             c.m.d.sync += steps.eq(steps + 1)
-        c.invariant(f"{name}-at-most-one", f"From where the pin is high and stays so, {name} makes "
-                    "at most one step.", steps + ((high != 0) & changed) <= 1, cover=steps == 1)
+        c.invariant(f"{name}-at-most-one-step", f"From where the pin is high and stays so, {name} "
+                    "makes at most one step.",
+                    steps + ((high != 0) & changed) <= 1, cover=steps == 1)
         rested = c.past(c.past(c.kept[f"{path}:rested"]))
-        c.invariant(f"{name}-step-since", f"That step of {name} was made while the pin was high.",
+        c.invariant(f"{name}-step-while-high", f"That step of {name} was made while the pin was "
+                    "high.",
                     (steps == 0) | (high == to_pins) | (rested + 2 <= high), cover=steps == 1,
                     lemma=True)
 
@@ -115,7 +117,8 @@ def describe(c: Contract, dut: _Board) -> None:
                           == synchronised), cover=synchronised == 1, lemma=True)
     for path in ("handshake.handshake_state", "source.square_state"):
         state = c.state(f"{machine}.{path}")
-        c.invariant(f"{path.rpartition('.')[2].replace('_', '-')}-in-use", "No fault stops it.",
+        c.invariant(f"{path.rpartition('.')[2].replace('_', '-')}-in-use", "The state machine is "
+                    "not in its fault state.",
                     ~state("FAULT") & ~state.is_unused(), cover=kept, lemma=True)
 
 

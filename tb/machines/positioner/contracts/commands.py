@@ -27,7 +27,7 @@ TYPED = (
     *((line, LineEnd.GOOD) for line in (
         b"ORIGIN", b"ORIGIN ", b"STOP X", b"STOP MOT4", b"STOP MOT1", b"CONNECT", b"CONNECT ",
         b"P 1 2 3 4", b"POS 1 2 3", b"MOV MOT1 C", b"VEL MOT1 0", b"VEL MOT1 9", b"DISCONNECT",
-        b"DISCONNECT ", b"")))
+        b"DISCONNECT ", b"ACK 1", b"ACK 2", b"STATE", b"")))
 """What covers type. All lines are short; what mutants make of them shows early."""
 
 
@@ -129,9 +129,10 @@ def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spac
         ("point", "A point is one of seven.", (Kind.POINT,), order.point != 0),
         ("speed", "A speed is from 1 to the highest.", (Kind.RATE,),
          (speed >= 1) & (speed <= dut.top_speed)),
+        ("flag", "What follows ACK is 0 or 1.", (Kind.FLAG,), (speed == 0) | (speed == 1)),
     ]:
         c.implication(f"{name}-in-range", says, when=read(*kinds), then=within)
-    c.implication("command-in-range", "A command is one of nine.", when=fine,
+    c.implication("command-in-range", "A command is one of those that there are.", when=fine,
                   then=command.as_value() < len(Command))
     needed = takes[command.as_value()]
     c.invariant("knows-its-place", "The place is the number of arguments that were read.",
@@ -161,7 +162,7 @@ def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
                 (~state("WORD") | (kind == Kind.MOTOR) | (kind == Kind.WAY))
                 & (~state("DIGIT") | (kind == Kind.MOTOR))
                 & (~state("NUMBER") | (kind == Kind.POINT) | (kind == Kind.RATE)
-                   | (kind == Kind.NUMBER)), cover=state("DIGIT"))
+                   | (kind == Kind.NUMBER) | (kind == Kind.FLAG)), cover=state("DIGIT"))
     idle = c.keep(range(STALL + 2), name="idle")
     c.m.d.sync += idle.eq(Mux(taken | dut.orders.valid | ~dut.items.valid | c.rst, 0,
                               idle + (idle <= STALL)))

@@ -29,6 +29,7 @@ def describe(c: Contract, dut: Positioner) -> None:
         for index, name in enumerate("xyz"):
             with c.each(name):
                 _watch_pins(c, dut, index)
+        _watch_state(c, dut)
     known = c.past(1)
     orders = c.part("positioning")
     for index, name in enumerate("xyz"):
@@ -65,6 +66,29 @@ def describe(c: Contract, dut: Positioner) -> None:
     c.implication("break-ends-steps", "No STEP rises two clocks after a break of the line was "
                                       "detected.", when=c.past(broke),
                   then=(dut.step & ~c.past(dut.step)) == 0, upset=True)
+
+
+def _watch_state(c: Contract, dut: Positioner) -> None:
+    """State what is reported of the machine, from power-up on and for ever."""
+    state, orders, second = (c.part(path) for path in ("reporter", "positioning", "second"))
+    c.invariant("state-is-the-machine", "What is reported is what the machine has: connection, "
+                "movements, speeds, limit inputs and positions.",
+                (state.connected == dut.connected) & Cat(
+                    (getattr(state, f"moving_{number}") == dut.moving[index])
+                    & (getattr(state, f"rate_{number}") == orders.rate[index])
+                    & (getattr(state, f"limit_{number}") == dut.limits[index])
+                    & (getattr(state, name) == c.part(name).position)
+                    for index, (number, name) in enumerate(enumerate("xyz", 1))).all(),
+                cover=state.moving_1)
+    clock = second.modulus
+    count = c.keep(range(clock), name="clocks_of_the_second")
+    c.m.d.sync += count.eq(Mux(count == clock - 1, 0, count + 1))
+    elapsed = c.past(count == clock - 1)
+    c.invariant("seconds", "The seconds grow by one each `clock` clocks from power-up, and begin "
+                "at 0 with a reset.", state.seconds == Mux(c.past(c.rst), 0, (
+                    c.past(state.seconds) + c.past(second.due))[:31]), cover=state.seconds == 0)
+    c.invariant("second", "A second has `clock` clocks.", (second.due == elapsed) & (
+        c.signal("second.accumulator") == Mux(elapsed, 0, count - clock)), cover=~second.due)
 
 
 def _type(c: Contract, dut: Positioner) -> None:
@@ -126,7 +150,7 @@ ORDERS = [(command.value, motor, clockwise) for command, motor, clockwise in (
 """What covers order: command, motor, and way."""
 
 QUICK = {"clock": 16_000, "baud": 1000, "top_speed": 1500, "width": 2, "low": 2, "setup": 2,
-         "hold": 2, "settle": 3, "report": 10_000}
+         "hold": 2, "settle": 3, "report": 14_000}
 
 POSITIONER = Component(
     make=make, describe=describe, depth=26,

@@ -12,7 +12,7 @@ from tb.contracts.contract import Bits, Case, Component, Contract
 __all__ = ["POSITIONING"]
 
 SHOWN = 4
-"""Longest queue of reasons that is looked into; a longer one has the same logic."""
+"""Longest queue of answers that is looked into; a longer one has the same logic."""
 
 
 def describe(c: Contract, dut: Positioning) -> None:
@@ -41,12 +41,29 @@ def describe(c: Contract, dut: Positioning) -> None:
         c.m.d.sync += stored.eq(0)
     with c.m.Elif(obeyed & (command == Command.P) & (order.point != 0)):
         c.m.d.sync += stored.bit_select(order.point, 1).eq(1)
-    c.invariant("knows-its-points", "The flags are those of the points that were stored.",
+    c.invariant("points-valid", "The flags are those of the points that were stored.",
                 c.signal("points.written") == stored, cover=stored[3])
     _changes(c, dut, obeyed)
     _movements(c, dut, obeyed, point)
-    _answers(c, dut, taken, refused, Mux(wrong, order.answer.as_value(), Mux(
-        apart, Answer.DISCONNECTED, Answer.EMPTY)))
+    reason = Mux(wrong, order.answer.as_value(), Mux(
+        apart, Answer.DISCONNECTED, Answer.EMPTY))
+    acknowledges = _acknowledges(c, dut, obeyed)
+    asks = ~refused & (command == Command.STATE)
+    _answers(c, dut, taken & (refused | asks | acknowledges),
+             Mux(refused, reason, Mux(asks, Answer.STATE, Answer.OK)))
+
+
+def _acknowledges(c: Contract, dut: Positioning, obeyed: Bits) -> Bits:
+    """Return whether the order that is offered is acknowledged if it is obeyed."""
+    ack, on = dut.orders.p.command == Command.ACK, dut.numbers[2][0]
+    since = c.keep(1, name="acknowledges_since")
+    with c.m.If(c.rst):
+        c.m.d.sync += since.eq(0)
+    with c.m.Elif(obeyed & ack):
+        c.m.d.sync += since.eq(on)
+    c.invariant("acknowledges", "Orders are acknowledged from ACK 1 to ACK 0 or reset.",
+                c.signal("acknowledges") == since, cover=since)
+    return Mux(ack, on, since)
 
 
 def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
@@ -61,7 +78,7 @@ def _points(c: Contract, dut: Positioning, stores: Bits) -> Bits:
             value = Mux(address == other, words[other], value)
         return value
 
-    c.invariant("keeps-its-points", "A point is where P stored it last.",
+    c.invariant("points-stored", "A point is where P stored it last.",
                 word_at(c.past(place)) == Mux(
                     c.past(stores & (number == place) & (place != 0)), c.past(Cat(dut.numbers)),
                     c.past(word_at(place))), cover=word_at(place) != 0)
@@ -155,7 +172,7 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                   then=~(dut.run & c.past(going)).any())
 
 
-def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: Bits) -> None:
+def _answers(c: Contract, dut: Positioning, answered: Bits, answer: Bits) -> None:
     """State which orders are answered, and with what."""
     offered, says = dut.answers.valid, dut.answers.payload.as_value()
     limit = (says >= Answer.LIMIT_MOT1.value) & (says <= Answer.LIMIT_MOT3.value)
@@ -170,40 +187,41 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                   when=dut.orders.ready,
                   then=c.past(dut.orders.valid & ~dut.orders.ready))
 
-    # The queue of refusals, from the one that is answered next
+    # The queue of answers to orders, from the one that is offered next
     pending_limits = c.signal("pending_limits")
-    level = c.signal("reasons.level")
+    level = c.signal("queue.level")
     free = ~offered | dut.answers.ready
-    told = free & ~pending_limits.any() & (level != 0)
-    joins = taken & refused & ~c.rst & (level != dut.waiting)
-    said = Mux(level == dut.waiting - 1, Answer.OVERFLOW, reason)
-    c.implication("counts-reasons", "Each refusal joins the queue unless it is full, each that is "
-                  "offered leaves it, and nothing else changes its level.", when=c.past(~c.rst),
-                  then=level == c.past(level) + c.past(joins) - c.past(told))
-    c.implication("reasons-are-said", "While a refusal waits and no limit is pending, a refusal "
-                  "is offered next.", when=c.past((level != 0) & free & ~pending_limits.any()
+    leaves = free & ~pending_limits.any() & (level != 0)
+    joins = answered & ~c.rst & (level != dut.waiting)
+    joined = Mux(level == dut.waiting - 1, Answer.OVERFLOW, answer)
+    c.implication("queue-level", "Each answer to an order joins the queue unless it is full, each "
+                  "that is offered leaves it, and nothing else changes its level.",
+                  when=c.past(~c.rst), then=level == c.past(level) + c.past(joins) - c.past(leaves))
+    c.implication("queue-is-answered", "While an answer to an order waits and no limit is pending, "
+                  "one is offered next.", when=c.past((level != 0) & free & ~pending_limits.any()
                                                   & ~c.rst),
                   then=offered & ~limit)
-    c.implication("answers-have-a-cause", "A new answer is that of a refusal or of a "
-                  "limit.", when=offered & ~kept, then=c.past(told | pending_limits.any()))
-    words, first = c.words("reasons.storage"), c.signal("reasons.consume")
-    c.invariant("knows-its-reasons", "The pointers of the queue fit its level, and its entries are "
-                "refusals.",
-                (c.signal("reasons.produce") == (first + level) % dut.waiting)
+    c.implication("answers-have-a-cause", "A new answer is to an order or of a limit.",
+                  when=offered & ~kept, then=c.past(leaves | pending_limits.any()))
+    words, first = c.words("queue.storage"), c.signal("queue.consume")
+    c.invariant("queue-is-valid", "The pointers of the queue fit its level, and its entries are "
+                "answers to orders.",
+                (c.signal("queue.produce") == (first + level) % dut.waiting)
                 & (first < dut.waiting) & (level <= dut.waiting)
                 & Cat(((address + dut.waiting - first) % dut.waiting >= level)
                       | (word != Answer.NONE) & (word < Answer.LIMIT_MOT1)
-                      | (word == Answer.OVERFLOW) for address, word in enumerate(words)).all(),
+                      | (word >= Answer.OVERFLOW) & (word <= Answer.STATE)
+                      for address, word in enumerate(words)).all(),
                 cover=level == dut.waiting)
     if dut.waiting <= SHOWN:
-        _queue(c, dut, words, joins, said, told)
+        _queue(c, dut, words, joins, joined, leaves)
     c.implication("never-none", "No answer is NONE.", when=offered,
-                  then=(says != 0) & (says <= Answer.OVERFLOW.value))
+                  then=(says != 0) & (says <= Answer.STATE.value))
     struck = dut.run & dut.limit_hit
     for motor in range(3):
         mine = offered & (says == Answer.LIMIT_MOT1.value + motor)
         ended = struck[motor]
-        c.implication(f"limit-{motor + 1}-is-told", "A switch that ends a movement of motor "
+        c.implication(f"limit-{motor + 1}-pending", "A switch that ends a movement of motor "
                       f"{motor + 1} raises its pending limit.", when=c.past(ended & ~c.rst),
                       then=pending_limits[motor])
         c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is answered only "
@@ -225,19 +243,18 @@ def _answers(c: Contract, dut: Positioning, taken: Bits, refused: Bits, reason: 
                   when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst))
 
 
-def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: Bits,
-           told: Bits) -> None:
+def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, joined: Bits,
+           leaves: Bits) -> None:
     """State what the entries are, by comparison with a queue that shifts."""
-    level, first = c.signal("reasons.level"), c.signal("reasons.consume")
-    queue = [c.keep(4, name=f"reason_{place}") for place in range(dut.waiting)]
+    level, first = c.signal("queue.level"), c.signal("queue.consume")
+    queue = [c.keep(4, name=f"answer_{place}") for place in range(dut.waiting)]
     moved = [*queue[1:], Const(0, 4)]
     for place, (at, behind) in enumerate(zip(queue, moved, strict=True)):
-        new = joins & (level - told == place)
-        c.m.d.sync += at.eq(Mux(new, said, Mux(told, behind, at)))
+        new = joins & (level - leaves == place)
+        c.m.d.sync += at.eq(Mux(new, joined, Mux(leaves, behind, at)))
     says = dut.answers.payload.as_value()
-    c.implication("reasons-in-their-order", "Refusals are answered in the order of their orders, "
-                                            "each "
-                  "once.", when=c.past(told & ~c.rst), then=says == c.past(queue[0]))
+    c.implication("answers-in-order", "Orders are answered in their order, each once.",
+                  when=c.past(leaves & ~c.rst), then=says == c.past(queue[0]))
 
     def word_at(place: Bits) -> Bits:
         value = words[0]
@@ -245,10 +262,10 @@ def _queue(c: Contract, dut: Positioning, words: list[Bits], joins: Bits, said: 
             value = Mux(place == address, words[address], value)
         return value
 
-    c.implication("full-says-so", "The last entry of a full queue is OVERFLOW.",
+    c.implication("overflow-when-full", "The last entry of a full queue is OVERFLOW.",
                   when=level == dut.waiting,
                   then=word_at((first + dut.waiting - 1) % dut.waiting) == Answer.OVERFLOW)
-    c.invariant("reasons-are-stored", "The queue is in its memory.",
+    c.invariant("queue-is-stored", "The queue is in its memory.",
                 Cat((place >= level) | (word_at((first + place) % dut.waiting) == at)
                     for place, at in enumerate(queue)).all(), cover=level == dut.waiting)
 

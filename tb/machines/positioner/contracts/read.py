@@ -105,10 +105,10 @@ def _number(c: Contract, dut: PositionerCommands, taken: Bits, kind: Bits
     there, reads = c.part("number").numbers.valid, c.state("commands_state")("NUMBER")
     begun, some = c.keep(1, name="has_begun"), c.keep(1, name="has_digits")
     minus, large = c.keep(1, name="is_minus"), c.keep(1, name="too_large")
-    magnitude = c.keep(32, name="magnitude")
+    magnitude = c.keep(33, name="magnitude")
     is_digit = ~end & (byte >= ord("0")) & (byte <= ord("9"))
     belongs = is_digit | ~end & ~begun & ((byte == ord("+")) | (byte == ord("-")))
-    grown, limit = magnitude * 10 + (byte - ord("0"))[:4], 2**31 - 1 + minus
+    grown, limit = magnitude * 10 + (byte - ord("0"))[:4], 2**32 - 1 + minus
     with c.m.If(c.rst | there):
         c.m.d.sync += [begun.eq(0), some.eq(0), minus.eq(0), large.eq(0), magnitude.eq(0)]
     with c.m.Elif(reads & taken):
@@ -132,7 +132,9 @@ def _number(c: Contract, dut: PositionerCommands, taken: Bits, kind: Bits
                 & (~large | some) & (some | (magnitude == 0))
                 & (large | (known["value"] == exact) & (magnitude <= limit)),
                 cover=magnitude == 8)
-    most = Mux(kind == Kind.POINT, positioner.POINTS, dut.top_speed)
-    out = (kind != Kind.NUMBER) & (minus | (magnitude == 0) | (magnitude > most))
+    most = Mux(kind == Kind.POINT, positioner.POINTS, Mux(kind == Kind.FLAG, 1, dut.top_speed))
+    none = (magnitude == 0) & (kind != Kind.FLAG)
+    out = Mux(kind == Kind.NUMBER, minus & (magnitude > 2**31),
+              minus & (magnitude != 0) | none | (magnitude > most))
     says = Mux(some, Answer.RANGE.value, Answer.ARGUMENT.value)
     return exact[:32], reads & there, ~some | large | out, says[:4]

@@ -42,7 +42,8 @@ def _target(backlash: Sequence[int], limit_ends: Sequence[str]) -> FuzzTarget:
             failures += one.ends.passed(one.steps)
         received = list(decode(line, BIT))
         given = list(split_lines(iter(received)))
-        session = LineSession(decode_output(seen["tx"], BIT), own, FRAME * BIT, REPORT, len(line))
+        session = LineSession(decode_output(seen["tx"], BIT), own, seen, byte=FRAME * BIT,
+                              report=REPORT, second=TIMING.clock, clocks=len(line))
         session.run(iter(given))
         findings.failures += [*failures, *session.failures]
         findings.bytes, findings.lines = len(received), len(given)

@@ -1,12 +1,14 @@
 """What `positioner` says of switches that end movements, and how its buzzer sounds."""
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tb.fuzz.trajectory import Failure
+
+from .reasons import STATE, Due
 
 __all__ = ["check_buzzer", "check_limit_reports"]
 
@@ -16,25 +18,29 @@ BEFORE = 4
 
 
 def check_limit_reports(number: int, blocked: Sequence[int], perhaps: Sequence[int],
-         answers: Sequence[tuple[int, bytes]], due: Callable[[int], int], clocks: int
-         ) -> list[Failure]:
+         answers: Sequence[tuple[int, bytes]], due: Due, clocks: int,
+         *, state_waits: bool = False) -> list[Failure]:
     """Hold what is said of a motor against where switches have, or may have, ended its movements.
 
     Each must be told once, before the answers that wait. Two are told at once where the motor was
-    blocked again before it was said. For `answers` and `due` see `Reasons`.
+    blocked again before it was said. For `answers` and `due` see `Reasons`. At the
+    end a state may wait, and all behind it.
     """
     failures, text = [], b"! LIMIT MOT%d\n" % number
     ends: dict[int, int] = {}  # by when each has been told
     for at in sorted([*blocked, *perhaps]):
         clock, before = at, bisect_right(answers, (at, b"\xFF"))
+        if before:
+            clock = max(at, due.after(*answers[before - 1]))
         for begin, what in answers[before:before + BEFORE + 1]:
-            if begin > due(clock):
+            if begin > due(clock, what):
                 break
-            clock = begin
+            clock = due.after(begin, what)
             if what == text:
                 ends[at] = begin
                 break
-        if at not in ends and at in blocked and due(clock) < clocks:
+        last = due(due.after(due(clock, STATE), STATE)) if state_waits else due(clock)
+        if at not in ends and at in blocked and last < clocks:
             failures.append(Failure(at, "answer", f"a switch ends a movement of motor {number}, "
                                     "which is not told"))
             break

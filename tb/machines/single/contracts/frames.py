@@ -39,14 +39,14 @@ class Frame:
         self.x, self.v, self.e, self.d = ((count > 0) & (self.first == ord(letter))
                                           for letter in "XVED")
         self.numeric = (self.x | self.v | self.e) & ((count == 1) | stops(self.second))
-        self.asks = (self.x | self.v) & (count == 2) & (self.second == ord("?"))
+        self.queries = (self.x | self.v) & (count == 2) & (self.second == ord("?"))
         self.number = self.digits & (count > 1)
         self.at_stop = dut.items.valid & (end | stops(byte))
         legal = ~self.large & Mux(self.x, self.value < POSITIONS, Mux(
             self.v, (self.value > 0) & (self.value < SPEEDS), self.value < 2))
         self.good = Mux(self.numeric, Mux(
             self.number, Mux(legal, Answer.OK.value, Answer.RANGE.value), Answer.NUMBER.value), Mux(
-            self.asks, Answer.VALUE.value, Mux(
+            self.queries, Answer.VALUE.value, Mux(
                 self.d & (count == 1), Answer.HELP.value, Answer.COMMAND.value)))
         self.verdict = Mux(byte == LineEnd.LONG, Answer.LENGTH.value, Mux(
             byte == LineEnd.GOOD, self.good, Answer.COMMAND.value))
@@ -70,34 +70,36 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
     spells = reads.valid & reads.ready
 
     owed, due = c.keep(1, init=1, name="owed"), c.keep(4, name="answer_due")
-    of_speed, said = c.keep(1, name="of_speed"), c.keep(2, name="said_before")
+    of_speed, sent = c.keep(1, name="of_speed"), c.keep(2, name="sent_before")
     with c.m.If(c.rst):
-        c.m.d.sync += [owed.eq(1), due.eq(Answer.GREETING), said.eq(0)]
+        c.m.d.sync += [owed.eq(1), due.eq(Answer.GREETING), sent.eq(0)]
     with c.m.Elif(frame.ends):
-        c.m.d.sync += [owed.eq(1), due.eq(frame.verdict), of_speed.eq(frame.v), said.eq(0)]
+        c.m.d.sync += [owed.eq(1), due.eq(frame.verdict), of_speed.eq(frame.v), sent.eq(0)]
     with c.m.Elif(answers):
         c.m.d.sync += owed.eq(0)
     with c.m.Elif(begins | spells):
-        c.m.d.sync += said.eq(said + 1)
+        c.m.d.sync += sent.eq(sent + 1)
 
-    c.implication("answers-what-it-is", "The answer is that of the frame: `ok`, or "
+    c.implication("answer-matches-frame", "The answer is that of the frame: `ok`, or "
                   "the right `err`, and the greeting after reset.", when=answers,
                   then=owed & (texts.numbers.payload == due))
-    c.invariant("one-answer", "Each frame, and each reset, has one answer.",
+    c.invariant("one-answer-per-frame", "Each frame, and each reset, has one answer.",
                 owed == state("ANSWER", "NAME", "VALUE"), cover=owed)
-    c.implication("answered-before-the-next", "Nothing of a frame is read before that.",
+    c.implication("answered-before-the-next", "No byte of a frame is read while an answer is "
+                  "due.",
                   when=owed, then=~dut.items.ready)
-    c.implication("value-before-ok", "Before it comes the value that was requested, where one was.",
-                  when=answers, then=said == Mux(due == Answer.VALUE.value, 2, 0))
-    c.implication("names-the-value", "The name is that of the value.",
-                  when=begins & state("NAME"), then=owed & (due == Answer.VALUE.value) & (said == 0)
+    c.implication("value-before-ok", "The requested value, if any, comes before `ok`.",
+                  when=answers, then=sent == Mux(due == Answer.VALUE.value, 2, 0))
+    c.implication("names-the-value", "The name is that of the requested value.",
+                  when=begins & state("NAME"), then=owed & (due == Answer.VALUE.value) & (sent == 0)
                   & (texts.numbers.payload == Mux(of_speed, Answer.SPEED.value,
                                                   Answer.POSITION.value)))
-    c.implication("spells-the-value", "The value is that of this moment.", when=spells,
-                  then=owed & (due == Answer.VALUE.value) & (said == 1)
+    c.implication("spells-the-value", "The value is the present one.", when=spells,
+                  then=owed & (due == Answer.VALUE.value) & (sent == 1)
                   & (reads.payload == Mux(of_speed, dut.speed, dut.position)))
     idle = c.signal("idle")
-    c.implication("goes-on", "An answer that is due begins as soon as all before it was sent.",
+    c.implication("answers-in-time", "An answer that is due begins as soon as all before it was "
+                  "sent.",
                   when=owed & idle, then=begins | spells)
 
     # What frames do
@@ -109,13 +111,13 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
     ]:
         sets = done & kind
         c.implication(f"{name}-is-set",
-                      "It is the number of a valid frame from the clock after its end.",
+                      f"The {name} is the number of a valid frame from the clock after its end.",
                       when=c.past(sets), then=register == c.past(frame.value)[:len(register)])
-        c.implication(f"{name}-stays", "Nothing else changes it: no invalid frame, no part of a "
-                                       "frame.",
+        c.implication(f"{name}-stays", f"Nothing else changes the {name}: no invalid frame, no "
+                      "part of a frame.",
                       when=c.past(~sets & ~c.rst), then=register == c.past(register,
                                                                            init=after_reset))
-        c.implication(f"{name}-after-reset", "Reset brings back what it was at first.",
+        c.implication(f"{name}-after-reset", f"Reset sets the {name} to its initial value.",
                       when=c.past(c.rst), then=register == after_reset)
     c.invariant("in-range", "Set-point and speed are always in range.",
                 (dut.target < POSITIONS) & (dut.speed > 0) & (dut.speed < SPEEDS),
@@ -124,18 +126,18 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
     # What is sent
     writer = c.state("writer.writer_state")
     byte = dut.bytes.payload
-    c.invariant("one-voice", "Text and number are never sent at once.",
+    c.invariant("text-excludes-number", "Text and number are never sent at once.",
                 ~c.signal("texts.busy") | writer("REST"), cover=c.signal("texts.busy"))
-    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+    c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
                   then=dut.bytes.valid & (byte == c.past(byte)))
-    _watch_inside(c, dut, frame, owed, due, said, of_speed)
+    _watch_inside(c, dut, frame, owed, due, sent, of_speed)
     c.leaves_unused_codes("interpreter_state", fault=dut.fault,
                           shows=~dut.items.ready & ~texts.numbers.valid & ~reads.valid)
 
 
 def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, due: Bits,
-                  said: Bits, of_speed: Bits) -> None:
+                  sent: Bits, of_speed: Bits) -> None:
     """State the invariants that this needs: the registers agree with what was read."""
     state, writer = c.state("interpreter_state"), c.state("writer.writer_state")
     answer, command, value = c.signal("answer"), c.signal("command"), c.signal("value")
@@ -144,7 +146,8 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
         (count == 2) & (frame.second == word[-1]) & (len(word) == 2))).all())
         for word in c.part("words").table]
     words, number = c.part("words").words.valid, c.part("reader").numbers.valid
-    c.invariant("knows-the-word", "While it reads a word it knows which ones begin so.",
+    c.invariant("candidates-match-letters", "While a word is read, the candidates begin with its "
+                "letters.",
                 Mux(state("COMMAND"), (c.signal("words.place") == count) & (alive == Cat(letters))
                     & (~words | frame.at_stop) & ((count < 1) | ~stops(frame.first))
                     & ((count < 2) | ~stops(frame.second)),
@@ -152,7 +155,7 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
     digit = dut.items.valid & ~dut.items.p.end & (dut.items.p.byte >= ord("0")) & (
         dut.items.p.byte <= ord("9"))
     which = Mux(frame.x, 0, Mux(frame.v, 1, 2))
-    c.invariant("knows-the-number", "While it reads a number it knows what it is so far.",
+    c.invariant("number-so-far", "While a number is read, the register holds its value so far.",
                 Mux(state("NUMBER"), (c.signal("reader.value") == frame.value) & frame.digits
                     & (c.signal("reader.overflow") == frame.large) & frame.numeric
                     & (c.signal("reader.digits") == (count > 1)) & (command == which)
@@ -161,33 +164,35 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
                     (c.signal("reader.value") == 0) & ~c.signal("reader.overflow")
                     & ~c.signal("reader.digits") & ~number) & ~c.signal("reader.negative"),
                 cover=number)
-    c.implication("knows-what-to-answer", "Behind it, it knows what the frame is if nothing "
+    c.implication("answer-decided", "After the last argument the answer is decided, unless more "
                   "follows.", when=state("END"),
                   then=(answer == frame.good)
-                  & (~frame.numeric | (command == which)) & (~frame.asks | (command == which + 4))
+                  & (~frame.numeric | (command == which))
+                  & (~frame.queries | (command == which + 4))
                   & ((answer != Answer.OK.value) | (value == frame.value))
                   & (~frame.numeric | ~frame.digits | (dut.items.valid & ~digit))
                   & ((count > 1) | ((count == 1) & ~frame.numeric) | frame.at_stop))
-    c.implication("knows-what-is-owed", "It remembers the answer.", when=owed,
-                  then=(answer == due) & (said == Mux(state("NAME"), 0, Mux(
+    c.implication("answer-pending", "The register holds the pending answer.", when=owed,
+                  then=(answer == due) & (sent == Mux(state("NAME"), 0, Mux(
                       state("VALUE"), 1, Mux(due == Answer.VALUE.value, 2, 0))))
                   & (~state("NAME", "VALUE") | (due == Answer.VALUE.value))
                   & ((due != Answer.VALUE.value) | (command == of_speed + 4)))
-    c.invariant("frame-so-far", "Of a frame that is not begun nothing is known.",
+    c.invariant("nothing-before-frame", "Before the first byte of a frame its registers are "
+                "clear.",
                 ((count > 0) | (frame.digits & (frame.value == 0) & ~frame.large))
                 & ((count != 1) | (frame.digits & (frame.value == 0) & ~frame.large))
                 & (~owed | (count == 0)), cover=count == 3)
     texts, busy = c.part("texts"), c.signal("texts.busy")
     rom, place = Array(b"".join(texts.texts)), c.signal("texts.place")
-    c.invariant("knows-the-text", "A byte of a text is the one where it is.",
+    c.invariant("text-in-place", "A byte of a text is the one at its address.",
                 (~texts.bytes.valid | (busy & (texts.bytes.payload == rom[place])))
                 & (~busy | (place < len(rom))),
                 cover=texts.bytes.valid)
-    c.invariant("writer-is-sound", "The writer of numbers is not upset, and is at a digit that "
-                "there is.",
+    c.invariant("writer-state-legal", "The writer of numbers is in a legal state, at a digit in "
+                "range.",
                 ~writer("FAULT") & (writer("REST") | (
              c.signal("writer.place") < c.part("writer").digits)), cover=writer("DIGIT"))
-    c.invariant("answers-of-frames", "What is remembered is no name of a value.",
+    c.invariant("answers-of-frames", "The pending answer is never the name of a value.",
                 answer <= Answer.VALUE.value, cover=answer == Answer.HELP.value)
 
 
@@ -200,7 +205,7 @@ def describe_alone(c: Contract, dut: FrameInterpreter) -> None:
         c.m.d.sync += kept.eq(START_SPEED)
     with c.m.Elif(c.state("interpreter_state")("NUMBER") & numbers.valid):
         c.m.d.sync += kept.eq(numbers.p.value)
-    c.invariant("keeps-its-number", "It keeps the number that it read last.",
+    c.invariant("number-kept", "The register holds the number that was read last.",
                 c.signal("value") == kept, cover=kept == 9)
 
 

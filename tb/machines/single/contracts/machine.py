@@ -58,8 +58,8 @@ def describe(c: Contract, dut: Single) -> None:
                   when=c.past(~dut.enable), then=dut.coils == 0)
     c.implication("no-step-without-power", "Without power no step is made, nor requested.",
                   when=~dut.enable, then=~moved & ~dut.moving)
-    c.implication("steps-as-asked", "A step is made only towards the set-point that a frame gave, "
-                  "or as the ramp needs it to slow down.", when=moved,
+    c.implication("step-toward-set-point", "A step is made only towards the set-point that a "
+                  "frame gave, or as the ramp needs it to slow down.", when=moved,
                   then=enable & (slows | (target != place)) & (driver.direction == up))
     c.implication("coils-follow", "The coils go one row on with a step, forward or back, and in "
                   "no other clock.", when=c.past(dut.enable),
@@ -78,23 +78,23 @@ def describe(c: Contract, dut: Single) -> None:
                 (place[:len(row)] + base)[:len(row)] == row, cover=place == 3)
     with c.m.If(c.rst):
         c.m.d.sync += base.eq(row)
-    c.implication("reset-moves-nothing", "Reset makes this place 0, and no step.",
+    c.implication("reset-moves-nothing", "Reset makes the present position 0, and no step.",
                   when=c.past(c.rst),
                   then=(place == 0) & (target == 0) & (row == came) & ~dut.moving)
-    c.invariant("in-range", "The position stays among the set-points that there can be.",
+    c.invariant("in-range", "Position and set-point are always in range.",
                 (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS)
                 & (_stands(c, move) >= 0) & (_stands(c, move) < POSITIONS),
                 cover=place == 2)
     command, value, answer = (c.signal(f"commands.{name}")
                               for name in ("command", "value", "answer"))
-    c.implication("numbers-that-may-be", "A number that is going to be set is in range.",
+    c.implication("numbers-in-range", "A number that is about to be set is in range.",
                   when=c.state("commands.interpreter_state")("END") & (answer == Answer.OK.value),
                   then=Mux(command == 0, value < POSITIONS, (command != 1) | (
                       (value > 0) & (value < SPEEDS))))
     _watch_times(c, dut)
     if isinstance(lines, LineReader) and c.part("receiver").period < LONG:
         _watch_parts(c)
-    c.implication("fault-stops-it", "While a state register is upset no step is made.",
+    c.implication("fault-stops-steps", "While a state register is upset no step is made.",
                   when=dut.fault,
                   then=~moved & ~dut.moving, upset=True)
 
@@ -103,13 +103,13 @@ def _watch_parts(c: Contract) -> None:
     """State what the parts do, and what is in them while it has no effect."""
     for path, part in PARTS.items():
         c.keeps(path, part)
-    c.implication("reset-forgets", "After reset the place in a text is the first.",
+    c.implication("reset-clears", "After reset the place in a text is the first.",
                   when=c.past(c.rst),
                   then=c.signal("commands.texts.place") == 0)
     at_rest = c.state("receiver.receiver_state")("IDLE")
     time, bit = c.signal("receiver.time"), c.part("receiver")
-    c.implication("waits-for-a-line", "While the line is high the receiver waits where a start "
-                  "bit begins.", when=at_rest & c.past(at_rest & bit.rx & ~c.rst),
+    c.implication("receiver-waits-for-start", "While the line is high the receiver waits where a "
+                  "start bit begins.", when=at_rest & c.past(at_rest & bit.rx & ~c.rst),
                   then=time == -(bit.period // 2 + bit.spread))
 
 
@@ -136,8 +136,9 @@ def _watch_times(c: Contract, dut: Single) -> None:
     c.implication("in-time", "A step that is due is made at once, unless power has only just "
                   "come: what is on the line delays none.",
                   when=move.step & speed.due & settled & ~c.rst, then=driver.moved)
-    c.implication("not-before", "None is made that is not due.", when=driver.moved, then=speed.due)
-    c.invariant("rests-no-longer", "The motor has rested before the next step can be due.",
+    c.implication("not-before", "No step is made that is not due.",
+                  when=driver.moved, then=speed.due)
+    c.invariant("ready-before-due", "The motor is ready before the next step can be due.",
                 (accumulator < speed.max_rate) & (~settled | (rest >= 0)
                 | (accumulator < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
                 cover=settled & (rest < 0) if driver.period > 1 else settled)
