@@ -5,10 +5,13 @@ from dataclasses import dataclass
 
 from .positioner_lines import STATE, Ok, Refusal, State
 
-__all__ = ["MOST_UNANSWERED", "Line", "Unanswered"]
+__all__ = ["MOST_UNANSWERED", "QUIET_S", "Line", "Unanswered"]
 
 #: Lines that may be unanswered; the machine holds 32 answers.
 MOST_UNANSWERED = 24
+
+#: Seconds without an answer after which no more come to lines that were given up.
+QUIET_S = 0.5
 
 
 @dataclass(eq=False)
@@ -47,7 +50,8 @@ class Unanswered:
 
     The machine answers each line once, in the order of the lines. One answer too few, or too many,
     would shift all that follow. But the answer to STATE is like no other: when it comes, the lines
-    before have been answered, or never will be. So one STATE is on the way at a time.
+    before have been answered, or never will be. So one STATE is on the way at a time, and in doubt
+    an empty line is sent in front of it, which is refused.
 
     Attributes
     ----------
@@ -56,7 +60,7 @@ class Unanswered:
     in_doubt : bool
         Answers are not attributed to lines, until that of a STATE that is sent from now on.
     quiet_at : float
-        Time from which that STATE must be sent: an earlier one may be answered until then.
+        Time from which that STATE must be sent: earlier lines may be answered until then.
     """
 
     def __init__(self) -> None:
@@ -64,6 +68,7 @@ class Unanswered:
         self.asked: Line | None = None
         self.in_doubt = True
         self.quiet_at = 0.0
+        self._refused = False  # since the STATE on the way was sent
 
     @property
     def last(self) -> Line | None:
@@ -77,12 +82,12 @@ class Unanswered:
         line = Line(order, due, resumes=due >= self.quiet_at)
         self._lines.append(line)
         if order == STATE:
-            self.asked = line
+            self.asked, self._refused = line, False
         return line
 
-    def give_up_asked(self, quiet_at: float) -> None:
-        """Take all lines for lost, the STATE too, though answers may come until `quiet_at`."""
-        self.asked, self.quiet_at = None, quiet_at
+    def give_up_asked(self, now: float) -> None:
+        """Take all lines for lost, the STATE too, though answers may still come."""
+        self.asked, self.quiet_at = None, now + QUIET_S
         self.give_up()
 
     def give_up(self) -> None:
@@ -95,10 +100,13 @@ class Unanswered:
         if kept:
             kept.resumes = False
 
-    def take(self, answer: Ok | Refusal | State) -> Line | None:
+    def take(self, answer: Ok | Refusal | State, now: float) -> Line | None:
         """Return the line that an answer belongs to, if that is known."""
+        if now < self.quiet_at:
+            self.quiet_at = now + QUIET_S
         if isinstance(answer, State):
             return self._take_state(answer)
+        self._refused |= isinstance(answer, Refusal)
         # One that comes in front of a STATE's is left over, or it is that STATE that was damaged.
         if self.in_doubt or not self._lines or self._lines[0] is self.asked:
             return None
@@ -107,8 +115,9 @@ class Unanswered:
         return line
 
     def _take_state(self, state: State) -> Line | None:
-        if (asked := self.asked) is None:
-            return None
+        asked = self.asked
+        if asked is None or self.in_doubt and asked.resumes and not self._refused:
+            return None  # of a STATE before, as that of the empty line in front has not come
         while (line := self._lines.popleft()) is not asked:
             line.lost = True
         asked.answer, self.asked = state, None

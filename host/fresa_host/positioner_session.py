@@ -93,6 +93,7 @@ class PositionerSession(PositionerState):
         self._points: dict[int, Steps] = {}  # that the machine keeps for sure
         self._settings: dict[str | int, bytes] = {}  # orders to deliver, by axis and by point
         self._travel: Operation[None] | None = None
+        self._background: list[Operation[None]] = []  # while it is attended
 
     # Answers
 
@@ -112,13 +113,13 @@ class PositionerSession(PositionerState):
             if asked is None and isinstance(line.answer, State):
                 return line.answer
             if not line.ended:
-                self._unanswered.give_up_asked(self.now + ANSWER_TIMEOUT_S)
+                self._unanswered.give_up_asked(self.now)
             if self.now >= end:
                 raise TimedOut(f"no machine answers at {self.name}: is it on, and built without "
                                "--original?")
 
     def _ask(self) -> Line:
-        # A line that has begun ends first: typed by others, or without the end that was lost.
+        # This also ends a line that has begun: typed by others, or without the end that was lost.
         return self._submit((b"\n" if self._unanswered.in_doubt else b"") + lines.STATE)[-1]
 
     def _ended(self, line: Line, end: float = math.inf) -> Waiting[None]:
@@ -442,8 +443,8 @@ class PositionerSession(PositionerState):
             yield from self._deliver_next()
         yield from self._power()
         self._restoring, self._unverified, self.at_rest = False, False, True
-        self.begin(self._verify(), self.now)
-        self.begin(self._deliver(), self.now)
+        self._background = [self.begin(each, self.now)
+                            for each in (self._verify(), self._deliver())]
         return reset, state.seconds
 
     def _rest(self) -> Waiting[None]:
@@ -453,9 +454,12 @@ class PositionerSession(PositionerState):
 
     def bring_to_rest(self) -> Waiting[None]:
         """Halt, and wait until it stands."""
-        self.halt(self.now)
+        for operation in self._background:
+            operation.cancel()
         self._restoring = True
-        yield from self._rest()
+        self.halt(self.now)
+        if any((yield from self.fence()).moving):
+            yield from self._rest()
 
     def _verify(self) -> Waiting[None]:
         """Have the machine say, behind each order, that what is ordered to stand does; stop it."""

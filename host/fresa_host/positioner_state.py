@@ -275,7 +275,7 @@ class PositionerState(Session):
             case Limit():
                 return self._take_limit(message)
         doubted = self._unanswered.in_doubt
-        line = self._unanswered.take(message)
+        line = self._unanswered.take(message, self.now)
         if isinstance(message, State):
             self._take_report(message.steps)
             return message.steps

@@ -145,13 +145,21 @@ class TestAnswers:
         operation = world.session.begin(world.session.command(b"VEL MOT2 1\n"), world.now)
         state = b"STATE 1 0 0 0 200 200 200 0 0 0 0 0 0 7\n"
         world.session.take_outputs()
-        world.session.receive(b"! RANGE\n" + state + b"! COMMAND\n" + state, world.now)
+        for late in (b"! RANGE\n" + state, b"! COMMAND\n" + state):
+            world.now += 0.4
+            world.session.receive(late, world.now)
+            assert not operation.done
         world.now += 0.6
         world.session.tick(world.now)
-        assert not operation.done
         world.send()
-        world.tick(3)
+        world.tick(8)
         assert operation.result() is None and world.fake.speeds[1] == 1
+
+    def test_the_answer_to_a_state_that_another_program_asked_for(self):
+        world = World()
+        world.fake.queue = [b"STATE\n"]  # it was ended then
+        world.run(world.session.connect())
+        world.run(world.session.command(b"VEL MOT2 1\n"))
 
     def test_unanswered_lines_are_bounded(self, world):
         world.fake.original = True
