@@ -36,17 +36,18 @@ def describe(c: Contract, dut: DecimalReader) -> None:
             c.m.d.sync += minus.eq(byte == 0x2D)
     exact = Mux(minus, -magnitude, magnitude)
 
-    c.implication("takes-what-belongs", "A digit is taken at once, and a sign where one may be.",
+    c.implication("digits-taken", "A digit is taken at once, and a sign where one may be.",
                   when=dut.items.valid & ~waits & (is_digit | is_sign), then=dut.items.ready)
-    c.implication("leaves-the-rest", "What does not belong to the number stays in the line.",
+    c.implication("rest-left-in-line", "What does not belong to the number stays in the line.",
                   when=dut.items.valid & ~is_digit & ~is_sign, then=~dut.items.ready)
     c.implication("one-at-a-time", "While a number waits nothing is taken.", when=waits,
                   then=~dut.items.ready)
-    c.implication("ends", "It is there with the clock after what does not belong to it was seen.",
+    c.implication("valid-after-number", "It is valid the clock after what does not belong to it "
+                  "was seen.",
                   when=c.past(dut.items.valid & ~waits & ~is_digit & ~is_sign & ~c.rst), then=waits)
-    c.implication("not-before", "And not before.", when=waits & ~c.past(waits),
+    c.implication("valid-only-after-number", "And not before.", when=waits & ~c.past(waits),
                   then=c.past(dut.items.valid & ~is_digit & ~is_sign))
-    c.implication("stream-keeps", "It stays until it is taken.",
+    c.implication("stable-until-ready", "It stays until it is taken.",
                   when=c.past(waits & ~dut.numbers.ready & ~c.rst),
                   then=waits & (payload == c.past(payload)))
     c.implication("value", "A number that fits has its value.",
@@ -55,11 +56,11 @@ def describe(c: Contract, dut: DecimalReader) -> None:
                   then=error == NumberError.OVERFLOW)
     c.implication("no-digits", "Without a digit there is none.", when=waits & ~some,
                   then=error == NumberError.NO_DIGITS)
-    c.implication("begins-anew", "After a number was taken, and after reset, the next begins at "
+    c.implication("restarts", "After a number was taken, and after reset, the next begins at "
                   "nothing.", when=c.past(over | c.rst),
                   then=~waits & ~c.signal("digits") & ~c.signal("begun")
                   & ~c.signal("overflow") & (c.signal("value") == 0))
-    c.invariant("knows-the-number", "The value of the digits so far is held, as long as it fits.",
+    c.invariant("digits-held", "The value of the digits so far is held, as long as it fits.",
                 (c.signal("digits") == some) & (c.signal("overflow") == large)
                 & (large | ((c.signal("value") == exact) & (magnitude <= limit)))
                 & (c.signal("begun") == begun) & (~some | begun)

@@ -34,7 +34,7 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
 
     c.implication("ready-at-rest", "A number is taken at rest, and only there.",
                   when=state("REST") | dut.numbers.ready, then=state("REST") & dut.numbers.ready)
-    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+    c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
                   then=dut.bytes.valid & (byte == c.past(byte)))
     c.implication("digits-only", "Behind the sign each byte is a digit.",
@@ -45,33 +45,34 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                       when=dut.bytes.valid & minus & (offered == 0), then=byte == ord("-"))
         c.implication("sign-is-there", "The sign is taken before its digits are counted.",
                       when=state("COUNT", "DIGIT") & minus, then=offered > 0)
-        c.implication("nothing-before-it", "Until the sign is taken nothing is counted.",
+        c.implication("sign-before-digits", "Until the sign is taken nothing is counted.",
                       when=state("SIGN"), then=minus & (offered == 0) & ~c.signal("written")
                       & (digit == 0) & (place == dut.digits - 1) & (left == number.as_unsigned()))
     c.implication("no-sign", "No other number has one.", when=dut.bytes.valid & ~minus,
                   then=byte != ord("-"))
     c.implication("no-leading-zero", "The first digit is no 0 unless it is the only one.",
                   when=dut.bytes.valid & (digits == 0) & (byte == 0x30), then=last)
-    c.implication("ends", "After the last digit the next number can be taken.",
+    c.implication("rest-after-last-digit", "After the last digit the next number can be taken.",
                   when=c.past(last & given), then=state("REST"))
-    c.implication("only-then", "And not before.", when=c.past(busy & ~(last & given) & ~c.rst),
+    c.implication("busy-until-last-digit", "And not before.",
+                  when=c.past(busy & ~(last & given) & ~c.rst),
                   then=~state("REST"))
-    c.implication("reset-rests", "Reset ends it.", when=c.past(c.rst), then=state("REST"))
+    c.implication("reset-clears", "Reset ends it.", when=c.past(c.rst), then=state("REST"))
     c.implication("digit-fits", "The remainder fits into the digits still to come.",
                   when=state("COUNT", "DIGIT"), then=(place < dut.digits) & (digit <= 9)
                   & (left < power * (10 - digit)) & (~state("DIGIT") | (left < power)))
     counted = state("COUNT") & (left >= power)
-    c.implication("takes-away", "What the digit counts is taken away.",
+    c.implication("count-subtracts", "What the digit counts is taken away.",
                   when=c.past(counted & ~c.rst),
                   then=(left == c.past((left - power)[:len(left)])) & (digit == c.past(digit + 1)))
-    c.implication("takes-nothing-else", "Nothing else is, and no other digit is begun.",
+    c.implication("count-only-subtracts", "Nothing else is, and no other digit is begun.",
                   when=c.past(state("COUNT", "DIGIT") & ~counted & ~c.rst) & state("COUNT",
                                                                                    "DIGIT"),
                   then=(left == c.past(left)) & (digit == Mux(c.past(given), 0, c.past(digit))))
-    c.implication("takes-all-of-it", "The remainder starts as the absolute value.",
+    c.implication("all-digits-sent", "The remainder starts as the absolute value.",
                   when=~c.past(state("COUNT", "DIGIT")) & state("COUNT"),
                   then=left == Mux(minus, -number, number)[:len(left)])
-    c.implication("adds-nothing", "The remainder never exceeds that.",
+    c.implication("remainder-bounded", "The remainder never exceeds that.",
                   when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number,
                                                                  number)[:len(left)])
     c.implication("written-counts", "The state agrees with whether a digit was written.",
@@ -95,13 +96,13 @@ def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, las
         c.m.d.sync += so_far.eq(shown)
     magnitude = Mux(number < 0, -number, number)[:dut.shape.width]
 
-    c.implication("is-the-number", "The digits are those of the number, its sign aside.",
+    c.implication("digits-are-the-number", "The digits are those of the number, its sign aside.",
                   when=last & given, then=shown == magnitude)
-    c.implication("adds-up", "The digits so far, the one that is counted and what is left are all "
-                  "of it.", when=state("COUNT", "DIGIT"),
+    c.implication("digits-and-remainder", "The digits so far, the one that is counted and what "
+                  "is left are all of it.", when=state("COUNT", "DIGIT"),
                   then=so_far * power * 10 + c.signal("digit") * power
                   + c.signal("left") == magnitude)
-    c.invariant("nothing-yet", "At rest nothing of the next number is written.",
+    c.invariant("empty-at-rest", "At rest nothing of the next number is written.",
                 ~state("REST", *(["SIGN"] if dut.shape.signed else [])) | (so_far == 0)
                 | (state("REST") & c.past(given)), cover=so_far != 0)
 

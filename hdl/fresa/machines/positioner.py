@@ -285,7 +285,7 @@ class Positioner(MachineComponent):
                 getattr(reporter, f"moving_{index + 1}").eq(positioning.run[index]),
                 getattr(reporter, f"rate_{index + 1}").eq(positioning.rate[index]),
                 getattr(reporter, f"limit_{index + 1}").eq(self.limits[index]),
-                getattr(reporter, name).eq(axis.position),
+                getattr(reporter, f"position_{index + 1}").eq(axis.position),
                 axis.target.eq(positioning.target[index]),
                 axis.run.eq(positioning.run[index] & ~self.fault),
                 axis.load.eq(positioning.load),

@@ -73,7 +73,7 @@ def state_layout(top_speed: int) -> data.StructLayout:
 
     return data.StructLayout({
         "connected": 1, **each("moving", 1), **each("rate", range(top_speed + 1)),
-        **each("limit", 1), **dict.fromkeys("xyz", signed(32)), "seconds": 31})
+        **each("limit", 1), **each("position", signed(32)), "seconds": 31})
 
 
 class Kind(enum.Enum, shape=unsigned(3)):

@@ -16,7 +16,7 @@ from .text import TextSource
 __all__ = ["Reporter"]
 
 TEXTS = REPORT, BETWEEN, REPORT_END, STATE, STATE_END = b"# POS ", b" ", b" :", b"STATE ", b"\n"
-AXES = ("x", "y", "z")
+POSITIONS = tuple(f"position_{number}" for number in (1, 2, 3))
 
 OVERHEAD = 32
 """Clocks that a number takes at most besides those of its bytes."""
@@ -51,7 +51,7 @@ class Reporter(wiring.Component):
     ----------
     state : StructLayout
         The numbers of the state, in their order, of up to 32 bits if signed and 31 if not. Those of
-        a report are among them: ``x``, ``y`` and ``z``, one after the other.
+        a report are among them: ``position_1`` to ``position_3``, one after the other.
     answers : sequence of bytes
         The texts of the other answers, with their line feeds.
     period : int
@@ -65,7 +65,7 @@ class Reporter(wiring.Component):
     -------
     enable : In(1)
         Report at the ticks at which this is set.
-    connected, x, ... : In
+    position_1, ... : In
         The numbers of the state, by their names.
     answers : In(stream.Signature)
         Indices of the answers to send. The one after the last is the state.
@@ -86,15 +86,16 @@ class Reporter(wiring.Component):
                  byte: int) -> None:
         self.layout = state
         self._names = tuple(state.members)
-        self._first = self._names.index(AXES[0])
-        if self._names[self._first:self._first + len(AXES)] != AXES:
-            raise ValueError(f"x, y and z are one after the other, not {', '.join(self._names)}")
+        self._first = self._names.index(POSITIONS[0])
+        if self._names[self._first:self._first + len(POSITIONS)] != POSITIONS:
+            raise ValueError("the positions are one after the other, not "
+                             f"{', '.join(self._names)}")
         self._texts = TextSource((*TEXTS, *answers))
         self._writer = DecimalWriter(is_signed=True)
         byte = in_range("byte", byte, 1, MAX_PERIOD)
         self.quiet = byte * (max(map(len, answers)) + 1)
         widths = dict(zip(self._names, map(_longest, state.members.values()), strict=True))
-        report = len(REPORT + BETWEEN * 2 + REPORT_END) + sum(widths[axis] for axis in AXES)
+        report = len(REPORT + BETWEEN * 2 + REPORT_END) + sum(widths[name] for name in POSITIONS)
         whole = len(STATE + BETWEEN * (len(widths) - 1) + STATE_END) + sum(widths.values())
         least = max(byte * (report + 1) + self.quiet + 8,
                     byte * (whole + 1) + OVERHEAD * len(widths))
@@ -138,7 +139,7 @@ class Reporter(wiring.Component):
         number = Signal(range(len(self._names)))  # that is next
         m.d.comb += [
             texts.numbers.payload.eq(text),
-            number.eq(Mux(is_state, len(self._names), self._first + len(AXES)) - left),
+            number.eq(Mux(is_state, len(self._names), self._first + len(POSITIONS)) - left),
             # Only one of them has any.
             self.bytes.valid.eq(texts.bytes.valid | writer.bytes.valid),
             self.bytes.payload.eq(Mux(texts.bytes.valid, texts.bytes.payload,
@@ -158,7 +159,7 @@ class Reporter(wiring.Component):
                     m.d.sync += [
                         due.eq(begins), is_state.eq(wants_state),
                         text.eq(Mux(wants_state, TEXTS.index(STATE), TEXTS.index(REPORT))),
-                        left.eq(Mux(wants_state, len(self._names), len(AXES))),
+                        left.eq(Mux(wants_state, len(self._names), len(POSITIONS))),
                     ]
                     m.d.sync += [sampled[name].eq(getattr(self, name)) for name in self._names]
                     m.next = "ASK"

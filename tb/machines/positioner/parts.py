@@ -107,9 +107,9 @@ def positioning(run: Run) -> str:
 @bench
 def reporter(run: Run) -> str:
     """Reports at their times, answers in between that never delay one, a state in place of one."""
-    axes = dict.fromkeys("xyz", signed(32))
-    dut = Reporter(state=data.StructLayout({"on": 1, **axes, "seconds": 31}),
-                   answers=(b"! A\n", b"! LONGER\n"), period=800, byte=BYTE)
+    axes = [f"position_{number}" for number in (1, 2, 3)]
+    state = data.StructLayout({"on": 1, **dict.fromkeys(axes, signed(32)), "seconds": 31})
+    dut = Reporter(state=state, answers=(b"! A\n", b"! LONGER\n"), period=800, byte=BYTE)
     places = [(5, -17, 2**31 - 1), (0, -2**31, 0x55555555),
               (-0x55555555, 0x2AAAAAAA, -0x2AAAAAAA)]
     begun, text = [], bytearray()
@@ -130,9 +130,8 @@ def reporter(run: Run) -> str:
     async def test(ctx):
         ctx.set(dut.enable, 1)
         for place in places:
-            for port, value in zip((dut.on, dut.x, dut.y, dut.z, dut.seconds), (1, *place, 1234),
-                                   strict=True):
-                ctx.set(port, value)
+            for name, value in zip(("on", *axes, "seconds"), (1, *place, 1234), strict=True):
+                ctx.set(getattr(dut, name), value)
             for number in range(14):
                 await put(ctx, dut.answers, number % 2)
         await put(ctx, dut.answers, 2)

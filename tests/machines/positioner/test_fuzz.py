@@ -8,8 +8,8 @@ from amaranth import Const, Mux
 
 from fresa.protocol import positioner as commands
 from tb.machines.positioner.fuzz import limits, lines
+from tb.machines.positioner.fuzz.answers import Answers, Due
 from tb.machines.positioner.fuzz.axes import load_steps
-from tb.machines.positioner.fuzz.reasons import Due, Reasons
 from tb.mistake import Mistake
 from tests.machines.fuzzing import BIT, BREAK, drifts, kinds, mistakes_are_found, run
 
@@ -80,7 +80,7 @@ class Soon(Due):
         return begin + self.clocks
 
 
-class TestReasons:
+class TestAnswers:
     """A flood of bad lines, one a byte, each answer of which takes as long as eleven."""
 
     BYTE, LINES = 160, 60
@@ -101,12 +101,12 @@ class TestReasons:
         return answers
 
     def run(self, answers):
-        reasons = Reasons(answers, Soon(20 * self.BYTE), self.BYTE, 10**6)
+        answered = Answers(answers, Soon(20 * self.BYTE), self.BYTE, 10**6)
         for number in range(self.LINES):
             clock = 1000 + number * self.BYTE
-            if failure := reasons.answer(b"", b"! COMMAND\n", clock, clock + 40):
+            if failure := answered.answer(b"", b"! COMMAND\n", clock, clock + 40):
                 return failure
-        return reasons.rest()
+        return answered.rest()
 
     def test_one_answer_each_and_one_for_those_that_are_too_many(self):
         answers = self.answers()

@@ -69,8 +69,9 @@ def talk(clocks: int, seed: int, *, busy: float, resets: float = 0,
             state = {name: rng.choice([(1 << Shape.cast(shape).width) - 1, *([
                         0, rng.getrandbits(Shape.cast(shape).width)] * (not full))])
                      for name, shape in STATE.members.items()}
-            for axis in "xyz":
-                state[axis] = rng.choice(places or [*EXTREMES, rng.randrange(-2000, 2000)])
+            for number in (1, 2, 3):
+                state[f"position_{number}"] = rng.choice(
+                    places or [*EXTREMES, rng.randrange(-2000, 2000)])
             if rng.random() < 0.01 and resets:
                 enable ^= 1
         rst = rng.random() < resets

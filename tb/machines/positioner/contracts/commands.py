@@ -44,7 +44,7 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
     item = items.payload.as_value()
     held, was = c.past(left), c.past(item)
     c.assume(~held | (items.valid & (item == was)))
-    c.implication("skips-what-is-wrong", "Of a line that is right only the end is left, and is "
+    c.implication("end-skipped-last", "Of a line that is right only the end is left, and is "
                   "taken.", when=state("SKIP") & (order.answer == Answer.NONE), then=held & was[8])
     ended = taken & items.p.end
     fine = offered & (order.answer == Answer.NONE)
@@ -55,7 +55,8 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
                 "until it is taken, and at no other time.", offered == waiting, cover=offered)
     c.implication("one-at-a-time", "While an order is offered nothing is read.", when=offered,
                   then=~items.ready)
-    c.implication("stream-keeps", "An order stays until it is taken, and its numbers with it.",
+    c.implication("stable-until-ready", "An order stays until it is taken, and its numbers "
+                  "with it.",
                   when=c.past(offered & ~dut.orders.ready & ~c.rst),
                   then=offered & (payload == c.past(payload))
                   & (Cat(dut.numbers) == c.past(Cat(dut.numbers))))
@@ -68,11 +69,11 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
         ("long", last == LineEnd.LONG, Answer.LONG),
         ("damaged", (last != LineEnd.LONG) & (last != LineEnd.GOOD), Answer.DAMAGED),
     ]:
-        c.implication(f"tells-{name}", f"A line that is {name} is refused with that reason.",
+        c.implication(f"error-{name}", f"A line that is {name} is refused with that reason.",
                       when=offered & when, then=answer == then)
     c.implication("good-lines-only", "Only a line that ended well is an order.", when=fine,
                   then=last == LineEnd.GOOD)
-    c.invariant("reasons-of-a-line", "A refusal has a reason that a line can have.",
+    c.invariant("reason-in-range", "A refusal has a reason that a line can have.",
                 answer <= Answer.RANGE.value, cover=answer == Answer.RANGE.value)
 
     # What it holds
@@ -86,7 +87,7 @@ def describe(c: Contract, dut: PositionerCommands) -> None:
     takes = Array(len(ARGUMENTS.get(one, ())) for one in Command)
     c.implication("is-complete", "An order has as many spaces as its command has arguments, one "
                   "before each.", when=fine, then=spaces == takes[order.command.as_value()])
-    c.invariant("not-empty", "An empty line is no order.", Mux(
+    c.invariant("empty-line-refused", "An empty line is no order.", Mux(
                    state("COMMAND"), bytes_read | (c.signal("words.place") == 0),
                    bytes_read | (answer != Answer.NONE.value)), cover=offered & ~bytes_read)
     _ranges(c, dut, fine, state, takes, spaces)
@@ -135,7 +136,7 @@ def _ranges(c: Contract, dut: PositionerCommands, fine: Bits, state, takes, spac
     c.implication("command-in-range", "A command is one of those that there are.", when=fine,
                   then=command.as_value() < len(Command))
     needed = takes[command.as_value()]
-    c.invariant("knows-its-place", "The place is the number of arguments that were read.",
+    c.invariant("place-counted", "The place is the number of arguments that were read.",
                 Mux(state("COMMAND"), (place == 0) & good & (spaces == 0),
                     Mux(state("SEPARATE"), good & (spaces == place) & (place <= needed),
                         Mux(state("WORD", "DIGIT", "NUMBER"),
@@ -166,10 +167,10 @@ def _inside(c: Contract, dut: PositionerCommands, state, taken: Bits) -> None:
     idle = c.keep(range(STALL + 2), name="idle")
     c.m.d.sync += idle.eq(Mux(taken | dut.orders.valid | ~dut.items.valid | c.rst, 0,
                               idle + (idle <= STALL)))
-    c.invariant("goes-on", f"Of a line that waits something is taken at least every {STALL + 1} "
+    c.invariant("progress", f"Of a line that waits something is taken at least every {STALL + 1} "
                 "clocks, until its order is offered.", idle <= STALL, cover=idle == 2)
     reading = state("COMMAND", "WORD", "NUMBER")
-    c.invariant("goes-on-in-its-state", "Each state takes something, or leaves, in its time.",
+    c.invariant("progress-in-each-state", "Each state takes something, or leaves, in its time.",
                 idle <= Mux(reading, word | number, Mux(state("SEPARATE", "DIGIT"), 2, STALL)),
                 cover=idle == 1)
 

@@ -39,18 +39,19 @@ def describe(c: Contract, dut: Positioner) -> None:
         c.implication(f"{name}-moves-by-order", f"STEP of {name} rises only where {name} has a "
                       "movement, and in no reset.", when=rises,
                       then=c.past(dut.moving[index] & ~c.rst), upset=True)
-        c.implication(f"{name}-is-connected", f"STEP of {name} rises only while connected.",
+        c.implication(f"{name}-only-connected", f"STEP of {name} rises only while connected.",
                       when=rises,
                       then=c.past(dut.connected), upset=True)
-        c.implication(f"{name}-stops-at-its-limit", f"Clockwise no step of {name} is made from "
+        c.implication(f"{name}-limit-blocks", f"Clockwise no step of {name} is made from "
                       "the clock in which its limit is seen.",
                       when=c.past(dut.limits[index]) & rises, then=~up, upset=True)
-        c.implication(f"{name}-goes-its-way", f"DIR of {name} is that of its target when STEP "
-                      "rises.", when=rises, then=up == c.past(orders.target[index] > axis.position),
+        c.implication(f"{name}-direction-toward-target", f"DIR of {name} is that of its target "
+                      "when STEP rises.", when=rises,
+                      then=up == c.past(orders.target[index] > axis.position),
                       upset=True)
         change = axis.position - c.past(axis.position)
-        c.implication(f"{name}-counts-its-steps", f"The position of {name} changes by one, where "
-                      "STEP rises, its way, or is called otherwise by POS, ORIGIN or reset.",
+        c.implication(f"{name}-position-counts-steps", f"The position of {name} changes by one, "
+                      "where STEP rises, its way, or is called otherwise by POS, ORIGIN or reset.",
                       when=known & (change != 0) & ~c.past(orders.load | c.rst),
                       then=rises & ((change == 1) & up | (change == -1) & ~up), upset=True)
     c.implication("fault-holds", "While a fault shows no step begins.",
@@ -77,7 +78,7 @@ def _watch_state(c: Contract, dut: Positioner) -> None:
                     (getattr(state, f"moving_{number}") == dut.moving[index])
                     & (getattr(state, f"rate_{number}") == orders.rate[index])
                     & (getattr(state, f"limit_{number}") == dut.limits[index])
-                    & (getattr(state, name) == c.part(name).position)
+                    & (getattr(state, f"position_{number}") == c.part(name).position)
                     for index, (number, name) in enumerate(enumerate("xyz", 1))).all(),
                 cover=state.moving_1)
     clock = second.modulus

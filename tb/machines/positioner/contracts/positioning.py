@@ -106,7 +106,7 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
                   when=dut.connected != c.past(dut.connected),
                   then=Mux(dut.connected, then(Command.CONNECT),
                            then(Command.DISCONNECT) | was_reset))
-    c.implication("obeys", "CONNECT gives power, DISCONNECT takes it.",
+    c.implication("connect-and-disconnect", "CONNECT gives power, DISCONNECT takes it.",
                   when=then(Command.CONNECT, Command.DISCONNECT),
                   then=dut.connected == then(Command.CONNECT))
     place = Cat(dut.place)
@@ -118,7 +118,7 @@ def _changes(c: Contract, dut: Positioning, obeyed: Bits) -> None:
     c.invariant("place-of-pos", "The position to set is 0 except while POS is obeyed.",
                 (place == 0) | (command == Command.POS) & (place == Cat(dut.numbers)),
                 cover=place != 0)
-    c.implication("loads", "POS and ORIGIN are obeyed by a load.",
+    c.implication("load-by-order", "POS and ORIGIN are obeyed by a load.",
                   when=obeyed & ((command == Command.POS) | (command == Command.ORIGIN)),
                   then=dut.load)
 
@@ -146,8 +146,8 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                       | c.past(dut.in_position[motor] | dut.limit_hit[motor])
                       | then(Command.STOP, motor=motor) | then(Command.DISCONNECT)
                       | then(Command.ORIGIN, Command.POS) & c.past(way))
-        c.implication(f"{name}-does-end", f"No movement of motor {motor + 1} goes on after its "
-                      "end.",
+        c.implication(f"{name}-ends-by-order", f"No movement of motor {motor + 1} goes on after "
+                      "its end.",
                       when=c.past(dut.in_position[motor] | dut.limit_hit[motor])
                       & run_before | then(Command.STOP, motor=motor) | then(Command.DISCONNECT),
                       then=~run | moved | goes)
@@ -162,10 +162,11 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
                     rate == Mux(was_reset, after_reset, Mux(
                         then(Command.VEL, motor=motor), c.past(dut.numbers[2])[:len(rate)],
                         c.past(rate, init=after_reset))), cover=rate != after_reset)
-        c.invariant(f"{name}-is-going", f"A movement of motor {motor + 1} is to a point from GOTO "
-                    "to the next MOV of it.", way == ~was_reset & (goes | c.past(way) & ~moved),
+        c.invariant(f"{name}-going-to-point", f"A movement of motor {motor + 1} is to a point from "
+                    "GOTO to the next MOV of it.",
+                    way == ~was_reset & (goes | c.past(way) & ~moved),
                     cover=way)
-    c.implication("halts", "From the clock after a halt on no motor has a movement.",
+    c.implication("halt-ends-movements", "From the clock after a halt on no motor has a movement.",
                   when=c.past(dut.halt & dut.run.any()), then=~dut.run.any())
     c.implication("origin-ends-going", "ORIGIN and POS end all movements to points.",
                   when=then(Command.ORIGIN, Command.POS) & c.past(going).any(),
@@ -177,12 +178,12 @@ def _answers(c: Contract, dut: Positioning, answered: Bits, answer: Bits) -> Non
     offered, says = dut.answers.valid, dut.answers.payload.as_value()
     limit = (says >= Answer.LIMIT_MOT1.value) & (says <= Answer.LIMIT_MOT3.value)
     kept = c.past(offered & ~dut.answers.ready & ~c.rst)
-    c.implication("stream-keeps", "An answer stays until it is taken.", when=kept,
+    c.implication("stable-until-ready", "An answer stays until it is taken.", when=kept,
                   then=offered & (says == c.past(says)))
     c.implication("taken-a-clock-later", "An order is taken in the clock after it was offered, "
                   "however many answers wait.",
                   when=c.past(dut.orders.valid & ~dut.orders.ready & ~c.rst), then=dut.orders.ready)
-    c.implication("looked-at-first",
+    c.implication("lookup-first",
                   "No order is taken in the clock in which it is first offered.",
                   when=dut.orders.ready,
                   then=c.past(dut.orders.valid & ~dut.orders.ready))
@@ -227,19 +228,19 @@ def _answers(c: Contract, dut: Positioning, answered: Bits, answer: Bits) -> Non
         c.implication(f"limit-{motor + 1}-once", f"A limit of motor {motor + 1} is answered only "
                       "where it ended a movement, and once for that.", when=mine & ~kept,
                       then=c.past(pending_limits[motor]) & (~pending_limits[motor] | c.past(ended)))
-        c.implication(f"limit-{motor + 1}-is-not-lost", f"A pending limit of motor {motor + 1} "
+        c.implication(f"limit-{motor + 1}-kept", f"A pending limit of motor {motor + 1} "
                       "stays pending until it is answered.",
                       when=c.past(pending_limits[motor] & ~c.rst) & ~pending_limits[motor],
                       then=mine)
-        c.implication(f"limit-{motor + 1}-has-a-cause", "No limit of motor "
+        c.implication(f"limit-{motor + 1}-only-by-switch", "No limit of motor "
                       f"{motor + 1} is pending without a cause.", when=pending_limits[motor]
                       & ~c.past(pending_limits[motor]),
                       then=c.past(ended))
-    c.implication("sounds", "The buzzer is on after a switch ended a movement.",
+    c.implication("buzzer-on-after-limit", "The buzzer is on after a switch ended a movement.",
                   when=c.past(struck.any() & ~c.rst), then=dut.buzzer)
-    c.invariant("two-ticks", "The buzzer counts two ticks at most.", c.signal("ticks") <= 2,
+    c.invariant("buzzer-two-ticks", "The buzzer counts two ticks at most.", c.signal("ticks") <= 2,
                 cover=c.signal("ticks") == 2)
-    c.implication("is-still-again", "The buzzer goes off at a tick or with reset only.",
+    c.implication("buzzer-off-at-tick", "The buzzer goes off at a tick or with reset only.",
                   when=c.past(dut.buzzer) & ~dut.buzzer, then=c.past(dut.tick | c.rst))
 
 

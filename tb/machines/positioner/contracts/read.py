@@ -60,7 +60,7 @@ def watch_read(c: Contract, dut: PositionerCommands) -> None:
     stops = state("SEPARATE") & dut.items.valid & ~taken & ~(
         dut.items.p.end & (kind == Kind.END))
     no_digit = state("DIGIT") & dut.items.valid & ~taken
-    follows("refused-for-what-it-is", "The first thing that is wrong in a line is its reason, or "
+    follows("first-error-is-reason", "The first thing that is wrong in a line is its reason, or "
             "that it is long or damaged; a new line has none.", answer,
             [(first & ~is_command, Const(Answer.COMMAND.value, 4)),
              (bad_word | stops | no_digit, Const(Answer.ARGUMENT.value, 4)),
@@ -87,11 +87,12 @@ def _word(c: Contract, dut: PositionerCommands, taken: Bits) -> tuple[list[Bits]
                                         for place, expected in enumerate(word)).all()
              for word in table]
     looks = reads & dut.items.valid & ~there
-    c.implication("reads-a-word", "Of a word all is taken that belongs to it, and nothing else.",
+    c.implication("word-bytes-taken", "Of a word all is taken that belongs to it, and nothing "
+                  "else.",
                   when=looks, then=dut.items.ready == belongs)
-    c.invariant("ends-a-word", "It has ended with the clock after something else was seen.",
+    c.invariant("word-ends", "It has ended with the clock after something else was seen.",
                 there == c.past(looks & ~belongs & ~c.rst), cover=there)
-    c.invariant("knows-the-letters", "It knows which words begin with the letters that were read.",
+    c.invariant("letters-matched", "It knows which words begin with the letters that were read.",
                 (c.signal("words.alive") == Cat(begun)) & (c.signal("words.place") == count)
                 & (count <= longest + 1), cover=count == longest)
     return [begins & (count == len(word))
@@ -118,15 +119,15 @@ def _number(c: Contract, dut: PositionerCommands, taken: Bits, kind: Bits
         with c.m.Else():
             c.m.d.sync += minus.eq(byte == ord("-"))
     looks = reads & dut.items.valid & ~there
-    c.implication("reads-a-number",
+    c.implication("number-bytes-taken",
                   "Of a number all is taken that belongs to it, and nothing else.",
                   when=looks, then=dut.items.ready == belongs)
-    c.invariant("ends-a-number", "It has ended with the clock after something else was seen.",
+    c.invariant("number-ends", "It has ended with the clock after something else was seen.",
                 there == c.past(looks & ~belongs & ~c.rst), cover=there)
     exact = Mux(minus, -magnitude, magnitude)
     known = {name: c.signal(f"number.{name}") for name in (
         "digits", "overflow", "value", "begun", "negative")}
-    c.invariant("knows-the-number", "What was read so far is known, as long as it fits.",
+    c.invariant("digits-held", "What was read so far is known, as long as it fits.",
                 (known["digits"] == some) & (known["overflow"] == large) & (known["begun"] == begun)
                 & (known["negative"] == minus) & (~some | begun) & (~minus | begun)
                 & (~large | some) & (some | (magnitude == 0))

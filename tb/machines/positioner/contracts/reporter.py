@@ -24,7 +24,7 @@ BYTES = 25
 """Of the shortest state: a case in which these are longer than the period begins no report while
 a line is being sent, and states nothing about when."""
 
-SHOWN = {"x": 5, "y": -3}
+SHOWN = {"position_1": 5, "position_2": -3}
 """What covers report."""
 
 
@@ -37,7 +37,7 @@ class Line:
         self.asks, self.spells = asks.valid & asks.ready, spells.valid & spells.ready
         self.names = list(dut.layout.members)
         self.shapes = [Shape.cast(shape) for shape in dut.layout.members.values()]
-        first, count = self.names.index("x"), len(self.names)
+        first, count = self.names.index("position_1"), len(self.names)
         # A text, a number, a text, and so on.
         self.wants_state = dut.answers.valid & (
             dut.answers.payload == len(self.texts.texts) - ANSWERS_FROM)
@@ -144,14 +144,14 @@ def describe(c: Contract, dut: Reporter) -> None:
     c.implication("answered-at-once", "Where there is time for an answer it is begun at once.",
                   when=c.past(line.takes & ~line.wants_state & ~c.rst),
                   then=line.asks & (line.left == 1) & ~line.is_report)
-    c.implication("stream-keeps", "A byte that is offered stays until it is taken.",
+    c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~ready & ~c.rst),
                   then=dut.bytes.valid & (dut.bytes.payload == c.past(dut.bytes.payload)))
     c.implication("reset-begins-anew", "Reset ends the line, and the first tick is `period` "
                   "clocks away.", when=c.past(c.rst),
                   then=c.state("reporter_state")("REST") & ~dut.bytes.valid
                   & (c.signal("time") == dut.period - 1) & ~c.signal("due"))
-    c.implication("reset-forgets", "After reset no number is kept.", when=c.past(c.rst),
+    c.implication("reset-clears", "After reset no number is kept.", when=c.past(c.rst),
                   then=c.signal("sampled") == 0)
     _watch_inside(c, dut, line, since)
     if not hurried:
@@ -257,7 +257,7 @@ def _watch_time(c: Contract, dut: Reporter, line: Line, byte: int, waited: Bits)
         return clocks
 
     count = len(line.names)
-    report = behind(AXES, line.names.index("x") + AXES, REPORT_END)
+    report = behind(AXES, line.names.index("position_1") + AXES, REPORT_END)
     whole_state = behind(count, count, STATE_END)
     report += [0] * (count - AXES)
 
@@ -303,7 +303,7 @@ def make(*, answers: tuple[bytes, ...], period: int, byte: int, short: bool = Fa
 
 
 SHORT_STATE = data.StructLayout({
-    "connected": 1, **dict.fromkeys("xyz", signed(5)), "seconds": 3})
+    "connected": 1, **{f"position_{number}": signed(5) for number in (1, 2, 3)}, "seconds": 3})
 TINY = {"answers": (b"\n", b"a\n"), "short": True}
 REPORTER = Component(
     make=make, describe=describe, depth=360,

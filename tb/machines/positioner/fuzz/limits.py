@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tb.fuzz.trajectory import Failure
 
-from .reasons import STATE, Due
+from .answers import STATE, Due
 
 __all__ = ["check_buzzer", "check_limit_reports"]
 
@@ -23,7 +23,7 @@ def check_limit_reports(number: int, blocked: Sequence[int], perhaps: Sequence[i
     """Hold what is said of a motor against where switches have, or may have, ended its movements.
 
     Each must be told once, before the answers that wait. Two are told at once where the motor was
-    blocked again before it was said. For `answers` and `due` see `Reasons`. At the
+    blocked again before it was said. For `answers` and `due` see `Answers`. At the
     end a state may wait, and all behind it.
     """
     failures, text = [], b"! LIMIT MOT%d\n" % number

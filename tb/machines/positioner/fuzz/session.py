@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from tb.fuzz.trajectory import Failure
 from tb.uart import Text
 
+from .answers import STATE, Answers, Due
 from .axes import Axis
 from .limits import check_limit_reports
 from .lines import AXES, BREAK, Line, refusal
-from .reasons import STATE, Due, Reasons
 
 __all__ = ["LineSession"]
 
@@ -66,7 +66,7 @@ class LineSession:
         self._reports: list[tuple[int, list[int]]] = []
         self._split(output)
         self._due = Due(byte, report)
-        self._reasons = Reasons(self._answers, self._due, byte, clocks)
+        self._expected_answers = Answers(self._answers, self._due, byte, clocks)
         self.answers = len(self._answers)
 
     def run(self, given: Iterator[Line]) -> None:
@@ -78,10 +78,11 @@ class LineSession:
                 return
             answer, latest = self._interpret(line)
             if answer:
-                self._note(self._reasons.answer(line.text, answer, line.clock, latest + 2))
+                self._note(self._expected_answers.answer(
+                    line.text, answer, line.clock, latest + 2))
             self._taken = latest
         self._compare(self._clocks)
-        self._note(self._reasons.rest())
+        self._note(self._expected_answers.rest())
         for number, one in enumerate(self._axes, 1):
             self.failures += check_limit_reports(
                 number, one.blocked, one.perhaps, self._answers, self._due, self._clocks,

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from tb.fuzz.trajectory import Failure
 
-__all__ = ["STATE", "Due", "Reasons"]
+__all__ = ["STATE", "Answers", "Due"]
 
 NAMED = 31
 """Answers that wait by name behind the one that is next; the place behind them is for OVERFLOW."""
@@ -52,7 +52,7 @@ class Due:
         return begin + (LONGEST_STATE - LONGEST) * self._byte * text.startswith(STATE)
 
 
-class Reasons:
+class Answers:
     """Holds answers against lines that are to have one.
 
     Parameters
