@@ -6,13 +6,13 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from . import positioner_lines as lines
-from .errors import MachineError, Refused, TimedOut, WasReset
+from .errors import Refused, TimedOut, WasReset
 from .positioner_answers import Line
 from .positioner_errors import PositionError
-from .positioner_lines import AXES, ZERO, Refusal, State, Steps
+from .positioner_lines import AXES, Refusal, State, Steps
 from .positioner_place import Place
 from .positioner_state import PositionerState, Target, refused
-from .session import BAUD, Operation, Waiting
+from .session import BAUD, Waiting
 
 __all__ = ["PositionerSession"]
 
@@ -65,12 +65,6 @@ class PositionerSession(PositionerState):
         Whether the port can send a break.
     timeout : float
         Seconds within which the machine must be heard.
-    attended : bool
-        People hold what moves, and see what is refused. Then, once the session is `connected`,
-        an axis that moves, and neither was ordered to nor is on its way, is stopped until the
-        machine says that it stands, if need be by a break; a jog goes on if a limit may be of the
-        movement before; a travel that is refused stops all axes, and an order in between calls off
-        one that has not departed; and refusals and limits are returned by `receive` alone.
 
     Attributes
     ----------
@@ -82,18 +76,12 @@ class PositionerSession(PositionerState):
         When that was.
     reports, halts : int
         Reports so far, and times that all movement was ended at once.
-    at_rest : bool
-        When attended: nothing moves by the machine's word, and nothing was ordered since.
     """
 
     def __init__(self, *, name: str = "the port", baud: int = BAUD, can_break: bool = False,
-                 timeout: float = 2.0, attended: bool = False) -> None:
-        super().__init__(name=name, baud=baud, can_break=can_break, timeout=timeout,
-                         attended=attended)
+                 timeout: float = 2.0) -> None:
+        super().__init__(name=name, baud=baud, can_break=can_break, timeout=timeout)
         self._points: dict[int, Steps] = {}  # that the machine keeps for sure
-        self._settings: dict[str | int, bytes] = {}  # orders to deliver, by axis and by point
-        self._travel: Operation[None] | None = None
-        self._background: list[Operation[None]] = []  # while it is attended
 
     # Answers
 
@@ -119,8 +107,9 @@ class PositionerSession(PositionerState):
                                "--original?")
 
     def _ask(self) -> Line:
-        # This also ends a line that has begun: typed by others, or without the end that was lost.
-        return self._submit((b"\n" if self._unanswered.in_doubt else b"") + lines.STATE)[-1]
+        # The first ends a line that has begun: typed by others, or without the end that was lost.
+        # The second is refused, whatever that was.
+        return self._submit((b"\n\n" if self._unanswered.in_doubt else b"") + lines.STATE)[-1]
 
     def _ended(self, line: Line, end: float = math.inf) -> Waiting[None]:
         """Wait until a line is answered, or should have been."""
@@ -153,7 +142,7 @@ class PositionerSession(PositionerState):
         if not line.ended:
             state = yield from self.fence()
             if line.lost and self._reporting and not state.connected:
-                self._reporting = self._answers = False
+                self._answers = False
                 raise WasReset
         if isinstance(line.answer, Refusal):
             raise refused(line.answer)
@@ -407,111 +396,6 @@ class PositionerSession(PositionerState):
             return not any((yield from self.fence()).moving)
         return False
 
-    # With people at it
-
-    def restore(self, left: Steps | None, least: float) -> Waiting[tuple[bool, int]]:
-        """Stop what moves, send the machine its settings, and its place if it was reset; connect.
-
-        Parameters
-        ----------
-        left : Steps or None
-            Where the machine was left, which it is told if it was reset and stands at `ZERO`.
-        least : float
-            Seconds that it has been on, at least, if it was not reset.
-
-        Returns
-        -------
-        bool, int
-            Whether it was reset, and the seconds that it has been on.
-
-        Raises
-        ------
-        TimedOut
-            If no machine answers, or it does not stop, or the line is too bad to know.
-        """
-        self._restoring = True
-        yield from self._open()
-        yield from self._rest()
-        before = yield from self.fence()
-        state = yield from self.fence()
-        reset = max(before.seconds, state.seconds) < least  # one of them may be damaged
-        if reset and left is not None and state.steps == ZERO:
-            yield from self._obey(lines.place(left))
-            if (yield from self.fence()).steps != left:
-                raise self._disturbed()
-        while self._settings:
-            yield from self._deliver_next()
-        yield from self._power()
-        self._restoring, self._unverified, self.at_rest = False, False, True
-        self._background = [self.begin(each, self.now)
-                            for each in (self._verify(), self._deliver())]
-        return reset, state.seconds
-
-    def _rest(self) -> Waiting[None]:
-        """Stop it, and raise `TimedOut` if it is not known to stand."""
-        if not (yield from self._stop_and_verify()):
-            raise TimedOut(f"the machine at {self.name} does not stop: it moves")
-
-    def bring_to_rest(self) -> Waiting[None]:
-        """Halt, and wait until it stands."""
-        for operation in self._background:
-            operation.cancel()
-        self._restoring = True
-        self.halt(self.now)
-        if any((yield from self.fence()).moving):
-            yield from self._rest()
-
-    def _verify(self) -> Waiting[None]:
-        """Have the machine say, behind each order, that what is ordered to stand does; stop it."""
-        wrong: set[str] = set()
-        while True:
-            if not (self.connected and self._unverified):
-                yield math.inf
-                continue
-            self._unverified = False
-            try:
-                state = yield from self.fence()
-            except TimedOut:
-                self._unverified = True
-                yield math.inf  # until it is heard
-                continue
-            moving = {axis for axis, moves in zip(AXES, state.moving, strict=True) if moves}
-            later = set()  # ordered since the state was asked for
-            for axis, order in self._orders.items():
-                if not order.line.ended:
-                    later.add(axis)
-                elif axis not in moving:
-                    order.end()
-                elif order.monitor:
-                    order.monitor.resume()
-            before, wrong = wrong, moving - self._ordered() - later
-            if wrong & before and not self._ordered():
-                self.halt(self.now)
-            elif wrong:
-                self._submit(lines.stop(sorted(wrong)))
-            self._unverified |= bool(wrong or later)
-            self.at_rest = not (moving or self._ordered() or self._unverified or self.in_motion)
-
-    def _deliver(self) -> Waiting[None]:
-        """Send the settings, each until it is obeyed, but not while a travel departs."""
-        while True:
-            if not (self.connected and self._settings) or self._departs:
-                yield math.inf
-                continue
-            try:
-                yield from self._deliver_next()
-            except MachineError:
-                yield math.inf  # until it is heard
-
-    def _deliver_next(self) -> Waiting[None]:
-        key, order = next(iter(self._settings.items()))
-        for _ in range(TRIES):
-            with suppress(Refused):  # which `receive` has returned
-                yield from self._obey(order)
-                break
-        if self._settings.get(key) == order:
-            del self._settings[key]
-
     # At once
 
     def changed_since(self, progress: Progress) -> bool:
@@ -519,72 +403,9 @@ class PositionerSession(PositionerState):
         return (self.reports > progress.reports or self.target != progress.target
                 or bool(self._refusals or self.lost))
 
-    def travel(self, number: int, steps: Steps, now: float) -> None:
-        """Begin to `move_to` a point; any other order before it departs calls it off.
-
-        What pages held is stopped by the machine: it goes to the point instead.
-        """
-        self.now = now
-        self._call_off()
-        self.at_rest = False
-        self._travel = self.begin(self._travel_to(number, steps), now)
-
-    def _travel_to(self, number: int, steps: Steps) -> Waiting[None]:
-        try:
-            yield from self.move_to(number, steps)
-        except Refused:
-            self._travel = None
-            self.halt(self.now)
-        finally:
-            self._unverified = True
-
-    def set_speed(self, axis: str, steps_per_second: int, now: float) -> None:
-        """Have the speed of an axis set."""
-        self._set(axis, lines.speed(axis, steps_per_second), now)
-
-    def keep_point(self, number: int, steps: Steps, now: float) -> None:
-        """Have the machine keep a point, when no travel is about to depart to it."""
-        self._set(number, lines.store(number, steps), now)
-
-    def _set(self, key: str | int, order: bytes, now: float) -> None:
-        self._settings[key] = order
-        self.tick(now)
-
-    def call_origin(self, now: float) -> None:
-        """Call this place (0, 0, 0). It goes nowhere then."""
-        self.now = now
-        self._call_off()
-        self._set_target(None)
-        self._submit(lines.ORIGIN)
-
-    def leave(self, now: float) -> None:
-        """Stop all axes and take the power from the motors, if the machine hears that."""
-        self.now, self._reporting = now, False
-        self._submit(lines.stop() + lines.DISCONNECT)
-        self.release(now)
-
     def release(self, now: float) -> None:
         """Have the machine answer no more, as after power-up."""
         self.now = now
         if self._answers:
             self._answers = False
             self._submit(lines.ACK_OFF)
-
-    @property
-    def _departs(self) -> bool:
-        """Whether a travel has been begun, and not been ordered to go for certain."""
-        return self._travel is not None and not self._travel.done
-
-    @property
-    def in_motion(self) -> bool:
-        """Whether it goes to a point, or is about to."""
-        return super().in_motion or self._departs
-
-    def _superseded(self) -> None:
-        if self._attended:
-            self._call_off()
-
-    def _call_off(self) -> None:
-        travel, self._travel = self._travel, None
-        if travel is not None:
-            travel.cancel()

@@ -69,11 +69,11 @@ class _AxisOrder:
 class PositionerState(Session):
     """What was ordered, what was heard, and what is sent at once. See `PositionerSession`."""
 
-    def __init__(self, *, name: str, baud: int, can_break: bool, timeout: float,
-                 attended: bool) -> None:
+    _attended = False  # see `AttendedSession`
+
+    def __init__(self, *, name: str, baud: int, can_break: bool, timeout: float) -> None:
         super().__init__(baud)
-        self.name, self._timeout, self._attended = name, timeout, attended
-        self._can_break = can_break
+        self.name, self._timeout, self._can_break = name, timeout, can_break
         self._splitter = LineSplitter()
         self._unanswered = Unanswered()
         self._answers = False  # the machine answers
@@ -277,6 +277,8 @@ class PositionerState(Session):
         doubted = self._unanswered.in_doubt
         line = self._unanswered.take(message, self.now)
         if isinstance(message, State):
+            if self._reporting and not message.connected:
+                return None  # it was reset, which has lost the place
             self._take_report(message.steps)
             return message.steps
         if not isinstance(message, Refusal) or doubted:

@@ -15,6 +15,7 @@ from fresa_host import (
     PositionError,
     Refused,
     TimedOut,
+    WasReset,
     axis_monitor,
     positioner_session,
 )
@@ -78,6 +79,29 @@ def test_what_is_no_number_or_axis_is_not_sent(positioner, fake, call):
     with pytest.raises(ValueError):
         call(positioner)
     assert not fake.written
+
+
+def test_its_state(positioner, fake):
+    positioner.connect()
+    positioner.velocity("y", 10)
+    positioner.jog("z", 1)
+    state = positioner.state()
+    assert state.connected and state.moving == (False, False, True)
+    assert state.speeds == (200, 568, 200) and state.seconds == 1000
+    assert positioner.get_velocity("y") == pytest.approx(10, abs=0.01)
+    assert positioner.get_velocity() == pytest.approx([3.52, 10, 3.52], abs=0.01)
+    fake.reset()
+    with pytest.raises(WasReset):
+        positioner.velocity("y", 10)
+    assert positioner.connect() == (0, 0, 0)
+    positioner.velocity("y", 10)
+
+
+def test_it_answers_no_more_when_it_is_closed(fake):
+    with opened(fake) as positioner:
+        positioner.connect()
+        assert fake.acknowledges
+    assert not fake.acknowledges and fake.written[-1] == b"ACK 0\n" and fake.closed
 
 
 def test_short_ways_add_up(positioner, fake):
@@ -450,7 +474,7 @@ def test_a_machine_that_says_nothing_times_out(fake):
 def test_what_was_typed_before_does_not_keep_it_from_connecting(positioner, fake):
     fake.begun = b"STO"
     assert positioner.connect() == (0, 0, 0)
-    assert fake.written == [b"\n", b"STATE\n", b"ACK 1\n", b"CONNECT\n", b"STATE\n"]
+    assert fake.written == [b"\n", b"\n", b"STATE\n", b"ACK 1\n", b"CONNECT\n", b"STATE\n"]
 
 
 def test_noise_is_passed_over(positioner, fake):

@@ -6,6 +6,7 @@ import pytest
 
 from fresa_host import LimitReached, LineLost, PositionError, Refused, TimedOut, WasReset
 from fresa_host.axis_monitor import STILL
+from fresa_host.positioner_attended import AttendedSession
 from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
 from fresa_host.positioner_session import ANSWER_TIMEOUT_S, PositionerSession
 from fresa_host.positioner_state import STALE_AFTER
@@ -21,11 +22,12 @@ PERIOD = 0.1
 class World:
     """A session, a positioner that reports every 0.1 s, and the time."""
 
-    def __init__(self, *, left: Steps | None = None, least: float = 0.0, **options: Any) -> None:
+    def __init__(self, kind: type[PositionerSession] = PositionerSession, *,
+                 left: Steps | None = None, least: float = 0.0, can_break: bool = False) -> None:
         self.fake = FakePositioner()
         self.fake.pause = 0.0
-        self.fake.can_break = options.setdefault("can_break", False)
-        self.session = PositionerSession(baud=10**6, **options)
+        self.fake.can_break = can_break
+        self.session: Any = kind(baud=10**6, can_break=can_break)
         self.now = 100.0
         self.messages: list = []
         self.run(self.session.connect() if left is None else self.session.restore(left, least))
@@ -73,7 +75,7 @@ def world() -> World:
 @pytest.fixture
 def attended() -> World:
     """A world whose session is attended and can break."""
-    return World(left=HERE, attended=True, can_break=True)
+    return World(AttendedSession, left=HERE, can_break=True)
 
 
 class TestAnswers:
@@ -130,7 +132,7 @@ class TestAnswers:
         world.fake.damage = {b"STATE\n": damaged}
         state = world.run(world.session.state())
         assert state == (True, (False,) * 3, (200,) * 3, (False,) * 3, (0, 0, 0), 1000)
-        assert world.fake.written == [b"STATE\n", b"\n", b"STATE\n"]
+        assert world.fake.written == [b"STATE\n", b"\n", b"\n", b"STATE\n"]
         world.fake.refuse = {b"VEL": b"! RANGE\n"}
         with pytest.raises(Refused, match="RANGE"):  # not the answer to the empty line
             world.run(world.session.command(b"VEL MOT1 100\n"))
@@ -195,10 +197,12 @@ class TestAnswers:
         assert not session.connected
 
     def test_a_machine_that_was_reset(self, world):
+        world.fake.steps = world.fake.target = [5, 0, 0]
+        world.tick()
         world.fake.reset()
         with pytest.raises(WasReset):
             world.run(world.session.command(b"VEL MOT1 100\n"))
-        assert not world.session.connected
+        assert world.session.steps == (5, 0, 0)  # not that of a machine that has lost it
         world.run(world.session.connect())
         world.run(world.session.command(b"VEL MOT1 100\n"))
 
@@ -444,6 +448,16 @@ class TestAttended:
         assert attended.fake.orders == [b"P 3 500 0 0\n", b"GOTO 3\n", b"P 3 1 1 1\n"]
         assert attended.fake.steps == [500, 0, 0]
 
+    def test_an_edit_that_is_lost_does_not_come_between(self, attended):
+        attended.fake.deaf = [b"P 3 1 1 1\n"]
+        attended.do(attended.session.keep_point, 3, Steps(1, 1, 1))
+        attended.do(attended.session.keep_point, 3, Steps(500, 0, 0))
+        attended.do(attended.session.travel, 3, Steps(500, 0, 0))
+        attended.tick(15)
+        assert attended.fake.steps == [500, 0, 0]
+        assert attended.fake.orders == [b"P 3 1 1 1\n", b"P 3 500 0 0\n", b"GOTO 3\n",
+                                        b"P 3 500 0 0\n"]
+
     @pytest.mark.parametrize("between", [
         lambda it: it.do(it.session.jog, "z", 1), lambda it: it.do(it.session.stop, ["z"]),
         lambda it: it.do(it.session.halt), lambda it: it.do(it.session.call_origin),
@@ -503,31 +517,31 @@ class TestRestoring:
     LEFT = Steps(5, -5, 7)
 
     def test_what_was_left_moving_is_stopped(self):
-        world = World(left=HERE, attended=True)
+        world = World(AttendedSession, left=HERE)
         world.fake.target = [10**6, 0, 0]
         world.fake.deaf = 2 * [STOP[0]]
         assert world.run(world.session.restore(HERE, 0)) == (False, 1000)
         assert world.fake.resting and world.session.steps == tuple(world.fake.steps)
 
     def test_a_machine_that_was_reset_is_sent_its_place(self):
-        world = World(left=self.LEFT, least=1001, attended=True)
+        world = World(AttendedSession, left=self.LEFT, least=1001)
         assert world.session.connected and world.session.steps == (5, -5, 7)
         assert world.fake.steps == [5, -5, 7]
         assert not world.messages  # nothing before is to be acted on
         assert world.session.at_rest
 
     def test_one_that_has_moved_since_is_not(self):
-        world = World(left=HERE, attended=True)
+        world = World(AttendedSession, left=HERE)
         world.fake.steps = world.fake.target = [0, 0, 5]
         assert world.run(world.session.restore(self.LEFT, 1001)) == (True, 1000)
         assert world.session.steps == (0, 0, 5) == tuple(world.fake.steps)
 
     def test_a_machine_that_stands_at_an_origin_of_its_own_is_believed(self):
-        world = World(left=self.LEFT, least=1000, attended=True)
+        world = World(AttendedSession, left=self.LEFT, least=1000)
         assert world.session.steps == (0, 0, 0) == tuple(world.fake.steps)
 
     def test_a_place_that_is_lost_on_the_line_is_sent_again(self):
-        world = World(left=HERE, attended=True)
+        world = World(AttendedSession, left=HERE)
         world.fake.deaf = [b"POS 5 -5 7\n"]
         assert world.run(world.session.restore(self.LEFT, 1001)) == (True, 1000)
         assert world.fake.steps == [5, -5, 7] == list(world.session.steps or ())

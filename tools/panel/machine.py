@@ -24,8 +24,8 @@ ANSWER_TIMEOUT_S = 2.0
 class Machine:
     """A stage on a serial line, which may be plugged and unplugged.
 
-    All methods but the asynchronous ones return at once. The safety rules are in its session: see
-    `StageSession`, with its option `attended`.
+    All methods but the asynchronous ones return at once. The safety rules are in its session, a
+    `StageSession`.
 
     Parameters
     ----------
@@ -113,8 +113,7 @@ class Machine:
         await self.disconnect()
         opened = await asyncio.to_thread(self._opened, port)
         session = self._session = StageSession(
-            name=port, baud=opened.baud, can_break=opened.can_break, timeout=ANSWER_TIMEOUT_S,
-            attended=True)
+            name=port, baud=opened.baud, can_break=opened.can_break, timeout=ANSWER_TIMEOUT_S)
         self._line, self.steps = Line(opened, self._receive, self._lose), None
         self.at_rest = False
         for axis, speed in zip(AXES, settings.speeds, strict=True):

@@ -1,6 +1,7 @@
 """The machine of the panel, a stage of three axes. No other module here names it."""
 
 from fresa.machines.positioner import TOP_SPEED
+from fresa_host.positioner_attended import AttendedSession as StageSession
 from fresa_host.positioner_lines import (
     AXES,
     MEANINGS,
@@ -12,7 +13,6 @@ from fresa_host.positioner_lines import (
     Steps,
 )
 from fresa_host.positioner_place import Place
-from fresa_host.positioner_session import PositionerSession as StageSession
 from fresa_host.positioner_state import Message
 
 from ..serve import servable

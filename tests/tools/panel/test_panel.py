@@ -1,5 +1,6 @@
 """The panel between pages and a machine: what is sent, what is told, what is kept."""
 
+import asyncio
 import json
 import os
 import time
@@ -198,6 +199,25 @@ def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
 
     session(path, again)
     assert not any(line.startswith(b"POS") for line in fake.written)
+
+
+def test_a_machine_that_is_reset_while_it_is_connected(fake, path):
+    fake.steps = fake.target = [5, 5, 5]
+
+    async def what(site):
+        await site.connect()
+        await site.until(lambda: load(path).steps == (5, 5, 5))
+        fake.reset(seconds=0)
+        await site.until(lambda: site.told("state")["mode"] == "Lost")
+        site.do("jog", directions=[1, 0, 0])
+        await asyncio.sleep(0.1)
+        site.do("disconnect")
+        await site.until(lambda: not site.told("state")["doing"])
+        assert site.told("place")["steps"] == [5, 5, 5]  # and not what it counts now
+        await site.connect()
+        assert "was reset" in site.told("state")["note"] and fake.steps == [5, 5, 5]
+
+    session(path, what)
 
 
 def test_a_machine_that_was_reset_and_moved_since_does_not_know_where_it_is(fake, path):
