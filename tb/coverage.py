@@ -6,7 +6,7 @@ registers is covered where unused codes exist, which lead to it; where every cod
 upset itself does.
 """
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -56,16 +56,22 @@ class Reached:
     clock: int | None = None
 
 
-def with_state_machine() -> list[str]:
-    """Name the components that have a state machine of their own, gateware with several once."""
-    first: dict[type, str] = {}
+def with_state_machine() -> dict[str, list[Component]]:
+    """Return the gateware that has a state machine of its own: all its contracts, by a name."""
+    same: dict[type, dict[str, Component]] = {}
     for name, component in components().items():
-        if _machine(component, component.cases[0]) is not None:
-            first.setdefault(_kind(component), name)
-    return list(first.values())
+        same.setdefault(_kind(component), {})[name] = component
+    found = {}
+    for group in same.values():
+        for name, component in group.items():
+            if _machine(component, component.cases[0]) is not None:
+                found[name] = list(group.values())
+                break
+    return found
 
 
-def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[Reached]:
+def cover_states(name: str, contracts: Sequence[Component], folder: Path,
+                 lock: AbstractContextManager) -> list[Reached]:
     """Search for inputs that lead to every state and transition of a component.
 
     Any contract of the same gateware will do: what one assumes of its inputs may exclude a
@@ -74,17 +80,17 @@ def cover_states(name: str, folder: Path, lock: AbstractContextManager) -> list[
     Parameters
     ----------
     name : str
-        A component of `with_state_machine`.
+        Its name in the points.
+    contracts : sequence of Component
+        Its contracts, as `with_state_machine` gives them.
     folder : Path
         Empty folder to work in.
     lock : context manager
         Held during elaboration.
     """
-    kind = _kind(components()[name])
-    same = [component for component in components().values() if _kind(component) is kind]
     wanted: list[Reached] = []
     for upset in (False, True):
-        for component, case in ((each, case) for each in same for case in each.cases
+        for component, case in ((each, case) for each in contracts for case in each.cases
                                 if case.upset == upset and not case.real):
             with lock:
                 contract, covers = _covers(name, component, case)

@@ -27,21 +27,21 @@ class Noise:
 
     def through(self, data: bytes) -> bytes:
         """Return what comes out at the other end."""
-        heard = bytearray()
+        received = bytearray()
         for byte in data:
             if self._rng.random() >= self._rate:
-                heard.append(byte)
+                received.append(byte)
                 continue
             self.faults += 1
             match self._rng.randrange(5):
                 case 0:  # dropped
                     pass
                 case 1:  # doubled
-                    heard += bytes([byte, byte])
+                    received += bytes([byte, byte])
                 case 2:  # a bit changed
-                    heard.append(byte ^ 1 << self._rng.randrange(8))
+                    received.append(byte ^ 1 << self._rng.randrange(8))
                 case 3:  # another one
-                    heard.append(self._rng.choice(b"0123456789ABCDEF:=\r\n\0"))
+                    received.append(self._rng.choice(b"0123456789ABCDEF:=\r\n\0"))
                 case 4:  # one more
-                    heard += bytes([byte, self._rng.randrange(256)])
-        return bytes(heard)
+                    received += bytes([byte, self._rng.randrange(256)])
+        return bytes(received)

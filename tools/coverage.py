@@ -128,19 +128,19 @@ def main(argv: list[str] | None = None) -> int:
 
 def _states() -> list[Reached]:
     lock = threading.Lock()
-    names = with_state_machine()
+    contracts = with_state_machine()
 
     def cover(name: str) -> list[Reached]:
         with tempfile.TemporaryDirectory() as folder:
             try:
-                return cover_states(name, Path(folder), lock)
+                return cover_states(name, contracts[name], Path(folder), lock)
             except ProofError as error:
                 raise UserError(f"the prover gave up on {name}: {error}") from error
 
     found = []
-    with (Progress(len(names), "state machines", "covering") as progress,
+    with (Progress(len(contracts), "state machines", "covering") as progress,
           ThreadPoolExecutor(os.cpu_count() or 1) as pool):
-        for reached in pool.map(cover, names):
+        for reached in pool.map(cover, contracts):
             found += reached
             progress.advance()
     return found

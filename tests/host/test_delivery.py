@@ -23,7 +23,7 @@ class Cable:
         if life < 0:
             raise LineLost("no such port")
         self.opened += 1
-        self.left, self.heard = life, b""
+        self.left, self.received = life, b""
         return self
 
     @property
@@ -31,7 +31,7 @@ class Cable:
         return False
 
     def write(self, data: bytes) -> None:
-        self.heard += self.world.mill.hear(data)
+        self.received += self.world.mill.hear(data)
 
     def read(self) -> bytes:
         self.world.now += 0.07
@@ -40,11 +40,11 @@ class Cable:
         self.left -= 1
         if self.left < 0:
             raise LineLost("unplugged")
-        heard, self.heard = self.heard, b""
-        return heard
+        received, self.received = self.received, b""
+        return received
 
     def close(self) -> None:
-        self.heard = b""
+        self.received = b""
 
 
 class TestDeliver:

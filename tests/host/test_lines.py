@@ -18,10 +18,10 @@ class TestSplitter:
     def test_lines_come_out_however_the_bytes_come_in(self, lines, end, draw):
         data = "".join(line + end for line in lines).encode("latin-1")
         cuts = sorted(draw.draw(st.lists(st.integers(0, len(data)), max_size=5)))
-        splitter, heard = LineSplitter(), []
+        splitter, received = LineSplitter(), []
         for begin, stop in zip([0, *cuts], [*cuts, len(data)], strict=True):
-            heard += splitter.feed(data[begin:stop])
-        assert heard == [line.replace("\xff", "\ufffd") for line in lines]
+            received += splitter.feed(data[begin:stop])
+        assert received == [line.replace("\xff", "\ufffd") for line in lines]
 
     @given(st.lists(st.binary(max_size=600), max_size=8))
     def test_nothing_makes_it_grow(self, parts):
@@ -52,13 +52,13 @@ class TestSingle:
     def test_frames_are_those_of_the_machine(self, made, expected):
         assert made == expected
 
-    @pytest.mark.parametrize(("command", "value", "says"), [
+    @pytest.mark.parametrize(("command", "value", "message"), [
         ("x", -1, "position in steps must be 0 to 9999"), ("x", 10_000, "position in steps"),
         ("v", 0, "speed in rpm must be 1 to 59999"), ("v", 60_000, "speed in rpm"),
         ("e", 2, "power must be 0 to 1"), ("x", 1.5, "position in steps must be a whole number"),
         ("v", "7", "whole number"), ("x", None, "whole number"), ("x", "?", "whole number")])
-    def test_what_the_machine_would_refuse_is_not_sent(self, command, value, says):
-        with pytest.raises(ValueError, match=f"{says}.*, not {re.escape(repr(value))}"):
+    def test_what_the_machine_would_refuse_is_not_sent(self, command, value, message):
+        with pytest.raises(ValueError, match=f"{message}.*, not {re.escape(repr(value))}"):
             frame(command, value)
 
     def test_a_value_comes_before_ok(self):

@@ -34,14 +34,14 @@ class Wire:
         if name != "mill":
             raise LineLost(f"{name} cannot be opened")
         self.open += 1
-        self.heard = b""
+        self.received = b""
         return self
 
     waiting = False
 
     def write(self, data: bytes) -> None:
         if not self.dead:
-            self.heard += self.world.mill.hear(data)
+            self.received += self.world.mill.hear(data)
 
     def read(self) -> bytes:
         self.reads += 1
@@ -49,8 +49,8 @@ class Wire:
             raise LineLost("unplugged")
         if self.world.mill.ledger.waiting and not self.world.mill.error:
             self.world.carry_out()
-        heard, self.heard = self.heard, b""
-        return heard
+        received, self.received = self.received, b""
+        return received
 
     def close(self) -> None:
         self.open -= 1
@@ -75,13 +75,14 @@ def straight(count: int) -> list[Order]:
 
 class TestCarryOut:
     def test_whole_jobs_one_after_the_other(self, wire):
-        told = []
+        reported = []
         with Mill("mill", timeout=PATIENCE) as mill:
-            mill.carry_out(straight(5), progress=lambda done, total: told.append((done, total)))
+            mill.carry_out(straight(5), progress=lambda done, total: reported.append((done, total)))
             mill.carry_out([UP, Order(Kind.GO, 7, 8)])
             assert mill.state().done == mill.state().taken and wire.open == 1
         assert wire.world.done == [UP, *straight(5), UP, Order(Kind.GO, 7, 8)]
-        assert told[0] == (0, 5) and told[-1] == (5, 5) and sorted(set(told)) == told
+        assert reported[0] == (0, 5) and reported[-1] == (5, 5)
+        assert sorted(set(reported)) == reported
         assert wire.open == 0
 
     def test_the_same_job_twice(self, wire):
@@ -141,12 +142,12 @@ class TestCarryOut:
             mill.carry_out(straight(9))
         assert wire.world.done == [UP, *straight(9)]
 
-    @pytest.mark.parametrize(("orders", "says"), [
+    @pytest.mark.parametrize(("orders", "message"), [
         ([], "at least one order"),
         ([Order(Kind.GO), DOWN, Order(Kind.GO, 3, 4)], "order 3, go 3 4: .* no straight line"),
         ([DOWN, Order(Kind.GO, 0, 4)], "order 1, down: the place is unknown")])
-    def test_what_cannot_be_is_not_begun(self, wire, orders, says):
-        with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(ValueError, match=says):
+    def test_what_cannot_be_is_not_begun(self, wire, orders, message):
+        with Mill("mill", timeout=PATIENCE) as mill, pytest.raises(ValueError, match=message):
             mill.carry_out(orders)
         assert not wire.world.done and not wire.world.mill.ledger.session
 

@@ -55,12 +55,12 @@ class TestOrder:
         assert request(order.kind, 1, 1, order.x, order.y)
         assert str(Order(4)) == "down"  # pyright: ignore[reportArgumentType]
 
-    @pytest.mark.parametrize(("order", "says"), [
+    @pytest.mark.parametrize(("order", "message"), [
         ((Kind.GO, 24.0, 0), "x must be a whole number, not 24.0"),
         ((Kind.GO, 0, "7"), "y must be a whole number, not '7'"),
         ((Kind.GO, 0, 65536), "y must be 0 to 65535, not 65536"),
         ((Kind.GO, -1, 0), "x must be 0 to 65535, not -1"),
         ((Kind.QUERY, 0, 0), "an order is to go, up or down"), (("go", 0, 0), "not 'go'")])
-    def test_what_is_none(self, order, says):
-        with pytest.raises(ValueError, match=says):
+    def test_what_is_none(self, order, message):
+        with pytest.raises(ValueError, match=message):
             Order(*order)

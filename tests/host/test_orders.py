@@ -275,13 +275,13 @@ class TestWhatGoesWrong:
         with pytest.raises(NotReady, match="manual mode in the middle"):
             world.run(sender)
 
-    @pytest.mark.parametrize(("what", "says"), [
+    @pytest.mark.parametrize(("what", "message"), [
         ("stopped", "is stopped: reset"), ("error", "shows an error: reset"),
         ("enable", "is in manual mode: bring")])
-    def test_not_ready(self, what, says):
+    def test_not_ready(self, what, message):
         world = World()
         setattr(world.mill, what, what != "enable")
-        with pytest.raises(NotReady, match=says):
+        with pytest.raises(NotReady, match=message):
             world.run(Sender(job(3)))
         assert not world.done
 
@@ -310,12 +310,12 @@ class TestWhatGoesWrong:
             world.run(sender)
 
 
-@pytest.mark.parametrize(("make", "says"), [
+@pytest.mark.parametrize(("make", "message"), [
     (lambda: Sender([]), f"a job has 1 to {LAST_NUMBER} orders, not 0"),
     (lambda: Sender(job(3), first=4), "the first order must be from 1 to 3, not 4"),
     (lambda: Sender([Order(Kind.GO, 1, 2)]), "raising the tool, not with go 1 2"),
     (lambda: Sender([Order(Kind.UP), Order(Kind.DOWN)], first=2), "not with down"),
 ])
-def test_impossible(make, says):
-    with pytest.raises(ValueError, match=says):
+def test_impossible(make, message):
+    with pytest.raises(ValueError, match=message):
         make()

@@ -56,16 +56,17 @@ def test_one_that_was_closed_says_so(name):
             work()
 
 
-@pytest.mark.parametrize(("name", "says"), [
+@pytest.mark.parametrize(("name", "message"), [
     ("/dev/ttyUSB99", "there is no such port; is it plugged in?"),
     ("/dev/pts/99999", "there is no such port; python -m tools.serve prints another each time"),
     (__file__, "it is no serial port"), ("socket://127.0.0.1:1", "no program listens there"),
     ("bogus://x", "protocol 'bogus' not known"),
 ])
-def test_what_cannot_be_opened(name, says):
+def test_what_cannot_be_opened(name, message):
     with pytest.raises(LineLost) as caught:
         Port(name)
-    assert str(caught.value).startswith(f"{name} cannot be opened: ") and says in str(caught.value)
+    assert str(caught.value).startswith(f"{name} cannot be opened: ")
+    assert message in str(caught.value)
 
 
 @pytest.fixture
@@ -73,10 +74,10 @@ def breaks(monkeypatch) -> list[bool]:
     """Give what any port of pyserial's is told of breaks."""
     import serial
 
-    told = []
+    writes = []
     monkeypatch.setattr(serial.SerialBase, "break_condition", property(
-        lambda self: False, lambda self, value: told.append(value)))
-    return told
+        lambda self: False, lambda self, value: writes.append(value)))
+    return writes
 
 
 def test_a_break_begins_and_ends(breaks):

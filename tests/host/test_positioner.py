@@ -423,9 +423,10 @@ def test_a_line_that_takes_nothing_is_lost(positioner, fake):
             call()
 
 
-def test_a_mistake_of_who_listens_is_told_and_the_machine_is_heard_on(fake, monkeypatch):
-    told = []
-    monkeypatch.setattr(threading, "excepthook", lambda arguments: told.append(arguments.exc_value))
+def test_an_exception_of_a_listener_is_raised_and_reading_goes_on(fake, monkeypatch):
+    raised = []
+    monkeypatch.setattr(threading, "excepthook",
+                        lambda arguments: raised.append(arguments.exc_value))
 
     def listen(steps):
         raise ZeroDivisionError("mine")
@@ -434,7 +435,7 @@ def test_a_mistake_of_who_listens_is_told_and_the_machine_is_heard_on(fake, monk
         positioner.connect()
         positioner.move_to(10, 0, 0)
         assert positioner.wait(timeout=10).steps.x == 568
-    assert len(told) > 1 and str(told[0]) == "mine"
+    assert len(raised) > 1 and str(raised[0]) == "mine"
 
 
 def test_a_machine_built_for_more_is_told_more(fake):

@@ -23,9 +23,9 @@ class FakeSingle(FakePort):
         self.power = True
 
     def obey(self, line: bytes) -> bytes:
-        asked = re.fullmatch(r":([xved])(\d*|\?)\r", line.decode())
-        assert asked
-        match asked.groups():
+        matched = re.fullmatch(r":([xved])(\d*|\?)\r", line.decode())
+        assert matched
+        match matched.groups():
             case "x", "?":
                 if self.power:
                     self.position += max(-10, min(10, self.target - self.position))

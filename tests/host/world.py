@@ -36,10 +36,10 @@ class World:
         self.done.append(Order(Kind(kind), x, y) if kind == Kind.GO else Order(Kind(kind)))
 
     def step(self, sender: Sender, *, carry_out: float = 0.6) -> None:
-        heard = self.mill.hear(self.there.through(sender.send(self.now)))
+        received = self.mill.hear(self.there.through(sender.send(self.now)))
         if self.mill.ledger.waiting and self.rng.random() < carry_out:
             self.carry_out()
-        sender.receive(self.back.through(heard), self.now)
+        sender.receive(self.back.through(received), self.now)
         self.now += max(0.07, sender.wait(self.now) * self.rng.random())
 
     def run(self, sender: Sender, steps: int = 10**6) -> None:

@@ -83,8 +83,8 @@ def test_it_passes_and_its_waveform_can_be_read(name, tmp_path, monkeypatch):
     monkeypatch.setattr(Module, "FSM", lambda *args, make=Module.FSM, **options: (
         fsms.append(options), make(*args, **options))[1])
     vcd = tmp_path / "wave.vcd"
-    says = BENCHES[name].run(vcd)
-    assert 20 < len(says) < 200 and "\n" not in says
+    summary = BENCHES[name].run(vcd)
+    assert 20 < len(summary) < 200 and "\n" not in summary
     assert sorted(path.name for path in tmp_path.iterdir()) == ["wave.gtkw", "wave.vcd"]
 
     types, groups = read_types(vcd), saved(vcd.with_suffix(".gtkw"))

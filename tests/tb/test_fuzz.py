@@ -129,9 +129,9 @@ class TestRamp:
     EFFECTS = (Effect(-1, -1, Mode(0, 0, 35, True)), Effect(300, 304, GO))
     OFF = (Effect(447, 450, GO._replace(run=False)), Effect(452, 457, GO))
 
-    def made(self, off=()):
+    def made(self, off=(), rates=RATES):
         """Give when a motor makes its steps, without power in some clocks."""
-        motor = RampModel(steps=self.RATES, width=15)
+        motor = RampModel(steps=rates, width=15)
         rate, clocks = RateModel(modulus=self.MODULUS, max_rate=40), []
         for clock in range(self.CLOCKS):
             now = {"target": 9 * (clock > 301), "run": int(clock not in off)}
@@ -141,9 +141,9 @@ class TestRamp:
             motor.clock(**now, requested_rate=35, moved=moved)
         return clocks
 
-    def check(self, clocks, effects=EFFECTS):
+    def check(self, clocks, effects=EFFECTS, rates=RATES):
         return check_ramp(Steps.of(np.array(clocks), np.ones(len(clocks))), effects,
-                     Ramp(self.RATES, self.MODULUS, 1, 0), self.CLOCKS)
+                          Ramp(rates, self.MODULUS, 1, 0), self.CLOCKS)
 
     def test_nothing_is_found_where_it_keeps_to_the_ramp(self):
         clocks = self.made()
@@ -161,6 +161,15 @@ class TestRamp:
     def test_other_steps_are_found(self, changed, kind):
         failure, = self.check(changed(self.made())).failures
         assert failure.kind == kind
+
+    @pytest.mark.parametrize(("shift", "kinds"), [(0, []), (-1, ["time"]), (1, ["step"])])
+    def test_times_begin_anew_after_a_wait(self, shift, kinds):
+        """With the remainder of the wait the second step would be due a clock sooner: 45."""
+        rates = (22, *self.RATES[1:])  # 46 clocks of 22 are 1012
+        first, second, *_ = clocks = self.made(rates=rates)
+        assert second - first == 46
+        found = self.check([first, *(clock + shift for clock in clocks[1:])], rates=rates)
+        assert [failure.kind for failure in found.failures] == kinds
 
     def test_power_lost_is_speed_lost(self):
         effects = (*self.EFFECTS, *self.OFF)

@@ -206,8 +206,8 @@ class TestNexys2:
         assert run("--machine", "mill", "--board", board, "--image", small, "--no-report",
                    "-o", out) == 0
         assert {p.name for p in out.iterdir()} == SOURCES | {"picture.png", "report.json"}
-        picture, asked = (np.array(Image.open(p)) for p in (out / "picture.png", small))
-        assert (picture == asked).all()
+        picture, expected = (np.array(Image.open(p)) for p in (out / "picture.png", small))
+        assert (picture == expected).all()
         part = {"nexys2-500": "xc3s500e", "nexys2-1200": "xc3s1200e"}[board]
         assert f"-p {part}-4-fg320" in (out / "mill.xst").read_text()
 
@@ -407,7 +407,7 @@ class TestStepRate:
 
 
 class TestBadInput:
-    @pytest.mark.parametrize(("arguments", "says"), [
+    @pytest.mark.parametrize(("arguments", "message"), [
         (["--image", "{tmp}/none.png"], "no file"),
         (["--image", "{tmp}/text.png"], "not a picture"),
         (["--image", "{tmp}"], "folder"),
@@ -424,7 +424,7 @@ class TestBadInput:
         (["--image", "{small}", "-o", "{tmp}/text.png"], "cannot write"),
         (["--image", "{small}", "-o", "{tmp}/text.png/out"], "cannot make folder"),
     ])
-    def test_one_line_and_nothing_written(self, tmp_path, small, capsys, arguments, says):
+    def test_one_line_and_nothing_written(self, tmp_path, small, capsys, arguments, message):
         (tmp_path / "text.png").write_text("this is no picture")
         Image.new("L", (9, 9), 255).save(tmp_path / "white.png")
         before = sorted(tmp_path.rglob("*"))
@@ -435,5 +435,5 @@ class TestBadInput:
         captured = capsys.readouterr()
         assert captured.out == ""
         assert captured.err.startswith("error: ") and captured.err.count("\n") == 1
-        assert says.lower() in captured.err.lower()
+        assert message.lower() in captured.err.lower()
         assert sorted(tmp_path.rglob("*")) == before

@@ -186,9 +186,9 @@ class TestCommand:
         assert facts["agree"] is True
         assert facts["engines"]["amaranth"]["clocks"] == 2000
         assert facts["engines"]["amaranth"]["version"].startswith("amaranth 0.5")
-        said = capsys.readouterr().out
-        assert f"checksum {facts['checksum']}" in said
-        assert re.search(r"^amaranth +2000 clocks +\d+ clocks/s$", said, re.M)
+        printed = capsys.readouterr().out
+        assert f"checksum {facts['checksum']}" in printed
+        assert re.search(r"^amaranth +2000 clocks +\d+ clocks/s$", printed, re.M)
 
     @pytest.mark.icarus
     @pytest.mark.verilator
@@ -197,10 +197,10 @@ class TestCommand:
     def test_every_engine_that_runs_here(self, capsys, monkeypatch):
         monkeypatch.delitem(ENGINES, "netlist")  # takes long to compile
         assert run("--cycles", 2500) == 0
-        said = capsys.readouterr().out
+        printed = capsys.readouterr().out
         for name, engine in ENGINES.items():
             assert re.search(rf"^left out +{name}: " if engine.missing() else
-                             rf"^{name} +2500 clocks", said, re.M), name
+                             rf"^{name} +2500 clocks", printed, re.M), name
 
     def test_component(self, capsys):
         """A component has no model, and is cosimulated like the mill."""
@@ -238,9 +238,9 @@ class TestCommand:
         monkeypatch.setitem(duts(), "coil", machine)
         assert run("--machine", "coil", "--engines", "amaranth,ghdl", "--cycles", 2000, "--vcd",
                    tmp_path / "bug", "--shrink-seconds", 10) == 1
-        said = capsys.readouterr().out
-        assert "ghdl differs from amaranth at clock " in said
-        assert re.search(r"shortest   ghdl differs from amaranth at clock \d: coils is ", said)
+        printed = capsys.readouterr().out
+        assert "ghdl differs from amaranth at clock " in printed
+        assert re.search(r"shortest   ghdl differs from amaranth at clock \d: coils is ", printed)
         for name in ("amaranth", "ghdl"):
             assert "coils" in (tmp_path / f"bug-{name}.vcd").read_text()
 
@@ -259,8 +259,8 @@ class TestCommand:
         late = (block["counter_select"][1:] == 1) & (count[1:] != count[:-1])
         assert first["clock"] == 1 + late.argmax()
         assert short["clock"] < 20
-        said = capsys.readouterr().out
-        assert f"amaranth differs from model at clock {first['clock']}: count is " in said
+        printed = capsys.readouterr().out
+        assert f"amaranth differs from model at clock {first['clock']}: count is " in printed
         for name in ("model", "amaranth"):
             assert "count" in Path(f"{prefix}-{name}.vcd").read_text()
 
@@ -324,9 +324,9 @@ class TestCampaign:
         del saved["done"]["1"]
         state.write_text(json.dumps(saved))
         assert run(*arguments) == 0
-        said = capsys.readouterr().out
-        assert "resumed    86 of 150 clocks were done" in said
-        assert first is not None and first[0] in said
+        printed = capsys.readouterr().out
+        assert "resumed    86 of 150 clocks were done" in printed
+        assert first is not None and first[0] in printed
         assert run(*arguments, "--seed", 2) == 2
         assert "is of another campaign (other seed)" in capsys.readouterr().err
 

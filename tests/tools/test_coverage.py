@@ -62,9 +62,8 @@ class TestStates:
             "decimal_writer"]
 
     @pytest.mark.prover
-    def test_tells_what_is_reached_and_when_from_what_is_not(self, monkeypatch, tmp_path):
-        monkeypatch.setitem(components(), "lamp", LAMP)
-        points = coverage.cover_states("lamp", tmp_path, threading.Lock())
+    def test_tells_what_is_reached_and_when_from_what_is_not(self, tmp_path):
+        points = coverage.cover_states("lamp", [LAMP], tmp_path, threading.Lock())
         assert {(point.kind, point.name): (point.clock is not None, point.upset)
                 for point in points} == {
             ("state", "RED"): (True, False),
@@ -77,7 +76,8 @@ class TestStates:
     @pytest.mark.prover
     def test_every_state_and_transition_is_reached(self, monkeypatch, tmp_path, capsys):
         """Of two components; all are a part of the record."""
-        monkeypatch.setattr("tools.coverage.with_state_machine", lambda: ["sequencer", "start"])
+        monkeypatch.setattr("tools.coverage.with_state_machine", lambda: {
+            name: [components()[name]] for name in ("sequencer", "start")})
         assert main(["states", "--json", str(tmp_path / "states.json")]) == 0
         points = json.loads((tmp_path / "states.json").read_text())["states"]
         assert {point["component"] for point in points} == {"sequencer", "start"}
@@ -86,12 +86,11 @@ class TestStates:
 
     @pytest.mark.prover
     def test_fails_when_one_is_not_reached(self, monkeypatch, capsys):
-        monkeypatch.setitem(components(), "lamp", LAMP)
-        monkeypatch.setattr("tools.coverage.with_state_machine", lambda: ["lamp"])
+        monkeypatch.setattr("tools.coverage.with_state_machine", lambda: {"lamp": [LAMP]})
         assert main(["states", "--verbose"]) == 1
-        said = capsys.readouterr().out
-        assert "  NOT REACHED: transition GREEN -> RED" in said
-        assert "  clock   1: state GREEN" in said
+        printed = capsys.readouterr().out
+        assert "  NOT REACHED: transition GREEN -> RED" in printed
+        assert "  clock   1: state GREEN" in printed
 
 
 @pytest.mark.verilator
@@ -126,8 +125,8 @@ class TestLines:
 
     def test_fails_below_what_is_asked(self, capsys):
         assert main(["lines", "--cycles", "10", "--least", "100"]) == 1
-        said = capsys.readouterr().out
-        assert "never: " in said and "NOT 100 % of bits" in said
+        printed = capsys.readouterr().out
+        assert "never: " in printed and "NOT 100 % of bits" in printed
 
     def test_of_another_machine_what_it_declares(self, tmp_path, monkeypatch):
         facts = tmp_path / "lines.json"
@@ -153,9 +152,9 @@ class TestLines:
 ])
 def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
     assert main(arguments) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert said.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert message in printed
+    assert printed.count("\n") == 1
 
 
 def test_says_what_to_install(monkeypatch, capsys):

@@ -54,10 +54,10 @@ class TestFlips:
         assert 0.2 < plain["silent_rate"] < 0.4
         assert len(plain["silent_ones"]) == inject.SHOWN
         assert guarded["silent"] == 0 and guarded["silent_ones"] == []
-        said = capsys.readouterr().out
-        assert re.search(r"^0 of 60000 silent \(0.0000%\); ", said, re.M)
-        assert f"{plain['silent']} of 60000 silent" in said
-        assert "  silent: controller." in said
+        printed = capsys.readouterr().out
+        assert re.search(r"^0 of 60000 silent \(0.0000%\); ", printed, re.M)
+        assert f"{plain['silent']} of 60000 silent" in printed
+        assert "  silent: controller." in printed
 
     def test_same_seed_same_result_on_any_number_of_cores(self, tmp_path):
         arguments = "flips", "--flips", 10_000, "--no-guard", "--seed", 5

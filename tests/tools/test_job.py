@@ -82,15 +82,15 @@ class TestList:
         orders = [UP, go(1, 2), DOWN, go(1, 3), UP]
         assert self.read(tmp_path, write_orders(orders)) == orders
 
-    @pytest.mark.parametrize(("text", "says"), [
+    @pytest.mark.parametrize(("text", "message"), [
         ("up\ngo 1\n", "line 2: an order is .*, not 'go 1'"),
         ("go 1 65536", "line 1: .*, not 'go 1 65536'"), ("go -1 1", "line 1"),
         ("go 1 2 3", "line 1"), ("up 3", "line 1"), ("fly", "line 1"), ("go ٣ 1", "line 1"),
         ("go " + "9" * 10**6 + " 1", r"9\.\.\.'$"), ("", "0 orders"), ("# nothing", "0 orders"),
         (b"\xff\xfe", "not text"),
     ])
-    def test_what_is_no_order(self, tmp_path, text, says):
-        with pytest.raises(UserError, match=says) as caught:
+    def test_what_is_no_order(self, tmp_path, text, message):
+        with pytest.raises(UserError, match=message) as caught:
             self.read(tmp_path, text)
         assert len(str(caught.value)) < 300
 
@@ -120,13 +120,13 @@ class TestCuts:
     def test_along_8_directions(self, orders):
         check_cuts(orders)
 
-    @pytest.mark.parametrize(("orders", "says"), [
+    @pytest.mark.parametrize(("orders", "message"), [
         ([DOWN, go(0, 4)], "order 1, down: the place is unknown"),
         ([UP, DOWN, UP], "order 2, down: the place is unknown; first go"),
         ([go(0, 0), DOWN, go(3, 4)], "order 3, go 3 4: from 0 0 no"),
         ([go(1, 1), DOWN, go(2, 1), go(3, 4)], "order 4, go 3 4: from 2 1 no")])
-    def test_no_other(self, orders, says):
-        with pytest.raises(ValueError, match=re.escape(says)):
+    def test_no_other(self, orders, message):
+        with pytest.raises(ValueError, match=re.escape(message)):
             check_cuts(orders)
 
     def test_a_stroke_begins_where_the_tool_is_raised(self):

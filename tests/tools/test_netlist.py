@@ -53,12 +53,12 @@ class TestCommand:
         checks("two", GOOD, other="it cannot")
         path = tmp_path / "it.json"
         assert run("--json", path, "--seed", 7, "--jobs", 2) == 0
-        said = capsys.readouterr().out.splitlines()
-        assert re.fullmatch(r"ok +one +it +3 of 3  \(0\.\d s\)", said[0])
-        assert re.fullmatch(r"control +one +it +a bug: found at a  \(0\.\d s\)", said[1])
-        assert re.fullmatch(r"ok +two +it +3 of 3  \(0\.\d s\)", said[2])
-        assert said[3].split() == ["no", "two", "other", "it", "cannot"]
-        assert said[4].startswith("3 of 3 as they must be, 1 of them controls, seed 7, ")
+        printed = capsys.readouterr().out.splitlines()
+        assert re.fullmatch(r"ok +one +it +3 of 3  \(0\.\d s\)", printed[0])
+        assert re.fullmatch(r"control +one +it +a bug: found at a  \(0\.\d s\)", printed[1])
+        assert re.fullmatch(r"ok +two +it +3 of 3  \(0\.\d s\)", printed[2])
+        assert printed[3].split() == ["no", "two", "other", "it", "cannot"]
+        assert printed[4].startswith("3 of 3 as they must be, 1 of them controls, seed 7, ")
         facts = json.loads(path.read_text())
         assert (facts["seed"], facts["good"], len(facts["parts"])) == (7, True, 3)
         assert facts["left_out"] == {"one": {}, "two": {"other": "it cannot"}}
@@ -74,9 +74,9 @@ class TestCommand:
     def test_one_bad(self, outcome, line, checks, capsys):
         checks("one", GOOD, outcome)
         assert run() == 1
-        said = capsys.readouterr().out
-        assert f"\n{line}" in said
-        assert "1 of 2 as they must be" in said
+        printed = capsys.readouterr().out
+        assert f"\n{line}" in printed
+        assert "1 of 2 as they must be" in printed
 
     def test_only_what_is_asked_for(self, checks, capsys):
         checks("one", GOOD)
@@ -93,17 +93,17 @@ class TestCommand:
 
     def test_list(self, capsys):
         assert run("--list") == 0
-        said = capsys.readouterr().out
-        assert [line.split()[0] for line in said.splitlines()] == list(CHECKS)
+        printed = capsys.readouterr().out
+        assert [line.split()[0] for line in printed.splitlines()] == list(CHECKS)
         assert run("--list", "pins") == 0
         assert "two flip-flops in a row" in capsys.readouterr().out
 
     def test_help_explains_each(self, capsys):
         with pytest.raises(SystemExit):
             run("--help")
-        said = " ".join(capsys.readouterr().out.split())
+        printed = " ".join(capsys.readouterr().out.split())
         for check in CHECKS.values():
-            assert check.summary in said
+            assert check.summary in printed
 
     @pytest.mark.parametrize(("arguments", "message"), [
         (["equals"], "there is no check 'equals'; did you mean equal?"),

@@ -329,7 +329,7 @@ class TestPrepare:
         assert (line == thinned(pixels)).all()
 
     @pytest.mark.parametrize(
-        ("greys", "options", "says"),
+        ("greys", "options", "message"),
         [
             ([255, 255], {}, "the picture is one grey all over"),
             ([0, 0], {"invert": True}, "the picture is one grey all over"),
@@ -339,8 +339,8 @@ class TestPrepare:
              "no pixel is lighter than the threshold 100; try another --threshold"),
         ],
     )
-    def test_nothing_to_mill(self, greys, options, says):
-        with pytest.raises(PictureError, match=f"^nothing to mill: {says}$"):
+    def test_nothing_to_mill(self, greys, options, message):
+        with pytest.raises(PictureError, match=f"^nothing to mill: {message}$"):
             prepare(Image.fromarray(np.array([greys], np.uint8)), **options)
 
     def test_no_pixels(self):

@@ -179,9 +179,9 @@ class TestFreshness:
     def test_names_what_is_stale(self, folder, prints, capsys):
         prints["contract it"] = "another"
         assert main(["--check", "-o", str(folder)]) == 1
-        said = capsys.readouterr().out
-        assert "stale: two, of another contract it\n" in said
-        assert "1 of 2 parts are of what is here; run python -m tools.record two\n" in said
+        printed = capsys.readouterr().out
+        assert "stale: two, of another contract it\n" in printed
+        assert "1 of 2 parts are of what is here; run python -m tools.record two\n" in printed
 
     def test_what_is_new_makes_it_stale(self, folder, prints, capsys):
         prints["contract new"] = "1111"
@@ -341,9 +341,9 @@ class TestPage:
 ])
 def test_says_in_a_line_what_is_wrong(arguments, message, capsys):
     assert main(arguments) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert said.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert message in printed
+    assert printed.count("\n") == 1
 
 
 def test_lists_what_is_run(capsys):

@@ -46,8 +46,8 @@ class Mill:
         if self.model.ledger.waiting and not self.model.error:
             kind, x, y = self.model.ledger.carry_out()
             self.done.append({2: f"go {x} {y}", 3: "up", 4: "down"}[kind])
-        heard, self.coming = self.coming, b""
-        return heard
+        received, self.coming = self.coming, b""
+        return received
 
     def close(self) -> None:
         pass
@@ -157,8 +157,8 @@ class TestSend:
                                                                         capsys):
         Image.new("1", (6, 5)).save(tmp_path / "small.png")
         assert run(tmp_path / "small.png", "--port", "other") == 2
-        said = capsys.readouterr()
-        assert said.err == "error: other cannot be opened\n" and not said.out
+        printed = capsys.readouterr()
+        assert printed.err == "error: other cannot be opened\n" and not printed.out
 
     def test_orders_are_written_instead(self, mill, job, tmp_path):
         out = tmp_path / "out.txt"
@@ -197,8 +197,8 @@ class TestSend:
         before = signal.getsignal(signal.SIGINT)
         assert run(job, "--port", "mill") == 130
         assert signal.getsignal(signal.SIGINT) is before
-        said = capsys.readouterr()
-        assert "paused, " in said.err and "the same command goes on" in said.out
+        printed = capsys.readouterr()
+        assert "paused, " in printed.err and "the same command goes on" in printed.out
         assert 2 <= len(mill.done) < 6
 
         mill.at = {}
@@ -214,12 +214,12 @@ class TestSend:
             listened.append(self)
             return listening(self)
 
-        def said(line):
+        def enter(line):
             listened[0]._lines.put(line)
-            mill.at = {} if line == "" else {len(mill.done) + 1: lambda: said("")}
+            mill.at = {} if line == "" else {len(mill.done) + 1: lambda: enter("")}
 
         monkeypatch.setattr(send.Keyboard, "listening", keyboard)
-        mill.at = {1: lambda: said("p")}
+        mill.at = {1: lambda: enter("p")}
         assert run(job, "--port", "mill") == 0
         assert mill.done == TEXT.splitlines()
         err = capsys.readouterr().err
@@ -243,7 +243,7 @@ class TestSend:
         assert run(job, "--port", "mill") == 2
         assert "does not answer" in capsys.readouterr().err
 
-    @pytest.mark.parametrize(("arguments", "says"), [
+    @pytest.mark.parametrize(("arguments", "message"), [
         ([], "either --port"), (["--port", "mill", "-o", "x.txt"], "either --port"),
         (["--port", "other"], "cannot be opened"), (["--port", "mill", "--from", "7"], "--from 7"),
         (["--port", "mill", "--from", "0"], "whole number from 1"),
@@ -254,18 +254,18 @@ class TestSend:
         (["--port", "mill", "--size", "9x9"], "is a list of orders: leave out"),
         (["--port", "mill", "--thin"], "is a list of orders: leave out"),
     ])
-    def test_one_line_and_nothing_sent(self, mill, job, capsys, arguments, says):
+    def test_one_line_and_nothing_sent(self, mill, job, capsys, arguments, message):
         assert run(job, *arguments) == 2
         err = capsys.readouterr().err
-        assert says in err and err.count("\n") == 1
+        assert message in err and err.count("\n") == 1
         assert not mill.done
 
     def test_a_cut_that_would_be_refused_is_refused_before(self, mill, job, capsys):
-        for text, says in [("go 1 1\ndown\ngo 3 4\n", "order 3, go 3 4"),
+        for text, message in [("go 1 1\ndown\ngo 3 4\n", "order 3, go 3 4"),
                            ("down\ngo 0 4\n", "order 1, down: the place is unknown")]:
             job.write_text(text)
             assert run(job, "--port", "mill") == 2
-            assert says in capsys.readouterr().err
+            assert message in capsys.readouterr().err
         assert not mill.done
 
     def test_a_list_that_does_not_raise_the_tool_is_made_to(self, mill, job, tmp_path):

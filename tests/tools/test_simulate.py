@@ -119,9 +119,9 @@ class TestNoCompiler:
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))  # nothing compiled before
         monkeypatch.setenv("YOWASP_CACHE_DIR", str(Path.home() / ".cache" / "YoWASP"))
         assert run("--image", ring, "--png", tmp_path / "cut.png") == 0
-        said = capsys.readouterr()
-        assert "(amaranth)" in said.out
-        assert said.err.count("; using the slow engine, amaranth, which takes ") == 1
+        printed = capsys.readouterr()
+        assert "(amaranth)" in printed.out
+        assert printed.err.count("; using the slow engine, amaranth, which takes ") == 1
 
     def test_says_so_when_asked_for(self, tmp_path, ring, monkeypatch, capsys):
         monkeypatch.setenv("CXX", "/nowhere/g++")

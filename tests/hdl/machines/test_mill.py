@@ -433,13 +433,13 @@ class TestTiming:
         ],
     )
     def test_impossible_values(self, timing, z_travel, message):
-        said = None
+        raised = None
         try:  # what was made before the refusal is let go of here, not later
             Mill(timing=timing, z_travel=z_travel)
         except ValueError as error:
-            said = str(error)
+            raised = str(error)
         gc.collect()
-        assert said == message
+        assert raised == message
 
     @pytest.mark.compiler
     def test_the_real_timing(self):

@@ -374,18 +374,18 @@ class TestTiming:
             clock=50_000_000, baud=9600, top_speed=1500, width=95, low=95, setup=33, hold=33,
             settle=500_000, report=5_000_000)
 
-    @pytest.mark.parametrize(("given", "says"), [
+    @pytest.mark.parametrize(("given", "expected"), [
         ({"clock": 0}, "clock must be a whole number from 1 to 1000000000, not 0"),
         ({"width_ns": 0}, "width_ns must be a whole number from 1 to 1310720, not 0"),
         ({"hold_ns": 1.5}, "hold_ns must be a whole number from 1 to 1310720, not 1.5"),
         ({"report_us": 10**7}, "report_us must be a whole number from 1 to 1342177, not 10000000"),
     ])
-    def test_impossible_times(self, given, says):
-        with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
+    def test_impossible_times(self, given, expected):
+        with pytest.raises(ValueError, match=f"^{re.escape(expected)}$"):
             PositionerTiming.real(**given)
 
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
-    @pytest.mark.parametrize(("timing", "options", "says"), [
+    @pytest.mark.parametrize(("timing", "options", "expected"), [
         ({"top_speed": 1_000_000}, {}, "top speed must be at most 263157 steps/s with pulses 190 "
          "clocks apart, not 1000000"),
         ({"top_speed": 0}, {}, "top speed must be a whole number from 1 to 50000000, not 0"),
@@ -403,11 +403,11 @@ class TestTiming:
                                                 "Y+, "
          "Z-, Z+, not ('X+', 'Y', 'Z-')"),
     ])
-    def test_what_does_not_go_together(self, timing, options, says):
+    def test_what_does_not_go_together(self, timing, options, expected):
         message = None
         try:  # what was made before the refusal is let go of here, not later
             Positioner(timing=PositionerTiming.real(**timing), **options)
         except ValueError as error:
             message = str(error)
         gc.collect()
-        assert message == says
+        assert message == expected

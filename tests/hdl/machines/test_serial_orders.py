@@ -73,14 +73,14 @@ class TestDialogue:
         model = OrdersModel()
         block = re.search(r"```text\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.S)
         assert block
-        asked = 0
+        requests = 0
         answers = b""
         for line in block[1].splitlines():
             mark, _, text = line.partition(" ")
             match mark:
                 case ">":
                     assert not answers
-                    asked += 1
+                    requests += 1
                     data = text.encode() + b"\r"
                     answers = model.hear(data) if kind == "model" else mill.ask(data)
                 case "<":
@@ -94,7 +94,7 @@ class TestDialogue:
                         mill.carry_out()
                 case _:
                     assert mark == "#"
-        assert asked > 8 and not answers
+        assert requests > 8 and not answers
 
     def test_every_line_is_answered_as_by_the_model(self, mill):
         lines, seed, outcomes = (14, 4, 6) if NO_COMPILER else (200, 6, 11)

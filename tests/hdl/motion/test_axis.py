@@ -118,14 +118,14 @@ class TestAxis:
 
 class TestParameters:
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
-    @pytest.mark.parametrize(("name", "value", "says"), [
+    @pytest.mark.parametrize(("name", "value", "expected"), [
         ("width", 1, "width must be a whole number from 2 to 64, not 1"),
         ("modulus", 0, "modulus must be a whole number from 1 to 1099511627776, not 0"),
         ("max_rate", 241, "max_rate must be a whole number from 1 to 240, not 241"),
         ("max_backlash", 0, "max_backlash must be a whole number from 1 to 1048576, not 0"),
         ("settle", 0, "limits period must be a whole number from 1 to 67108864, not 0"),
     ])
-    def test_impossible(self, name, value, says):
+    def test_impossible(self, name, value, expected):
         good = {"modulus": MODULUS, "max_rate": FASTEST, "max_backlash": PLAY, "settle": 3,
                 "width": 8}
         message = None
@@ -134,4 +134,4 @@ class TestParameters:
         except ValueError as error:
             message = str(error)
         gc.collect()
-        assert message == says
+        assert message == expected

@@ -37,8 +37,8 @@ class TestBacklash:
         seen = counted(5, backlash=[backlash] * len(ways), moved=[1] * len(ways), direction=ways)
         # the slot is from `slot` to `slot + backlash`; it rests where down leaves it
         pin = slot = 0
-        for way, says in zip(ways, seen, strict=True):
+        for way, counts in zip(ways, seen, strict=True):
             pin += 1 if way else -1
             pushed = max(slot, pin - backlash) if way else min(slot, pin)
-            assert says == (pushed != slot)
+            assert counts == (pushed != slot)
             slot = pushed

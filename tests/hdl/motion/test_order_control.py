@@ -40,11 +40,11 @@ class TestOrderControl:
     @pytest.mark.parametrize("steps", [1, 2, 7])
     def test_steps(self, period, steps):
         rows = run(period, [(0b011, 0b001, steps)], 4 + period * (steps + 2))
-        asked = [clock for clock, row in enumerate(rows) if row["step"]]
+        requested = [clock for clock, row in enumerate(rows) if row["step"]]
         assert rows[0]["taken"] and rows[0]["clear"]
-        assert asked == [period * (n + 1) for n in range(steps)]
-        assert {rows[clock]["step"] for clock in asked} == {0b011}
+        assert requested == [period * (n + 1) for n in range(steps)]
+        assert {rows[clock]["step"] for clock in requested} == {0b011}
         assert {row["direction"] for row in rows[1:]} == {0b001}
         # At rest after the clock that sees the end and the one that clears.
         ready = [clock for clock, row in enumerate(rows) if row["moves_ready"]]
-        assert ready[:2] == [0, asked[-1] + 3]
+        assert ready[:2] == [0, requested[-1] + 3]

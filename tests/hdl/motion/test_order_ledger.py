@@ -75,11 +75,11 @@ class TestEveryClock:
             for clock in range(5000):
                 if outcome is not None or not ready:  # else who takes answers stays ready
                     ready = int(rng.random() < 0.7)
-                asked = likely(rng, ledger)
+                requested = likely(rng, ledger)
                 here = {"valid": int(rng.random() < 0.6), "take": int(rng.random() < share),
                         "enable": int(rng.random() > 0.004), "error": rng.randrange(2),
                         "stopped": rng.randrange(2), "rst": int(rng.random() < 0.002)}
-                engine.set(**here, **asked, ready=ready)
+                engine.set(**here, **requested, ready=ready)
 
                 room = int(ready and outcome is None)
                 offered = int(bool(ledger.waiting) and here["enable"])
@@ -97,9 +97,9 @@ class TestEveryClock:
                         x | y << 16 | (kind == 3) << 32 | (kind == 4) << 33), clock
 
                 if here["valid"] and room:
-                    good = asked.pop("good")
-                    kind = asked["kind"] if good else None
-                    outcome = ledger.request(**{**asked, "kind": kind}, enable=here["enable"])
+                    good = requested.pop("good")
+                    kind = requested["kind"] if good else None
+                    outcome = ledger.request(**{**requested, "kind": kind}, enable=here["enable"])
                 elif ready:
                     outcome = None
                 if offered and here["take"]:

@@ -172,12 +172,12 @@ class TestPositioning:
 
     @pytest.mark.parametrize("speed", [0, -1, 2**31, 1.5])
     def test_impossible_speeds(self, speed):
-        says = f"top_speed must be a whole number from 1 to 2147483647, not {speed!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
+        message = f"top_speed must be a whole number from 1 to 2147483647, not {speed!r}"
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             Positioning(top_speed=speed)
 
     @pytest.mark.parametrize("waiting", [1, 1025, 2.0, True])
     def test_impossible_queues(self, waiting):
-        says = f"waiting must be a whole number from 2 to 1024, not {waiting!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
+        message = f"waiting must be a whole number from 2 to 1024, not {waiting!r}"
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             Positioning(top_speed=TOP, waiting=waiting)

@@ -159,10 +159,10 @@ class TestTexts:
 
     @pytest.mark.filterwarnings("ignore::amaranth.hdl.UnusedElaboratable")
     def test_too_long_a_help(self):
-        said = None
+        raised = None
         try:
             FrameInterpreter(help_text=b"?" * 9000)
         except ValueError as error:
-            said = str(error)
+            raised = str(error)
         gc.collect()
-        assert said == "all texts together have 16384 bytes at most, not 18082"
+        assert raised == "all texts together have 16384 bytes at most, not 18082"

@@ -153,6 +153,6 @@ class TestPositionerCommands:
 
     @pytest.mark.parametrize("speed", [0, -1, 2**31, 1.5])
     def test_impossible(self, speed):
-        says = f"top_speed must be a whole number from 1 to 2147483647, not {speed!r}"
-        with pytest.raises(ValueError, match=f"^{re.escape(says)}$"):
+        message = f"top_speed must be a whole number from 1 to 2147483647, not {speed!r}"
+        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
             PositionerCommands(top_speed=speed)

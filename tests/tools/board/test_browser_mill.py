@@ -74,8 +74,8 @@ class TestMilling:
         picture = Image.open(io.BytesIO(get(fresh.find("cut-link").get_attribute("href"))))
         assert picture.format == "PNG"
         # Two panes: asked, and milled; in each, a pixel of the job is a square of the same side.
-        asked, milled = panes(np.asarray(picture.convert("RGB")))
-        for pane in (asked, milled):
+        wanted, milled = panes(np.asarray(picture.convert("RGB")))
+        for pane in (wanted, milled):
             assert (squares(pane, figure.shape) == figure).all()
 
     def test_drawn_anew_it_is_the_same(self, fresh, figure):

@@ -116,7 +116,7 @@ class TestCompany:
         try:
             browser.get(f"http://127.0.0.1:{server.server_port}/")
             browser.set_script_timeout(PATIENCE)
-            heard = browser.execute_async_script("""
+            result = browser.execute_async_script("""
                 const done = arguments[arguments.length - 1];
                 const socket = new WebSocket(arguments[0].replace("http", "ws") + "ws");
                 socket.onopen = () => done("open");
@@ -131,7 +131,7 @@ class TestCompany:
             thread.join()
             server.server_close()
             page = Page(browser, board)
-        assert heard == "refused"
+        assert result == "refused"
         # A page is not told what became of what it posts elsewhere: it has become nothing. What is
         # posted by the page of the board itself comes after it, and is the next job.
         page.until(lambda: page.find("job").get_attribute("data-number"), "a job")

@@ -101,8 +101,8 @@ class TestEnd:
 
     def test_open_tells_the_token_to_nobody_else(self, tmp_path):
         """All people on a machine can read what a browser is started with."""
-        browser, told = tmp_path / "browser", tmp_path / "told"
-        browser.write_text(f'#!/bin/sh\necho "$1" > {told}.part && mv {told}.part {told}\n')
+        browser, opened = tmp_path / "browser", tmp_path / "told"
+        browser.write_text(f'#!/bin/sh\necho "$1" > {opened}.part && mv {opened}.part {opened}\n')
         browser.chmod(0o755)
         process = subprocess.Popen(
             [sys.executable, "-m", "tools.board", "--engine", "amaranth", "--size", "5x5",
@@ -111,10 +111,10 @@ class TestEnd:
         place = address(process)
         try:
             end = time.monotonic() + PATIENCE
-            while not told.exists():
+            while not opened.exists():
                 assert time.monotonic() < end
                 time.sleep(0.05)
-            given = told.read_text().strip()
+            given = opened.read_text().strip()
             assert place.split("/")[-2] not in given
             file = Path(given.removeprefix("file://"))
             assert place in file.read_text()

@@ -58,14 +58,14 @@ class Program:
         os.close(self.file)
 
     async def hear(self, count: int) -> bytes:
-        heard = b""
-        while len(heard) < count:
+        received = b""
+        while len(received) < count:
             await asyncio.sleep(0.005)
             try:
-                heard += os.read(self.file, count - len(heard))
+                received += os.read(self.file, count - len(received))
             except BlockingIOError:
                 pass
-        return heard
+        return received
 
 
 def test_a_program_on_the_terminal_talks_to_the_machine_byte_by_byte():
@@ -176,14 +176,14 @@ def test_who_says_many_lines_at_once_takes_turns_at_their_ends(monkeypatch):
         async with echo(port=0) as served:
             reader, one = await connect(served)
             _, two = await connect(served)
-            said = {writer: [f"{letter * 37}{n:02}\n".encode() for n in range(6)]
+            sent = {writer: [f"{letter * 37}{n:02}\n".encode() for n in range(6)]
                     for letter, writer in (("a", one), ("b", two))}
-            for writer, lines in said.items():
+            for writer, lines in sent.items():
                 writer.write(b"".join(lines))
-            heard = [await reader.readline() for _ in range(12)]
-            for lines in said.values():
-                assert [line for line in heard if line in lines] == lines
-            first = [line[:1] for line in heard]
+            received = [await reader.readline() for _ in range(12)]
+            for lines in sent.values():
+                assert [line for line in received if line in lines] == lines
+            first = [line[:1] for line in received]
             assert len(set(first[:6])) == len(set(first[6:])) == 2  # neither had to wait for all
 
     asyncio.run(session())
@@ -197,8 +197,8 @@ def test_what_comes_too_fast_waits_and_is_not_lost(monkeypatch):
             reader, writer = await connect(served)
             data = b"".join(b"%05d\n" % n for n in range(20))
             writer.write(data)
-            heard = await reader.readexactly(len(data))
-            assert heard == data
+            received = await reader.readexactly(len(data))
+            assert received == data
 
     asyncio.run(session())
 

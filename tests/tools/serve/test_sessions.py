@@ -18,11 +18,11 @@ class TestMill:
     def test_a_program_with_fresa_host(self, serve):
         with serve("mill", "--speed", "max") as path, Mill(path) as mill:
             assert not mill.state().manual
-            told = []
+            reported = []
             for orders in ([Order(Kind.GO, 40, 8), Order(Kind.GO, 0, 0)], [Order(Kind.GO, 0, 9)]):
-                mill.carry_out(orders, progress=lambda done, _: told.append(done))
-                assert told[-1] == len(orders) and mill.state().session == 0
-            assert told[0] == 0
+                mill.carry_out(orders, progress=lambda done, _: reported.append(done))
+                assert reported[-1] == len(orders) and mill.state().session == 0
+            assert reported[0] == 0
 
 
 def test_examples_say_what_they_need():
