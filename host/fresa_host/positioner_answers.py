@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 from .positioner_lines import STATE, Ok, Refusal, State
 
-__all__ = ["MOST_UNANSWERED", "QUIET_S", "Line", "Unanswered"]
+__all__ = ["MOST_UNANSWERED", "Line", "Unanswered"]
 
 #: Lines that may be unanswered; the machine holds 32 answers.
 MOST_UNANSWERED = 24
 
-#: Seconds without an answer after which no more come to lines that were given up.
-QUIET_S = 0.5
+#: Most empty lines in front of a STATE.
+MOST_EMPTY = 8
 
 
 @dataclass(eq=False)
@@ -24,6 +24,8 @@ class Line:
         The line with its end.
     due : float
         Time in seconds when all of it is on the line.
+    reports : int
+        Reports that had come when it was sent.
     answer : Ok, Refusal, State or None
         Its answer, if that has come.
     lost : bool
@@ -34,6 +36,7 @@ class Line:
 
     order: bytes
     due: float
+    reports: int
     answer: Ok | Refusal | State | None = None
     lost: bool = False
     at_once: bool = False
@@ -50,8 +53,9 @@ class Unanswered:
 
     The machine answers each line once, in the order of the lines. One answer too few, or too many,
     would shift all that follow. But the answer to STATE is like no other: when it comes, the lines
-    before have been answered, or never will be. So one STATE is on the way at a time, and in doubt
-    an empty line is sent in front of it, which is refused.
+    before have been answered, or never will be. So one STATE is on the way at a time. In doubt,
+    empty lines are sent in front of it, which are refused: if as many refusals come in front of an
+    answer, it is that of this STATE, and not of one that is late, or that another program sent.
 
     Attributes
     ----------
@@ -59,35 +63,38 @@ class Unanswered:
         The STATE on the way.
     in_doubt : bool
         Answers are not attributed to lines, until that of a STATE that is sent from now on.
-    quiet_at : float
-        Time from which that STATE must be sent: earlier lines may be answered until then.
     """
 
     def __init__(self) -> None:
         self._lines: deque[Line] = deque()
         self.asked: Line | None = None
         self.in_doubt = True
-        self.quiet_at = 0.0
-        self._refused = False  # since the STATE on the way was sent
+        self._empty = 2  # the first may end a line that had begun
+        self._refused = 0  # since the last answer to a STATE
 
     @property
     def last(self) -> Line | None:
         """The last line that is unanswered, except a STATE."""
         return next((line for line in reversed(self._lines) if line is not self.asked), None)
 
-    def add(self, order: bytes, due: float) -> Line:
+    def add(self, order: bytes, due: float, reports: int) -> Line:
         """Note that a line is sent. If too many are unanswered, they are given up."""
         if len(self._lines) >= MOST_UNANSWERED:
             self.give_up()
-        line = Line(order, due, resumes=due >= self.quiet_at)
+        line = Line(order, due, reports)
         self._lines.append(line)
         if order == STATE:
-            self.asked, self._refused = line, False
+            self.asked = line
         return line
 
-    def give_up_asked(self, now: float) -> None:
+    @property
+    def question(self) -> bytes:
+        """The lines to send to ask for a STATE."""
+        return self._empty * b"\n" + STATE if self.in_doubt else STATE
+
+    def give_up_asked(self) -> None:
         """Take all lines for lost, the STATE too, though answers may still come."""
-        self.asked, self.quiet_at = None, now + QUIET_S
+        self.asked, self._empty = None, min(2 * self._empty, MOST_EMPTY)
         self.give_up()
 
     def give_up(self) -> None:
@@ -100,13 +107,11 @@ class Unanswered:
         if kept:
             kept.resumes = False
 
-    def take(self, answer: Ok | Refusal | State, now: float) -> Line | None:
+    def take(self, answer: Ok | Refusal | State) -> Line | None:
         """Return the line that an answer belongs to, if that is known."""
-        if now < self.quiet_at:
-            self.quiet_at = now + QUIET_S
         if isinstance(answer, State):
             return self._take_state(answer)
-        self._refused |= isinstance(answer, Refusal)
+        self._refused += isinstance(answer, Refusal)
         # One that comes in front of a STATE's is left over, or it is that STATE that was damaged.
         if self.in_doubt or not self._lines or self._lines[0] is self.asked:
             return None
@@ -115,11 +120,12 @@ class Unanswered:
         return line
 
     def _take_state(self, state: State) -> Line | None:
-        asked = self.asked
-        if asked is None or self.in_doubt and asked.resumes and not self._refused:
-            return None  # of a STATE before, as that of the empty line in front has not come
+        asked, refused, self._refused = self.asked, self._refused, 0
+        if asked is None or self.in_doubt and asked.resumes and refused < self._empty - 1:
+            return None  # of a STATE before
         while (line := self._lines.popleft()) is not asked:
             line.lost = True
         asked.answer, self.asked = state, None
-        self.in_doubt &= not asked.resumes
+        if asked.resumes:
+            self.in_doubt, self._empty = False, 2
         return asked

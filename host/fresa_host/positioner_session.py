@@ -16,8 +16,9 @@ from .session import BAUD, Waiting
 
 __all__ = ["PositionerSession"]
 
-#: Seconds from a line to its answer at most: a report, the answer to STATE, the system's delays.
-ANSWER_TIMEOUT_S = 0.5
+#: Seconds of silence, and reports behind a line, after which its answer is lost. It comes within
+#: two reports; a simulation may be slow.
+ANSWER_TIMEOUT_S, ANSWER_REPORTS = 1.0, 5
 
 #: Times that something is sent that the line may have damaged.
 TRIES = 3
@@ -96,34 +97,27 @@ class PositionerSession(PositionerState):
         end = self.now + self._timeout
         while True:
             asked = self._unanswered.asked
-            line = asked or self._ask()
+            line = asked or self._submit(self._unanswered.question)[-1]
             yield from self._ended(line, end)
             if asked is None and isinstance(line.answer, State):
                 return line.answer
             if not line.ended:
-                self._unanswered.give_up_asked(self.now)
+                self._unanswered.give_up_asked()
             if self.now >= end:
                 raise TimedOut(f"no machine answers at {self.name}: is it on, and built without "
                                "--original?")
 
-    def _ask(self) -> Line:
-        # The first ends a line that has begun: typed by others, or without the end that was lost.
-        # The second is refused, whatever that was.
-        return self._submit((b"\n\n" if self._unanswered.in_doubt else b"") + lines.STATE)[-1]
-
     def _ended(self, line: Line, end: float = math.inf) -> Waiting[None]:
         """Wait until a line is answered, or should have been."""
-        end = min(end, line.due + ANSWER_TIMEOUT_S)
-        while not line.ended and self.now < end:
-            yield end
+        end = min(end, line.due + self._timeout)
+        while not line.ended and self.reports < line.reports + ANSWER_REPORTS and self.now < (
+                due := min(end, max(line.due, self._heard_at) + ANSWER_TIMEOUT_S)):
+            yield due
 
     def _drained(self) -> Waiting[None]:
         """Wait until no line is unanswered, so that the next answer is that of the next line."""
         while (line := self._unanswered.last) is not None or self._unanswered.in_doubt:
-            if self._unanswered.in_doubt:
-                while self.now < (end := self._unanswered.quiet_at):
-                    yield end
-            elif line is not None:
+            if line is not None and not self._unanswered.in_doubt:
                 yield from self._ended(line)
             if line is None or not line.ended:
                 yield from self.fence()

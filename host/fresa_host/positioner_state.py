@@ -87,7 +87,7 @@ class PositionerState(Session):
         self._sent: dict[str, int] = {}  # where axes were sent, unless ordered something since
         self._reporting = self._restoring = False
         self.steps: Steps | None = None
-        self.reported_at = 0.0
+        self.reported_at = self._heard_at = 0.0
         self.reports = self.halts = 0
         self.at_rest = False
 
@@ -222,7 +222,7 @@ class PositionerState(Session):
     def _submit(self, data: bytes, *, after_break: bool = False) -> list[Line]:
         """Send lines; return those that will be answered."""
         self._send(data, after_break=after_break)
-        return [self._unanswered.add(order, self.sent_at)
+        return [self._unanswered.add(order, self.sent_at, self.reports)
                 for order in data.splitlines(keepends=True) if order != lines.ACK_OFF]
 
     def _superseded(self) -> None:
@@ -252,6 +252,8 @@ class PositionerState(Session):
             held jog was sent again; refusals. None while the machine is restored.
         """
         self.now = now
+        if data:
+            self._heard_at = now
         messages = []
         for line in self._splitter.feed(lines.delimited(data)):
             message = read_line(line)
@@ -275,7 +277,7 @@ class PositionerState(Session):
             case Limit():
                 return self._take_limit(message)
         doubted = self._unanswered.in_doubt
-        line = self._unanswered.take(message, self.now)
+        line = self._unanswered.take(message)
         if isinstance(message, State):
             if self._reporting and not message.connected:
                 return None  # it was reset, which has lost the place
