@@ -81,7 +81,7 @@ def manual_control(run: Run) -> str:
 
 @bench
 def numerical_controller(run: Run) -> str:
-    """To automatic mode and back, a reset and a stop: no coil word ever jumps."""
+    """Orders, the tool, manual mode, a reset and a stop: no coil word ever jumps."""
     dut = NumericalController(period=3, z_travel=4)
 
     async def coils(ctx, x, y):
@@ -102,7 +102,9 @@ def numerical_controller(run: Run) -> str:
 
     async def test(ctx):
         await ctx.tick()
-        ctx.set(dut.jog, 0b000001)  # X up
+        for jog, axis in [(0b010000, Z), (0b000100, Y), (0b000001, X)]:
+            ctx.set(dut.jog, jog)
+            run.see(ctx, dut, jogging=axis)
         await ctx.tick().repeat(7)  # steps in the first, the fourth and the seventh clock
         ctx.set(dut.jog, 0)
         await coils(ctx, 3, 0)
@@ -114,6 +116,10 @@ def numerical_controller(run: Run) -> str:
         await run.until(ctx, dut, ready=1)
         await counts(ctx, 2, 3, 1, 0)
         await coils(ctx, 6, 1)
+        for tool, count in [("down", 0xFFFC), ("down", 0xFFFC), ("up", 0), ("up", 0)]:
+            await order(ctx, **{tool: 1})
+            await run.until(ctx, dut, ready=1)
+            await counts(ctx, 4, 3, 1, count)
 
         ctx.set(dut.mode, 0)
         await coils(ctx, 6, 1)
@@ -135,5 +141,5 @@ def numerical_controller(run: Run) -> str:
             await coils(ctx, 6, 3)
 
     run.simulate(dut, test, inside=("automatic.x.count", "automatic.y.count", "automatic.z.count"))
-    return ("by hand to the origin, then to (3, 1); manual mode and reset cleared the counts and "
-            "left the coils; stopped after 2 of 9 steps, it stayed there")
+    return ("by hand to the origin, then to (3, 1); the tool down and up; manual mode and reset "
+            "cleared the counts and left the coils; stopped after 2 of 9 steps, it stayed there")

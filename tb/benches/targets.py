@@ -43,22 +43,24 @@ def axis(run: Run) -> str:
         run.see(ctx, dut, position=1, limit_hit=1, in_position=0)
         await go(ctx, 3, 3)
         run.see(ctx, dut, limit_hit=0, in_position=1)
-        ctx.set(dut.place, -20)
+        ctx.set(dut.place, -24)
         ctx.set(dut.load, 1)
         await ctx.tick()
-        run.see(ctx, dut, position=-20)
+        run.see(ctx, dut, position=-24)
         ctx.set(dut.load, 0)
 
-        # At half the speed, to the clock
-        ctx.set(dut.rate, 1)
-        ctx.set(dut.target, -16)
-        await run.until(ctx, dut, moved=1)
-        for _ in range(3):
-            await ctx.tick()
-            for _ in range(19):
-                run.see(ctx, dut, moved=0)
+        # At the full speed and at half of it, to the clock
+        for rate, target in [(2, -20), (1, -16)]:
+            ctx.set(dut.rate, rate)
+            ctx.set(dut.target, target)
+            await run.until(ctx, dut, moved=1)
+            for _ in range(3):
                 await ctx.tick()
-            run.see(ctx, dut, moved=1)
+                for _ in range(20 // rate - 1):
+                    run.see(ctx, dut, moved=0)
+                    await ctx.tick()
+                run.see(ctx, dut, moved=1)
+            await ctx.tick()
         # After a rest, however long, at once
         for rest in (41, 42, 43):
             await ctx.tick().repeat(rest)
@@ -77,16 +79,28 @@ def axis(run: Run) -> str:
         await ctx.tick().repeat(25)
         ctx.set(dut.target, -10)
         run.see(ctx, dut, moved=0, limit_hit=1)
-        ctx.set(dut.high, 0)
-        run.see(ctx, dut, moved=0, limit_hit=1)
-        await ctx.tick().repeat(5)
+        for contact in (0, 0, 1, 0, 0):  # it bounces, and opens in either phase of the divider
+            ctx.set(dut.high, contact)
+            run.see(ctx, dut, moved=0, limit_hit=1)
+            await ctx.tick()
+        await ctx.tick().repeat(3)
         run.see(ctx, dut, limit_hit=0)
         await run.until(ctx, dut, position=-10)
 
+        # A backlash that is reduced while it is taken up: the first step back moves the load
+        ctx.set(dut.backlash, 2)
+        ctx.set(dut.target, -12)
+        await run.until(ctx, dut, moved=1)
+        await ctx.tick().repeat(2)
+        ctx.set(dut.backlash, 0)
+        before = motor
+        await go(ctx, -9, -9)
+        run.expect("pulses", motor - before, 1)
+
     run.simulate(dut, test, observe)
     return ("to 4 with 2 pulses more for the backlash, back to 1; a switch held it there, and let "
-            "it go to 3; that place was called -20; steps to the clock; the other switch let it go "
-            "down only")
+            "it go to 3; steps to the clock; the other switch let it go down only, also while it "
+            "bounced")
 
 
 @bench

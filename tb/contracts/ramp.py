@@ -54,10 +54,10 @@ def describe(c: Contract, dut: Ramp) -> None:
     c.implication("slows-down", "At a rate above the requested one, with each step it "
                   "goes a level down.", when=moved & goes_on & c.past(below & ~rests),
                   then=dut.level + 1 == level)
-    left = c.past(ahead) - 1
+    left = c.past(Mux(rests, _distance(dut), ahead)) - 1
     c.implication("speeds-up", "With each step it goes a level up if a higher rate is requested, "
                   "there is one, and there is room to slow down from it.",
-                  when=moved & goes_on & c.past(~rests & above) & (level != len(dut.rates)),
+                  when=moved & goes_on & c.past(above) & (level != len(dut.rates)),
                   then=(dut.level == level + 1) == (left > level))
     c.implication("speeds-up-only-on-request",
                   "It goes a level up only if a higher rate is requested.",

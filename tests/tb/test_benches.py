@@ -243,7 +243,7 @@ def test_the_command_runs_all(monkeypatch, capsys):
     (["coil-driver", "--vcd", os.devnull], f"cannot write {os.devnull}: it is not a file"),
     (["coil-driver", "--vcd", "x.gtkw"], "cannot write x.gtkw: the save file takes this name"),
 ])
-def test_what_cannot_be_done_is_said_in_a_line(args, message, monkeypatch, tmp_path, capsys):
+def test_what_cannot_be_done_is_an_error_of_one_line(args, message, monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     Path("file").write_text("mine")
     Path("folder").mkdir()

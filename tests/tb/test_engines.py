@@ -564,7 +564,7 @@ class TestMadeOn:
             build_with_fallback(name, breaks)
         assert kinds == tried
 
-    def test_why_it_serves_is_told(self, monkeypatch):
+    def test_the_reason_is_reported(self, monkeypatch):
         monkeypatch.setattr("tb.engines.choose", lambda name: CXXRTLEngine)
         assert build_with_fallback(None, lambda kind: kind) == (CXXRTLEngine, None)
 
@@ -709,7 +709,7 @@ class TestTrace:
     @both
     @full
     @pytest.mark.parametrize("options", [{"vcd": "/dev/full"}, {"traceable": True}], ids=str)
-    def test_a_full_disk_is_told(self, kind, options):
+    def test_a_full_disk_is_reported(self, kind, options):
         with (pytest.raises(EngineError, match="cut short"),
               kind(machine(), **options) as engine):
             if engine.traceable:

@@ -31,7 +31,7 @@ def blob(rows: int, columns: int, seed: int, share: float) -> np.ndarray:
 
 
 def mill(picture, *, shown=None, period=1) -> Cut:
-    """Mill a picture with short pixels and a short stroke; `shown` is what the plant is told."""
+    """Mill a picture with short pixels and a short stroke; `shown` is the picture of the plant."""
     plant = Plant(picture if shown is None else shown, pitch=PITCH, travel=TRAVEL)
     machine = MillStation(
         source=CoordinateGenerator(picture.tolist(), pixel_steps=PITCH),

@@ -146,7 +146,7 @@ class TestMachineOfThePage:
         lambda *machines: fuzz.main([*machines, "pulser"]),
         lambda *machines: faults.main(["resets", *machines, "--machine", "pulser"]),
     ])
-    def test_that_it_has_no_line_is_said_in_one(self, run, folder, capsys):
+    def test_a_machine_without_a_line_is_refused(self, run, folder, capsys):
         assert run("--machines", str(folder)) == 2
         assert capsys.readouterr().err == "error: pulser has no serial line\n"
 

@@ -1,6 +1,6 @@
 # amaranth: UnusedElaboratable=no
 
-"""The mill: every output at every clock as its model, and checks of the pins that need none."""
+"""The mill: every output at every clock as its model; what needs none is proved of its pins."""
 
 import gc
 import re
@@ -19,7 +19,7 @@ from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.machines.mill import MACHINE
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Select, Stop, Together
 from tb.machines.mill.model import MillModel
-from tests.machines.mill.lockstep import AXES, Lockstep, Trace
+from tests.machines.mill.lockstep import AXES, Lockstep
 
 NO_COMPILER = CXXRTLEngine.missing()
 RAISE, LOWER = Order(up=1), Order(down=1)
@@ -63,66 +63,6 @@ def machine(timing):
     steps = lockstep(timing)
     yield steps
     steps.engine.close()
-
-
-def check_pins(trace: Trace, timing: Timing) -> None:
-    """Check what holds at every clock, from the pins alone."""
-    rst, mode, stop = (trace[name].astype(bool) for name in ("rst", "mode", "stop"))
-    clocks = np.arange(len(trace))
-
-    # Stopped from the clock of `stop` until the clock after reset.
-    held = np.zeros(len(trace), bool)
-    stopped = False
-    for clock in clocks:
-        held[clock] = stopped or stop[clock]
-        stopped = held[clock] and not rst[clock]
-
-    # Counters are cleared by reset and in manual mode, with the edge that ends the clock.
-    cleared = np.maximum.accumulate(
-        np.where(np.concatenate([[True], (rst | ~mode)[:-1]]), clocks, 0)
-    )
-    for number, axis in enumerate(AXES):
-        position, steps = trace.position(axis), trace.steps(axis)
-        assert (np.diff(steps) >= timing.period).all(), f"{axis} steps too soon"
-        assert not rst[steps].any(), f"{axis} steps at reset"
-        assert not held[steps].any(), f"{axis} steps while stopped"
-        shown = trace["counter_select"] == number + 1
-        counted = (position - position[cleared]) % 65536
-        assert (trace["count"][shown] == counted[shown]).all(), f"{axis} and its counter disagree"
-        by_hand = steps[~mode[steps]]
-        jog = trace["jog"][by_hand] >> 2 * number & 3
-        up = position[by_hand + 1] > position[by_hand]
-        assert (jog & np.where(up, 1, 2)).all(), f"{axis} steps in manual mode without its switch"
-
-    ready = trace["ready"].astype(bool)
-    assert not ready[~mode | held].any()
-    start = trace["start"].astype(bool)
-    begins = start & ~np.concatenate([[False], start[:-1]])
-    taken = np.flatnonzero((ready & begins & ~rst)[:-1])
-    assert not ready[taken + 1].any(), "ready does not fall after an order is taken"
-    falls = np.flatnonzero(ready[:-1] & ~ready[1:])
-    assert (start[falls] | rst[falls] | ~mode[falls + 1] | held[falls + 1]).all(), "ready falls"
-
-    # A movement lasts while `ready` is 0, unless reset, stop or mode ends it.
-    rises = np.flatnonzero(~ready[:-1] & ready[1:]) + 1
-    for end in rises:
-        begin = int(np.flatnonzero(ready[:end])[-1]) + 1 if ready[:end].any() else 0
-        if (rst | held | ~mode)[begin:end].any():
-            continue
-        x, y, z = (trace.steps(axis) for axis in AXES)
-        x, y, z = (steps[(begin <= steps) & (steps < end)] for steps in (x, y, z))
-        position = trace.position("axis_z")
-        assert abs(position[end] - position[begin]) == len(z) in (0, timing.z_travel), "Z travel"
-        for steps, other in ((x, y), (y, x), (z, x)):
-            # Alone, or together with the other axis, from the first step to the last.
-            both = np.isin(steps, other)
-            apart = np.diff(steps)[both[1:] == both[:-1]]
-            assert (apart == timing.period).all(), "steps of a movement are not a period apart"
-
-    digits = 0xF ^ trace["digits"]
-    assert (digits & digits - 1 == 0).all(), "two digits on"
-    assert not digits[~mode].any(), "display on in manual mode"
-    assert not trace["leds"][mode].any(), "LEDs on in automatic mode"
 
 
 # Scripts
@@ -226,22 +166,13 @@ SCRIPTS = {
 
 class TestModel:
     @pytest.mark.parametrize("script", SCRIPTS.values(), ids=SCRIPTS)
-    def test_scenario(self, machine, timing, script):
-        check_pins(machine.apply(script), timing)
+    def test_scenario(self, machine, script):
+        machine.apply(script)
 
     @settings(RANDOM, max_examples=50 if NO_COMPILER else 150)
     @given(script=scripts)
-    def test_random(self, machine, timing, script):
-        check_pins(machine.apply(script), timing)
-
-    @pytest.mark.parametrize(("wrong", "message"), [
-        ({"period": -1}, "not a period apart"), ({"period": 1}, "too soon"),
-        ({"z_travel": 1}, "Z travel")])
-    def test_checks_of_the_pins_fail(self, machine, timing, wrong, message):
-        trace = machine.apply([Mode(1), Order(3, 5), LOWER, RAISE])
-        (name, change), = wrong.items()
-        with pytest.raises(AssertionError, match=message):
-            check_pins(trace, timing._replace(**{name: getattr(timing, name) + change}))
+    def test_random(self, machine, script):
+        machine.apply(script)
 
     @pytest.mark.compiler
     def test_noise(self, machine, timing):
@@ -263,100 +194,17 @@ class TestModel:
             }
             chosen = tuple((name, int(level)) for name, level in pins.items() if rng.random() < 0.7)
             script.append(Together(chosen, int(rng.choice([1, 1, 2, 5, 30]))))
-        check_pins(machine.apply(script), timing)
+        machine.apply(script)
 
     @pytest.mark.compiler
     def test_wrap_of_the_counters(self):
         """16 bits and no more: FFFF + 1 = 0000, which only jogging could reach, but clears."""
         steps = lockstep(Timing(1, 1))
         with steps.engine:
-            trace = steps.apply(
-                [
-                    Mode(1),
-                    Select(1),
-                    Order(65535, 65535, wait=65600),
-                    Order(0, 65534, wait=65600),
-                    LOWER,
-                    Select(3),
-                    Hold(5),
-                ]
-            )
-        assert trace["count"].max() == 65535
-        check_pins(trace, Timing(1, 1))
-
-
-class TestSteps:
-    @pytest.mark.parametrize(
-        "order",
-        [Order(3, 3), Order(5, 2), Order(2, 5), Order(4, 0), Order(0, 4), Order(down=1)],
-        ids=str,
-    )
-    def test_first_step_within_four_clocks_beside_the_divider(self, machine, timing, order):
-        trace = machine.apply([Mode(1), Hold(timing.period), order])
-        taken = int(np.argmax(trace["start"]))
-        first = min(int(trace.steps(axis)[0]) for axis in AXES if len(trace.steps(axis)))
-        assert first - taken <= 4 + timing.period
-
-    @pytest.mark.parametrize(("x", "y"), [(9, 4), (4, 9), (6, 6), (7, 0), (0, 7), (1, 2)])
-    def test_a_diagonal_and_then_a_straight(self, machine, x, y):
-        trace = machine.apply([Mode(1), Order(x, y), Order(0, 0)])
-        at = list(
-            zip(trace.position("axis_x").tolist(), trace.position("axis_y").tolist(), strict=True)
-        )
-        path = [place for n, place in enumerate(at) if n == 0 or place != at[n - 1]]
-        both = min(x, y)
-        there = [(n, n) for n in range(both + 1)]
-        there += [
-            (both + n if x > y else both, both + n if y > x else both)
-            for n in range(1, max(x, y) - both + 1)
-        ]
-        back = [(x - n, y - n) for n in range(1, both + 1)]
-        back += [(max(0, x - n), max(0, y - n)) for n in range(both + 1, max(x, y) + 1)]
-        assert path == there + back
-
-    def test_jogging_goes_at_its_rate(self, machine, timing):
-        trace = machine.apply([Hold(timing.period), Jog(0b100101, 200)])
-        expected = -(-timing.period // timing.jog_period) * timing.jog_period
-        for axis, sign in zip(AXES, (1, 1, -1), strict=True):
-            assert set(np.diff(trace.steps(axis))) == {expected}
-            assert np.sign(trace.position(axis)[-1]) == sign
-
-
-class TestHandshake:
-    @pytest.mark.parametrize(
-        "order",
-        [
-            Order(3, 1, wait=300),
-            Order(0, 0, wait=20),
-            Order(up=1, wait=20),
-            Order(down=1, wait=300),
-            Order(up=1, down=1, wait=20),
-        ],
-        ids=str,
-    )
-    def test_ready_falls_on_the_next_clock_and_comes_back(self, machine, order):
-        trace = machine.apply([Mode(1), Hold(4), order])
-        ready = trace["ready"].tolist()
-        assert ready[:6] == [1, 1, 1, 1, 1, 0]
-        assert ready[-1] == 1
-
-    @pytest.mark.parametrize(
-        "refused",
-        [
-            [Order(up=1, down=1)],
-            [LOWER, Order(2, 1)],
-            [LOWER, Order(1, 2)],
-            [Order(4, 0, wait=2), Order(up=1, wait=300)],
-            [Order(4, 0, wait=2), Order(down=1, wait=300)],
-        ],
-        ids=str,
-    )
-    def test_error_until_reset_or_next_order(self, machine, refused):
-        for clear in (Reset(1), Order(0, 0), RAISE):
-            trace = machine.apply([Mode(1), *refused, Hold(30), clear, Hold(3)])
-            begun = trace.recording.actions[-3][0]
-            assert trace["error"][begun : begun + 30].all()
-            assert not trace["error"][-1]
+            seen = steps.apply([
+                Mode(1), Select(1), Order(65535, 65535, wait=65600), Order(0, 65534, wait=65600),
+                LOWER, Select(3), Hold(5)])
+        assert seen["count"].max() == 65535
 
 
 class TestPowerUp:

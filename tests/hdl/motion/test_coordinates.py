@@ -6,8 +6,6 @@ import random
 import re
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from fresa.motion import CoordinateGenerator
 from fresa_boards.verilog import emit
@@ -15,7 +13,6 @@ from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.mistake import Mistake
 
-RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
 PATIENCE = 300_000
 
 
@@ -119,19 +116,6 @@ class TestContract:
         tool.start()
         tool.finish()
 
-    @RANDOM
-    @given(
-        rows=st.integers(1, 12),
-        columns=st.integers(1, 12),
-        seed=st.integers(0, 999),
-        share=st.sampled_from([0.05, 0.3, 0.6, 0.95]),
-        pitch=st.sampled_from([1, 7, 128]),
-    )
-    def test_blobs(self, rows, columns, seed, share, pitch):
-        tool = Tool(blob(rows, columns, seed, share), pitch, seed)
-        tool.start()
-        tool.finish()
-
     def test_more_than_a_block_ram(self):
         """130 x 130 pixels are two bits wide in memories of 2 ** 14 words."""
         picture = [[False] * 130 for _ in range(130)]
@@ -140,16 +124,6 @@ class TestContract:
         tool = Tool(picture, 128)
         tool.start()
         tool.finish()
-
-    def test_nearest_pixel_next(self):
-        tool = Tool(blob(9, 11, 5, 0.3), 1)
-        tool.start()
-        tool.finish()
-        left, here = set(tool.target), (0, 0)
-        for there in tool.milled:
-            away = {pixel: max(abs(pixel[0] - here[0]), abs(pixel[1] - here[1])) for pixel in left}
-            assert away[there] == min(away.values())
-            left.remove(here := there)
 
 
 class TestAgain:

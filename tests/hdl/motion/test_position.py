@@ -32,7 +32,7 @@ class Axis:
 
     def clock(self, target: int, *, run: int = 1, load: int = 0, place: int = 0, rst: int = 0,
               eager: float = 1) -> None:
-        """Make a clock in which both are told the same."""
+        """Make a clock with the same inputs for both."""
         mask = (1 << self.width) - 1
         self.engine.set(target=target & mask, run=run, load=load, place=place & mask, rst=rst)
         step, direction = self.model.request(target=target, run=run, load=load)

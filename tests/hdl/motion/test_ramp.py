@@ -40,7 +40,7 @@ class Motor:
 
     def clock(self, target: int, *, run: int = 1, requested_rate: int = 63, rst: int = 0,
               eager: float = 1) -> None:
-        """Make a clock in which both are told the same."""
+        """Make a clock with the same inputs for both."""
         mask = (1 << self.width) - 1
         engine, model = self.engine, self.model
         engine.set(target=target & mask, run=run, requested_rate=requested_rate, rst=rst)

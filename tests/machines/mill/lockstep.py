@@ -1,57 +1,18 @@
 """The mill's model beside an engine, output by output and clock by clock."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tb.compare import first_difference
 from tb.engines import Engine
-from tb.machines.mill.actions import Action, Recording, record
+from tb.machines.mill.actions import Action, record
 from tb.machines.mill.model import COILS, MillInputs, MillModel
 
-__all__ = ["AXES", "Lockstep", "Trace"]
+__all__ = ["AXES", "Lockstep"]
 
 AXES = ("axis_x", "axis_y", "axis_z")
-
-
-@dataclass(frozen=True)
-class Trace:
-    """What an engine was given and gave, a row a clock."""
-
-    inputs: Mapping[str, NDArray[np.int64]]
-    outputs: Mapping[str, NDArray[np.int64]]
-    recording: Recording
-
-    def __getitem__(self, name: str) -> NDArray[np.int64]:
-        return (self.outputs if name in self.outputs else self.inputs)[name]
-
-    def __len__(self) -> int:
-        return len(self.recording)
-
-    def position(self, axis: str) -> NDArray[np.int64]:
-        """Steps that a motor has gone since the first row, by its coil words.
-
-        Raises
-        ------
-        AssertionError
-            If it is shown a word that is not in the table, or one that no motor can follow.
-        """
-        words = self.outputs[axis]
-        phases = np.full(16, -1)
-        phases[list(COILS)] = range(4)
-        phase = phases[words]
-        wrong = np.flatnonzero(phase < 0)
-        assert not len(wrong), f"clock {wrong[0]}: {axis} is {words[wrong[0]]:04b}"
-        turn = np.diff(phase) % 4
-        jumps = np.flatnonzero(turn == 2)
-        assert not len(jumps), f"clock {jumps[0] + 1}: {axis} jumps to {words[jumps[0] + 1]:04b}"
-        return np.concatenate([[0], np.cumsum(np.where(turn == 3, -1, turn))])
-
-    def steps(self, axis: str) -> NDArray[np.int64]:
-        """Clocks in which a motor is asked to step: its word differs in the clock after."""
-        return np.flatnonzero(np.diff(self.position(axis)))
 
 
 class Lockstep:
@@ -74,12 +35,12 @@ class Lockstep:
         self.model = model
         self.outputs = list(engine.design.outputs if outputs is None else outputs)
 
-    def apply(self, script: Iterable[Action]) -> Trace:
-        """Reset both, then play a script to both.
+    def apply(self, script: Iterable[Action]) -> dict[str, NDArray[np.int64]]:
+        """Reset both, then play a script to both; return the outputs, clock by clock.
 
         Reset keeps the coils, the time since the last step, and that a start has been seen. So it
-        is held, with the inputs at 0, until these times no longer matter, and the model is told
-        how the motors stand.
+        is held, with the inputs at 0, until these times no longer matter, and the model is given
+        the states of the motors.
 
         Raises
         ------
@@ -95,5 +56,4 @@ class Lockstep:
         expected = {name: recording.expected[name] for name in self.outputs}
         difference = first_difference(expected, seen)
         assert difference is None, f"{difference}, in {recording.during(difference.clock)}"
-        inputs = {name: np.array(row, np.int64) for name, row in recording.stimulus.items()}
-        return Trace(inputs, seen, recording)
+        return seen

@@ -1,21 +1,14 @@
 """Models, scripts and the comparison: each finds what it is there to find."""
 
 import numpy as np
-import pytest
 
 from tb.compare import first_difference
 from tb.machines.mill.actions import Hold, Jog, Mode, Order, Reset, Stop, Together, record
-from tb.machines.mill.model import COILS, MillInputs, MillModel
-from tests.machines.mill.lockstep import Trace
+from tb.machines.mill.model import MillInputs, MillModel
 
 
 def model(**parameters) -> MillModel:
     return MillModel(**{"period": 2, "scan_bits": 3, "z_travel": 3, **parameters})
-
-
-def trace(**words) -> Trace:
-    rows = {axis: np.array(words.get(axis, [COILS[0]]), np.int64) for axis in ("axis_x", "axis_y")}
-    return Trace({}, rows, record(model(), []))
 
 
 class TestModel:
@@ -85,14 +78,3 @@ class TestCompare:
         assert difference is not None
         assert (difference.clock, difference.outputs) == (2, {"a": (3, 0), "b": (7, 9)})
         assert str(difference) == "clock 2: a is 0x0, not 0x3, b is 0x9, not 0x7"
-
-    def test_position(self):
-        moved = trace(axis_x=[COILS[n % 4] for n in (0, 1, 2, 3, 4, 5, 4, 3, 3, 2)])
-        assert moved.position("axis_x").tolist() == [0, 1, 2, 3, 4, 5, 4, 3, 3, 2]
-        assert moved.steps("axis_x").tolist() == [0, 1, 2, 3, 4, 5, 6, 8]
-
-    def test_words_that_no_motor_follows(self):
-        with pytest.raises(AssertionError, match=r"^clock 1: axis_x is 1111"):
-            trace(axis_x=[COILS[0], 0b1111]).position("axis_x")
-        with pytest.raises(AssertionError, match=r"^clock 2: axis_x jumps to 1001"):
-            trace(axis_x=[COILS[0], COILS[0], COILS[2]]).position("axis_x")
