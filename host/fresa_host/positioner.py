@@ -14,7 +14,7 @@ from .arguments import check_number
 from .errors import LineLost, TimedOut
 from .port import Port, opened
 from .positioner_driver import Driver
-from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, Steps
+from .positioner_lines import AXES, FASTEST, STEPS_PER_UM, State, Steps
 from .positioner_place import Place, steps_of
 from .positioner_session import PositionerSession
 from .positioner_state import Message
@@ -33,17 +33,18 @@ ALL = "all"
 class Positioner:
     """Three axes, their place in um and their speeds in um/s.
 
-    The machine says nothing to what it obeys, so after each call but those named *at once* the
-    other end is listened to for as long as a refusal takes to come. All methods may be called from
-    several threads. Closing lets go of the port; it stops nothing. A ``with`` block that an
-    exception ends, Ctrl-C for one, stops all axes. Where an axis may be named, ``"all"`` is all.
+    The machine answers each line: a call ends with the answer to its own, but those named *at once*
+    wait for none. All methods may be called from several threads. Closing lets go of the port; it
+    stops nothing. A ``with`` block that an exception ends, Ctrl-C for one, stops all axes. Where an
+    axis may be named, ``"all"`` is all.
 
     Parameters
     ----------
     port : str, path or Port
         The serial port, such as ``/dev/ttyUSB0``; see `Port`.
     timeout : float
-        Seconds within which the machine must be heard. While connected it reports ten times in one.
+        Seconds within which the machine must answer; it takes 0.2 s at most. While connected it
+        also reports ten times in one.
     top_speed : int
         Highest speed of a motor in steps/s, as the machine was built.
     reported : callable, optional
@@ -56,15 +57,18 @@ class Positioner:
     LineLost
         If the port cannot be opened, here; in all methods if it is gone or closed.
     Refused
-        In all methods, if the machine did not obey what was requested, or what was before *at
-        once*. Then it has changed nothing, but what goes to a place is stopped: by `go_to` and
-        `move_to` in any case, and by `wait`, `origin`, `call_place` and `disconnect` if it was
-        going.
+        In all methods, if the machine did not obey what was requested; or what was before *at
+        once*, and then the method itself does nothing. It has changed nothing, but what goes to a
+        place is stopped: by `go_to` and `move_to` in any case, and by `wait`, `origin`,
+        `call_place` and `disconnect` if it was going.
     LimitReached
         In all methods but `stop`, `jog` and `close`, if a limit switch has ended a movement since
         the last of them.
     TimedOut
-        If the machine is not heard.
+        If the machine does not answer, although it was asked again; one that was built with
+        ``--original`` never does.
+    WasReset
+        If it was reset while it was connected: it has lost its place, its speeds and its points.
     ValueError
         In all methods, if a number is not one that the machine takes. Nothing is sent then.
 
@@ -102,7 +106,10 @@ class Positioner:
     # The port
 
     def close(self) -> None:
-        """Let go of the port. What moves goes on: `stop` first."""
+        """Let go of the port. What moves goes on: `stop` first. The machine answers no more."""
+        with suppress(LineLost):
+            self._driver.do(self._session.release)
+            time.sleep(max(0.0, self._session.sent_at - time.monotonic()))
         self._driver.close()
 
     def __enter__(self) -> Self:
@@ -113,20 +120,22 @@ class Positioner:
             if kind is not None:
                 with suppress(LineLost):
                     self._driver.do(self._session.halt)
-                    time.sleep(max(0.0, self._session.sent_at - time.monotonic()))
         finally:
             self.close()
 
     # The machine
 
     def connect(self) -> Place:
-        """Give the motors power, and wait for the first report; return the place."""
+        """Give the motors power; return the place."""
         with self._call:
             self._run(self._session.connect())
             return self.position
 
     def disconnect(self) -> None:
-        """Take the power from the motors. The machine ends all movement, and reports no more."""
+        """Take the power from the motors; the machine has confirmed that when this returns.
+
+        It ends all movement, and reports no more.
+        """
         self._run(self._session.disconnect())
 
     @property
@@ -149,10 +158,18 @@ class Positioner:
         place = self.position
         return place if axis == ALL else place[AXES.index(_axes(axis)[0])]
 
+    def state(self) -> State:
+        """Ask for the state: connected, moving, speeds, switches, place, seconds since power-up.
+
+        All is of one moment, behind whatever was ordered before.
+        """
+        return self._run(self._session.state())
+
     def is_moving(self, axis: str = ALL) -> bool:
-        """Return whether an axis, or any, moves by the last report, or has not yet arrived."""
+        """Ask whether an axis, or any, has a movement."""
         axes = _axes(axis)
-        return self._driver.do(self._session.moving, axes)
+        return any(moves for name, moves in zip(AXES, self.state().moving, strict=True)
+                   if name in axes)
 
     @property
     def limits(self) -> frozenset[str]:
@@ -171,6 +188,11 @@ class Positioner:
         order = lines.speed(axis, rate, self._top_speed)
         self._run(self._session.command(order))
         return rate / STEPS_PER_UM
+
+    def get_velocity(self, axis: str = ALL) -> Place | float:
+        """Ask for the speeds in um/s, or for that of an axis."""
+        speeds = Place.of(Steps(*self.state().speeds))
+        return speeds if axis == ALL else speeds[AXES.index(_axes(axis)[0])]
 
     def jog(self, axis: str, direction: int) -> None:
         """Move an axis up (1) or down (-1), until `stop`. At once. Others go on to their place."""
@@ -200,9 +222,8 @@ class Positioner:
         """Go to a place in um, all axes at once; do not `wait` until they are there.
 
         An axis whose place is left out goes on as it does: to where it was sent, or by `jog`, or it
-        stands. ``move_to("x", 5)`` is ``move_to(x=5)``. The axes begin to go at once if they are
-        where this sent them, or on the way; if not, 0.2 s later, when the machine has the place for
-        certain.
+        stands. ``move_to("x", 5)`` is ``move_to(x=5)``. The axes begin to go when the machine has
+        answered that it has the place.
         """
         self._move({axis: (steps_of(axis, um), um) for axis, um in _by_axis(x, y, z).items()})
 
@@ -243,7 +264,7 @@ class Positioner:
 
     def origin(self) -> None:
         """Call this place (0, 0, 0). Ends going to a place."""
-        self._run(self._session.rename(b"ORIGIN\n"))
+        self._run(self._session.rename(lines.ORIGIN))
 
     def call_place(self, x: float, y: float, z: float) -> None:
         """Tell the machine where it is, in um: after it was off, for instance."""
@@ -281,8 +302,8 @@ class Positioner:
         LimitReached
             If a limit switch stops an axis. The others go on.
         PositionError
-            If it goes elsewhere than where it was sent, or an axis has stood elsewhere for 20 s,
-            which one that takes up much play slowly does, too. Then all axes are stopped.
+            If it goes elsewhere than where it was sent, or an axis stands elsewhere without a
+            movement. Then all axes are stopped.
         """
         return self._wait(AXES, timeout)
 
@@ -300,9 +321,8 @@ class Positioner:
                               min(left, self._timeout))
 
     def check(self) -> None:
-        """Raise what the machine has refused, and limits, since the last call."""
-        with self._call:
-            self._driver.do(self._session.check)
+        """Wait for the answers to what was ordered *at once*; raise refusals, and limits."""
+        self._run(self._session.check())
 
 
 def _axes(axis: str) -> tuple[str, ...]:

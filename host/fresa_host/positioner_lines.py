@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 from .arguments import check_whole
 
-__all__ = ["AXES", "FASTEST", "MEANINGS", "POINTS", "STEPS_PER_UM", "Limit", "Refusal", "Steps",
-           "go_to", "jog", "place", "read_line", "speed", "stop", "store"]
+__all__ = ["ACK", "ACK_OFF", "AXES", "CONNECT", "DISCONNECT", "FASTEST", "MEANINGS", "ORIGIN",
+           "POINTS", "STATE", "STEPS_PER_UM", "ZERO", "Limit", "Ok", "Refusal", "State", "Steps",
+           "delimited", "go_to", "jog", "place", "read_line", "speed", "stop", "store"]
 
 AXES = ("x", "y", "z")
 """The axes, in the order of the motors 1, 2 and 3."""
@@ -23,6 +24,14 @@ STEPS_PER_UM = 200 * 90.25 / 318
 """Steps of a motor's turn, times its gear, by the um of a turn of the screw."""
 
 _FARTHEST = 2**31
+
+CONNECT, DISCONNECT, ORIGIN = b"CONNECT\n", b"DISCONNECT\n", b"ORIGIN\n"
+
+ACK, ACK_OFF = b"ACK 1\n", b"ACK 0\n"
+"""From here on the machine answers lines that it obeys, or does not, as after power-up."""
+
+STATE = b"STATE\n"
+"""Asks for a `State`, with these answers or without them."""
 
 MEANINGS = {
     "COMMAND": "it does not know this command, or the line was disturbed",
@@ -45,6 +54,14 @@ class Steps(NamedTuple):
     z: int
 
 
+ZERO = Steps(0, 0, 0)
+
+
+@dataclass(frozen=True)
+class Ok:
+    """The machine has obeyed a line."""
+
+
 @dataclass(frozen=True)
 class Refusal:
     """The machine did not do what a line requested, for a reason of `MEANINGS` or a new one."""
@@ -59,16 +76,65 @@ class Limit:
     axis: str
 
 
-def read_line(line: str) -> Steps | Refusal | Limit | None:
+class State(NamedTuple):
+    """The answer to `STATE`: what holds of the machine in one moment.
+
+    Attributes
+    ----------
+    connected : bool
+        The motors have power, and it reports.
+    moving : tuple of bool
+        Whether each motor has a movement, which backlash or a limit switch may hold up.
+    speeds : tuple of int
+        Speeds of the motors in steps/s.
+    switches : tuple of bool
+        Whether the switch at each limit input is pressed; which axis it stops is wired elsewhere.
+    steps : Steps
+        The place.
+    seconds : int
+        Seconds since power-up or reset.
+    """
+
+    connected: bool
+    moving: tuple[bool, ...]
+    speeds: tuple[int, ...]
+    switches: tuple[bool, ...]
+    steps: Steps
+    seconds: int
+
+
+def delimited(data: bytes) -> bytes:
+    """Return received bytes with line ends around reports, which have none."""
+    return data.replace(b"#", b"\n#").replace(b":", b":\n")
+
+
+def read_line(line: str) -> Steps | Ok | Refusal | State | Limit | None:
     """Read a line from the machine; None for one that it does not send, such as half of one."""
-    if report := re.fullmatch(r"# POS (-?\d{1,10}) (-?\d{1,10}) (-?\d{1,10}) :", line, re.ASCII):
-        steps = Steps(*map(int, report.groups()))
-        return steps if all(map(_fits, steps)) else None
+    if report := _REPORT.fullmatch(line):
+        return _steps(report.groups())
+    if line == "ok":
+        return Ok()
+    if state := _STATE.fullmatch(line):
+        connected, *numbers = map(int, state.groups())
+        steps = _steps(numbers[9:12])
+        return steps and State(
+            bool(connected), tuple(map(bool, numbers[:3])), tuple(numbers[3:6]),
+            tuple(map(bool, numbers[6:9])), steps, numbers[12])
     if limit := re.fullmatch(r"! LIMIT MOT([123])", line):
         return Limit(AXES[int(limit[1]) - 1])
     if refusal := re.fullmatch(r"! ([A-Z][A-Z ]{0,40})", line):
         return Refusal(refusal[1])
     return None
+
+
+_REPORT = re.compile("# POS" + r" (-?\d{1,10})" * 3 + " :", re.ASCII)
+_STATE = re.compile("STATE" + " ([01])" * 4 + r" (\d{1,10})" * 3 + " ([01])" * 3
+                    + r" (-?\d{1,10})" * 3 + r" (\d{1,10})", re.ASCII)
+
+
+def _steps(numbers: Iterable[str | int]) -> Steps | None:
+    steps = Steps(*map(int, numbers))
+    return steps if all(map(_fits, steps)) else None
 
 
 def jog(axis: str, direction: int) -> bytes:

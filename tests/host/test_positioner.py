@@ -1,6 +1,7 @@
 """`Positioner`: what is sent, what is waited for, and what is raised."""
 
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,6 +15,7 @@ from fresa_host import (
     PositionError,
     Refused,
     TimedOut,
+    WasReset,
     axis_monitor,
     positioner_session,
 )
@@ -25,7 +27,7 @@ STOP = [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 @pytest.fixture
 def fake(monkeypatch) -> FakePositioner:
-    monkeypatch.setattr(positioner_session, "REFUSAL_TIMEOUT_S", 0.05)
+    monkeypatch.setattr(positioner_session, "ANSWER_TIMEOUT_S", 0.1)
     return FakePositioner()
 
 
@@ -44,7 +46,7 @@ def test_it_goes_where_it_is_sent_and_says_where_it_is(positioner, fake):
     assert positioner.connect() == (0, 0, 0)
     positioner.move_to(100, -50, 0.5)
     assert positioner.wait(timeout=10).steps == Place(100, -50, 0.5).steps == (5676, -2838, 28)
-    assert fake.written == [b"CONNECT\n", b"P 7 5676 -2838 28\n", b"GOTO 7\n"]
+    assert fake.orders == [b"CONNECT\n", b"P 7 5676 -2838 28\n", b"GOTO 7\n"]
     positioner.move_by(y=50)
     assert positioner.wait(timeout=10).steps == (5676, 0, 28)
     positioner.origin()
@@ -58,7 +60,7 @@ def test_it_goes_to_points_that_it_has_stored(positioner, fake):
     positioner.store(3, 10, 20, 30)
     positioner.go_to(3)
     assert positioner.wait(timeout=10) == Place.of(Place(10, 20, 30).steps)
-    assert fake.written[-2:] == [b"P 3 568 1135 1703\n", b"GOTO 3\n"]
+    assert fake.orders[-2:] == [b"P 3 568 1135 1703\n", b"GOTO 3\n"]
     with pytest.raises(ValueError, match="point 4 has not been stored: store it first"):
         positioner.go_to(4)
 
@@ -77,6 +79,29 @@ def test_what_is_no_number_or_axis_is_not_sent(positioner, fake, call):
     with pytest.raises(ValueError):
         call(positioner)
     assert not fake.written
+
+
+def test_its_state(positioner, fake):
+    positioner.connect()
+    positioner.velocity("y", 10)
+    positioner.jog("z", 1)
+    state = positioner.state()
+    assert state.connected and state.moving == (False, False, True)
+    assert state.speeds == (200, 568, 200) and state.seconds == 1000
+    assert positioner.get_velocity("y") == pytest.approx(10, abs=0.01)
+    assert positioner.get_velocity() == pytest.approx([3.52, 10, 3.52], abs=0.01)
+    fake.reset()
+    with pytest.raises(WasReset):
+        positioner.velocity("y", 10)
+    assert positioner.connect() == (0, 0, 0)
+    positioner.velocity("y", 10)
+
+
+def test_it_answers_no_more_when_it_is_closed(fake):
+    with opened(fake) as positioner:
+        positioner.connect()
+        assert fake.acknowledges
+    assert not fake.acknowledges and fake.written[-1] == b"ACK 0\n" and fake.closed
 
 
 def test_short_ways_add_up(positioner, fake):
@@ -102,7 +127,7 @@ def test_an_axis_goes_and_the_others_do_as_before(positioner, fake):
     positioner.move_to(z=2)
     positioner.jog("y", 1)
     positioner.move_to(x=900)
-    assert fake.written[-1] == b"MOV MOT2 C\n"
+    assert fake.orders[-1] == b"MOV MOT2 C\n"
     assert positioner.wait(timeout=10).steps[::2] == Place(900, 0, 2).steps[::2]
     assert positioner.is_moving("y") and fake.target[1] == 10**6
     with pytest.raises(ValueError, match="point 7 has not been stored"):
@@ -174,7 +199,7 @@ def test_single_commands(positioner, fake):
     positioner.jog("x", -1)
     positioner.stop("x")
     positioner.store(3, 1, 1, 1)
-    assert fake.written == [b"VEL MOT2 568\n", b"MOV MOT1 CC\n", b"STOP MOT1\n", b"P 3 57 57 57\n"]
+    assert fake.orders == [b"VEL MOT2 568\n", b"MOV MOT1 CC\n", b"STOP MOT1\n", b"P 3 57 57 57\n"]
     with pytest.raises(ValueError, match="speed must be 1 to 1500 steps/s, not 1703"):
         positioner.velocity("y", 30)
     with pytest.raises(ValueError, match="speed in um/s must be a number"):
@@ -206,9 +231,8 @@ def test_a_place_that_is_refused_is_not_gone_to(positioner, fake):
     fake.written.clear()
     with pytest.raises(Refused, match="ARGUMENT"):
         positioner.move_to(-50, 0, 0)
-    # The point as it was is where it goes anyway. What was on its way is stopped, and an order to
-    # stop that is refused is sent again.
-    assert fake.written == [b"P 7 -2838 0 0\n", b"GOTO 7\n", *STOP, *STOP] and fake.resting
+    # What was on its way is stopped. The order to stop that was refused moved nothing.
+    assert fake.orders == [b"P 7 -2838 0 0\n", *STOP] and fake.resting
     assert positioner.wait(timeout=0.01).steps == tuple(fake.steps)
     with pytest.raises(ValueError, match="point 7 has not been stored"):
         positioner.go_to(7)
@@ -247,12 +271,12 @@ def test_who_stops_before_the_machine_was_told_to_go_is_not_overruled(positioner
     positioner.connect()
     fake.answer, stop = obey, positioner.stop
     positioner.move_to(10**6, 0, 0)
-    assert b"GOTO 7\n" not in fake.written and fake.resting
+    assert b"GOTO 7\n" not in fake.orders and fake.resting
     positioner.wait(timeout=0.01)
     stop = lambda: positioner.stop("x")  # noqa: E731
     positioner.move_to(10**6, 100, 0)
     assert positioner.wait(timeout=10).steps.y == 5676
-    assert fake.written[-2:] == [b"GOTO 7\n", STOP[0]] and fake.resting
+    assert fake.orders[-2:] == [b"GOTO 7\n", STOP[0]] and fake.resting
 
 
 def test_going_elsewhere_is_told(positioner, fake, monkeypatch):
@@ -277,7 +301,7 @@ def test_a_report_that_was_damaged_is_not_believed():
         monitor = axis_monitor.AxisMonitor(400)
         for x in (100, 110, 120, damaged, 140, 150):
             monitor.hear(x)
-            assert not monitor.leads_away and not monitor.stalled
+            assert not monitor.leads_away and not monitor.stands
 
 
 @pytest.mark.parametrize("again", [lambda it: it.jog("x", -1), lambda it: it.move_to(-900, 900, 0)])
@@ -293,7 +317,7 @@ def test_a_limit_that_may_be_of_a_movement_before_ends_the_one_since(positioner,
     with pytest.raises(LimitReached):
         again(positioner)
         positioner.velocity("x", 1)
-    assert STOP[0] in fake.written
+    assert STOP[0] in fake.orders
     positioner.wait(timeout=10)  # the others go on
     assert fake.resting and fake.steps[1] in (0, 51085)
 
@@ -329,7 +353,7 @@ def test_what_is_refused_is_told_to_the_call_that_said_it(fake):
     with pytest.raises(Refused):
         positioner.move_to(0, 0, 0)
     waiting.join(timeout=10)  # it goes nowhere any more
-    assert not waiting.is_alive() and fake.resting and fake.written[-3:] == STOP
+    assert not waiting.is_alive() and fake.resting and fake.orders[-3:] == STOP
     positioner.close()
 
 
@@ -338,7 +362,7 @@ def test_stopping_ends_the_wait(positioner, fake):
     positioner.move_to(10**6, 0, 0)
     threading.Timer(0.02, positioner.stop).start()
     assert positioner.wait(timeout=10).x < 10**6
-    assert fake.written[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
+    assert fake.orders[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
 
 
 @pytest.mark.parametrize("part", [lambda it: it.stop("y"), lambda it: it.jog("y", 1)])
@@ -362,8 +386,8 @@ def test_what_ends_a_block_with_an_error_stops_all_axes(fake, error, can_break):
         positioner.jog("x", 1)
         raise error
     assert fake.target == fake.steps and fake.closed
-    assert fake.written.count(BREAK) == can_break
-    assert fake.written[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
+    assert fake.orders.count(BREAK) == can_break
+    assert fake.orders[-3:] == [b"STOP MOT1\n", b"STOP MOT2\n", b"STOP MOT3\n"]
     fake.written.clear()
     with opened(fake):
         pass
@@ -379,11 +403,13 @@ def test_an_error_is_not_hidden_by_a_line_that_is_gone(fake):
 
 
 def test_silence_is_not_taken_for_obedience(fake):
-    with opened(fake, timeout=0.05) as positioner:
+    with opened(fake, timeout=0.2) as positioner:
         positioner.connect()
-        fake.connected = False  # it was reset, or the line is cut
-        with pytest.raises(TimedOut, match="it may not have obeyed"):
+        fake.original = True  # the line is cut
+        with pytest.raises(TimedOut, match="no machine answers at fake: is it on"):
             positioner.velocity("x", 10)
+        with pytest.raises(TimedOut, match="no machine answers"):
+            positioner.is_moving()
 
 
 def test_a_line_that_takes_nothing_is_lost(positioner, fake):
@@ -417,7 +443,7 @@ def test_a_machine_built_for_more_is_told_more(fake):
         assert positioner.velocity("y", 50) == pytest.approx(50, abs=0.01)
         with pytest.raises(ValueError, match="speed must be 1 to 3000 steps/s, not 3406"):
             positioner.velocity("y", 60)
-    assert fake.written == [b"VEL MOT2 2838\n"]
+    assert fake.orders == [b"VEL MOT2 2838\n"]
 
 
 def test_waiting_has_an_end(positioner):
@@ -430,30 +456,26 @@ def test_waiting_has_an_end(positioner):
 
 
 def test_a_machine_that_says_nothing_times_out(fake):
-    with opened(fake, timeout=0.05) as positioner:
-        fake.refuse = {b"CONNECT": b""}
-        with pytest.raises(TimedOut, match="no machine reports at fake: is it on?"):
+    with opened(fake, timeout=0.2) as positioner:
+        fake.original = True
+        with pytest.raises(TimedOut, match="no machine answers at fake: is it on, and built "
+                                           "without --original.$"):
             positioner.connect()
         assert not positioner.connected
         with pytest.raises(TimedOut, match="reports only while it is connected"):
             _ = positioner.position
-        fake.refuse = {}
+        fake.original = False
         positioner.connect()
-        fake.connected = False  # it was reset
-        with pytest.raises(TimedOut, match="it may not have obeyed"):
-            positioner.move_to(10**6, 0, 0)
+        fake.connected = False  # it reports no more
+        time.sleep(0.25)
         with pytest.raises(TimedOut, match="has not reported"):
             positioner.wait()
 
 
 def test_what_was_typed_before_does_not_keep_it_from_connecting(positioner, fake):
-    def obey(line: bytes) -> bytes:
-        fake.answer = fake.obey
-        return b"! COMMAND\n"
-
-    fake.answer = obey
+    fake.begun = b"STO"
     assert positioner.connect() == (0, 0, 0)
-    assert fake.written == [b"CONNECT\n", b"CONNECT\n"]
+    assert fake.written == [b"\n", b"\n", b"STATE\n", b"ACK 1\n", b"CONNECT\n", b"STATE\n"]
 
 
 def test_noise_is_passed_over(positioner, fake):
@@ -470,7 +492,7 @@ def test_disconnecting_is_said_until_it_is_heard(positioner, fake):
     assert not fake.connected and not positioner.connected
     positioner.connect()
     fake.deaf = 9 * [b"DISCONNECT\n"]
-    with pytest.raises(TimedOut, match="as if it were still connected"):
+    with pytest.raises(TimedOut, match="it may not have obeyed"):
         positioner.disconnect()
     assert positioner.connected and positioner.steps
 
@@ -487,20 +509,20 @@ def goes_astray(positioner: Positioner, fake: FakePositioner) -> None:
     positioner.move_to(1000, 0, 0)
     with pytest.raises(PositionError):
         positioner.wait()
-    assert fake.resting and fake.written.count(STOP[0]) == 2
+    assert fake.resting and fake.orders.count(STOP[0]) == 2
     fake.steps = fake.target = [0, 0, 0]
     fake.damage = {b"P 7 56761 0 0\n": b"P 7 -99956761 0 0\n"}
     fake.deaf = 3 * [STOP[0]]
     positioner.move_to(1000, 0, 0)
     with pytest.raises(PositionError):
         positioner.wait()
-    assert fake.resting and fake.written.count(BREAK) == 1
+    assert fake.resting and fake.orders.count(BREAK) == 1
 
 
 def test_disconnecting_ends_it(positioner, fake):
     positioner.connect()
     positioner.disconnect()
-    assert fake.written[-1] == b"DISCONNECT\n" and not positioner.connected
+    assert fake.orders[-1] == b"DISCONNECT\n" and not positioner.connected
     with pytest.raises(TimedOut, match="only while it is connected"):
         _ = positioner.steps
 

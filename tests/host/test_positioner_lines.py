@@ -6,7 +6,16 @@ from hypothesis import strategies as st
 
 from fresa_host import Place
 from fresa_host import positioner_lines as positioner
-from fresa_host.positioner_lines import Limit, Refusal, Steps, read_line
+from fresa_host.lines import LineSplitter
+from fresa_host.positioner_lines import (
+    Limit,
+    Ok,
+    Refusal,
+    State,
+    Steps,
+    delimited,
+    read_line,
+)
 
 NUMBERS = st.integers(-2**31, 2**31 - 1)
 
@@ -19,7 +28,10 @@ class TestPositioner:
     @pytest.mark.parametrize("line", [
         "# POS 1 2 3", "# POS 1 2 :", "POS 1 2 3 :", "# POS 1  2 3 :", "# POS 1 2 3 : ",
         "# POS 1 2 3 4 :", "# POS +1 2 3 :", "# POS 2147483648 0 0 :", "# POS ١ 2 3 :",
-        "# POS 1 2 3 :# POS 1 2 3 :", "! ", "! range", "! LIMIT MOT4\x00", "", "ok"])
+        "# POS 1 2 3 :# POS 1 2 3 :", "! ", "! range", "! LIMIT MOT4\x00", "", "OK", "okok", "ok ",
+        "STATE", "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3", "STATE 2 0 0 0 1 2 3 0 0 0 1 2 3 4",
+        "STATE 1 0 0 0 1 -2 3 0 0 0 1 2 3 4", "STATE 1 0 0 0 1 2 3 0 0 0 2147483648 2 3 4",
+        "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 4 5", "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 -4"])
     def test_half_a_line_is_none(self, line):
         assert read_line(line) is None
 
@@ -28,10 +40,26 @@ class TestPositioner:
         assert [read_line(f"! LIMIT MOT{n}") for n in (1, 2, 3)] == [
             Limit("x"), Limit("y"), Limit("z")]
 
+    def test_a_state_is_read(self):
+        assert read_line("ok") == Ok()
+        assert read_line("STATE 1 0 1 0 1 200 1500 0 0 1 -5 0 2147483647 90061") == State(
+            connected=True, moving=(False, True, False), speeds=(1, 200, 1500),
+            switches=(False, False, True), steps=Steps(-5, 0, 2**31 - 1), seconds=90061)
+
+    @pytest.mark.parametrize("size", [1, 7, 1000])
+    def test_reports_have_no_ends_and_answers_come_between_them(self, size):
+        stream = (b"ok\n# POS 0 0 0 :ok\n! RANGE\n# POS 0 0 1 :# POS 0 0 2 :\n# POS 0 0 3 :\r\n"
+                  b"# POS 7 # POS 0 0 4 :9 :o# POS 0 0 5 :ok\n")
+        splitter, read = LineSplitter(), []
+        for begin in range(0, len(stream), size):
+            read += splitter.feed(delimited(stream[begin:begin + size]))
+        assert [message for message in map(read_line, read) if message is not None] == [
+            Ok(), (0, 0, 0), Ok(), Refusal("RANGE"), *[(0, 0, n) for n in range(1, 6)], Ok()]
+
     @given(st.text(max_size=80))
     def test_any_line_can_be_read(self, text):
         read = read_line(text)
-        assert read is None or isinstance(read, (Steps, Refusal, Limit))
+        assert read is None or isinstance(read, (Steps, Ok, Refusal, State, Limit))
 
     def test_commands_are_those_of_the_machine(self):
         assert positioner.jog("x", 1) == b"MOV MOT1 C\n"

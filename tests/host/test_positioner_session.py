@@ -4,11 +4,12 @@ from typing import Any
 
 import pytest
 
-from fresa_host import LimitReached, LineLost, PositionError, Refused, TimedOut
+from fresa_host import LimitReached, LineLost, PositionError, Refused, TimedOut, WasReset
 from fresa_host.axis_monitor import STILL
+from fresa_host.positioner_attended import AttendedSession
 from fresa_host.positioner_lines import AXES, Limit, Refusal, Steps
-from fresa_host.positioner_session import REFUSAL_TIMEOUT_S, PositionerSession
-from fresa_host.positioner_state import BREAK_TIMEOUT_S, STALE_AFTER
+from fresa_host.positioner_session import ANSWER_TIMEOUT_S, PositionerSession
+from fresa_host.positioner_state import STALE_AFTER
 from tests.host.fake import BREAK
 from tests.host.fake_positioner import FakePositioner
 
@@ -21,14 +22,15 @@ PERIOD = 0.1
 class World:
     """A session, a positioner that reports every 0.1 s, and the time."""
 
-    def __init__(self, *, left: Steps | None = None, **options: Any) -> None:
+    def __init__(self, kind: type[PositionerSession] = PositionerSession, *,
+                 left: Steps | None = None, least: float = 0.0, can_break: bool = False) -> None:
         self.fake = FakePositioner()
         self.fake.pause = 0.0
-        self.fake.can_break = options.setdefault("can_break", False)
-        self.session = PositionerSession(baud=10**6, **options)
+        self.fake.can_break = can_break
+        self.session: Any = kind(baud=10**6, can_break=can_break)
         self.now = 100.0
         self.messages: list = []
-        self.run(self.session.connect() if left is None else self.session.restore(left))
+        self.run(self.session.connect() if left is None else self.session.restore(left, least))
         self.fake.written.clear()
 
     def send(self) -> None:
@@ -73,61 +75,148 @@ def world() -> World:
 @pytest.fixture
 def attended() -> World:
     """A world whose session is attended and can break."""
-    world = World(left=HERE, attended=True, can_break=True)
-    world.do(world.session.keep_reset_marker)
-    world.fake.written.clear()
-    return world
+    return World(AttendedSession, left=HERE, can_break=True)
 
 
-class TestOperations:
-    def test_an_order_is_obeyed_when_two_reports_came_without_a_refusal(self, world):
-        begun = world.now
-        world.run(world.session.command(b"VEL MOT1 100\n"))
-        assert world.now == pytest.approx(begun + 2 * PERIOD)
+class TestAnswers:
+    def test_an_order_ends_with_its_answer(self, world):
+        operation = world.session.begin(world.session.command(b"VEL MOT1 100\n"), world.now)
+        world.send()
+        world.hear(b"# POS 0 0 0 :")
+        assert operation.done  # at once: no report is waited for
         world.fake.refuse = {b"VEL": b"! RANGE\n"}
         with pytest.raises(Refused, match="RANGE"):
             world.run(world.session.command(b"VEL MOT1 100\n"))
 
-    def test_a_report_before_the_order_is_on_the_line_counts_for_nothing(self):
-        session = PositionerSession(baud=1000)
-        operation = session.begin(session.command(10 * b"x"), 5.0)
-        assert session.sent_at == operation.deadline == session.deadline == pytest.approx(5.1)
-        session.receive(b"# POS 0 0 0 :\n" * 9, 5.05)
-        session.tick(5.1)
-        assert session.deadline == pytest.approx(5.1 + REFUSAL_TIMEOUT_S)
-        session.receive(b"# POS 0 0 0 :\n", 5.15)
-        assert not operation.done
-        session.receive(b"# POS 0 0 0 :\n", 5.16)
-        assert operation.done
-
-    def test_silence_ends_what_waits_at_its_deadline(self, world):
-        world.fake.connected = False
+    def test_what_is_refused_is_the_line_that_is_refused(self, world):
+        """And not the one behind it, whose answer comes with it."""
+        world.do(world.session.jog, "x", 1)
         operation = world.session.begin(world.session.command(b"VEL MOT1 100\n"), world.now)
-        world.session.tick(world.session.sent_at)
-        due = world.session.deadline
-        assert due == pytest.approx(world.now + 2, abs=0.01)
-        world.session.tick(due - 0.01)
-        assert not operation.done
-        world.session.tick(due)
-        with pytest.raises(TimedOut, match="it may not have obeyed"):
-            operation.result()
+        world.hear()
+        world.fake.damage = {b"MOV MOT2 C\n": b"MOV MOT2 x\n"}
+        world.do(world.session.jog, "y", 1)
+        world.hear()
+        operation.result()
+        with pytest.raises(Refused, match="ARGUMENT"):
+            world.run(world.session.command(b"VEL MOT1 50\n"))  # which is not sent then
+        assert world.fake.orders == [b"MOV MOT1 C\n", b"VEL MOT1 100\n", b"MOV MOT2 C\n"]
 
-    def test_a_machine_that_is_not_there(self):
+    @pytest.mark.parametrize("lost", ["deaf", "mute"])
+    def test_an_order_or_answer_that_is_lost_is_seen_by_the_state(self, world, lost):
+        setattr(world.fake, lost, [b"VEL MOT1 100\n"])
+        begun = world.now
+        world.run(world.session.command(b"VEL MOT1 100\n"))
+        assert world.fake.written == [b"VEL MOT1 100\n", b"STATE\n", b"VEL MOT1 100\n"]
+        assert world.now < begun + ANSWER_TIMEOUT_S + 4 * PERIOD and world.fake.speeds[0] == 100
+
+    def test_lines_that_have_merged_shift_no_answer_for_ever(self, world):
+        for _ in range(3):
+            world.fake.damage = {b"MOV MOT1 C\n": b"MOV MOT1 C"}
+            world.do(world.session.jog, "x", 1)
+            world.do(world.session.jog, "y", 1)
+            world.do(world.session.jog, "z", 1)
+            world.hear()
+            with pytest.raises(Refused, match="COMMAND"):
+                world.run(world.session.check())  # of the first
+            world.run(world.session.check())
+        world.fake.damage = {b"VEL MOT1 5\n": b"VEL MOT1 5", b"VEL MOT2 5\n": b"VEL MOT2 x\n"}
+        with pytest.raises(Refused):  # with the STATE behind it
+            world.run(world.session.command(b"VEL MOT1 5\n"))
+        with pytest.raises(Refused, match="RANGE"):
+            world.run(world.session.command(b"VEL MOT2 5\n"))
+        world.run(world.session.command(b"VEL MOT3 5\n"))
+        assert world.fake.speeds == [200, 200, 5]
+
+    @pytest.mark.parametrize("damaged", [b"STATE", b"STAT\n"])
+    def test_a_state_that_is_lost_is_asked_for_again(self, world, damaged):
+        world.fake.damage = {b"STATE\n": damaged}
+        state = world.run(world.session.state())
+        assert state == (True, (False,) * 3, (200,) * 3, (False,) * 3, (0, 0, 0), 1000)
+        assert world.fake.written == [b"STATE\n", *4 * [b"\n"], b"STATE\n"]
+        world.fake.refuse = {b"VEL": b"! RANGE\n"}
+        with pytest.raises(Refused, match="RANGE"):  # not the answer to the empty line
+            world.run(world.session.command(b"VEL MOT1 100\n"))
+
+    def test_answers_that_are_late_are_not_those_of_later_lines(self, world):
+        operation = world.session.begin(world.session.command(b"VEL MOT1 100\n"), world.now)
+        world.session.take_outputs()
+        for _ in range(2):  # no answer; none to the STATE
+            world.now += ANSWER_TIMEOUT_S + 0.1
+            world.session.tick(world.now)
+        operation.cancel()
+        operation = world.session.begin(world.session.command(b"VEL MOT2 1\n"), world.now)
+        state = b"STATE 1 0 0 0 200 200 200 0 0 0 0 0 0 7\n"
+        world.session.take_outputs()
+        for late in (b"! RANGE\n" + state, 2 * b"! COMMAND\n" + state):
+            world.now += 0.3
+            world.session.receive(late, world.now)
+            assert not operation.done and world.session._unanswered.in_doubt
+        world.send()
+        world.tick(20)
+        assert operation.result() is None and world.fake.speeds[1] == 1
+
+    def test_the_answer_to_a_state_that_another_program_asked_for(self):
+        world = World()
+        world.fake.queue = [b"STATE\n"]  # it was ended then
+        world.run(world.session.connect())
+        world.run(world.session.command(b"VEL MOT2 1\n"))
+
+    def test_unanswered_lines_are_bounded(self, world):
+        world.fake.original = True
+        for _ in range(100):
+            world.do(world.session.stop, ["x"])
+        assert len(world.session._unanswered._lines) < 32
+        world.fake.original = False
+        world.run(world.session.command(b"VEL MOT3 5\n"))
+
+    def test_a_line_that_never_ends_is_not_kept(self, world):
+        for noise in (b"#", b"# POS 1", b"ok", b"STATE 1 ", b"\x00"):
+            world.hear(1000 * noise)
+        assert len(world.session._splitter._begun) <= 256
+        world.hear(b"\n")
+        world.run(world.session.command(b"VEL MOT3 5\n"))
+
+    def test_silence_ends_what_waits(self, world):
+        world.fake.original = True
+        begun = world.now
+        with pytest.raises(TimedOut, match="no machine answers at the port: is it on"):
+            world.run(world.session.command(b"VEL MOT1 100\n"))
+        assert world.now - begun < 2 + ANSWER_TIMEOUT_S + 2 * PERIOD
+
+    def test_a_machine_that_is_not_there_or_was_built_as_the_original(self):
         session = PositionerSession(name="/dev/tty", timeout=1.5)
         operation = session.begin(session.connect(), 7.0)
-        assert session.deadline == 8.5
-        session.tick(8.5)
-        with pytest.raises(TimedOut, match="no machine reports at /dev/tty: is it on"):
+        while not operation.done:
+            assert session.deadline <= 8.5
+            session.receive(b"# POS 0 0 0 :", session.deadline)
+        with pytest.raises(TimedOut, match="no machine answers at /dev/tty: is it on, and built "
+                                           "without --original.$"):
             operation.result()
         assert not session.connected
 
+    def test_a_machine_that_was_reset(self, world):
+        world.fake.steps = world.fake.target = [5, 0, 0]
+        world.tick()
+        world.fake.reset()
+        with pytest.raises(WasReset):
+            world.run(world.session.command(b"VEL MOT1 100\n"))
+        assert world.session.steps == (5, 0, 0)  # not that of a machine that has lost it
+        world.run(world.session.connect())
+        world.run(world.session.command(b"VEL MOT1 100\n"))
+
+    def test_it_answers_no_more_when_it_is_left(self, world):
+        world.do(world.session.release)
+        assert world.fake.written == [b"ACK 0\n"] and not world.fake.acknowledges
+
+
+class TestOperations:
     def test_a_lost_line_fails_what_waits_and_all_that_follows(self, world):
         operation = world.session.begin(world.session.command(b"VEL MOT1 100\n"), world.now)
         world.session.take_outputs()
         world.session.lose(LineLost("unplugged"))
         with pytest.raises(LineLost, match="unplugged"):
             operation.result()
-        for work in (world.session.check, world.session.place,
+        for work in (world.session.place,
                      lambda now: world.session.begin(world.session.connect(), now)):
             with pytest.raises(LineLost, match="unplugged"):
                 work(world.now)
@@ -152,34 +241,24 @@ class TestGoing:
             world.tick()
         assert progress.place.steps == (5000, -3000, 0) and world.session.target is None
 
-    def test_from_where_it_was_sent_it_goes_on_at_once(self, world):
-        world.run(world.session.move_to(7, Steps(1, 2, 3)))
-        while not world.run(world.session.progress()).arrived:
-            world.tick()
-        for to in ((50_000, None, None), (9, 9, 9), (None, 5, None)):  # also on the way
-            operation = world.session.begin(world.session.move_to(7, to), world.now)
-            assert [line[:4] for line, _ in world.session.take_outputs()] == [b"P 7 ", b"GOTO"]
-            world.tick()
-            operation.cancel()  # what it was sent is not known then
-            assert world.session.sent("x") is None
-            world.run(world.session.move_to(7, Steps(1, 2, 3)))
-
-    def test_from_elsewhere_the_place_is_known_before_it_goes(self, world):
-        world.run(world.session.move_to(7, Steps(1, 2, 3)))
-        world.session.stop(["y"], world.now)
-        world.send()
-        world.session.begin(world.session.move_to(7, Steps(5, 5, 5)), world.now)
-        assert [line[:4] for line, _ in world.session.take_outputs()] == [b"P 7 "]
-
     def test_a_refused_place_stops_all_until_they_stand(self, world):
         world.run(world.session.move_to(7, FAR))
         world.fake.written.clear()
         world.fake.damage = {b"P 7 5 0 0\n": b"P 7 x 0 0\n", STOP[1]: b"STOX MOT2\n"}
         with pytest.raises(Refused, match="ARGUMENT"):
             world.run(world.session.move_to(7, Steps(5, 0, 0)))
-        assert world.fake.written == [b"P 7 5 0 0\n", b"GOTO 7\n", *STOP, *STOP]
-        assert world.fake.resting
+        assert world.fake.orders == [b"P 7 5 0 0\n", *STOP] and world.fake.resting
         assert world.session.target is None
+
+    def test_an_order_to_stop_that_is_lost_is_repeated(self, world):
+        world.run(world.session.move_to(7, FAR))
+        world.fake.damage = {b"GOTO 7\n": b"GOTO 9\n"}
+        world.fake.deaf = 2 * [STOP[0]]
+        world.fake.written.clear()
+        with pytest.raises(Refused, match="EMPTY"):
+            world.run(world.session.go_to(7) if 7 in world.session._points else
+                      world.session.move_to(7, FAR))
+        assert world.fake.orders == [b"GOTO 7\n", *3 * STOP] and world.fake.resting
 
     def test_an_axis_that_does_not_hear_to_stop_is_stopped_by_a_break(self):
         world = World(can_break=True)
@@ -192,9 +271,9 @@ class TestGoing:
                 world.run(world.session.progress())
         assert world.fake.written.count(BREAK) == 1 and world.fake.resting
         world.tick(5)
-        world.session.check(world.now)  # the line that the break damaged is refused to no call
+        world.run(world.session.check())  # the line that the break damaged is refused to no call
 
-    def test_an_axis_that_stands_elsewhere_is_an_error_after_20_seconds(self, world):
+    def test_an_axis_that_stands_elsewhere_is_an_error_after_a_second(self, world):
         world.fake.damage = {b"P 7 1000 0 0\n": b"P 7 100 0 0\n"}
         world.run(world.session.move_to(7, Steps(1000, 0, 0)))
         begun = world.now
@@ -202,14 +281,21 @@ class TestGoing:
             while True:
                 world.tick()
                 world.run(world.session.progress())
-        assert world.now - begun == pytest.approx(STILL * PERIOD, abs=6 * PERIOD)
+        assert world.now - begun == pytest.approx(STILL * PERIOD, abs=8 * PERIOD)
+
+    def test_one_that_takes_up_backlash_is_on_its_way(self, world):
+        world.fake.backlash = 3 * STILL
+        world.run(world.session.move_to(7, Steps(1000, 0, 0)))
+        while not world.run(world.session.progress()).arrived:
+            world.tick()
+        assert world.fake.steps == [1000, 0, 0] and not world.fake.backlash
 
     def test_axes_ordered_since_do_not_depart(self, world):
         operation = world.session.begin(world.session.move_to(7, Steps(10**6, 5, 0)), world.now)
         world.send()
         world.do(world.session.stop, ["x"])
         world.tick(6)
-        assert operation.done and world.fake.written[-2:] == [b"GOTO 7\n", STOP[0]]
+        assert operation.done and world.fake.orders[-2:] == [b"GOTO 7\n", STOP[0]]
         assert world.session.target == (None, 5, 0)
         operation = world.session.begin(world.session.move_to(7, FAR), world.now)
         world.send()
@@ -222,10 +308,11 @@ class TestGoing:
 class TestLimits:
     def test_one_that_may_be_of_a_movement_before_ends_the_one_since(self, world):
         world.do(world.session.jog, "x", -1)
-        world.hear(b"! LIMIT MOT1\n")
+        world.fake.coming = b"! LIMIT MOT1\n" + world.fake.coming
+        world.hear()
         assert world.fake.written == [b"MOV MOT1 CC\n", STOP[0]] and world.fake.resting
         with pytest.raises(LimitReached, match="x"):
-            world.session.check(world.now)
+            world.run(world.session.check())
         assert world.session.limits == {"x"}
 
     def test_one_that_is_of_this_movement_needs_no_stop(self, world):
@@ -234,97 +321,188 @@ class TestLimits:
         world.hear(b"! LIMIT MOT1\n")
         assert world.fake.written == [b"MOV MOT1 CC\n"]
         with pytest.raises(LimitReached):
-            world.session.check(world.now)
-        world.session.check(world.now)  # once
+            world.run(world.session.check())
+        world.run(world.session.check())  # once
         world.do(world.session.jog, "x", 1)
         assert not world.session.limits
 
     def test_a_held_jog_goes_on_unless_it_is_blocked_again(self, attended):
         attended.do(attended.session.jog, "x", -1)
-        attended.hear(b"! LIMIT MOT1\n")
-        assert attended.fake.written == 2 * [b"MOV MOT1 CC\n"] and not attended.session.limits
+        attended.fake.coming = b"! LIMIT MOT1\n" + attended.fake.coming
+        attended.hear()
+        assert attended.fake.orders == 2 * [b"MOV MOT1 CC\n"] and not attended.session.limits
         attended.tick(2)
         attended.hear(b"! LIMIT MOT1\n")
         assert attended.messages[-1] == Limit("x") and attended.session.limits == {"x"}
-        assert attended.fake.written == 2 * [b"MOV MOT1 CC\n"]
+        assert attended.fake.orders == 2 * [b"MOV MOT1 CC\n"]
 
 
 class TestAttended:
+    def test_what_is_released_stands_by_the_machines_word(self, attended):
+        attended.do(attended.session.jog, "x", 1)
+        attended.tick(5)
+        assert not attended.session.at_rest and not attended.session.in_motion
+        attended.do(attended.session.stop, ["x"])
+        assert not attended.session.at_rest
+        attended.tick(2)
+        assert attended.session.at_rest and attended.fake.orders == [b"MOV MOT1 C\n", STOP[0]]
+        attended.fake.written.clear()
+        attended.tick(20)
+        assert not attended.fake.written  # nothing is asked without a reason
+
+    @pytest.mark.parametrize("lost", [
+        lambda fake: fake.deaf.append(STOP[0]),
+        lambda fake: fake.damage.update({STOP[0]: b"STOP MOT1"}),  # merges with STATE
+        lambda fake: fake.deaf.extend([STOP[0], b"STATE\n"])])
+    def test_an_order_to_stop_that_is_lost_is_repeated(self, attended, lost):
+        attended.do(attended.session.jog, "x", 1)
+        attended.tick(5)
+        lost(attended.fake)
+        attended.do(attended.session.stop, ["x"])
+        attended.tick(4)
+        assert attended.fake.resting
+        attended.tick(12)
+        assert attended.session.at_rest and not attended.session.halts
+
     def test_what_moves_without_an_order_is_stopped_and_then_broken(self, attended):
         attended.fake.target = [10**6, 0, 0]
         attended.fake.deaf = 2 * [STOP[0]]
-        attended.tick()
-        assert attended.fake.written == STOP[:1]
-        attended.tick()
-        assert attended.fake.written == [STOP[0], BREAK, STOP[0], *STOP, b"P 7 0 0 0\n"]
-        assert attended.session.halts == 1
+        attended.tick(2)
+        assert attended.fake.written == [b"STATE\n", STOP[0], b"STATE\n"]
+        assert not attended.session.at_rest
+        attended.tick(6)
+        assert attended.session.halts == 1 and attended.fake.written.count(BREAK) == 1
+        assert attended.fake.resting and attended.session.at_rest
 
     def test_no_break_while_another_axis_is_to_move(self, attended):
         attended.do(attended.session.jog, "y", 1)
         attended.fake.target[0] = 10**6
         attended.fake.deaf = 3 * [STOP[0]]
-        attended.tick(6)
-        assert attended.fake.written == [b"MOV MOT2 C\n", *4 * STOP[:1]]
+        attended.tick(8)
+        assert attended.fake.orders == [b"MOV MOT2 C\n", *4 * STOP[:1]]
+        assert attended.fake.target[1] == 10**6
 
     def test_a_session_that_is_not_attended_stops_nothing_by_itself(self, world):
         world.fake.target = [10**6, 0, 0]
         world.tick(5)
         assert not world.fake.written
 
-    def test_a_break_sends_again_what_it_may_have_damaged(self, attended):
-        attended.do(attended.session.set_speed, "y", 200)
-        attended.fake.written.clear()
+    def test_settings_are_sent_until_they_are_obeyed_the_last_of_each(self, attended):
+        attended.fake.deaf = [b"VEL MOT2 200\n"]
+        for speed in (200, 300, 400):
+            attended.do(attended.session.set_speed, "y", speed)
+        attended.do(attended.session.keep_point, 7, Steps(1, 2, 3))
+        attended.tick(12)
+        assert attended.fake.orders == 2 * [b"VEL MOT2 200\n"] + [
+            b"VEL MOT2 400\n", b"P 7 1 2 3\n"]
+
+    def test_one_that_is_refused_is_shown_and_given_up(self, attended):
+        attended.fake.refuse = {b"VEL": b"! RANGE\n"}
+        attended.do(attended.session.set_speed, "y", 1500)
+        attended.do(attended.session.keep_point, 7, Steps(1, 2, 3))
+        attended.tick(10)
+        assert attended.messages.count(Refusal("RANGE")) == 3
+        assert attended.fake.points["7"] == [1, 2, 3]
+
+    def test_a_break_loses_no_setting(self, attended):
+        attended.do(attended.session.jog, "x", 1)
+        attended.hear()
+        attended.fake.deaf = [b"VEL MOT2 150\n"]  # the break damages it
+        attended.do(attended.session.set_speed, "y", 150)
         attended.do(attended.session.halt)
-        assert attended.fake.written == [BREAK, STOP[0], *STOP, b"VEL MOT2 200\n", b"P 7 0 0 0\n"]
+        assert attended.fake.orders == [
+            b"MOV MOT1 C\n", b"VEL MOT2 150\n", BREAK, *STOP]
         attended.messages.clear()
-        attended.tick(2)
-        assert attended.messages == [Steps(0, 0, 0)]  # and no refusal
-        attended.now += BREAK_TIMEOUT_S
+        attended.tick(5)
+        assert attended.fake.speeds[1] == 150 and attended.session.at_rest
+        assert set(map(type, attended.messages)) == {Steps}  # and no refusal
         attended.hear(b"! DAMAGED\n")
         assert attended.messages[-1] == Refusal("DAMAGED")
 
-    def test_a_travel_ends_with_the_order_to_go_and_restores_its_point(self, attended):
+    def test_a_travel_departs_when_its_point_is_obeyed(self, attended):
+        begun = attended.now
         attended.do(attended.session.travel, 7, Steps(500, 0, 0))
-        assert attended.session.in_motion
-        attended.tick(2)
-        assert attended.fake.written == [b"P 7 500 0 0\n", b"GOTO 7\n", b"P 7 0 0 0\n"]
+        assert attended.session.in_motion and attended.fake.orders == [b"P 7 500 0 0\n"]
+        attended.hear()
+        assert attended.fake.orders == [b"P 7 500 0 0\n", b"GOTO 7\n"] and attended.now == begun
         attended.tick(5)
         assert not attended.session.in_motion and attended.session.in_position()
+        assert attended.session.at_rest
+
+    @pytest.mark.parametrize(("order", "lost"), [
+        (b"P 7 500 0 0\n", "deaf"), (b"GOTO 7\n", "deaf"), (b"P 7 500 0 0\n", "mute"),
+        (b"GOTO 7\n", "mute")])
+    def test_a_travel_goes_though_a_line_or_an_answer_is_lost(self, attended, order, lost):
+        setattr(attended.fake, lost, [order])
+        attended.do(attended.session.travel, 7, Steps(500, 0, 0))
+        attended.tick(15)
+        assert attended.fake.steps == [500, 0, 0] and attended.session.at_rest
+        assert attended.fake.orders.count(order) == 2 and not attended.session.halts
 
     def test_it_departs_to_what_the_point_was(self, attended):
         attended.do(attended.session.travel, 3, Steps(500, 0, 0))
         attended.do(attended.session.keep_point, 3, Steps(1, 1, 1))
-        attended.tick(2)
-        assert attended.fake.written == [b"P 3 500 0 0\n", b"GOTO 3\n", b"P 3 1 1 1\n"]
-        attended.do(attended.session.keep_point, 7, Steps(1, 1, 1))
-        assert attended.fake.written[3:] == []
+        attended.tick(6)
+        assert attended.fake.orders == [b"P 3 500 0 0\n", b"GOTO 3\n", b"P 3 1 1 1\n"]
+        assert attended.fake.steps == [500, 0, 0]
+
+    def test_an_edit_that_is_lost_does_not_come_between(self, attended):
+        attended.fake.deaf = [b"P 3 1 1 1\n"]
+        attended.do(attended.session.keep_point, 3, Steps(1, 1, 1))
+        attended.do(attended.session.keep_point, 3, Steps(500, 0, 0))
+        attended.do(attended.session.travel, 3, Steps(500, 0, 0))
+        attended.tick(15)
+        assert attended.fake.steps == [500, 0, 0]
+        assert attended.fake.orders == [b"P 3 1 1 1\n", b"P 3 500 0 0\n", b"GOTO 3\n",
+                                        b"P 3 500 0 0\n"]
 
     @pytest.mark.parametrize("between", [
         lambda it: it.do(it.session.jog, "z", 1), lambda it: it.do(it.session.stop, ["z"]),
         lambda it: it.do(it.session.halt), lambda it: it.do(it.session.call_origin),
-        lambda it: it.hear(b"! LIMIT MOT3\n"), lambda it: it.hear(b"! RANGE\n"),
         lambda it: it.do(it.session.travel, 1, HERE)])
     def test_what_comes_in_between_calls_it_off(self, attended, between):
         attended.do(attended.session.travel, 7, Steps(500, 0, 0))
         between(attended)
         attended.tick(5)
-        assert b"GOTO 7\n" not in attended.fake.written
-        assert attended.fake.points["7"] == [0, 0, 0]
+        assert b"GOTO 7\n" not in attended.fake.orders
+
+    @pytest.mark.parametrize("first", [b"! LIMIT MOT3\n", b"! RANGE\n"])
+    def test_what_is_heard_in_between_calls_it_off(self, attended, first):
+        attended.do(attended.session.travel, 7, Steps(500, 0, 0))
+        attended.fake.coming = first
+        attended.tick(5)
+        assert b"GOTO 7\n" not in attended.fake.orders and not attended.session.in_motion
+        assert attended.session.halts == (b"RANGE" in first)
 
     def test_silence_calls_it_off(self, attended):
-        attended.fake.connected = False
+        attended.fake.original = True
         attended.do(attended.session.travel, 7, Steps(500, 0, 0))
-        attended.tick(25)
-        attended.fake.connected = True
+        attended.tick(30)
+        assert not attended.session.in_motion
+        attended.fake.original = False
         attended.tick(5)
-        assert attended.fake.written == [b"P 7 500 0 0\n", b"P 7 0 0 0\n"]
+        assert b"GOTO 7\n" not in attended.fake.orders
 
-    def test_what_is_refused_on_the_way_stops_all(self, attended):
+    def test_a_refused_order_to_go_stops_all(self, attended):
         attended.do(attended.session.travel, 1, FAR)
         attended.tick(4)
-        attended.hear(b"! COMMAND\n")
-        assert attended.messages[-1] == Refusal("COMMAND") and attended.fake.resting
+        attended.fake.damage = {b"GOTO 2\n": b"GOTO 3\n"}
+        attended.do(attended.session.travel, 2, HERE)
+        attended.tick(4)
+        assert Refusal("EMPTY") in attended.messages and attended.fake.resting
         assert not attended.session.in_motion and attended.session.halts == 1
+
+    def test_an_axis_that_does_not_go_there_is_stopped(self, attended):
+        attended.fake.damage = {b"P 1 1000000 0 0\n": b"P 1 -1000000 0 0\n"}
+        attended.do(attended.session.travel, 1, FAR)
+        attended.tick(8)
+        assert attended.fake.resting and attended.fake.steps[0] < 0
+        x = attended.fake.steps[0]
+        attended.fake.damage = {b"P 2 %d 50 0\n" % x: b"P 2 %d 5 0\n" % x}
+        attended.do(attended.session.travel, 2, Steps(x, 50, 0))
+        attended.tick(STILL + 5)
+        assert attended.fake.steps == [x, 5, 0] and not attended.session.in_motion
+        assert attended.session.at_rest
 
     def test_reports_that_do_not_come(self, attended):
         assert not attended.session.stale(attended.now + STALE_AFTER)
@@ -332,31 +510,46 @@ class TestAttended:
 
 
 class TestRestoring:
+    """The fake is on for 1000 s."""
+
+    LEFT = Steps(5, -5, 7)
+
     def test_what_was_left_moving_is_stopped(self):
-        world = World(left=HERE, attended=True)
+        world = World(AttendedSession, left=HERE)
         world.fake.target = [10**6, 0, 0]
         world.fake.deaf = 2 * [STOP[0]]
-        assert world.run(world.session.restore(HERE)) is False
+        assert world.run(world.session.restore(HERE, 0)) == (False, 1000)
         assert world.fake.resting and world.session.steps == tuple(world.fake.steps)
 
-    def test_a_machine_that_was_reset_is_told_its_place(self):
-        world = World(left=Steps(5, -5, 7), attended=True)
+    def test_a_machine_that_was_reset_is_sent_its_place(self):
+        world = World(AttendedSession, left=self.LEFT, least=1001)
         assert world.session.connected and world.session.steps == (5, -5, 7)
         assert world.fake.steps == [5, -5, 7]
         assert not world.messages  # nothing before is to be acted on
+        assert world.session.at_rest
+
+    def test_one_that_has_moved_since_is_not(self):
+        world = World(AttendedSession, left=HERE)
+        world.fake.steps = world.fake.target = [0, 0, 5]
+        assert world.run(world.session.restore(self.LEFT, 1001)) == (True, 1000)
+        assert world.session.steps == (0, 0, 5) == tuple(world.fake.steps)
 
     def test_a_machine_that_stands_at_an_origin_of_its_own_is_believed(self):
-        world = World(left=HERE, attended=True)
-        world.do(world.session.keep_reset_marker)
-        assert world.run(world.session.restore(Steps(5, -5, 7))) is False
-        assert world.session.steps == (0, 0, 0)
-        assert not any(line.startswith(b"POS") for line in world.fake.written)
+        world = World(AttendedSession, left=self.LEFT, least=1000)
+        assert world.session.steps == (0, 0, 0) == tuple(world.fake.steps)
 
-    def test_it_is_left_still_and_without_power(self, attended):
+    def test_a_place_that_is_lost_on_the_line_is_sent_again(self):
+        world = World(AttendedSession, left=HERE)
+        world.fake.deaf = [b"POS 5 -5 7\n"]
+        assert world.run(world.session.restore(self.LEFT, 1001)) == (True, 1000)
+        assert world.fake.steps == [5, -5, 7] == list(world.session.steps or ())
+
+    def test_it_is_left_still_without_power_and_silent(self, attended):
         attended.do(attended.session.jog, "x", 1)
         attended.tick(3)
         attended.run(attended.session.bring_to_rest())
         attended.do(attended.session.leave)
         assert not attended.fake.connected and attended.fake.resting
+        assert not attended.fake.acknowledges
         assert attended.session.steps == tuple(attended.fake.steps)
         assert not attended.session.connected

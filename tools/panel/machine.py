@@ -11,21 +11,21 @@ from fresa_host.session import Waiting
 
 from .line import Line
 from .settings import Settings
-from .stage import AXES, SETTLED, STEPS_PER_UM, Message, Place, StageSession, Steps
+from .stage import AXES, STEPS_PER_UM, Message, Place, StageSession, Steps
 
 __all__ = ["Machine"]
 
 T = TypeVar("T")
 
-#: Seconds within which a machine must report.
-REPORT_TIMEOUT_S = 2.0
+#: Seconds within which a machine must answer.
+ANSWER_TIMEOUT_S = 2.0
 
 
 class Machine:
     """A stage on a serial line, which may be plugged and unplugged.
 
-    All methods but the asynchronous ones return at once. The safety rules are in its session: see
-    `StageSession`, with its option `attended`.
+    All methods but the asynchronous ones return at once. The safety rules are in its session, a
+    `StageSession`.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Machine:
     steps : Steps or None
         The last reported position since it was connected.
     at_rest : bool
-        Whether it is known to stand there.
+        Whether it has said that it stands there, and was not ordered to move since.
     """
 
     def __init__(self, opened: Callable[[str], Port], on_message: Callable[[Message], None],
@@ -58,8 +58,6 @@ class Machine:
         self._closing: asyncio.Task[None] | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._changed = asyncio.Event()
-        self._jogged: set[str] = set()
-        self._still = 0  # reports of the same position since the last order to move
         self.connected = self.at_rest = False
         self.steps: Steps | None = None
 
@@ -83,10 +81,11 @@ class Machine:
         """Whether it does not report although it should."""
         return self.connected and self._session.stale(self._loop.time())
 
-    async def connect(self, port: str, settings: Settings, left: Steps) -> bool:
+    async def connect(self, port: str, settings: Settings, left: Steps | None,
+                      least: float) -> tuple[bool, int]:
         """Connect, stop all movement, and send the machine its speeds, points and position.
 
-        Its position only if it was reset; see `StageSession.restore`.
+        Its position only if it was reset and has not moved since; see `StageSession.restore`.
 
         Parameters
         ----------
@@ -94,41 +93,40 @@ class Machine:
             Name of the port.
         settings : Settings
             Its speeds and points.
-        left : Steps
-            Where it stood; `ZERO` if that is not known, so that no position is sent.
+        left : Steps or None
+            Where it stood; None if that is not known, so that no position is sent.
+        least : float
+            Seconds that it has been on at least, if it was not reset.
 
         Returns
         -------
-        bool
-            Whether its position was sent.
+        bool, int
+            Whether it was reset, and the seconds that it has been on.
 
         Raises
         ------
         LineLost
             If the port cannot be opened, or is lost.
         TimedOut
-            If no machine reports, or it does not stop, or the line is too disturbed.
+            If no machine answers, or it does not stop, or the line is too disturbed.
         """
         await self.disconnect()
         opened = await asyncio.to_thread(self._opened, port)
         session = self._session = StageSession(
-            name=port, baud=opened.baud, can_break=opened.can_break, timeout=REPORT_TIMEOUT_S,
-            attended=True)
+            name=port, baud=opened.baud, can_break=opened.can_break, timeout=ANSWER_TIMEOUT_S)
         self._line, self.steps = Line(opened, self._receive, self._lose), None
         self.at_rest = False
-        try:
-            forgot = await self._run(session.restore(left))
-        except BaseException:
-            await self._release()
-            raise
-        self.connected, self.steps, self.at_rest = True, session.steps, True
-        self._jogged.clear()
         for axis, speed in zip(AXES, settings.speeds, strict=True):
             self.set_speed(axis, speed)
         for number, point in enumerate(settings.points, start=1):
             self.store(number, point)
-        self._do(session.keep_reset_marker)
-        return forgot
+        try:
+            reset, seconds = await self._run(session.restore(left, least))
+        except BaseException:
+            await self._release()
+            raise
+        self.connected, self.steps, self.at_rest = True, session.steps, True
+        return reset, seconds
 
     async def disconnect(self) -> None:
         """Stop, read the final position, and disconnect. Does nothing if it is not connected."""
@@ -167,16 +165,12 @@ class Machine:
     def jog(self, axis: str, direction: int) -> None:
         """Jog an axis up (1) or down (-1), or stop it (0). A movement to a point ends."""
         if direction:
-            self._end_rest()
-            self._jogged.add(axis)
             self._do(self._session.jog, axis, direction)
         else:
-            self._jogged.discard(axis)
             self._do(self._session.stop, [axis])
 
     def stop(self) -> None:
         """Stop all movement, whatever is in the line."""
-        self._jogged.clear()
         self._do(self._session.halt)
 
     def set_speed(self, axis: str, um_per_second: float) -> None:
@@ -191,15 +185,8 @@ class Machine:
     def go(self, number: int, point: Sequence[float | None]) -> Steps | None:
         """Move to a point, if all its fields are filled; return its steps then."""
         if (steps := _steps(point)) is not None:
-            self._end_rest()
             self._do(self._session.travel, number, steps)
         return steps
-
-    def _end_rest(self) -> None:
-        self._still = 0
-        if self.at_rest:
-            self.at_rest = False
-            self._on_motion()
 
     def origin(self) -> None:
         """Make this position the origin, (0, 0, 0)."""
@@ -212,6 +199,10 @@ class Machine:
 
     def _send(self) -> None:
         """Send the session's output, wake waiting tasks, and set a timer for its deadline."""
+        if self.connected:
+            rested, self.at_rest = self.at_rest, self._session.at_rest
+            if rested and not self.at_rest:
+                self._on_motion()
         for output in self._session.take_outputs():
             if self._line is not None:
                 self._line.send(output)
@@ -232,20 +223,8 @@ class Machine:
         for message in messages:
             if self.connected:
                 if isinstance(message, Steps):
-                    self._compare(message)
+                    self.steps = message
                 self._on_message(message)
-
-    def _compare(self, steps: Steps) -> None:
-        """Take a reported position: it rests when several are the same and nothing is ordered."""
-        self._still = self._still + 1 if steps == self.steps else 0
-        self.steps = steps
-        ordered = self.in_motion or not self._jogged <= self.limits
-        if ordered or not self._still:
-            if self.at_rest:  # moved by others
-                self.at_rest = False
-                self._on_motion()
-        elif self._still >= SETTLED:
-            self.at_rest = True
 
     def _lose(self, error: LineLost) -> None:
         self._session.lose(error)

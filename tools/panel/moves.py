@@ -2,14 +2,14 @@
 
 import asyncio
 import enum
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable
 from typing import NamedTuple
 
 from ..console import UserError
 from .jogging import NOWHERE, Jogging
 from .machine import Machine
 from .settings import Point
-from .stage import AXES, Limit, Message, Refusal, Steps
+from .stage import AXES, Limit, Message, Steps
 
 __all__ = ["Ended", "Mode", "Moves"]
 
@@ -34,7 +34,7 @@ class Ended(NamedTuple):
 
 
 class Moves:
-    """Movements of a machine, their speeds, and their ends.
+    """Movements of a machine, and their ends.
 
     Parameters
     ----------
@@ -56,7 +56,6 @@ class Moves:
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         self._loop = asyncio.get_running_loop()
-        self._sent_speeds: tuple[int, ...] = ()
         self.controller: Hashable = None
         self.lost = False
         self.forget()
@@ -70,7 +69,7 @@ class Moves:
 
     @property
     def mode(self) -> Mode:
-        """What the machine does. It stands only once reports say so."""
+        """What the machine does. It stands only once it says so."""
         machine = self._machine
         if not machine.connected:
             return Mode.LOST if self.lost else Mode.OFF
@@ -141,7 +140,7 @@ class Moves:
         self.directions, self._jogging = NOWHERE, Jogging()
         self._halts = self._machine.halts
 
-    # Movements to points, and speeds
+    # Movements to points
 
     def go(self, page: Hashable, number: int, point: Point) -> None:
         """Let a page move the machine to a point. What pages hold is released.
@@ -158,25 +157,12 @@ class Moves:
         self.goal, self._goal_steps = number, self._machine.go(number, point)
         self.controller, self._stopped = page, False
 
-    def record_speeds(self, speeds: Sequence[int]) -> None:
-        """Record the speeds that were sent on connection."""
-        self._sent_speeds = tuple(speeds)
-
-    def send_speeds(self, speeds: Sequence[int]) -> None:
-        """Send changed speeds, at a low rate: the line is slow, and a slider changes often."""
-        if not self._machine.connected:
-            return
-        for axis, sent, speed in zip(AXES, self._sent_speeds, speeds, strict=True):
-            if speed != sent:
-                self._machine.set_speed(axis, speed)
-        self._sent_speeds = tuple(speeds)
-
     def receive(self, message: Message) -> Ended | None:
         """Process a message; return a movement to a point that has ended by itself."""
         if self._machine.halts != self._halts:
             self._release()
             self._stopped = True
-        if isinstance(message, Limit | Refusal):
+        if isinstance(message, Limit):
             self.clear_goal()
         elif self.goal is not None and not self._machine.in_motion:
             ended = Ended(self.goal, message == self._goal_steps)

@@ -1,6 +1,7 @@
 """The backend of the panel's page: requests of pages, and the state that they show."""
 
 import asyncio
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -26,20 +27,20 @@ from .orders import (
 from .ports import Ports
 from .settings import TRAVEL
 from .simulated import Simulated
-from .stage import ZERO, Message, Place
+from .stage import AXES, Message, Place
 from .store import Store
 
 __all__ = ["Panel"]
 
-#: Seconds between checks of holds, speeds and reports.
+#: Seconds between checks of holds and reports.
 POLL_S = 0.1
 
 #: Least seconds from one write of the settings to the next.
 SAVE_INTERVAL_S = 0.5
 
 
-UNKNOWN = ("It is not known where the machine is: it moved when a panel ended, and was probably "
-           "reset. Move it to a known place and make that the origin.")
+UNKNOWN = ("It is not known where the machine is: it was reset, and has moved since its position "
+           "was saved. Move it to a known place and make that the origin.")
 
 
 class PanelView:
@@ -139,8 +140,10 @@ class Panel:
             case "origin":
                 self._origin()
             case "speed":
-                # `_poll` sends it.
-                self.settings = self.settings.with_speed(read_axis(message), read_speed(message))
+                axis, speed = read_axis(message), read_speed(message)
+                self.settings = self.settings.with_speed(axis, speed)
+                if self._machine.connected:
+                    self._machine.set_speed(AXES[axis], speed)
             case "point":
                 number, point = read_number(message), read_point(message)
                 self.settings = self.settings.with_point(number, point)
@@ -163,17 +166,18 @@ class Panel:
     async def _connect(self, port: str) -> None:
         self._forget()
         settings = self.settings
-        sure = settings.known and not self._store.moving
-        forgot = await self._machine.connect(port, settings, settings.steps if sure else ZERO)
-        self._moves.record_speeds(settings.speeds)
+        left = settings.steps if settings.known and not self._store.moving else None
+        reset, seconds = await self._machine.connect(port, settings, left,
+                                                     settings.least_seconds(time.time()))
         self._moves.lost = False
-        # Its own count goes on while it has power; after a reset it is zero.
-        reset = self._store.moving and self._machine.steps == ZERO
-        self.settings = replace(self.settings, port=port, known=settings.known and not reset)
+        # Its own count goes on while it has power.
+        known = settings.known and (not reset or self._machine.steps == left)
+        self.settings = replace(self.settings, port=port, known=known,
+                                on_since=time.time() - seconds)
         self._update_place()
-        if not self.settings.known:
+        if not known:
             self._broadcast.notify(UNKNOWN, bad=True)
-        elif forgot:
+        elif reset:
             self._broadcast.notify("The machine was reset: its position has been restored.",
                                    during=Mode.IDLE)
         else:
@@ -187,7 +191,6 @@ class Panel:
     def _jog(self, view: View, directions: tuple[int, ...]) -> None:
         if any(directions):
             self._require_connection()
-            self._moves.send_speeds(self.settings.speeds)
             self._broadcast.notify("")
         self._moves.hold(view, directions)
 
@@ -209,7 +212,6 @@ class Panel:
 
     def _travel(self, view: View, number: int) -> None:
         self._require_connection()
-        self._moves.send_speeds(self.settings.speeds)
         self._moves.go(view, number, self.settings.points[number - 1])
         self._broadcast.notify(f"To point {number}.", during=Mode.GOING)
 
@@ -253,7 +255,6 @@ class Panel:
         while True:
             await asyncio.sleep(POLL_S)
             self._moves.follow()
-            self._moves.send_speeds(self.settings.speeds)
             self._publish()
 
     async def _save_changes(self) -> None:

@@ -1,6 +1,7 @@
 """The settings that the panel saves in a file of the user's."""
 
 import json
+import math
 import os
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -24,6 +25,10 @@ TRAVEL = 14_000
 #: Most bytes of a settings file.
 LARGEST = 1 << 16
 
+#: Share by which the clocks of machine and computer may differ, and seconds that are lost besides:
+#: it counts whole ones.
+CLOCK_TOLERANCE, SECONDS_TOLERANCE = 0.001, 2.0
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -38,6 +43,9 @@ class Settings:
     known : bool
         Whether that counts from the origin. If the machine was reset when it may have moved, only
         distances are known.
+    on_since : float or None
+        When the machine was switched on or reset, in seconds of the epoch. None if none was
+        connected yet.
     speeds : tuple of int
         Speed of each axis, in um/s.
     points : tuple of Point
@@ -49,6 +57,13 @@ class Settings:
     speeds: tuple[int, ...] = (START_SPEED,) * len(AXES)
     points: tuple[Point, ...] = field(default=((None, None, None),) * len(POINTS))
     known: bool = True
+    on_since: float | None = None
+
+    def least_seconds(self, now: float) -> float:
+        """Return for how many seconds the machine must be on now, if it was not reset."""
+        if self.on_since is None:
+            return -math.inf
+        return (now - self.on_since) * (1 - CLOCK_TOLERANCE) - SECONDS_TOLERANCE
 
     def with_speed(self, axis: int, speed: int) -> "Settings":
         """Return a copy with another speed of an axis."""
@@ -78,6 +93,7 @@ def load(path: Path) -> Settings:
     try:
         with path.open("rb") as file:
             data = file.read(LARGEST + 1)
+            written = os.fstat(file.fileno()).st_mtime
     except FileNotFoundError:
         return Settings()
     except OSError as error:
@@ -85,7 +101,7 @@ def load(path: Path) -> Settings:
     try:
         if len(data) > LARGEST:
             raise ValueError
-        return _read(json.loads(data))
+        return _read(json.loads(data), written)
     except (ValueError, TypeError, KeyError, RecursionError):
         aside = path.with_name(path.name + ".damaged")
         try:
@@ -111,8 +127,11 @@ def save(path: Path, settings: Settings) -> None:
     write_atomically(path, (json.dumps(asdict(settings), indent=1) + "\n").encode())
 
 
-def _read(data: dict) -> Settings:
+def _read(data: dict, written: float) -> Settings:
     """Validate all fields: they are sent to the machine.
+
+    In older files some are missing. A machine that was switched on after such a file was written
+    does not count its position as saved, so that time stands for `on_since`.
 
     Raises
     ------
@@ -130,7 +149,15 @@ def _read(data: dict) -> Settings:
         port, Steps(*(whole(data["steps"][axis], -2**31, 2**31 - 1) for axis in axes)),
         tuple(whole(data["speeds"][axis], SLOWEST, FASTEST) for axis in axes),
         tuple((um(x), um(y), um(z)) for x, y, z in points),
-        bool(data.get("known", True)))  # older files have none
+        bool(data.get("known", True)), _time(data.get("on_since", written)))
+
+
+def _time(value: object) -> float | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 1e12:
+        raise ValueError
+    return float(value)
 
 
 def whole(value: object, least: int, most: int) -> int:

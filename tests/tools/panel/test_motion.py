@@ -26,13 +26,15 @@ def test_a_point_that_is_refused_is_not_gone_to(fake, path, damaged):
         await site.connect()
         go(site, 1, 200)
         await site.until(lambda: "At point 1" in site.told("state")["note"])
-        begun = len(fake.written)
+        site.do("point", number=7, place=[-300, 0, 0])
+        await settle(site)
+        begun = len(fake.orders)
         fake.damage = {b"P 7 -17028 0 0\n": damaged}
-        go(site, 7, -300)
+        site.do("go", number=7)
         await site.until(lambda: "refused" in site.told("state")["note"])
         assert site.told("state")["goal"] is None and site.told("state")["bad"]
         await settle(site)
-        assert fake.written[begun:] == [b"P 7 -17028 0 0\n", *STOP, b"P 7 0 0 0\n"]
+        assert fake.orders[begun:] == [b"P 7 -17028 0 0\n", *STOP]
         assert fake.steps == [11352, 0, 0] and fake.resting
         fake.target = [10**6, 0, 0]  # nobody sent it there
         await site.until(lambda: fake.resting)
@@ -40,12 +42,18 @@ def test_a_point_that_is_refused_is_not_gone_to(fake, path, damaged):
     session(path, what)
 
 
-def test_what_is_refused_on_the_way_ends_it(fake, path):
+def test_an_order_to_go_that_is_refused_ends_the_way_before(fake, path):
     async def what(site):
         await site.connect()
         go(site, 1, 10_000)
         await site.until(lambda: not fake.resting)
-        fake.say(b"! COMMAND\n")
+        site.do("speed", axis=2, speed=9)
+        fake.refuse = {b"VEL": b"! RANGE\n"}
+        await site.until(lambda: "RANGE" in site.told("state")["note"])
+        assert site.told("state")["goal"] == 1 and not fake.resting  # which is another line
+        fake.damage = {b"GOTO 2\n": b"GOTO 9\n"}
+        go(site, 2, 10)
+        await site.until(lambda: "EMPTY" in site.told("state")["note"])
         await site.until(lambda: fake.resting)
         assert site.told("state")["goal"] is None and fake.steps[0] < 567_000
 
@@ -57,6 +65,7 @@ def test_going_elsewhere_is_ended_and_told(fake, path, monkeypatch):
         await site.connect()
         for number, y in [(1, 10_000), (2, 10)]:
             site.do("point", number=number, place=[0, y, 0])
+        await settle(site)
         fake.damage = {b"P 1 0 567610 0\n": b"P 1 0 -99967610 0\n",
                        b"P 2 0 568 0\n": b"P 2 0 1568 0\n"}
         site.do("go", number=1)
@@ -81,7 +90,7 @@ def test_what_comes_before_it_departs_calls_it_off(fake, path, between):
         go(site, 7, 100)
         between(site)
         await settle(site)
-        assert b"GOTO 7\n" not in fake.written and fake.points["7"] == [0, 0, 0]
+        assert b"GOTO 7\n" not in fake.written
 
     session(path, what)
 
@@ -98,14 +107,14 @@ def test_it_departs_to_what_the_point_was(fake, path):
 
 
 def test_a_machine_that_falls_silent_does_not_depart_later(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "REPORT_TIMEOUT_S", 0.5)
+    monkeypatch.setattr(machine, "ANSWER_TIMEOUT_S", 0.5)
 
     async def what(site):
         await site.connect()
-        fake.connected = False
+        fake.original = True
         go(site, 1, 100)
-        await asyncio.sleep(0.7)
-        fake.connected = True
+        await asyncio.sleep(1.2)
+        fake.original = False
         await site.until(lambda: "did not reach point 1" in site.told("state")["note"])
         await settle(site)
         assert fake.steps == [0, 0, 0] and b"GOTO 1\n" not in fake.written
@@ -144,7 +153,7 @@ def test_a_limit_that_was_on_its_way_does_not_end_the_way_back(fake, path):
         site.do("jog", directions=[-1, 0, 0])
         await settle(site)
         assert site.told("state")["limits"] == [] and fake.target[0] == -10**6
-        assert fake.written[-2:] == [b"MOV MOT1 CC\n"] * 2
+        assert fake.orders[-2:] == [b"MOV MOT1 CC\n"] * 2
         fake.blocked = [b"MOV MOT1 CC\n"]
         fake.say(b"! LIMIT MOT1\n")  # by now it is of this way
         await site.until(lambda: site.told("state")["limits"] == ["x"])

@@ -1,6 +1,8 @@
 """The panel between pages and a machine: what is sent, what is told, what is kept."""
 
 import asyncio
+import json
+import os
 import time
 
 import pytest
@@ -19,27 +21,28 @@ def test_connecting_tells_the_machine_what_was_kept(fake, path):
     async def what(site):
         assert not site.told("state")["connected"]
         await site.connect()
-        assert fake.written == [
-            b"CONNECT\n", *STOP, b"CONNECT\n", *STOP, b"VEL MOT1 57\n", b"VEL MOT2 114\n",
-            b"VEL MOT3 1476\n", b"P 2 57 57 57\n", b"P 7 0 0 0\n"]
+        assert fake.orders == [*STOP, b"VEL MOT1 57\n", b"VEL MOT2 114\n", b"VEL MOT3 1476\n",
+                               b"P 2 57 57 57\n", b"CONNECT\n"]
         assert site.told("state")["note"].startswith("Connected")
         site.do("disconnect")
         await site.until(lambda: not site.told("state")["connected"])
 
     session(path, what)
-    assert fake.written[-4:] == [*STOP, b"DISCONNECT\n"]
+    assert fake.written[-5:] == [*STOP, b"DISCONNECT\n", b"ACK 0\n"]
     assert fake.closed and load(path).port == PORT
 
 
-def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch):
-    save(path, Settings("", Steps(500, -500, 7)))
-
-    def obey(line: bytes) -> bytes:
-        late = b"# POS 0 0 0 :\n" * 2 if line.startswith(b"POS") else b""  # was on its way already
-        return late + fake.obey(line)
+@pytest.mark.parametrize("older", [False, True])
+def test_a_machine_that_was_off_is_told_where_it_is(fake, path, monkeypatch, older):
+    save(path, Settings("", Steps(500, -500, 7), on_since=time.time() - 3600))
+    if older:  # it was on when the file was written
+        settings = json.loads(path.read_text())
+        del settings["on_since"], settings["known"]
+        path.write_text(json.dumps(settings))
+        os.utime(path, (0, time.time() - 60))
+    fake.seconds = 50
 
     async def what(site):
-        fake.answer = obey
         publish, places = site.panel.pages.publish, []
         monkeypatch.setattr(site.panel.pages, "publish", lambda about, fields: (
             publish(about, fields), places.append(fields["steps"]) if about == "place" else None))
@@ -134,7 +137,7 @@ def test_a_machine_that_stayed_on_after_a_kill_knows_where_it_is(fake, path):
 
 
 def test_a_machine_that_was_on_knows_better(fake, path):
-    save(path, Settings("", Steps(500, -500, 7)))
+    save(path, Settings("", Steps(500, -500, 7), on_since=time.time() - 1000))
     fake.steps = fake.target = [1, 2, 3]
 
     async def what(site):
@@ -156,9 +159,9 @@ def test_points_are_stored_and_gone_to(fake, path):
             site.do("go", number=1)
         site.do("point", number=1, place=[100, 50, 0])
         site.do("go", number=1)
-        assert fake.written[-1] == b"P 1 5676 2838 0\n"  # and if that is refused, no more
+        assert b"GOTO 1\n" not in fake.written
         assert site.told("state")["goal"] == 1
-        await site.until(lambda: fake.written[-1] == b"GOTO 1\n")
+        await site.until(lambda: b"GOTO 1\n" in fake.orders)
         await site.until(lambda: site.told("state")["goal"] is None)
         await site.until(lambda: site.told("state")["note"] == "At point 1.")
         assert site.told("place")["steps"] == [5676, 2838, 0]
@@ -167,9 +170,9 @@ def test_points_are_stored_and_gone_to(fake, path):
         fake.steps = fake.target = [57, 0, -57]
         await site.until(lambda: site.told("place")["steps"] == [57, 0, -57])
         site.do("here", number=6)
-        assert fake.written[-1] == b"P 6 57 0 -57\n"
+        await site.until(lambda: fake.orders[-1] == b"P 6 57 0 -57\n")
         site.do("speed", axis=1, speed=20)
-        await site.until(lambda: fake.written[-1] == b"VEL MOT2 1135\n")
+        await site.until(lambda: fake.orders[-1] == b"VEL MOT2 1135\n")
 
     session(path, what)
     settings = load(path)
@@ -178,66 +181,60 @@ def test_points_are_stored_and_gone_to(fake, path):
 
 
 def test_a_machine_that_stands_at_its_origin_is_believed(fake, path):
-    """Somebody may have made that the origin with another program since."""
+    """Another program may have made that the origin since: it was not reset."""
     async def what(site):
         await site.connect()
-        site.do("go", number=site.do("point", number=2, place=[20, 0, 0]) or 2)
+        site.do("go", number=site.do("point", number=7, place=[20, 0, 0]) or 7)
         await site.until(lambda: site.told("place")["steps"] == [1135, 0, 0])
-        site.do("go", number=site.do("point", number=7, place=[40, 0, 0]) or 7)
-        await site.until(lambda: site.told("place")["steps"] == [2270, 0, 0])
 
     session(path, what)
-    assert load(path).steps == (2270, 0, 0)
-    assert fake.points["7"] == [0, 0, 0]  # asking for it will move nothing
+    assert load(path).steps == (1135, 0, 0)
+    assert fake.points["7"] == [1135, 0, 0]  # as the page has it
     fake.steps = fake.target = [0, 0, 0]
-    fake.written.clear()
 
     async def again(site):
         await site.connect()
-        await asyncio.sleep(0.05)
         assert site.told("place")["steps"] == [0, 0, 0] == fake.steps
-        assert b"GOTO 7\n" in fake.written and site.told("state")["note"].startswith("Connected")
+        assert site.told("state")["note"].startswith("Connected") and site.told("place")["known"]
 
     session(path, again)
     assert not any(line.startswith(b"POS") for line in fake.written)
 
 
-def test_asking_whether_it_was_reset_moves_a_step_at_most(fake, path):
-    """Another program has put the point elsewhere; what moves is stopped in the same breath."""
-    save(path, Settings("", Steps(5, 5, 5)))
-    fake.points["7"] = [10**6, 0, 0]
+def test_a_machine_that_is_reset_while_it_is_connected(fake, path):
+    fake.steps = fake.target = [5, 5, 5]
 
     async def what(site):
         await site.connect()
-        assert fake.resting
+        await site.until(lambda: load(path).steps == (5, 5, 5))
+        fake.reset(seconds=0)
+        await site.until(lambda: site.told("state")["mode"] == "Lost")
+        site.do("jog", directions=[1, 0, 0])
+        await asyncio.sleep(0.1)
+        site.do("disconnect")
+        await site.until(lambda: not site.told("state")["doing"])
+        assert site.told("place")["steps"] == [5, 5, 5]  # and not what it counts now
+        await site.connect()
+        assert "was reset" in site.told("state")["note"] and fake.steps == [5, 5, 5]
 
     session(path, what)
-    asked = fake.written.index(b"GOTO 7\n")
-    assert fake.written[asked - 3:asked + 4] == [
-        b"VEL MOT1 1\n", b"VEL MOT2 1\n", b"VEL MOT3 1\n", b"GOTO 7\n", *STOP]
 
 
-@pytest.mark.parametrize("wrong", [b"", b"! COMMAND\n", b"! RANGE\n", b"! DAMAGED\n"])
-def test_a_question_that_was_disturbed_is_asked_again(fake, path, wrong):
-    save(path, Settings("", Steps(5, 5, 5)))
-    damaged = [b"GOTO 7\n"] if wrong else [b"VEL MOT1 0\n", b"GOTO 7\n"]
-
-    def obey(line: bytes) -> bytes:
-        if line in damaged:
-            damaged.remove(line)
-            return wrong
-        return fake.obey(line)
+def test_a_machine_that_was_reset_and_moved_since_does_not_know_where_it_is(fake, path):
+    save(path, Settings("", Steps(5, 5, 5), on_since=time.time() - 1100))
+    fake.steps = fake.target = [0, 7, 0]
 
     async def what(site):
-        fake.answer = obey
         await site.connect()
-        assert site.told("place")["steps"] == [5, 5, 5] == fake.steps and not damaged
+        assert not site.told("place")["known"] and "not known where" in site.told("state")["note"]
+        assert site.told("place")["steps"] == [0, 7, 0] == fake.steps
 
     session(path, what)
+    assert load(path).on_since == pytest.approx(time.time() - 1000, abs=30)
 
 
 def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
-    save(path, Settings("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5), on_since=0.0))
     fake.deaf = [b"POS 5 5 5\n"]
 
     async def what(site):
@@ -248,14 +245,14 @@ def test_a_place_that_was_lost_on_the_line_is_told_again(fake, path):
 
 
 def test_a_place_that_was_told_does_not_freeze(fake, path):
-    save(path, Settings("", Steps(5, 5, 5)))
+    save(path, Settings("", Steps(5, 5, 5), on_since=0.0))
 
     async def what(site):
         await site.connect()
         site.do("jog", directions=[1, 0, 0])
         begun = time.monotonic()
         await site.until(lambda: site.told("place")["steps"][0] > 2000)
-        assert time.monotonic() < begun + machine.REPORT_TIMEOUT_S / 2
+        assert time.monotonic() < begun + machine.ANSWER_TIMEOUT_S / 2
 
     session(path, what)
 
@@ -327,22 +324,23 @@ def test_silence_and_a_lost_line_are_told(fake, path, soon_stale):
 
 
 def test_a_port_without_a_machine(fake, path, monkeypatch):
-    monkeypatch.setattr(machine, "REPORT_TIMEOUT_S", 0.05)
-    fake.refuse = {b"CONNECT": b""}
+    monkeypatch.setattr(machine, "ANSWER_TIMEOUT_S", 0.05)
+    fake.original = True
 
     async def what(site):
         site.do("connect", port=PORT)
         with pytest.raises(UserError, match="connecting: wait a moment"):
             site.do("connect", port=PORT)
         await site.until(lambda: site.told("state")["note"])
-        assert site.told("state")["note"] == f"no machine reports at {PORT}: is it on?"
+        assert site.told("state")["note"] == (
+            f"no machine answers at {PORT}: is it on, and built without --original?")
         assert site.told("state")["bad"] and not site.told("state")["connected"] and fake.closed
 
     session(path, what)
 
 
 def test_ending_while_it_connects(fake, path):
-    fake.refuse = {b"CONNECT": b""}
+    fake.original = True
 
     async def what(site):
         site.do("connect", port=PORT)

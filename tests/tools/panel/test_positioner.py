@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,12 +17,20 @@ from tb.engines import ENGINES
 from tests.tools.process import PATIENCE
 from tools.console import UserError
 from tools.panel import Panel
-from tools.panel.settings import load
+from tools.panel.settings import load, save
 from tools.panel.simulated import Simulated
 from tools.serve import Service, Switches, build, servable
 from tools.serve.machines import BAUD
 
 pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
+
+
+@pytest.fixture(autouse=True)
+def slow(monkeypatch) -> None:
+    """Let the simulation be slower than the machine, where there is much else to compute."""
+    monkeypatch.setattr("fresa_host.positioner_session.ANSWER_TIMEOUT_S", 20)
+    monkeypatch.setattr("tools.panel.machine.ANSWER_TIMEOUT_S", PATIENCE)
+    monkeypatch.setattr("tools.panel.settings.CLOCK_TOLERANCE", 0.95)
 
 
 @asynccontextmanager
@@ -148,6 +157,8 @@ def test_a_reset_is_told_from_an_origin(tmp_path, libraries):
                 assert panel._machine.steps == (0, 0, 0)  # and to ask has moved nothing
                 do("go", number=7)
                 await until(lambda: panel._broadcast.note == "At point 7.")
+        settings = load(path)
+        save(path, replace(settings, on_since=(settings.on_since or 0) - 86_400))
         async with switched_on() as port, connected(path, port) as (do, panel):
             assert "reset" in panel._broadcast.note
             assert panel._machine.steps == (170, -114, 57)

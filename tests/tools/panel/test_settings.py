@@ -37,7 +37,7 @@ def test_what_was_written_is_read(tmp_path):
 def test_all_of_it_comes_back(settings):
     from dataclasses import asdict
 
-    assert _read(json.loads(json.dumps(asdict(settings)))) == settings
+    assert _read(json.loads(json.dumps(asdict(settings))), 0.0) == settings
 
 
 def test_a_new_beginning(tmp_path):
@@ -70,7 +70,7 @@ def test_what_is_no_file_of_ours_is_put_aside(tmp_path, data):
 @given(JSON)
 def test_any_json_can_be_read(data):
     try:
-        assert isinstance(_read(data), Settings)
+        assert isinstance(_read(data, 0.0), Settings)
     except (ValueError, TypeError, KeyError):
         pass
 
