@@ -38,7 +38,7 @@ _Found: TypeAlias = dict[str, tuple[str, int]]
 #: Mutants in a simulation, clocks of random inputs, mutants in a formula, and its seconds.
 SIMULATED, CLOCKS, FORMULA, SECONDS = 400, 1500, 100, 60
 #: How often other mutants are chosen for what is left, in a simulation and in a formula.
-SIMULATIONS, FORMULAS = 4, 6
+SIMULATIONS, FORMULAS = 4, 24
 #: Most bits of ports that are inverted: first of the component, then of its parts.
 PORTS = 400
 
