@@ -21,7 +21,7 @@ from tests.platform.pins import LINE, buffers, check_pins, netlist_of, pins_of, 
 
 BIT = 16
 TIMING = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2, hold=4,
-                      settle=30, report=10_000)
+                      settle=30, report=14_000)
 MOTORS = ["step", "direction", "enable"]
 OUTPUTS = ["tx", "buzzer", "leds", *MOTORS]
 RELEASED = 7

@@ -169,6 +169,7 @@ class Panel:
         left = settings.steps if settings.known and not self._store.moving else None
         reset, seconds = await self._machine.connect(port, settings, left,
                                                      settings.least_seconds(time.time()))
+        self._moves.forget()  # and how often the session before was stopped
         self._moves.lost = False
         # Its own count goes on while it has power.
         known = settings.known and (not reset or self._machine.steps == left)

@@ -111,9 +111,9 @@ DIAGRAMS = (
     Diagram(
         "reporter",
         "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "
-        "would not be over by then waits. Here one is said, and the next waits for the report.",
+        "would not be over by then waits. Here one is sent, and the next waits for the report.",
         "inputs: answers_valid answers_ready answers_payload line: bytes_valid bytes_payload "
-        "outputs: tick inside: dut.reporter_state_state", 460, 680, radix=("bytes_payload=hex",)),
+        "outputs: tick inside: dut.reporter_state_state", 640, 860, radix=("bytes_payload=hex",)),
     Diagram(
         "positioner",
         "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "

@@ -106,7 +106,7 @@ def positioning(run: Run) -> str:
 
 @bench
 def reporter(run: Run) -> str:
-    """Reports at their times, answers in between that never delay one, a state in place of one."""
+    """Reports at their times, answers in between, a state in place of one."""
     axes = [f"position_{number}" for number in (1, 2, 3)]
     state = data.StructLayout({"on": 1, **dict.fromkeys(axes, signed(32)), "seconds": 31})
     dut = Reporter(state=state, answers=(b"! A\n", b"! LONGER\n"), period=800, byte=BYTE)

@@ -589,6 +589,7 @@ class TestWaves:
             assert page.state["error"] is None and page.state["wave"] == good
             assert (await served.get("wave.svg?signals=leds"))[0] == 200
             await page.do("run")
+            await asyncio.sleep(RECORD_INTERVAL)  # from the one that has ended
             await record(page, 20, end=True)
             await page.until(lambda: page.state["unrecorded"] is None)
             assert page.state["wave"]["clocks"] == 20

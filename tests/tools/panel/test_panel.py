@@ -216,6 +216,7 @@ def test_a_machine_that_is_reset_while_it_is_connected(fake, path):
         assert site.told("place")["steps"] == [5, 5, 5]  # and not what it counts now
         await site.connect()
         assert "was reset" in site.told("state")["note"] and fake.steps == [5, 5, 5]
+        assert site.told("state")["mode"] == "Idle"
 
     session(path, what)
 
