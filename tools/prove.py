@@ -259,7 +259,8 @@ def main(argv: list[str] | None = None) -> int:
                         help="leave waveforms of failures there (default: build/prove of the "
                              "checkout)")
     parser.add_argument("--state", metavar="FILE", type=Path,
-                        help="keep what is found there, and do not look again for what is known")
+                        help="keep what is found there, and do not look again for what is known; "
+                             "proofs and mutants need a file each")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)

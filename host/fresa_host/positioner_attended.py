@@ -49,7 +49,7 @@ class AttendedSession(PositionerSession):
         Parameters
         ----------
         left : Steps or None
-            Where the machine was left, which it is told if it was reset and stands at `ZERO`.
+            Where the machine was left, which is sent to it if it was reset and stands at `ZERO`.
         least : float
             Seconds that it has been on, at least, if it was not reset.
 

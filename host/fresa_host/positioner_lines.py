@@ -41,7 +41,7 @@ MEANINGS = {
     "EMPTY": "the point was never stored",
     "LONG": "the line is too long",
     "DAMAGED": "the line was disturbed",
-    "OVERFLOW": "more lines were refused than can be answered one by one",
+    "OVERFLOW": "more lines came than can be answered; some may have been obeyed",
 }
 """What the reasons mean for which it refuses."""
 
@@ -122,7 +122,7 @@ def read_line(line: str) -> Steps | Ok | Refusal | State | Limit | None:
             tuple(map(bool, numbers[6:9])), steps, numbers[12])
     if limit := re.fullmatch(r"! LIMIT MOT([123])", line):
         return Limit(AXES[int(limit[1]) - 1])
-    if refusal := re.fullmatch(r"! ([A-Z][A-Z ]{0,40})", line):
+    if refusal := re.fullmatch(r"! (?!LIMIT)([A-Z][A-Z ]{0,40})", line):
         return Refusal(refusal[1])
     return None
 

@@ -137,6 +137,7 @@ class PositionerSession(PositionerState):
             state = yield from self.fence()
             if line.lost and self._reporting and not state.connected:
                 self._answers = False
+                self._orders.clear()
                 raise WasReset
         if isinstance(line.answer, Refusal):
             raise refused(line.answer)
@@ -162,7 +163,7 @@ class PositionerSession(PositionerState):
 
     def connect(self) -> Waiting[None]:
         """Give the motors power; end when the place is known."""
-        self._set_target(None)
+        self._orders.clear()  # nothing moves before that
         self._sent.clear()
         yield from self._open()
         self._refusals.clear()
@@ -190,7 +191,11 @@ class PositionerSession(PositionerState):
         connected, self._reporting = self._reporting, False
         try:
             for _ in range(TRIES):
-                yield from self._obey(lines.DISCONNECT)
+                try:
+                    yield from self._obey(lines.DISCONNECT)
+                except TimedOut:  # one that was reset answers STATE only
+                    if (yield from self.fence()).connected:
+                        raise
                 if not (yield from self.fence()).connected:
                     connected = False
                     self._orders.clear()

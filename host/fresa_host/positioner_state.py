@@ -285,6 +285,9 @@ class PositionerState(Session):
             return message.steps
         if not isinstance(message, Refusal) or doubted:
             return None
+        for order in self._orders.values():
+            if order.line is line:  # it moves nothing
+                order.end()
         if line is not None and line.at_once and not self._attended:
             self._refusals = [*self._refusals, message][-MOST_REFUSALS:]
         return message

@@ -550,3 +550,20 @@ def test_reports_are_handed_on(fake):
 def test_a_port_that_is_not_there():
     with pytest.raises(LineLost, match="/no/such/port cannot be opened"):
         Positioner("/no/such/port")
+
+
+def test_a_jog_that_was_refused_is_not_ordered_again(fake):
+    with Positioner(fake) as positioner:
+        positioner.jog("y", 1)  # not connected
+        positioner.connect()
+        fake.written.clear()
+        positioner.move_to(x=5)
+        assert not any(line.startswith(b"MOV") for line in fake.written)
+
+
+def test_one_that_was_reset_is_disconnected(fake):
+    with Positioner(fake) as positioner:
+        positioner.connect()
+        fake.reset(seconds=0)
+        positioner.disconnect()
+        assert not positioner.connected

@@ -174,7 +174,7 @@ class Panel:
         # Its own count goes on while it has power.
         known = settings.known and (not reset or self._machine.steps == left)
         self.settings = replace(self.settings, port=port, known=known,
-                                on_since=time.time() - seconds)
+                                on_since=max(0.0, time.time() - seconds))
         self._update_place()
         if not known:
             self._broadcast.notify(UNKNOWN, bad=True)

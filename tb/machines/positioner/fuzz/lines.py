@@ -87,7 +87,7 @@ def _legal(rng: random.Random) -> bytes:
         for _ in range(AXES)))
     line = rng.choice([
         "CONNECT", "CONNECT", f"MOV MOT{motor} {way}", f"MOV MOT{motor} {way}", f"STOP MOT{motor}",
-        *[f"VEL MOT{motor} {rng.randrange(1, TOP_SPEED + 1)}"] * 3,
+        f"VEL MOT{motor} {rng.randrange(1, TOP_SPEED + 1)}",
         f"VEL MOT{motor} {rng.choice([0, 1, TOP_SPEED, TOP_SPEED + 1])}",
         f"P {point} {near}", f"P {point} {near}", f"P {point} {anywhere}",
         f"GOTO {point}", f"GOTO {point}", f"GOTO {point}", "ORIGIN", f"POS {near}",
