@@ -554,8 +554,12 @@ def test_a_port_that_is_not_there():
 
 def test_a_jog_that_was_refused_is_not_ordered_again(fake):
     with Positioner(fake) as positioner:
-        positioner.jog("y", 1)  # not connected
         positioner.connect()
+        fake.refuse = {b"MOV": b"! RANGE\n"}
+        positioner.jog("y", 1)
+        with pytest.raises(Refused):
+            positioner.velocity("y", 1)
+        fake.refuse = {}
         fake.written.clear()
         positioner.move_to(x=5)
         assert not any(line.startswith(b"MOV") for line in fake.written)
