@@ -25,7 +25,7 @@ from .orders import (
     read_switch,
 )
 from .ports import Ports
-from .settings import TRAVEL
+from .settings import TRAVEL, Settings
 from .simulated import Simulated
 from .stage import AXES, Message, Place
 from .store import Store
@@ -176,6 +176,7 @@ class Panel:
         self.settings = replace(self.settings, port=port, known=known,
                                 on_since=max(0.0, time.time() - seconds))
         self._update_place()
+        self._send_changed(settings)
         if not known:
             self._broadcast.notify(UNKNOWN, bad=True)
         elif reset:
@@ -183,6 +184,16 @@ class Panel:
                                    during=Mode.IDLE)
         else:
             self._broadcast.notify("Connected. Hold a button or a key to move.", during=Mode.IDLE)
+
+    def _send_changed(self, before: Settings) -> None:
+        """Send the speeds and points that have changed while the panel connected."""
+        for axis, was, speed in zip(AXES, before.speeds, self.settings.speeds, strict=True):
+            if speed != was:
+                self._machine.set_speed(axis, speed)
+        for number, (was, point) in enumerate(
+                zip(before.points, self.settings.points, strict=True), 1):
+            if point != was:
+                self._machine.store(number, point)
 
     async def _disconnect(self) -> None:
         await self._machine.disconnect()
