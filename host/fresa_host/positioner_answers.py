@@ -7,7 +7,7 @@ from .positioner_lines import STATE, Ok, Refusal, State
 
 __all__ = ["MOST_UNANSWERED", "Line", "Unanswered"]
 
-#: Lines that may be unanswered; the machine holds 32 answers.
+#: Lines that may be unanswered; the machine holds 31 answers.
 MOST_UNANSWERED = 24
 
 #: Most empty lines in front of a STATE.

@@ -29,7 +29,7 @@ class AttendedSession(PositionerSession):
     Attributes
     ----------
     at_rest : bool
-        Nothing moves by the machine's word, and nothing was ordered since.
+        STATE reports that nothing moves, and nothing was ordered since.
     """
 
     _attended = True

@@ -183,7 +183,7 @@ class PositionerSession(PositionerState):
         yield from self.fence()
 
     def disconnect(self) -> Waiting[None]:
-        """Take the power from the motors; end when the machine has none by its word."""
+        """Take the power from the motors; end when STATE reports none."""
         return self._stop_if_refused(self._disconnect())
 
     def _disconnect(self) -> Waiting[None]:
@@ -381,7 +381,7 @@ class PositionerSession(PositionerState):
     def _stop_and_verify(self) -> Waiting[bool]:
         """Stop all axes, again if one moves on, and in the end by a break.
 
-        Returns whether they stand by the machine's word. What else is wrong the next call raises.
+        Returns whether STATE reports that they stand. What else is wrong the next call raises.
         """
         with suppress(TimedOut):
             for _ in range(TRIES):

@@ -83,32 +83,10 @@ class Machine:
 
     async def connect(self, port: str, settings: Settings, left: Steps | None,
                       least: float) -> tuple[bool, int]:
-        """Connect, stop all movement, and send the machine its speeds, points and position.
+        """Connect to a port, and restore a machine with the speeds and points of the settings.
 
-        Its position only if it was reset and has not moved since; see `StageSession.restore`.
-
-        Parameters
-        ----------
-        port : str
-            Name of the port.
-        settings : Settings
-            Its speeds and points.
-        left : Steps or None
-            Where it stood; None if that is not known, so that no position is sent.
-        least : float
-            Seconds that it has been on at least, if it was not reset.
-
-        Returns
-        -------
-        bool, int
-            Whether it was reset, and the seconds that it has been on.
-
-        Raises
-        ------
-        LineLost
-            If the port cannot be opened, or is lost.
-        TimedOut
-            If no machine answers, or it does not stop, or the line is too disturbed.
+        `left` and `least`, what is returned and raised are those of `StageSession.restore`; and
+        `LineLost` is raised if the port cannot be opened, or is lost.
         """
         await self.disconnect()
         opened = await asyncio.to_thread(self._opened, port)
