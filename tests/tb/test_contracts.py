@@ -265,6 +265,7 @@ class TestCommand:
         assert command.main(["coil", *arguments]) == 0
         assert set(sought) == {"counter", "coil"}
 
+    @pytest.mark.prover
     def test_a_state_of_something_else(self, tmp_path, capsys):
         path = tmp_path / "other.json"
         path.write_text('{"coil": 1}')
