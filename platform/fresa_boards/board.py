@@ -10,8 +10,10 @@ from amaranth.lib.wiring import In
 
 from fresa.roles import BUTTON, DIGITS, SEGMENTS, STATUS, MachineComponent, Role
 
-__all__ = ["LEDS", "RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Pin", "PinRow",
-           "pin_table", "role_of"]
+from .flow import Flow
+
+__all__ = ["LEDS", "RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Layout", "Loader",
+           "Pin", "PinRow", "pin_table", "role_of"]
 
 RESET = "reset"
 """What the words of an allotment call the reset of a machine, which is no port of it."""
@@ -150,6 +152,58 @@ class Pin:
 
 
 @dataclass(frozen=True)
+class Layout:
+    """A header as it is drawn for people, in two columns.
+
+    Attributes
+    ----------
+    name : str
+        What the board calls it.
+    view : str
+        How the board lies so that the pins are where they are drawn, in a few words.
+    left, right : str
+        The pins of the columns from top to bottom: names of the board's header, or what else is
+        there, such as ``GND`` and ``3V3``.
+    """
+
+    name: str
+    view: str
+    left: str
+    right: str
+
+
+@dataclass(frozen=True)
+class Loader:
+    """How ``openFPGALoader`` finds a board.
+
+    Attributes
+    ----------
+    board : str
+        What it calls the board.
+    usb : str
+        Vendor and product of the USB chip, in hex.
+    memory : bool
+        A bitstream can be loaded into the FPGA alone, until the power goes.
+    """
+
+    board: str
+    usb: str
+    memory: bool = True
+
+    def command(self, bitstream: str, *, flash: bool) -> list[str]:
+        """Return what loads a bitstream into the board's flash, or until the power goes.
+
+        Raises
+        ------
+        ValueError
+            If the board is loaded by its flash alone.
+        """
+        if not (flash or self.memory):
+            raise ValueError("the board is loaded by its flash alone")
+        return ["openfpgaloader-cli", "-b", self.board, "-f" if flash else "-m", bitstream]
+
+
+@dataclass(frozen=True)
 class PinRow:
     """A pin of a machine on a board, for people.
 
@@ -196,6 +250,20 @@ class Board:
         Attributes of header pins that are outputs, and inputs with a pull-up.
     allotments : mapping of str to Allotment
         The pins of each machine, by its name.
+    title : str
+        What its maker calls it, and its FPGA.
+    source : str
+        The published files that the pins were checked against.
+    layouts : tuple of Layout
+        Where the header pins are.
+    held : mapping of Pin to int
+        Pins that need a level while any machine runs.
+    start_up_us : int
+        For how long after power-up a machine stays in reset, in us.
+    flow : Flow, optional
+        The programs that make its bitstream, if they are open.
+    loader : Loader, optional
+        How the bitstream gets into it, if by ``openFPGALoader``.
     """
 
     name: str
@@ -207,11 +275,23 @@ class Board:
     outputs: Attrs
     pulled_up: Attrs
     allotments: Mapping[str, Allotment]
+    title: str
+    source: str
+    layouts: tuple[Layout, ...] = ()
+    held: Mapping[Pin, int] = field(default_factory=dict)
+    start_up_us: int = 0
+    flow: Flow | None = None
+    loader: Loader | None = None
 
     @property
     def clock(self) -> int:
         """Its clock, in Hz."""
         return round(self.platform().default_clk_frequency)
+
+    @property
+    def start_up(self) -> int:
+        """For how long a machine stays in reset after power-up, in clocks."""
+        return -(-self.start_up_us * self.clock // 1_000_000)
 
     def allotment(self, machine: str) -> Allotment:
         """Return the pins that a machine has, by its name.
@@ -237,17 +317,11 @@ class Board:
         """
         requested: dict[tuple[str, int], Any] = {}
 
-        def request(pin: Pin) -> Any:
-            key = pin.resource, pin.number
-            if key not in requested:
-                requested[key] = platform.request(*key, dir="-")
-            return requested[key] if pin.part is None else getattr(requested[key], pin.part)
-
         def part(name: str, width: int) -> io.PortLike:
-            port = request(self.panel[name][0])
+            port = self.port(platform, self.panel[name][0], requested)
             for pin in self.panel[name][1:]:
                 if len(port) < width:
-                    port += request(pin)
+                    port += self.port(platform, pin, requested)
             return port
 
         places = allotment.places(machine)
@@ -256,6 +330,15 @@ class Board:
         return {"clk": part("clk", 1)} | {
             name: platform.request(name, dir="-") if name in allotment.header
             else part(name, len(bits)) for name, bits in places.items()}
+
+    @staticmethod
+    def port(platform, pin: Pin, requested: dict[tuple[str, int], Any] | None = None) -> Any:
+        """Request a pin of an instance of the platform, or find it among those requested."""
+        requested = {} if requested is None else requested
+        key = pin.resource, pin.number
+        if key not in requested:
+            requested[key] = platform.request(*key, dir="-")
+        return requested[key] if pin.part is None else getattr(requested[key], pin.part)
 
     def _resource(self, port: str, machine: MachineComponent, names: str) -> Resource:
         pins = " ".join(self.header[name] for name in names.split())

@@ -23,10 +23,10 @@ from amaranth_boards.resources import (
     VGAResource,
 )
 
-from .board import Allotment, Board, Capacity, Pin
+from .board import Allotment, Board, Capacity, Layout, Pin
 from .ise import ISEPlatform
 
-__all__ = ["NEXYS2_500", "NEXYS2_1200", "Nexys2Platform", "Nexys2_1200Platform"]
+__all__ = ["BOARDS", "NEXYS2_500", "NEXYS2_1200", "Nexys2Platform", "Nexys2_1200Platform"]
 
 
 _LVCMOS33 = Attrs(IOSTANDARD="LVCMOS33")
@@ -142,9 +142,16 @@ _ALLOTMENTS = {
         number="position"),
 }
 
-NEXYS2_500, NEXYS2_1200 = (
+_LAYOUTS = tuple(
+    Layout(f"J{letter}", "components up, the socket at the bottom",
+              " ".join(f"J{letter}{pin}" for pin in range(1, 5)) + " GND 3V3",
+              " ".join(f"J{letter}{pin}" for pin in range(7, 11)) + " GND 3V3")
+    for letter in "ABCD")
+
+BOARDS = NEXYS2_500, NEXYS2_1200 = tuple(
     Board(name, "nexys2", platform, platform.capacity, _HEADER, _PANEL, _OUTPUTS, _PULLED_UP,
-          _ALLOTMENTS)
+          _ALLOTMENTS, title=f"Digilent Nexys 2, Xilinx {platform.device.upper()}",
+          source="Digilent's reference manual and Nexys2_500General.ucf", layouts=_LAYOUTS)
     for name, platform in [("nexys2-500", Nexys2Platform), ("nexys2-1200", Nexys2_1200Platform)])
 """The two boards as machines see them."""
 

@@ -218,10 +218,14 @@ def prepare(board: Board, name: str, machine: MachineComponent, *,
     """
     allotment, platform = board.allotment(name), board.platform()
     top = wire(machine, board.request(platform, machine, allotment), allotment,
-               clock=board.clock, inverted=inverted)
-    files = platform.prepare(top, name).files
-    return Plan({file: text.encode() if isinstance(text, str) else text
-                 for file, text in files.items()}, platform.rtlil)
+               clock=board.clock, inverted=inverted, start_up=board.start_up)
+    for number, (pin, level) in enumerate(board.held.items()):
+        top.submodules[f"held_{number}"] = buffer = io.Buffer("o", board.port(platform, pin))
+        top.d.comb += buffer.o.eq(level)
+    files = platform.prepare(top, name, **(board.flow.options(name) if board.flow else {})).files
+    files = {file: text.encode() if isinstance(text, str) else text
+             for file, text in files.items() if not file.endswith(".debug.v")}
+    return Plan(files, files[f"{name}.il"].decode() if board.flow else platform.rtlil)
 
 
 def simulation_ports(board: Board, machine: MachineComponent,
