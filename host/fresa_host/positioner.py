@@ -34,9 +34,10 @@ class Positioner:
     """Three axes, their place in um and their speeds in um/s.
 
     The machine answers each line: a call ends with the answer to its own, but those named *at once*
-    wait for none. All methods may be called from several threads. Closing lets go of the port; it
-    stops nothing. A ``with`` block that an exception ends, Ctrl-C for one, stops all axes. Where an
-    axis may be named, ``"all"`` is all.
+    wait for none. If the line has lost one, the next call that waits for an answer sends it again,
+    unless the axis was ordered something else since. All methods may be called from several
+    threads. Closing lets go of the port; it stops nothing. A ``with`` block that an exception ends,
+    Ctrl-C for one, stops all axes. Where an axis may be named, ``"all"`` is all.
 
     Parameters
     ----------
@@ -69,6 +70,7 @@ class Positioner:
         ``--original`` never does.
     WasReset
         If it was reset while it was connected: it has lost its place, its speeds and its points.
+        In all methods that wait for an answer, until `connect` or `disconnect`.
     ValueError
         In all methods, if a number is not one that the machine takes. Nothing is sent then.
 

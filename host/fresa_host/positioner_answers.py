@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
-from .positioner_lines import STATE, Ok, Refusal, State
+from .positioner_lines import OVERFLOW, STATE, Ok, Refusal, State
 
 __all__ = ["MOST_UNANSWERED", "Line", "Unanswered"]
 
@@ -111,6 +111,9 @@ class Unanswered:
         """Return the line that an answer belongs to, if that is known."""
         if isinstance(answer, State):
             return self._take_state(answer)
+        if answer == OVERFLOW:  # it stands for any number of lines
+            self.give_up()
+            return None
         self._refused += isinstance(answer, Refusal)
         # One that comes in front of a STATE's is left over, or it is that STATE that was damaged.
         if self.in_doubt or not self._lines or self._lines[0] is self.asked:
