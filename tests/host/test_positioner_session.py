@@ -178,12 +178,15 @@ class TestAnswers:
 
     def test_lines_at_once_that_keep_coming_hold_up_no_order(self, world):
         """The order waits for the answers to those before it only."""
+        world.do(world.session.stop, ["x"])
         operation = world.session.begin(world.session.command(b"VEL MOT1 5\n"), world.now)
-        for _ in range(20):
+        for _ in range(10):
             world.do(world.session.stop, ["x"])
-            world.now += PERIOD / 4
-            world.hear()
-        assert operation.done
+            first, _, rest = world.fake.coming.partition(b"\n")
+            world.fake.coming = b""
+            world.hear(first + b"\n")
+            world.fake.coming = rest + world.fake.coming
+        assert world.session._unanswered.last is not None and operation.done
 
     @pytest.mark.parametrize("lost", ["deaf", "mute"])
     @pytest.mark.parametrize("call", [
@@ -669,18 +672,15 @@ class TestRestoring:
     def test_seconds_that_the_line_damaged_are_asked_for_again(self):
         for damaged in (0, 1):
             world = World(AttendedSession, left=HERE)
-            states = []
+            states = iter([*(2 + damaged) * [100], 9000, *9 * [100]])  # two until it stands
 
-            def idle(world=world, states=states, damaged=damaged) -> None:
-                asked = world.fake.queue[:1] == [b"STATE\n"]
-                world.fake.seconds = 9000 if asked and len(states) == 2 + damaged else 100
-                states.extend(asked * [world.fake.seconds])
-                FakePositioner.idle(world.fake)
+            def state(world=world, states=states) -> bytes:
+                world.fake.seconds = next(states)
+                return FakePositioner._state(world.fake)
 
-            world.fake.idle = idle
-            world.fake.speeds = [227, 114, 57]
+            world.fake._state = state
             assert world.run(world.session.restore(self.LEFT, 1000)) == (True, 100)
-            assert 9000 in states and world.fake.steps == [5, -5, 7]
+            assert world.fake.steps == [5, -5, 7]
 
     def test_one_that_has_moved_since_is_not(self):
         world = World(AttendedSession, left=HERE)
