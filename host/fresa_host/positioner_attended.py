@@ -16,7 +16,7 @@ class AttendedSession(PositionerSession):
     """One positioner on a line, with people who hold what moves, and see what is refused.
 
     Once it is `connected`, an axis that moves, and neither was ordered to nor is on its way, is
-    stopped until the machine says that it stands, if need be by a break; a jog goes on if a limit
+    stopped until STATE reports that it stands, if need be by a break; a jog goes on if a limit
     may be of the movement before; a travel that is refused stops all axes, and an order in between
     calls off one that has not departed; and refusals and limits are returned by `receive` alone.
 
@@ -150,12 +150,12 @@ class AttendedSession(PositionerSession):
                 state = yield from self.fence()
             except TimedOut:
                 self._unverified = True
-                yield math.inf  # until it is heard
+                yield math.inf  # until something is received
                 continue
             except WasReset:  # where it stands is not known
                 return
             moving = {axis for axis, moves in zip(AXES, state.moving, strict=True) if moves}
-            later = set()  # ordered since the state was asked for
+            later = set()  # ordered since STATE was sent
             for axis, order in self._orders.items():
                 if not order.line.ended:
                     later.add(axis)
@@ -182,7 +182,7 @@ class AttendedSession(PositionerSession):
             except WasReset:
                 return
             except MachineError:
-                yield math.inf  # until it is heard
+                yield math.inf  # until something is received
 
     def _deliver_next(self) -> Waiting[None]:
         key, order = next(iter(self._settings.items()))

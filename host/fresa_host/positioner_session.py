@@ -65,7 +65,7 @@ class PositionerSession(PositionerState):
     can_break : bool
         Whether the port can send a break.
     timeout : float
-        Seconds within which the machine must be heard.
+        Seconds within which the machine must answer or report.
 
     Attributes
     ----------
@@ -106,13 +106,13 @@ class PositionerSession(PositionerState):
     def _state(self) -> Waiting[State]:
         end = self.now + self._timeout
         while True:
-            asked = self._unanswered.asked
-            line = asked or self._submit(self._unanswered.question)[-1]
+            query = self._unanswered.query
+            line = query or self._submit(self._unanswered.query_lines)[-1]
             yield from self._ended(line, end)
-            if asked is None and isinstance(line.answer, State):
+            if query is None and isinstance(line.answer, State):
                 return line.answer
             if not line.ended:
-                self._unanswered.give_up_asked()
+                self._unanswered.give_up_query()
             if self.now >= end:
                 raise TimedOut(f"no machine answers at {self.name}: is it on, and built without "
                                "--original?")
@@ -121,7 +121,7 @@ class PositionerSession(PositionerState):
         """Wait until a line is answered, or should have been."""
         end = min(end, line.due + self._timeout)
         while not line.ended and self.reports < line.reports + ANSWER_REPORTS and self.now < (
-                due := min(end, max(line.due, self._heard_at) + ANSWER_TIMEOUT_S)):
+                due := min(end, max(line.due, self._received_at) + ANSWER_TIMEOUT_S)):
             yield due
 
     def _drained(self) -> Waiting[None]:

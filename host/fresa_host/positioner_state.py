@@ -67,17 +67,17 @@ class _AxisOrder:
         """Note that the axis is to stand."""
         self.direction, self.monitor, self.ended = 0, None, True
 
-    def hear(self, at: int) -> bool:
+    def update(self, at: int) -> bool:
         """Take a report; return whether the axis has ended its way by it, or may have."""
         if self.ended or self.monitor is None or not self.line.ended:
             return False
-        self.monitor.hear(at)
+        self.monitor.update(at)
         self.ended = at == self.monitor.target or self.monitor.leads_away
         return self.ended or self.monitor.stands
 
 
 class PositionerState(Session):
-    """What was ordered, what was heard, and what is sent at once. See `PositionerSession`."""
+    """What was ordered, what was received, and what is sent at once. See `PositionerSession`."""
 
     _attended = False  # see `AttendedSession`
 
@@ -97,7 +97,7 @@ class PositionerState(Session):
         self._sent: dict[str, int] = {}  # where axes were sent, unless ordered something since
         self._reporting = self._restoring = False
         self.steps: Steps | None = None
-        self.reported_at = self._heard_at = 0.0
+        self.reported_at = self._received_at = 0.0
         self.reports = self.halts = 0
         self.at_rest = False
 
@@ -273,7 +273,7 @@ class PositionerState(Session):
         self._limits -= set(axes)
         self._pending_limits -= set(axes)
 
-    # What is heard
+    # What is received
 
     def receive(self, data: bytes, now: float) -> list[Message]:
         """Take bytes of the line, and the time.
@@ -286,7 +286,7 @@ class PositionerState(Session):
         """
         self.now = now
         if data:
-            self._heard_at = now
+            self._received_at = now
         messages = []
         for line in self._splitter.feed(lines.delimited(data)):
             message = read_line(line)
@@ -332,7 +332,7 @@ class PositionerState(Session):
         self.reports += 1
         for axis, at in zip(AXES, steps, strict=True):
             if axis in self._orders:
-                self._unverified |= self._orders[axis].hear(at)
+                self._unverified |= self._orders[axis].update(at)
         return before
 
     def _stop_unexpected(self, moved: set[str]) -> None:
