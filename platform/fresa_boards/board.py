@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any
 
 from amaranth.build import Attrs, Pins, PinsN, Resource
@@ -32,15 +31,18 @@ class Capacity:
     flip_flops : int
         Flip-flops beside them; those in the I/O blocks come on top.
     block_rams : int
-        Block RAMs of 18 Kibit.
+        Block RAMs.
     multipliers : int
-        Multipliers of 18 x 18 bits.
+        Multipliers of 16 x 16 bits or more.
+    block_ram_bits : int
+        Bits of a block RAM, without those for parity.
     """
 
     luts: int
     flip_flops: int
     block_rams: int
     multipliers: int
+    block_ram_bits: int = 16_384
 
 
 @dataclass(frozen=True)
@@ -84,11 +86,14 @@ class Allotment:
     number : str, optional
         Port whose number ``segments`` and ``digits`` show, of a machine that does not scan a
         display itself.
+    constant : mapping of str to int
+        Inputs that have no pin on this board, and the level at which they stay.
     """
 
     header: Mapping[str, str] = field(default_factory=dict)
     panel: Mapping[str, str] = field(default_factory=dict)
     number: str | None = None
+    constant: Mapping[str, int] = field(default_factory=dict)
 
     def places(self, machine: MachineComponent) -> dict[str, Bits]:
         """List the bits of a machine at each place: a part of the board, or a port on a header.
@@ -117,7 +122,7 @@ class Allotment:
         wired = {bit.port for name, place in places.items() if name != LEDS
                  for bit in place if bit}
         for port, role in machine.roles.items():
-            if not role.optional and port not in wired:
+            if not role.optional and port not in wired and port not in self.constant:
                 raise ValueError(f"{port} of the machine, {role.name}, has no pin on the board")
         return places
 
@@ -175,7 +180,7 @@ class Board:
     name : str
         What people call it on a command line.
     family : str
-        What boards have in common that are wired alike; allotments are for it.
+        What boards have in common that are wired alike.
     platform : type of Platform
         Its FPGA, its resources and the tool that makes its bitstream. Has ``prepare`` of Amaranth,
         and then ``rtlil``, the design from which the plan was made.
@@ -189,6 +194,8 @@ class Board:
         ``leds``, ``segments``, ``digits``, those that it has.
     outputs, pulled_up : Attrs
         Attributes of header pins that are outputs, and inputs with a pull-up.
+    allotments : mapping of str to Allotment
+        The pins of each machine, by its name.
     """
 
     name: str
@@ -199,6 +206,7 @@ class Board:
     panel: Mapping[str, tuple[Pin, ...]]
     outputs: Attrs
     pulled_up: Attrs
+    allotments: Mapping[str, Allotment]
 
     @property
     def clock(self) -> int:
@@ -213,13 +221,9 @@ class Board:
         ValueError
             If none are committed for this pair.
         """
-        module = f"{__package__}.allotments.{self.family}_{machine}"
-        try:
-            return import_module(module).ALLOTMENT
-        except ModuleNotFoundError as error:
-            if error.name != module:
-                raise
-            raise ValueError(f"{self.name} has no pins allotted to {machine}") from None
+        if machine not in self.allotments:
+            raise ValueError(f"{self.name} has no pins allotted to {machine}")
+        return self.allotments[machine]
 
     def request(self, platform, machine: MachineComponent,
                 allotment: Allotment) -> dict[str, io.PortLike]:
@@ -255,8 +259,8 @@ class Board:
 
     def _resource(self, port: str, machine: MachineComponent, names: str) -> Resource:
         pins = " ".join(self.header[name] for name in names.split())
-        contact = machine.roles[port].to_ground
-        direction = "i" if machine.signature.members[port].flow is In else "o"
+        contact = role_of(machine, port).to_ground
+        direction = "i" if port == RESET or machine.signature.members[port].flow is In else "o"
         return Resource(port, 0, (PinsN if contact else Pins)(pins, dir=direction),
                         self.pulled_up if contact else self.outputs)
 
