@@ -323,7 +323,10 @@ class Positioner:
                               min(left, self._timeout))
 
     def check(self) -> None:
-        """Wait for the answers to what was ordered *at once*; raise refusals, and limits."""
+        """Wait for the answers to what was ordered *at once*; raise refusals, and limits.
+
+        What the line has lost is sent again.
+        """
         self._run(self._session.check())
 
 

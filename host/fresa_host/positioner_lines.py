@@ -74,6 +74,7 @@ class Refusal:
 
 
 DISCONNECTED, OVERFLOW = Refusal("DISCONNECTED"), Refusal("OVERFLOW")
+"""Refusals by which a reset, and lost answers, are known."""
 
 
 @dataclass(frozen=True)
