@@ -54,10 +54,10 @@ class Unanswered:
 
     The machine answers each line once, in the order of the lines. One answer too few, or too many,
     would shift all that follow. But the answer to STATE is like no other: when it comes, the lines
-    before have been answered, or never will be. So one STATE is on the way at a time. OVERFLOW stands for
-    any number of answers, and leaves in doubt whose the later ones are. In doubt, empty lines are
-    sent in front of STATE, which are refused: if as many refusals come in front of an answer, it is
-    that of this STATE, and not of one that is late, or that another program sent.
+    before have been answered, or never will be. So one STATE is on the way at a time. OVERFLOW
+    stands for any number of answers, and leaves in doubt whose the later ones are. In doubt, empty
+    lines are sent in front of STATE, which are refused: if as many refusals come in front of an
+    answer, it is that of this STATE, and not of one that is late, or that another program sent.
 
     Attributes
     ----------
