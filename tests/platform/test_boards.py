@@ -42,7 +42,9 @@ def made(board: Board, name: str) -> MachineComponent:
                            timing=MillTiming.real(clock=board.clock))
     machine = machines()[name]
     values = values_of(argparse.Namespace(), machine.options)
-    return machine.make(**machine.real(board.clock, **values))
+    found = machine.make(**machine.real(board.clock, **values))
+    assert isinstance(found, MachineComponent)
+    return found
 
 
 def test_every_machine_has_pins_on_every_board():
