@@ -17,7 +17,7 @@ __all__ = ["FAULTS", "target"]
 REPORT = 40 * BYTE
 """Within so many clocks an answer is out, be it behind a report."""
 
-OF_MEMORIES = "lines.items__payload", "texts.fetch__data", "points.read__data"
+OF_MEMORIES = "lines.fetch__data", "texts.fetch__data", "points.read__data"
 """Registers that memories have at their outputs: block RAM gives something in every clock."""
 
 
