@@ -39,8 +39,8 @@ def target() -> FaultTarget:
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=("driver.step_pin", "driver.direction_pin", "driver.enable_pin", "driver.wait",
               "accumulator",
-              "backlash.way", "backlash.left", "limits.since", "limits.before",
-              "limits.divider.count", *OF_MEMORIES),
+              "backlash.way", "backlash.left", "switches.since", "switches.before",
+              "switches.divider.count", "started", *OF_MEMORIES),
         work=lambda seed: _work(seed, 20),
         work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),
         gap=12_000, window=12_000, timeout=20_000, line=Line(BIT, b"!", _question()))
