@@ -7,14 +7,25 @@ from pathlib import Path
 import platformdirs
 import pytest
 
+from fresa_boards.flow import installed
 from tb.contracts import proof
 from tb.engines import ENGINES
 
 ASKED_FOR = ("proof", "long")
 """Marks of tests that run only if ``-m`` names them: they take long."""
 
+
+def place_and_route_missing() -> str | None:
+    """Return which extra makes bitstreams, if it is not installed, or None."""
+    for extra, program in {"ice40": "nextpnr-ice40", "ecp5": "nextpnr-ecp5",
+                           "gowin": "nextpnr-himbaechel-gowin"}.items():
+        if not installed(program):
+            return f"{program} missing: pip install -e '.[{extra}]'"
+    return None
+
+
 NO_COMPILER = ENGINES["cxxrtl"].missing()
-MISSING = {"compiler": NO_COMPILER, "prover": proof.missing(),
+MISSING = {"compiler": NO_COMPILER, "prover": proof.missing(), "place": place_and_route_missing(),
            **{name: ENGINES[name].missing() for name in ("icarus", "verilator", "ghdl")}}
 """What to install before tests with a mark can run, or None."""
 

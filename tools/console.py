@@ -409,13 +409,17 @@ def is_special(path: Path) -> bool:
 
 FIRST_TIME = ", the first time on a machine takes a minute or two"
 
+PATIENCE, BEAT = 2, 1
+"""Seconds until work is named of which nothing is counted, and from then on between its times."""
+
 
 class Progress:
     """A bar on stderr for work that takes long, as a context manager.
 
     On a terminal the bar shows after half a second and is wiped out at the end. Elsewhere, in a log
     for instance, there is no bar but a line after 2 s and another every 10 s, with the time left
-    from 10 s on. Work of which nothing is counted as done for 2 s is named all the same.
+    from 10 s on. Work of which nothing is counted as done for 2 s is named all the same, and on a
+    terminal its time goes on.
 
     Parameters
     ----------
@@ -446,8 +450,8 @@ class Progress:
         self._done = 0
         self._began = clock()
         self._next = self._began + 2
-        self._patience = threading.Timer(2, self._begun)
-        self._patience.daemon = True
+        self._ended = threading.Event()
+        self._watch = threading.Thread(target=self._show, daemon=True)
         self._bar = tqdm(
             total=total,
             unit=f" {unit}",
@@ -460,23 +464,27 @@ class Progress:
         )
 
     def __enter__(self) -> "Progress":
-        self._patience.start()
+        self._watch.start()
         return self
 
     def __exit__(self, *exception) -> None:
-        self._patience.cancel()
+        self._ended.set()
+        self._watch.join()
         self._bar.close()
 
-    def _begun(self) -> None:
+    def _show(self) -> None:
+        if self._ended.wait(PATIENCE):
+            return
         if self._bar.disable:
-            print(f"{self._label} ...", file=self._stream, flush=True)
-        else:
-            self._bar.delay = 0
+            if not self._done:
+                print(f"{self._label} ...", file=self._stream, flush=True)
+            return
+        self._bar.delay = 0
+        while not self._ended.wait(BEAT):
             self._bar.refresh()
 
     def advance(self, amount: int = 1) -> None:
         """Count `amount` more as done."""
-        self._patience.cancel()
         self._done += amount
         self._bar.update(amount)
         now = self._clock()

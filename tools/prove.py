@@ -98,6 +98,8 @@ class Known(Generic[T]):
         Of what is found.
     names : iterable of str
         Components.
+    jobs : int, optional
+        Processes; as many as there are cores by default.
 
     Raises
     ------
@@ -105,10 +107,11 @@ class Known(Generic[T]):
         If the file is of something else.
     """
 
-    def __init__(self, path: Path, kind: type[T], names: Iterable[str]) -> None:
+    def __init__(self, path: Path, kind: type[T], names: Iterable[str],
+                 jobs: int | None = None) -> None:
         self._path, self._kind = path, kind
         names = list(names)
-        taken = fingerprints.take(f"contract {name}" for name in names)
+        taken = fingerprints.take((f"contract {name}" for name in names), jobs)
         self._keys = {name: hashlib.sha256(json.dumps([
             taken[f"contract {name}"], components()[name].depth, versions(),
             [[each.name, each.description] for each in components()[name].properties().values()],
@@ -281,7 +284,8 @@ def main(argv: list[str] | None = None) -> int:
     if args.mutants:
         with _progress(len(names), "breaking") as done:
             found = run_mutants(names, args.jobs, done,
-                                Known(args.state, Kill, names) if args.state else None)
+                                Known(args.state, Kill, names, args.jobs)
+                                if args.state else None)
         return _report(found, "mutants", map(kill_line, found), args.json,
                        [bool(each.mutant) or each.lemma for each in found],
                        "properties are broken by a mutant, or are lemmas",
@@ -290,7 +294,8 @@ def main(argv: list[str] | None = None) -> int:
     total = sum(len(components()[name].cases) for name in names)
     with _progress(total, "proving") as done:
         proofs = run_proofs(names, args.traces, args.jobs, done,
-                            Known(args.state, Proof, names) if args.state else None)
+                            Known(args.state, Proof, names, args.jobs)
+                            if args.state else None)
     properties = {(proof.component, proof.name) for proof in proofs}
     return _report(proofs, "proofs", map(line, proofs), args.json,
                    [p.verdict == "proved" for p in proofs],

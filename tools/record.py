@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tb.contracts import GENERAL
+from tb.contracts.proof import VERSION
 from tb.engines import IcarusEngine, VerilatorEngine
 from tb.engines.ghdl import GHDLEngine
 from tb.machine import Machine
@@ -357,7 +358,8 @@ def versions() -> tuple[str, ...]:
     engines = {engine.version() for engine in (GHDLEngine, IcarusEngine, VerilatorEngine)
                if not engine.missing()}
     return (f"Python {platform.python_version()}",
-            *(f"{name} {version}" for name, version in packages.items()), *sorted(engines))
+            *(f"{name} {version}" for name, version in packages.items()), *sorted(engines),
+            *([f"proofs {VERSION}"] if VERSION > 1 else []))
 
 
 def _kept(path: Path, key: str) -> Mapping | None:

@@ -29,7 +29,8 @@ class Role:
     bounces : bool
         An input that needs a debouncer.
     to_ground : bool
-        A contact to ground: its pin is pulled up, and low where the contact is closed.
+        A contact that is wired to ground where it is on a header: its pin is pulled up, and low
+        where the contact is closed.
     active_low : bool
         The port of the machine is on where it is 0, whatever the level of its pin.
     optional : bool
@@ -57,9 +58,9 @@ BUZZER = Role("buzzer", registered=True, optional=True)
 LIMIT = Role("limit switch", to_ground=True)
 RX = Role("UART, to the FPGA", rest=1)
 TX = Role("UART, from the FPGA", rest=1, registered=True)
-SWITCH = Role("switch", bounces=True)
-BUTTON = Role("button", bounces=True)
-STOP = Role("stop button")
+SWITCH = Role("switch", bounces=True, to_ground=True)
+BUTTON = Role("button", bounces=True, to_ground=True)
+STOP = Role("stop button", to_ground=True)
 """A button that the machine itself filters and latches, so that it acts sooner than a debouncer."""
 STATUS = Role("LED", optional=True)
 """Levels that people may see; a machine has them for LEDs and for tests."""

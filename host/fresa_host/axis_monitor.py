@@ -42,7 +42,7 @@ class AxisMonitor:
         """Note that it is on its way, and takes up backlash or is slow."""
         self._still = 0
 
-    def hear(self, at: int) -> None:
+    def update(self, at: int) -> None:
         """Take a report. The first must have been sent when the machine had obeyed."""
         before, self._at = self._at, at
         if before is None or at == before:

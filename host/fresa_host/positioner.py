@@ -34,9 +34,10 @@ class Positioner:
     """Three axes, their place in um and their speeds in um/s.
 
     The machine answers each line: a call ends with the answer to its own, but those named *at once*
-    wait for none. All methods may be called from several threads. Closing lets go of the port; it
-    stops nothing. A ``with`` block that an exception ends, Ctrl-C for one, stops all axes. Where an
-    axis may be named, ``"all"`` is all.
+    wait for none. If the line has lost one, the next call that waits for an answer sends it again,
+    unless the axis was ordered something else since. All methods may be called from several
+    threads. Closing lets go of the port; it stops nothing. A ``with`` block that an exception ends,
+    Ctrl-C for one, stops all axes. Where an axis may be named, ``"all"`` is all.
 
     Parameters
     ----------
@@ -65,10 +66,11 @@ class Positioner:
         In all methods but `stop`, `jog` and `close`, if a limit switch has ended a movement since
         the last of them.
     TimedOut
-        If the machine does not answer, although it was asked again; one that was built with
+        If the machine does not answer, although STATE was sent again; one that was built with
         ``--original`` never does.
     WasReset
         If it was reset while it was connected: it has lost its place, its speeds and its points.
+        In all methods that wait for an answer, until `connect` or `disconnect`.
     ValueError
         In all methods, if a number is not one that the machine takes. Nothing is sent then.
 
@@ -89,13 +91,13 @@ class Positioner:
         port = opened(port)
         self._session = PositionerSession(name=port.name, baud=port.baud, can_break=port.can_break,
                                           timeout=timeout)
-        self._driver = Driver(port, self._session, self._heard)
-        self._asked: dict[str, tuple[int, float]] = {}  # where axes were sent, in steps and um
+        self._driver = Driver(port, self._session, self._on_message)
+        self._sent_to: dict[str, tuple[int, float]] = {}  # where axes were sent, in steps and um
 
     def __repr__(self) -> str:
         return f"Positioner({self._session.name!r})"
 
-    def _heard(self, message: Message) -> None:
+    def _on_message(self, message: Message) -> None:
         if isinstance(message, Steps):
             self._reported(message)
 
@@ -244,15 +246,15 @@ class Positioner:
     def _set_point(self, axis: str) -> float:
         """Return where an axis was sent, in um, or where it is."""
         sent, here = self._session.sent(axis), self.steps
-        asked, um = self._asked.get(axis, (None, 0.0))
-        if sent is not None and sent == asked:
+        steps, um = self._sent_to.get(axis, (None, 0.0))
+        if sent is not None and sent == steps:
             return um
         return (here[AXES.index(axis)] if sent is None else sent) / STEPS_PER_UM
 
     def _move(self, places: dict[str, tuple[int, float]]) -> None:
         """Go to places in steps and um."""
         with self._call:
-            self._asked |= places
+            self._sent_to |= places
             self._run(self._session.move_to(
                 SCRATCH, tuple(places[axis][0] if axis in places else None for axis in AXES)))
 
@@ -298,7 +300,7 @@ class Positioner:
         Raises
         ------
         TimedOut
-            If it is not there by then, and goes on; or if the machine is not heard any more.
+            If it is not there by then, and goes on; or if the machine neither reports nor answers.
         LimitReached
             If a limit switch stops an axis. The others go on.
         PositionError
@@ -321,7 +323,10 @@ class Positioner:
                               min(left, self._timeout))
 
     def check(self) -> None:
-        """Wait for the answers to what was ordered *at once*; raise refusals, and limits."""
+        """Wait for the answers to what was ordered *at once*; raise refusals, and limits.
+
+        What the line has lost is sent again.
+        """
         self._run(self._session.check())
 
 

@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
-from .positioner_lines import STATE, Ok, Refusal, State
+from .positioner_lines import OVERFLOW, STATE, Ok, Refusal, State
 
 __all__ = ["MOST_UNANSWERED", "Line", "Unanswered"]
 
@@ -31,7 +31,8 @@ class Line:
     lost : bool
         No answer is known, and none will be.
     at_once : bool
-        No call waits for the answer: the next one raises a refusal.
+        No call waits for the answer: the next one raises a refusal, and sends it again if it is
+        lost.
     """
 
     order: bytes
@@ -53,13 +54,14 @@ class Unanswered:
 
     The machine answers each line once, in the order of the lines. One answer too few, or too many,
     would shift all that follow. But the answer to STATE is like no other: when it comes, the lines
-    before have been answered, or never will be. So one STATE is on the way at a time. In doubt,
-    empty lines are sent in front of it, which are refused: if as many refusals come in front of an
+    before have been answered, or never will be. So one STATE is on the way at a time. OVERFLOW
+    stands for any number of answers, and leaves in doubt whose the later ones are. In doubt, empty
+    lines are sent in front of STATE, which are refused: if as many refusals come in front of an
     answer, it is that of this STATE, and not of one that is late, or that another program sent.
 
     Attributes
     ----------
-    asked : Line or None
+    query : Line or None
         The STATE on the way.
     in_doubt : bool
         Answers are not attributed to lines, until that of a STATE that is sent from now on.
@@ -67,7 +69,7 @@ class Unanswered:
 
     def __init__(self) -> None:
         self._lines: deque[Line] = deque()
-        self.asked: Line | None = None
+        self.query: Line | None = None
         self.in_doubt = True
         self._empty = 2  # the first may end a line that had begun
         self._refused = 0  # since the last answer to a STATE
@@ -75,7 +77,7 @@ class Unanswered:
     @property
     def last(self) -> Line | None:
         """The last line that is unanswered, except a STATE."""
-        return next((line for line in reversed(self._lines) if line is not self.asked), None)
+        return next((line for line in reversed(self._lines) if line is not self.query), None)
 
     def add(self, order: bytes, due: float, reports: int) -> Line:
         """Note that a line is sent. If too many are unanswered, they are given up."""
@@ -84,23 +86,23 @@ class Unanswered:
         line = Line(order, due, reports)
         self._lines.append(line)
         if order == STATE:
-            self.asked = line
+            self.query = line
         return line
 
     @property
-    def question(self) -> bytes:
+    def query_lines(self) -> bytes:
         """The lines to send to ask for a STATE."""
         return self._empty * b"\n" + STATE if self.in_doubt else STATE
 
-    def give_up_asked(self) -> None:
+    def give_up_query(self) -> None:
         """Take all lines for lost, the STATE too, though answers may still come."""
-        self.asked, self._empty = None, min(2 * self._empty, MOST_EMPTY)
+        self.query, self._empty = None, min(2 * self._empty, MOST_EMPTY)
         self.give_up()
 
     def give_up(self) -> None:
         """Take all lines but the STATE for lost, though answers may still come."""
         self.in_doubt = True
-        kept = self.asked
+        kept = self.query
         for line in self._lines:
             line.lost = line is not kept
         self._lines = deque([kept] if kept else [])
@@ -111,21 +113,24 @@ class Unanswered:
         """Return the line that an answer belongs to, if that is known."""
         if isinstance(answer, State):
             return self._take_state(answer)
+        if answer == OVERFLOW:  # it stands for any number of lines
+            self.give_up()
+            return None
         self._refused += isinstance(answer, Refusal)
         # One that comes in front of a STATE's is left over, or it is that STATE that was damaged.
-        if self.in_doubt or not self._lines or self._lines[0] is self.asked:
+        if self.in_doubt or not self._lines or self._lines[0] is self.query:
             return None
         line = self._lines.popleft()
         line.answer = answer
         return line
 
     def _take_state(self, state: State) -> Line | None:
-        asked, refused, self._refused = self.asked, self._refused, 0
-        if asked is None or self.in_doubt and asked.resumes and refused < self._empty - 1:
+        query, refused, self._refused = self.query, self._refused, 0
+        if query is None or self.in_doubt and query.resumes and refused < self._empty - 1:
             return None  # of a STATE before
-        while (line := self._lines.popleft()) is not asked:
+        while (line := self._lines.popleft()) is not query:
             line.lost = True
-        asked.answer, self.asked = state, None
-        if asked.resumes:
+        query.answer, self.query = state, None
+        if query.resumes:
             self.in_doubt, self._empty = False, 2
-        return asked
+        return query

@@ -1,12 +1,11 @@
 """The session of a positioner that people move and watch."""
 
 import math
-from contextlib import suppress
 from typing import Any
 
 from . import positioner_lines as lines
-from .errors import MachineError, Refused, TimedOut
-from .positioner_lines import AXES, ZERO, Steps
+from .errors import MachineError, Refused, TimedOut, WasReset
+from .positioner_lines import AXES, START_SPEED, ZERO, State, Steps
 from .positioner_session import TRIES, PositionerSession
 from .session import Operation, Waiting
 
@@ -17,7 +16,7 @@ class AttendedSession(PositionerSession):
     """One positioner on a line, with people who hold what moves, and see what is refused.
 
     Once it is `connected`, an axis that moves, and neither was ordered to nor is on its way, is
-    stopped until the machine says that it stands, if need be by a break; a jog goes on if a limit
+    stopped until STATE reports that it stands, if need be by a break; a jog goes on if a limit
     may be of the movement before; a travel that is refused stops all axes, and an order in between
     calls off one that has not departed; and refusals and limits are returned by `receive` alone.
 
@@ -46,12 +45,16 @@ class AttendedSession(PositionerSession):
     def restore(self, left: Steps | None, least: float) -> Waiting[tuple[bool, int]]:
         """Stop what moves, send the machine its settings, and its place if it was reset; connect.
 
+        It was reset if it counts too few seconds, or has the speeds that it has after a reset: the
+        clock by which `least` was measured may have been set since.
+
         Parameters
         ----------
         left : Steps or None
             Where the machine was left, which is sent to it if it was reset and stands at `ZERO`.
         least : float
-            Seconds that it has been on, at least, if it was not reset.
+            Seconds that it has been on, at least, if it was not reset; minus infinity if it was
+            never connected.
 
         Returns
         -------
@@ -63,12 +66,12 @@ class AttendedSession(PositionerSession):
         TimedOut
             If no machine answers, or it does not stop, or the line is too bad to know.
         """
-        self._restoring = True
+        self._restoring, self._reporting = True, False
         yield from self._open()
         yield from self._rest()
-        before = yield from self.fence()
-        state = yield from self.fence()
-        reset = max(before.seconds, state.seconds) < least  # one of them may be damaged
+        state = yield from self._confirmed()
+        reset = state.seconds < least or (
+            least > -math.inf and set(state.speeds) == {START_SPEED})
         if reset and left is not None and state.steps == ZERO:
             yield from self._obey(lines.place(left))
             if (yield from self.fence()).steps != left:
@@ -81,13 +84,31 @@ class AttendedSession(PositionerSession):
         self._delivery = self.begin(self._deliver(), self.now)
         return reset, state.seconds
 
+    def _confirmed(self) -> Waiting[State]:
+        """Return a state that the one before confirms: either may be damaged."""
+        state = yield from self.fence()
+        for _ in range(TRIES):
+            before, state = state, (yield from self.fence())
+            seconds = state.seconds - before.seconds
+            if 0 <= seconds <= 1 and state[:-1] == before[:-1]:
+                return state
+        raise self._disturbed()
+
     def _rest(self) -> Waiting[None]:
         """Stop it, and raise `TimedOut` if it is not known to stand."""
         if not (yield from self._stop_and_verify()):
             raise TimedOut(f"the machine at {self.name} does not stop: it moves")
 
     def bring_to_rest(self) -> Waiting[None]:
-        """Halt, and wait until it stands."""
+        """Halt, and wait until it stands.
+
+        Raises
+        ------
+        TimedOut
+            If it is not known to stand.
+        WasReset
+            If it was reset, and has lost where it stands.
+        """
         for operation in filter(None, (self._verification, self._delivery)):
             operation.cancel()
         self._restoring = True
@@ -100,6 +121,20 @@ class AttendedSession(PositionerSession):
         self.now, self._reporting = now, False
         self._submit(lines.stop() + lines.DISCONNECT)
         self.release(now)
+
+    def call_origin(self) -> Waiting[None]:
+        """Call this place (0, 0, 0), if it stands; end when STATE reports that.
+
+        Raises
+        ------
+        TimedOut
+            If it moves, or does not report that.
+        """
+        self._call_off()
+        yield from self._standing(AXES)
+        yield from self.rename(lines.ORIGIN)
+        if self.steps != ZERO:
+            raise self._disturbed()
 
     # In the background
 
@@ -115,10 +150,12 @@ class AttendedSession(PositionerSession):
                 state = yield from self.fence()
             except TimedOut:
                 self._unverified = True
-                yield math.inf  # until it is heard
+                yield math.inf  # until something is received
                 continue
+            except WasReset:  # where it stands is not known
+                return
             moving = {axis for axis, moves in zip(AXES, state.moving, strict=True) if moves}
-            later = set()  # ordered since the state was asked for
+            later = set()  # ordered since STATE was sent
             for axis, order in self._orders.items():
                 if not order.line.ended:
                     later.add(axis)
@@ -142,15 +179,20 @@ class AttendedSession(PositionerSession):
                 continue
             try:
                 yield from self._deliver_next()
+            except WasReset:
+                return
             except MachineError:
-                yield math.inf  # until it is heard
+                yield math.inf  # until something is received
 
     def _deliver_next(self) -> Waiting[None]:
         key, order = next(iter(self._settings.items()))
-        for _ in range(TRIES):
-            with suppress(Refused):  # which `receive` has returned
+        for tries in range(1, TRIES + 1):
+            try:
                 yield from self._obey(order)
                 break
+            except Refused as refused:  # which `receive` has returned
+                if tries == TRIES and refused.reason != "RANGE":
+                    raise self._disturbed() from refused
         if self._settings.get(key) == order:
             del self._settings[key]
 
@@ -186,13 +228,6 @@ class AttendedSession(PositionerSession):
     def _set(self, key: str | int, order: bytes, now: float) -> None:
         self._settings[key] = order
         self.tick(now)
-
-    def call_origin(self, now: float) -> None:
-        """Call this place (0, 0, 0). It goes nowhere then."""
-        self.now = now
-        self._call_off()
-        self._set_target(None)
-        self._submit(lines.ORIGIN)
 
     @property
     def _departs(self) -> bool:

@@ -26,14 +26,14 @@ class Driver:
         The serial port.
     session : PositionerSession
         What is done on it. It is only touched in calls of this.
-    heard : callable
+    on_message : callable
         Called with each message, in the thread that reads, with no lock held. What it raises is
         handed to `threading.excepthook`; reading goes on.
     """
 
     def __init__(self, port: Port, session: PositionerSession,
-                 heard: Callable[[Message], None]) -> None:
-        self._port, self._session, self._heard = port, session, heard
+                 on_message: Callable[[Message], None]) -> None:
+        self._port, self._session, self._on_message = port, session, on_message
         self._changed = threading.Condition()
         self._closed = False
         self._thread = threading.Thread(target=self._listen, daemon=True)
@@ -117,7 +117,7 @@ class Driver:
 
     def _hand_on(self, message: Message) -> None:
         try:
-            self._heard(message)
+            self._on_message(message)
         except Exception:  # a mistake of the listener must not make the machine unheard
             threading.excepthook(threading.ExceptHookArgs(
                 (*sys.exc_info(), threading.current_thread())))

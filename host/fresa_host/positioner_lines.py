@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 from .arguments import check_whole
 
-__all__ = ["ACK", "ACK_OFF", "AXES", "CONNECT", "DISCONNECT", "FASTEST", "MEANINGS", "ORIGIN",
-           "POINTS", "STATE", "STEPS_PER_UM", "ZERO", "Limit", "Ok", "Refusal", "State", "Steps",
-           "delimited", "go_to", "jog", "place", "read_line", "speed", "stop", "store"]
+__all__ = ["ACK", "ACK_OFF", "AXES", "CONNECT", "DISCONNECT", "DISCONNECTED", "FASTEST", "MEANINGS",
+           "ORIGIN", "OVERFLOW", "POINTS", "START_SPEED", "STATE", "STEPS_PER_UM", "ZERO", "Limit",
+           "Ok", "Refusal", "State", "Steps", "delimited", "go_to", "jog", "place", "read_line",
+           "speed", "stop", "store"]
 
 AXES = ("x", "y", "z")
 """The axes, in the order of the motors 1, 2 and 3."""
@@ -19,6 +20,9 @@ POINTS = range(1, 8)
 
 FASTEST = 1500
 """Highest speed of a motor, in steps/s, unless the machine was built for another."""
+
+START_SPEED = 200
+"""Speed of each motor after power-up or reset, in steps/s."""
 
 STEPS_PER_UM = 200 * 90.25 / 318
 """Steps of a motor's turn, times its gear, by the um of a turn of the screw."""
@@ -69,6 +73,10 @@ class Refusal:
     reason: str
 
 
+DISCONNECTED, OVERFLOW = Refusal("DISCONNECTED"), Refusal("OVERFLOW")
+"""Refusals by which a reset, and lost answers, are known."""
+
+
 @dataclass(frozen=True)
 class Limit:
     """A limit switch ended the movement of an axis."""
@@ -116,10 +124,11 @@ def read_line(line: str) -> Steps | Ok | Refusal | State | Limit | None:
         return Ok()
     if state := _STATE.fullmatch(line):
         connected, *numbers = map(int, state.groups())
-        steps = _steps(numbers[9:12])
-        return steps and State(
-            bool(connected), tuple(map(bool, numbers[:3])), tuple(numbers[3:6]),
-            tuple(map(bool, numbers[6:9])), steps, numbers[12])
+        steps, seconds = _steps(numbers[9:12]), numbers[12]
+        if steps is None or seconds >= _FARTHEST:
+            return None
+        return State(bool(connected), tuple(map(bool, numbers[:3])), tuple(numbers[3:6]),
+                     tuple(map(bool, numbers[6:9])), steps, seconds)
     if limit := re.fullmatch(r"! LIMIT MOT([123])", line):
         return Limit(AXES[int(limit[1]) - 1])
     if refusal := re.fullmatch(r"! (?!LIMIT)([A-Z][A-Z ]{0,40})", line):

@@ -6,12 +6,12 @@ from contextlib import suppress
 from typing import NamedTuple
 
 from . import positioner_lines as lines
-from .errors import Refused, TimedOut, WasReset
+from .errors import Refused, TimedOut
 from .positioner_answers import Line
 from .positioner_errors import PositionError
 from .positioner_lines import AXES, Refusal, State, Steps
 from .positioner_place import Place
-from .positioner_state import PositionerState, Target, refused
+from .positioner_state import PositionerState, Target
 from .session import BAUD, Waiting
 
 __all__ = ["PositionerSession"]
@@ -65,7 +65,7 @@ class PositionerSession(PositionerState):
     can_break : bool
         Whether the port can send a break.
     timeout : float
-        Seconds within which the machine must be heard.
+        Seconds within which the machine must answer or report.
 
     Attributes
     ----------
@@ -93,16 +93,26 @@ class PositionerSession(PositionerState):
         ------
         TimedOut
             If there is no answer.
+        WasReset
+            If it was reset since it was connected.
         """
+        state = yield from self._state()
+        if self._reporting and not state.connected:
+            state = yield from self._state()  # the first may be damaged
+            if not state.connected:
+                raise self._was_reset()
+        return state
+
+    def _state(self) -> Waiting[State]:
         end = self.now + self._timeout
         while True:
-            asked = self._unanswered.asked
-            line = asked or self._submit(self._unanswered.question)[-1]
+            query = self._unanswered.query
+            line = query or self._submit(self._unanswered.query_lines)[-1]
             yield from self._ended(line, end)
-            if asked is None and isinstance(line.answer, State):
+            if query is None and isinstance(line.answer, State):
                 return line.answer
             if not line.ended:
-                self._unanswered.give_up_asked()
+                self._unanswered.give_up_query()
             if self.now >= end:
                 raise TimedOut(f"no machine answers at {self.name}: is it on, and built without "
                                "--original?")
@@ -111,16 +121,47 @@ class PositionerSession(PositionerState):
         """Wait until a line is answered, or should have been."""
         end = min(end, line.due + self._timeout)
         while not line.ended and self.reports < line.reports + ANSWER_REPORTS and self.now < (
-                due := min(end, max(line.due, self._heard_at) + ANSWER_TIMEOUT_S)):
+                due := min(end, max(line.due, self._received_at) + ANSWER_TIMEOUT_S)):
             yield due
 
     def _drained(self) -> Waiting[None]:
-        """Wait until no line is unanswered, so that the next answer is that of the next line."""
-        while (line := self._unanswered.last) is not None or self._unanswered.in_doubt:
+        """Wait until each line before is answered, or is lost, and the next can be attributed.
+
+        Raises
+        ------
+        TimedOut
+            If the line is too bad for that.
+        """
+        line, end = self._unanswered.last, self.now + self._timeout
+        while self._unanswered.in_doubt or not (line is None or line.ended):
+            if self.now >= end:
+                raise self._disturbed()
             if line is not None and not self._unanswered.in_doubt:
                 yield from self._ended(line)
             if line is None or not line.ended:
                 yield from self.fence()
+
+    def _repeat_lost(self, axes: Iterable[str] = AXES) -> Waiting[None]:
+        """Send again what axes were ordered at once, until each has been answered."""
+        if self._attended:  # whose state is verified
+            return
+        if not self._answers:
+            yield from self._open()
+        for _ in range(TRIES):
+            yield from self._drained()
+            if not (lost := self._lost(axes)):
+                return
+            for order in lost:
+                order.line = self._submit_at_once(order.line.order)
+        raise self._disturbed()
+
+    def _settled(self, axes: Iterable[str]) -> Waiting[State]:
+        """Return the machine's state, when nothing that these axes were ordered at once is lost."""
+        state = yield from self.fence()
+        if self._answers and self._lost(axes):
+            yield from self._repeat_lost(axes)
+            state = yield from self.fence()
+        return state
 
     def _obeyed(self, line: Line) -> Waiting[bool]:
         """Wait for the answer to a line; return whether it was obeyed, or False if it is lost.
@@ -129,18 +170,12 @@ class PositionerSession(PositionerState):
         ------
         Refused
             If it was refused.
-        WasReset
-            If it is lost since the machine was reset.
         """
         yield from self._ended(line)
         if not line.ended:
-            state = yield from self.fence()
-            if line.lost and self._reporting and not state.connected:
-                self._answers = False
-                self._orders.clear()
-                raise WasReset
+            yield from self.fence()
         if isinstance(line.answer, Refusal):
-            raise refused(line.answer)
+            raise self._error(line.answer)
         return line.answer is not None
 
     def _obey(self, order: bytes) -> Waiting[None]:
@@ -165,6 +200,7 @@ class PositionerSession(PositionerState):
         """Give the motors power; end when the place is known."""
         self._orders.clear()  # nothing moves before that
         self._sent.clear()
+        self._reporting = False
         yield from self._open()
         self._refusals.clear()
         yield from self._power()
@@ -206,23 +242,24 @@ class PositionerSession(PositionerState):
 
     def state(self) -> Waiting[State]:
         """Return the machine's state, behind all that was ordered."""
-        state = yield from self.fence()
+        state = yield from self._settled(AXES)
         self.raise_pending()
         return state
 
     def check(self) -> Waiting[None]:
         """Wait for the answers to all that was sent; raise what is wrong."""
-        if self._answers:
-            yield from self._drained()
+        yield from self._repeat_lost()
         self.raise_pending()
 
     def command(self, order: bytes) -> Waiting[None]:
         """Send an order; end when it was obeyed."""
+        yield from self._repeat_lost()
         yield from self._obey(order)
         self.raise_pending()
 
     def store(self, point: int, steps: Steps) -> Waiting[None]:
         """Let the machine keep a point."""
+        yield from self._repeat_lost()
         yield from self._store(point, steps)
         self.raise_pending()
 
@@ -292,7 +329,7 @@ class PositionerSession(PositionerState):
         TimedOut
             If they do not.
         """
-        state = yield from self.fence()
+        state = yield from self._settled(axes)
         self._raise_refused()
         if moving := [axis for axis in axes if state.moving[AXES.index(axis)]]:
             raise TimedOut(f"{', '.join(moving)} moves: stop it first")
@@ -326,6 +363,7 @@ class PositionerSession(PositionerState):
     def _rename(self, order: bytes) -> Waiting[None]:
         self._set_target(None)
         self._sent.clear()
+        yield from self._repeat_lost()
         yield from self._obey(order)
         yield from self.fence()  # the place that is known is the new one then
         self.raise_pending()
@@ -342,6 +380,8 @@ class PositionerSession(PositionerState):
 
     def _progress(self, axes: Iterable[str]) -> Waiting[Progress]:
         self.raise_pending()
+        if self.stale(self.now):
+            yield from self.fence()  # one that was reset does not report
         steps, target = self.place(self.now), self.target
         there = Place.of(Steps(*(at if to is None else to
                                  for at, to in zip(steps, target or steps, strict=True))))

@@ -5,10 +5,20 @@ from dataclasses import dataclass
 
 from . import positioner_lines as lines
 from .axis_monitor import AxisMonitor
-from .errors import LimitReached, Refused, TimedOut
+from .errors import LimitReached, Refused, TimedOut, WasReset
 from .lines import LineSplitter
 from .positioner_answers import Line, Unanswered
-from .positioner_lines import AXES, MEANINGS, Limit, Ok, Refusal, State, Steps, read_line
+from .positioner_lines import (
+    AXES,
+    DISCONNECTED,
+    MEANINGS,
+    Limit,
+    Ok,
+    Refusal,
+    State,
+    Steps,
+    read_line,
+)
 from .session import Session
 
 __all__ = ["Message", "PositionerState", "Target"]
@@ -57,17 +67,17 @@ class _AxisOrder:
         """Note that the axis is to stand."""
         self.direction, self.monitor, self.ended = 0, None, True
 
-    def hear(self, at: int) -> bool:
+    def update(self, at: int) -> bool:
         """Take a report; return whether the axis has ended its way by it, or may have."""
         if self.ended or self.monitor is None or not self.line.ended:
             return False
-        self.monitor.hear(at)
+        self.monitor.update(at)
         self.ended = at == self.monitor.target or self.monitor.leads_away
         return self.ended or self.monitor.stands
 
 
 class PositionerState(Session):
-    """What was ordered, what was heard, and what is sent at once. See `PositionerSession`."""
+    """What was ordered, what was received, and what is sent at once. See `PositionerSession`."""
 
     _attended = False  # see `AttendedSession`
 
@@ -87,7 +97,7 @@ class PositionerState(Session):
         self._sent: dict[str, int] = {}  # where axes were sent, unless ordered something since
         self._reporting = self._restoring = False
         self.steps: Steps | None = None
-        self.reported_at = self._heard_at = 0.0
+        self.reported_at = self._received_at = 0.0
         self.reports = self.halts = 0
         self.at_rest = False
 
@@ -157,6 +167,8 @@ class PositionerState(Session):
             If the line is gone.
         Refused
             If the machine refused something that was sent at once, the first of that.
+        WasReset
+            If it refused that because it was reset since it was connected.
         LimitReached
             If a limit switch ended a movement.
         """
@@ -169,7 +181,25 @@ class PositionerState(Session):
 
     def _raise_refused(self) -> None:
         if self._refusals:
-            raise refused(self._refusals.pop(0))
+            raise self._error(self._refusals.pop(0))
+
+    def _error(self, refusal: Refusal) -> Refused | WasReset:
+        """Return the error of a refusal."""
+        if refusal == DISCONNECTED and self._reporting:
+            return self._was_reset()
+        return Refused(refusal.reason, MEANINGS.get(refusal.reason, "it does not say more"))
+
+    def _was_reset(self) -> WasReset:
+        """Note that the machine was reset, which ended all movement and the answers."""
+        self._answers = False
+        for known in (self._orders, self._sent, self._refusals):
+            known.clear()
+        return WasReset()
+
+    def _lost(self, axes: Iterable[str] = AXES) -> list[_AxisOrder]:
+        """Return what these axes were ordered last, at once, that is lost on the line."""
+        return [order for axis, order in self._orders.items()
+                if axis in axes and order.line.at_once and order.line.lost]
 
     # What is sent at once
 
@@ -185,11 +215,11 @@ class PositionerState(Session):
         """End the movement of axes. Others go on to their target."""
         self.now = now
         for axis in axes:
-            line = self._order(axis, lines.stop([axis]))
-            if axis in self._orders:
-                self._orders[axis].end()
-                self._orders[axis].line = line
+            self._stop(axis)
         self._superseded()
+
+    def _stop(self, axis: str) -> None:
+        self._orders[axis] = _AxisOrder(self._order(axis, lines.stop([axis])), ended=True)
 
     def halt(self, now: float) -> None:
         """End all movement: by a break, if the port can, and by order.
@@ -215,6 +245,9 @@ class PositionerState(Session):
         self._since[axis] = order
         self._sent.pop(axis, None)
         self._unverified, self.at_rest = True, False
+        return self._submit_at_once(order)
+
+    def _submit_at_once(self, order: bytes) -> Line:
         (line,) = self._submit(order)
         line.at_once = True
         return line
@@ -240,7 +273,7 @@ class PositionerState(Session):
         self._limits -= set(axes)
         self._pending_limits -= set(axes)
 
-    # What is heard
+    # What is received
 
     def receive(self, data: bytes, now: float) -> list[Message]:
         """Take bytes of the line, and the time.
@@ -253,7 +286,7 @@ class PositionerState(Session):
         """
         self.now = now
         if data:
-            self._heard_at = now
+            self._received_at = now
         messages = []
         for line in self._splitter.feed(lines.delimited(data)):
             message = read_line(line)
@@ -299,7 +332,7 @@ class PositionerState(Session):
         self.reports += 1
         for axis, at in zip(AXES, steps, strict=True):
             if axis in self._orders:
-                self._unverified |= self._orders[axis].hear(at)
+                self._unverified |= self._orders[axis].update(at)
         return before
 
     def _stop_unexpected(self, moved: set[str]) -> None:
@@ -323,9 +356,9 @@ class PositionerState(Session):
                 order.repeated = True
                 self._superseded()
                 return None  # if it is of this movement, it is reported again
-            self._submit(lines.stop([axis]))  # so that what is reported is true
-        if order is not None:
-            order.end()
+            self._stop(axis)  # so that what is reported is true
+        else:
+            self._orders.pop(axis, None)
         self._sent.pop(axis, None)
         self._limits.add(axis)
         self._unverified = True
@@ -333,8 +366,3 @@ class PositionerState(Session):
             self._pending_limits.add(axis)
         self._superseded()
         return limit
-
-
-def refused(refusal: Refusal) -> Refused:
-    """Return the error of a refusal."""
-    return Refused(refusal.reason, MEANINGS.get(refusal.reason, "it does not say more"))

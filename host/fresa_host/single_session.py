@@ -41,7 +41,7 @@ class SingleSession(Session):
         self._splitter = LineSplitter()
         self._stale = True  # an answer to an earlier question may come
         self._greeted = False  # without a question
-        self._heard_at = 0.0
+        self._received_at = 0.0
         self.target: int | None = None
         self.powered: bool | None = None
 
@@ -49,7 +49,7 @@ class SingleSession(Session):
         """Take bytes of the line, and the time."""
         self.now = now
         if data:
-            self._heard_at = now
+            self._received_at = now
         for line in self._splitter.feed(data):
             self._greeted |= line == GREETING
             self._resume(line)
@@ -127,7 +127,7 @@ class SingleSession(Session):
     def _quiet(self) -> Waiting[None]:
         """Wait for silence."""
         since, limit = self.now, self.now + SILENCE_S + self._timeout
-        while self.now < (end := max(since, self._heard_at) + SILENCE_S):
+        while self.now < (end := max(since, self._received_at) + SILENCE_S):
             if self.now >= limit:
                 raise TimedOut(f"the machine at {self._name} does not stop talking")
             yield min(end, limit)

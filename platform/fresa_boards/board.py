@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any
 
 from amaranth.build import Attrs, Pins, PinsN, Resource
@@ -11,8 +10,10 @@ from amaranth.lib.wiring import In
 
 from fresa.roles import BUTTON, DIGITS, SEGMENTS, STATUS, MachineComponent, Role
 
-__all__ = ["LEDS", "RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Pin", "PinRow",
-           "pin_table", "role_of"]
+from .flow import Flow
+
+__all__ = ["LEDS", "RESET", "Allotment", "Bit", "Bits", "Board", "Capacity", "Layout", "Loader",
+           "Pin", "PinRow", "pin_table", "role_of"]
 
 RESET = "reset"
 """What the words of an allotment call the reset of a machine, which is no port of it."""
@@ -32,15 +33,18 @@ class Capacity:
     flip_flops : int
         Flip-flops beside them; those in the I/O blocks come on top.
     block_rams : int
-        Block RAMs of 18 Kibit.
+        Block RAMs.
     multipliers : int
-        Multipliers of 18 x 18 bits.
+        Multipliers of 16 x 16 bits or more.
+    block_ram_bits : int
+        Bits of a block RAM, without those for parity.
     """
 
     luts: int
     flip_flops: int
     block_rams: int
     multipliers: int
+    block_ram_bits: int = 16_384
 
 
 @dataclass(frozen=True)
@@ -84,11 +88,14 @@ class Allotment:
     number : str, optional
         Port whose number ``segments`` and ``digits`` show, of a machine that does not scan a
         display itself.
+    constant : mapping of str to int
+        Inputs that have no pin on this board, and the level at which they stay.
     """
 
     header: Mapping[str, str] = field(default_factory=dict)
     panel: Mapping[str, str] = field(default_factory=dict)
     number: str | None = None
+    constant: Mapping[str, int] = field(default_factory=dict)
 
     def places(self, machine: MachineComponent) -> dict[str, Bits]:
         """List the bits of a machine at each place: a part of the board, or a port on a header.
@@ -117,7 +124,7 @@ class Allotment:
         wired = {bit.port for name, place in places.items() if name != LEDS
                  for bit in place if bit}
         for port, role in machine.roles.items():
-            if not role.optional and port not in wired:
+            if not role.optional and port not in wired and port not in self.constant:
                 raise ValueError(f"{port} of the machine, {role.name}, has no pin on the board")
         return places
 
@@ -142,6 +149,58 @@ class Pin:
     resource: str
     number: int = 0
     part: str | None = None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A header as it is drawn for people, in two columns.
+
+    Attributes
+    ----------
+    name : str
+        What the board calls it.
+    view : str
+        How the board lies so that the pins are where they are drawn, in a few words.
+    left, right : str
+        The pins of the columns from top to bottom: names of the board's header, or what else is
+        there, such as ``GND`` and ``3V3``.
+    """
+
+    name: str
+    view: str
+    left: str
+    right: str
+
+
+@dataclass(frozen=True)
+class Loader:
+    """How ``openFPGALoader`` finds a board.
+
+    Attributes
+    ----------
+    board : str
+        What it calls the board.
+    usb : str
+        Vendor and product of the USB chip, in hex.
+    memory : bool
+        A bitstream can be loaded into the FPGA alone, until the power goes.
+    """
+
+    board: str
+    usb: str
+    memory: bool = True
+
+    def command(self, bitstream: str, *, flash: bool) -> list[str]:
+        """Return what loads a bitstream into the board's flash, or until the power goes.
+
+        Raises
+        ------
+        ValueError
+            If the board is loaded by its flash alone.
+        """
+        if not (flash or self.memory):
+            raise ValueError("the board is loaded by its flash alone")
+        return ["openfpgaloader-cli", "-b", self.board, "-f" if flash else "-m", bitstream]
 
 
 @dataclass(frozen=True)
@@ -175,7 +234,7 @@ class Board:
     name : str
         What people call it on a command line.
     family : str
-        What boards have in common that are wired alike; allotments are for it.
+        What boards have in common that are wired alike.
     platform : type of Platform
         Its FPGA, its resources and the tool that makes its bitstream. Has ``prepare`` of Amaranth,
         and then ``rtlil``, the design from which the plan was made.
@@ -189,6 +248,22 @@ class Board:
         ``leds``, ``segments``, ``digits``, those that it has.
     outputs, pulled_up : Attrs
         Attributes of header pins that are outputs, and inputs with a pull-up.
+    allotments : mapping of str to Allotment
+        The pins of each machine, by its name.
+    title : str
+        What its maker calls it, and its FPGA.
+    source : str
+        The published files that the pins were checked against.
+    layouts : tuple of Layout
+        Where the header pins are.
+    held : mapping of Pin to int
+        Pins that need a level while any machine runs.
+    start_up_us : int
+        For how long after power-up a machine stays in reset, in us.
+    flow : Flow, optional
+        The programs that make its bitstream, if they are open.
+    loader : Loader, optional
+        How the bitstream gets into it, if by ``openFPGALoader``.
     """
 
     name: str
@@ -199,11 +274,24 @@ class Board:
     panel: Mapping[str, tuple[Pin, ...]]
     outputs: Attrs
     pulled_up: Attrs
+    allotments: Mapping[str, Allotment]
+    title: str
+    source: str
+    layouts: tuple[Layout, ...] = ()
+    held: Mapping[Pin, int] = field(default_factory=dict)
+    start_up_us: int = 0
+    flow: Flow | None = None
+    loader: Loader | None = None
 
     @property
     def clock(self) -> int:
         """Its clock, in Hz."""
         return round(self.platform().default_clk_frequency)
+
+    @property
+    def start_up(self) -> int:
+        """For how long a machine stays in reset after power-up, in clocks."""
+        return -(-self.start_up_us * self.clock // 1_000_000)
 
     def allotment(self, machine: str) -> Allotment:
         """Return the pins that a machine has, by its name.
@@ -213,13 +301,9 @@ class Board:
         ValueError
             If none are committed for this pair.
         """
-        module = f"{__package__}.allotments.{self.family}_{machine}"
-        try:
-            return import_module(module).ALLOTMENT
-        except ModuleNotFoundError as error:
-            if error.name != module:
-                raise
-            raise ValueError(f"{self.name} has no pins allotted to {machine}") from None
+        if machine not in self.allotments:
+            raise ValueError(f"{self.name} has no pins allotted to {machine}")
+        return self.allotments[machine]
 
     def request(self, platform, machine: MachineComponent,
                 allotment: Allotment) -> dict[str, io.PortLike]:
@@ -233,17 +317,11 @@ class Board:
         """
         requested: dict[tuple[str, int], Any] = {}
 
-        def request(pin: Pin) -> Any:
-            key = pin.resource, pin.number
-            if key not in requested:
-                requested[key] = platform.request(*key, dir="-")
-            return requested[key] if pin.part is None else getattr(requested[key], pin.part)
-
         def part(name: str, width: int) -> io.PortLike:
-            port = request(self.panel[name][0])
+            port = self.port(platform, self.panel[name][0], requested)
             for pin in self.panel[name][1:]:
                 if len(port) < width:
-                    port += request(pin)
+                    port += self.port(platform, pin, requested)
             return port
 
         places = allotment.places(machine)
@@ -253,10 +331,19 @@ class Board:
             name: platform.request(name, dir="-") if name in allotment.header
             else part(name, len(bits)) for name, bits in places.items()}
 
+    @staticmethod
+    def port(platform, pin: Pin, requested: dict[tuple[str, int], Any] | None = None) -> Any:
+        """Request a pin of an instance of the platform, or find it among those requested."""
+        requested = {} if requested is None else requested
+        key = pin.resource, pin.number
+        if key not in requested:
+            requested[key] = platform.request(*key, dir="-")
+        return requested[key] if pin.part is None else getattr(requested[key], pin.part)
+
     def _resource(self, port: str, machine: MachineComponent, names: str) -> Resource:
         pins = " ".join(self.header[name] for name in names.split())
-        contact = machine.roles[port].to_ground
-        direction = "i" if machine.signature.members[port].flow is In else "o"
+        contact = role_of(machine, port).to_ground
+        direction = "i" if port == RESET or machine.signature.members[port].flow is In else "o"
         return Resource(port, 0, (PinsN if contact else Pins)(pins, dir=direction),
                         self.pulled_up if contact else self.outputs)
 

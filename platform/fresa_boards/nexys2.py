@@ -23,10 +23,10 @@ from amaranth_boards.resources import (
     VGAResource,
 )
 
-from .board import Board, Capacity, Pin
+from .board import Allotment, Board, Capacity, Layout, Pin
 from .ise import ISEPlatform
 
-__all__ = ["NEXYS2_500", "NEXYS2_1200", "Nexys2Platform", "Nexys2_1200Platform"]
+__all__ = ["BOARDS", "NEXYS2_500", "NEXYS2_1200", "Nexys2Platform", "Nexys2_1200Platform"]
 
 
 _LVCMOS33 = Attrs(IOSTANDARD="LVCMOS33")
@@ -121,8 +121,37 @@ _PANEL = {
     "tx": (Pin("TXD", "uart", 0, "tx"),),
 }
 
-NEXYS2_500, NEXYS2_1200 = (
-    Board(name, "nexys2", platform, platform.capacity, _HEADER, _PANEL, _OUTPUTS, _PULLED_UP)
+_ALLOTMENTS = {
+    # A coil word has bit 0, YELLOW, on the lowest pin.
+    "mill": Allotment(
+        header={"axis_x": "JA1 JA2 JA3 JA4", "axis_y": "JA7 JA8 JA9 JA10",
+                "axis_z": "JB1 JB2 JB3 JB4"},
+        panel={"switches": "jog - automatic", "buttons": "reset start - stop",
+               "leds": "leds - busy error ready", "segments": "segments", "digits": "digits",
+               "rx": "rx", "tx": "tx"}),
+    # There is no pin for one line that all switches share: it would not say which axis is to stop.
+    "positioner": Allotment(
+        header={"step": "JA1 JA7 JB1", "direction": "JA2 JA8 JB2", "enable": "JA3 JA9 JB3",
+                "buzzer": "JB4", "limits": "JC1 JC2 JC3"},
+        panel={"buttons": "reset", "rx": "rx", "tx": "tx",
+               "leds": "moving limits fault connected"}),
+    "single": Allotment(
+        header={"coils": "JA1 JA2 JA3 JA4", "enable": "JA7"},
+        panel={"buttons": "reset", "rx": "rx", "tx": "tx",
+               "leds": "coils - moving fault enable", "segments": "segments", "digits": "digits"},
+        number="position"),
+}
+
+_LAYOUTS = tuple(
+    Layout(f"J{letter}", "components up, the socket at the bottom",
+              " ".join(f"J{letter}{pin}" for pin in range(1, 5)) + " GND 3V3",
+              " ".join(f"J{letter}{pin}" for pin in range(7, 11)) + " GND 3V3")
+    for letter in "ABCD")
+
+BOARDS = NEXYS2_500, NEXYS2_1200 = tuple(
+    Board(name, "nexys2", platform, platform.capacity, _HEADER, _PANEL, _OUTPUTS, _PULLED_UP,
+          _ALLOTMENTS, title=f"Digilent Nexys 2, Xilinx {platform.device.upper()}",
+          source="Digilent's reference manual and Nexys2_500General.ucf", layouts=_LAYOUTS)
     for name, platform in [("nexys2-500", Nexys2Platform), ("nexys2-1200", Nexys2_1200Platform)])
 """The two boards as machines see them."""
 

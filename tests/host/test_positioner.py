@@ -300,7 +300,7 @@ def test_a_report_that_was_damaged_is_not_believed():
     for damaged in (9000, -9000, 130):
         monitor = axis_monitor.AxisMonitor(400)
         for x in (100, 110, 120, damaged, 140, 150):
-            monitor.hear(x)
+            monitor.update(x)
             assert not monitor.leads_away and not monitor.stands
 
 

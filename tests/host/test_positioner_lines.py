@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fresa.motion.positioner import START_SPEED
 from fresa_host import Place
 from fresa_host import positioner_lines as positioner
 from fresa_host.lines import LineSplitter
@@ -31,7 +32,8 @@ class TestPositioner:
         "# POS 1 2 3 :# POS 1 2 3 :", "! ", "! range", "! LIMIT MOT4\x00", "", "OK", "okok", "ok ",
         "STATE", "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3", "STATE 2 0 0 0 1 2 3 0 0 0 1 2 3 4",
         "STATE 1 0 0 0 1 -2 3 0 0 0 1 2 3 4", "STATE 1 0 0 0 1 2 3 0 0 0 2147483648 2 3 4",
-        "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 4 5", "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 -4"])
+        "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 4 5", "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 -4",
+        "STATE 1 0 0 0 1 2 3 0 0 0 1 2 3 2147483648"])
     def test_half_a_line_is_none(self, line):
         assert read_line(line) is None
 
@@ -90,3 +92,7 @@ class TestPositioner:
 
     def test_a_um_is_57_steps(self):
         assert Place(1, -1000, 14_000).steps == (57, -56_761, 794_654)
+
+
+def test_the_speed_after_a_reset_is_that_of_the_gateware():
+    assert positioner.START_SPEED == START_SPEED

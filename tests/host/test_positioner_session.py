@@ -1,5 +1,6 @@
 """The session of a positioner: bytes and times go in, and nothing waits."""
 
+import math
 from typing import Any
 
 import pytest
@@ -23,8 +24,11 @@ class World:
     """A session, a positioner that reports every 0.1 s, and the time."""
 
     def __init__(self, kind: type[PositionerSession] = PositionerSession, *,
-                 left: Steps | None = None, least: float = 0.0, can_break: bool = False) -> None:
+                 left: Steps | None = None, least: float = 0.0, can_break: bool = False,
+                 reset: bool = False) -> None:
         self.fake = FakePositioner()
+        if left is not None and not reset:
+            self.fake.speeds = [227, 114, 57]  # as it was left
         self.fake.pause = 0.0
         self.fake.can_break = can_break
         self.session: Any = kind(baud=10**6, can_break=can_break)
@@ -161,6 +165,70 @@ class TestAnswers:
         world.run(world.session.connect())
         world.run(world.session.command(b"VEL MOT2 1\n"))
 
+    def test_an_overflow_stands_for_any_number_of_lines(self, world):
+        world.do(world.session.jog, "x", 1)
+        world.hear()
+        world.fake.mute = [b"MOV MOT2 C\n", b"MOV MOT3 C\n"]
+        world.do(world.session.jog, "y", 1)
+        world.do(world.session.jog, "z", 1)
+        world.hear(b"! OVERFLOW\n")
+        world.fake.written.clear()
+        world.run(world.session.command(b"VEL MOT1 5\n"))
+        assert world.fake.orders == [b"MOV MOT2 C\n", b"MOV MOT3 C\n", b"VEL MOT1 5\n"]
+
+    def test_lines_at_once_that_keep_coming_hold_up_no_order(self, world):
+        """The order waits for the answers to those before it only."""
+        world.do(world.session.stop, ["x"])
+        operation = world.session.begin(world.session.command(b"VEL MOT1 5\n"), world.now)
+        for _ in range(10):
+            world.do(world.session.stop, ["x"])
+            first, _, rest = world.fake.coming.partition(b"\n")
+            world.fake.coming = b""
+            world.hear(first + b"\n")
+            world.fake.coming = rest + world.fake.coming
+        assert world.session._unanswered.last is not None and operation.done
+
+    @pytest.mark.parametrize("lost", ["deaf", "mute"])
+    @pytest.mark.parametrize("call", [
+        lambda it: it.check(), lambda it: it.state(), lambda it: it.command(b"VEL MOT2 9\n"),
+        lambda it: it.store(1, HERE), lambda it: it.move_to(7, (None, 5, 0)),
+        lambda it: it.rename_axis("y", 5)])
+    def test_an_order_to_stop_at_once_that_is_lost_is_sent_again(self, world, lost, call):
+        world.do(world.session.jog, "x", 1)
+        world.tick(2)
+        setattr(world.fake, lost, [STOP[0]])
+        world.do(world.session.stop, ["x"])
+        world.fake.written.clear()
+        world.run(call(world.session))
+        assert world.fake.target[0] == world.fake.steps[0] and world.fake.orders[0] == STOP[0]
+
+    def test_an_order_to_jog_that_is_lost_is_sent_again_unless_another_came(self, world):
+        world.fake.deaf = [b"MOV MOT1 C\n", b"MOV MOT2 C\n", b"MOV MOT3 C\n"]
+        for axis in AXES:
+            world.do(world.session.jog, axis, 1)
+        world.do(world.session.stop, ["y"])
+        world.fake.written.clear()
+        world.run(world.session.move_to(7, (None, None, 5)))
+        assert [line for line in world.fake.orders if line.startswith(b"MOV")] == [b"MOV MOT1 C\n"]
+        assert world.session.target == (None, 0, 5)
+
+    def test_one_that_never_arrives_is_an_error(self, world):
+        world.do(world.session.jog, "x", 1)
+        world.tick()
+        world.fake.deaf = 9 * [STOP[0]]
+        world.do(world.session.stop, ["x"])
+        with pytest.raises(TimedOut, match="it may not have obeyed"):
+            world.run(world.session.check())
+
+    def test_what_was_ordered_before_the_machine_answers_is_checked(self):
+        world = World()
+        world.run(world.session.disconnect())
+        world.do(world.session.release)
+        world.fake.refuse = {b"MOV": b"! DISCONNECTED\n"}
+        world.do(world.session.jog, "x", 1)
+        with pytest.raises(Refused, match="DISCONNECTED"):
+            world.run(world.session.check())
+
     def test_unanswered_lines_are_bounded(self, world):
         world.fake.original = True
         for _ in range(100):
@@ -203,6 +271,29 @@ class TestAnswers:
         assert world.session.steps == (5, 0, 0)  # not that of a machine that has lost it
         world.run(world.session.connect())
         world.run(world.session.command(b"VEL MOT1 100\n"))
+
+    @pytest.mark.parametrize("call", [
+        lambda it: it.state(), lambda it: it.check(), lambda it: it.move_to(7, HERE),
+        lambda it: it.progress()])
+    def test_every_call_says_so_until_it_is_connected_again(self, world, call):
+        world.fake.reset()
+        world.fake.refuse = {b"MOV": b"! DISCONNECTED\n"}
+        world.do(world.session.jog, "x", 1)
+        world.tick(int(STALE_AFTER / PERIOD) + 2)
+        for _ in range(2):
+            with pytest.raises(WasReset):
+                world.run(call(world.session))
+        world.run(world.session.connect())
+        world.run(call(world.session))
+
+    def test_one_damaged_state_is_no_reset(self, world):
+        world.do(world.session.tick)
+        operation = world.session.begin(world.session.state(), world.now)
+        world.session.take_outputs()
+        world.session.receive(b"STATE 0 0 0 0 200 200 200 0 0 0 0 0 0 7\n", world.now)
+        world.send()
+        world.tick(3)
+        assert operation.result().connected
 
     def test_it_answers_no_more_when_it_is_left(self, world):
         world.do(world.session.release)
@@ -404,6 +495,48 @@ class TestAttended:
         assert attended.messages.count(Refusal("RANGE")) == 3
         assert attended.fake.points["7"] == [1, 2, 3]
 
+    def test_one_that_the_line_damages_is_not_given_up(self, attended):
+        attended.fake.refuse = {b"VEL": b"! DAMAGED\n"}
+        attended.do(attended.session.set_speed, "y", 1500)
+        attended.tick(20)
+        attended.fake.refuse = {}
+        attended.tick(5)
+        assert attended.fake.speeds[1] == 1500
+
+    def test_one_that_is_always_refused_does_not_keep_it_connecting(self):
+        world = World(AttendedSession, left=HERE)
+        world.fake.refuse = {b"VEL": b"! COMMAND\n"}
+        world.session.set_speed("y", 1500, world.now)
+        with pytest.raises(TimedOut, match="it may not have obeyed"):
+            world.run(world.session.restore(HERE, 0))
+
+    @pytest.mark.parametrize("lost", ["deaf", "mute"])
+    def test_an_origin_is_sent_until_it_is_obeyed(self, attended, lost):
+        attended.fake.steps = attended.fake.target = [5, 0, 0]
+        setattr(attended.fake, lost, [b"ORIGIN\n"])
+        attended.run(attended.session.call_origin())
+        assert attended.fake.steps == [0, 0, 0] and attended.session.steps == HERE
+        assert attended.fake.orders.count(b"ORIGIN\n") == 2
+
+    def test_there_is_no_origin_where_it_moves(self, attended):
+        attended.do(attended.session.jog, "x", 1)
+        attended.tick(2)
+        with pytest.raises(TimedOut, match="x moves: stop it first"):
+            attended.run(attended.session.call_origin())
+        assert b"ORIGIN\n" not in attended.fake.orders
+
+    @pytest.mark.parametrize("seen", [1, 4])
+    def test_one_that_is_reset_in_a_jog_is_not_at_rest(self, attended, seen):
+        attended.do(attended.session.jog, "x", 1)
+        attended.tick(seen)
+        attended.fake.reset()
+        attended.do(attended.session.stop, ["x"])
+        attended.tick(20)
+        assert not attended.session.at_rest
+        assert attended.fake.written.count(b"STATE\n") < 8  # it is not asked for ever
+        with pytest.raises(WasReset):
+            attended.run(attended.session.bring_to_rest())
+
     def test_a_break_loses_no_setting(self, attended):
         attended.do(attended.session.jog, "x", 1)
         attended.hear()
@@ -458,7 +591,8 @@ class TestAttended:
 
     @pytest.mark.parametrize("between", [
         lambda it: it.do(it.session.jog, "z", 1), lambda it: it.do(it.session.stop, ["z"]),
-        lambda it: it.do(it.session.halt), lambda it: it.do(it.session.call_origin),
+        lambda it: it.do(it.session.halt),
+        lambda it: it.session.begin(it.session.call_origin(), it.now),
         lambda it: it.do(it.session.travel, 1, HERE)])
     def test_what_comes_in_between_calls_it_off(self, attended, between):
         attended.do(attended.session.travel, 7, Steps(500, 0, 0))
@@ -527,6 +661,26 @@ class TestRestoring:
         assert world.fake.steps == [5, -5, 7]
         assert not world.messages  # nothing before is to be acted on
         assert world.session.at_rest
+
+    def test_its_speeds_tell_that_it_was_reset(self):
+        """The computer's clock may have been set back since, or the reset have come soon."""
+        world = World(AttendedSession, left=self.LEFT, least=-5.0, reset=True)
+        assert world.fake.steps == [5, -5, 7]
+        world = World(AttendedSession, left=self.LEFT, least=-math.inf, reset=True)
+        assert world.fake.steps == [0, 0, 0]  # it was never connected
+
+    def test_seconds_that_the_line_damaged_are_asked_for_again(self):
+        for damaged in (0, 1):
+            world = World(AttendedSession, left=HERE)
+            states = iter([*(2 + damaged) * [100], 9000, *9 * [100]])  # two until it stands
+
+            def state(world=world, states=states) -> bytes:
+                world.fake.seconds = next(states)
+                return FakePositioner._state(world.fake)
+
+            world.fake._state = state
+            assert world.run(world.session.restore(self.LEFT, 1000)) == (True, 100)
+            assert world.fake.steps == [5, -5, 7]
 
     def test_one_that_has_moved_since_is_not(self):
         world = World(AttendedSession, left=HERE)

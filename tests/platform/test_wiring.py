@@ -4,7 +4,7 @@
 """The wiring, on a machine whose roles no real one has yet."""
 
 import pytest
-from amaranth import Module
+from amaranth import Module, Signal
 from amaranth.lib import io
 from amaranth.lib.wiring import In, Out
 
@@ -140,3 +140,27 @@ class TestRoles:
                         {"direction": ports["direction"].o})
         with AmaranthEngine(design) as it:
             assert it.apply({"limits": [3] * 3}, ["direction"])["direction"].tolist() == [0, 1, 1]
+
+    def test_an_input_without_a_pin_is_as_the_allotment_has_it(self):
+        machine = Wires()
+        allotment = Allotment(header={**ALLOTMENT.header, "limits": "JA1 JA2"},
+                              panel={"leds": "lights"}, constant={"stop": 1, "line": 0})
+        with engine(allotment, machine=machine) as it:
+            seen = it.apply({"limits": [3] * 4}, ["direction", "leds"])
+        assert seen["direction"].tolist() == [0] * 4 and set(seen["leds"]) == {0b101}
+
+
+class TestStartUp:
+    @pytest.mark.parametrize("clocks", [1, 7, 8])
+    def test_reset_ends_after_so_many_clocks_and_never_comes_back(self, clocks):
+        class Counter(Wires):
+            def elaborate(self, platform) -> Module:
+                m = Module()
+                ran = Signal(3)
+                m.d.sync += ran.eq(ran | 1)
+                m.d.comb += self.lights.eq(ran)
+                return m
+
+        with engine(machine=Counter(), start_up=clocks) as it:
+            seen = it.apply({"limits": [3] * 60}, ["leds"])
+        assert seen["leds"].tolist() == [0] * (clocks + 1) + [1] * (59 - clocks)

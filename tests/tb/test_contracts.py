@@ -15,7 +15,7 @@ from amaranth.lib.wiring import In, Out
 
 from fresa.motion import StepCounter
 from tb.contracts.contract import Case, Component, Contract
-from tb.contracts.proof import ProofError, prove
+from tb.contracts.proof import Proof, ProofError, prove
 from tb.registry import components
 from tests.machines.contracts import check_stated, properties
 from tools import prove as command
@@ -264,6 +264,20 @@ class TestCommand:
         monkeypatch.setitem(components(), "coil", replace(contract, depth=contract.depth + 1))
         assert command.main(["coil", *arguments]) == 0
         assert set(sought) == {"counter", "coil"}
+
+    @pytest.mark.prover
+    def test_what_other_code_has_proved_is_not_known(self, tmp_path, monkeypatch):
+        """And what is known is found in as many processes as are to run."""
+        def known() -> command.Known[Proof]:
+            return command.Known(tmp_path / "known.json", Proof, ["coil"], 3)
+
+        processes = []
+        monkeypatch.setattr(command.fingerprints, "take", lambda names, jobs: (
+            processes.append(jobs) or dict.fromkeys(names, "0")))
+        known().keep("coil", "all", [])
+        assert known().get("coil", "all") == []
+        monkeypatch.setattr("tb.contracts.proof.VERSION", 2)
+        assert known().get("coil", "all") is None and set(processes) == {3}
 
     @pytest.mark.prover
     def test_a_state_of_something_else(self, tmp_path, capsys):

@@ -35,7 +35,8 @@ PORTS = {  # the pins of the thesis: direction and bits
     "leds": ("output", 4), "count": ("output", 16),
     "segments": ("output", 8), "digits": ("output", 4),
 }
-SOURCES = {"mill.v", "mill.ucf", "mill.prj", "mill.xst", "pins.md", "build.sh", "build.bat"}
+SOURCES = {"mill.v", "mill.ucf", "mill.prj", "mill.xst", "pins.md", "pins.svg", "build.sh",
+           "build.bat"}
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import io
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -331,25 +332,17 @@ class TestStaged:
             pass
 
 
-def test_work_that_counts_nothing_is_named(monkeypatch):
-    stream = io.StringIO()
-    timers = []
-
-    class Timer:
-        def __init__(self, seconds, act) -> None:
-            timers.append((seconds, act))
-
-        def start(self) -> None:
-            pass
-
-        def cancel(self) -> None:
-            pass
-
-    monkeypatch.setattr(console.threading, "Timer", Timer)
+@pytest.mark.parametrize(("kind", "shown"), [(io.StringIO, "making ...\n"), (Terminal, "0/3")])
+def test_work_that_counts_nothing_is_named(monkeypatch, kind, shown):
+    """On a terminal its bar is drawn again and again, as the time goes on."""
+    monkeypatch.setattr(console, "PATIENCE", 0)
+    monkeypatch.setattr(console, "BEAT", 0.01)
+    stream, deadline = kind(), time.monotonic() + 30
     with console.Progress(3, "things", "making", stream=stream):
-        (seconds, act), = timers
-        act()
-    assert (seconds, stream.getvalue()) == (2, "making ...\n")
+        while stream.getvalue().count(shown) < (3 if kind is Terminal else 1):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+    assert kind is Terminal or stream.getvalue() == shown
 
 
 def test_closed_stdout(monkeypatch):

@@ -13,8 +13,9 @@ from amaranth.lib import wiring
 
 from fresa.clock import CLOCK
 from fresa.roles import MachineComponent
+from fresa_boards import boards
 from fresa_boards.board import Board, pin_table
-from fresa_boards.nexys2 import NEXYS2_500, NEXYS2_1200
+from fresa_boards.drawing import pin_drawing
 from fresa_boards.verilog import from_rtlil
 from fresa_boards.wiring import prepare
 from tb.machine import Machine
@@ -24,8 +25,7 @@ from .options import add_options, values_of
 
 __all__ = ["BOARDS", "Built", "Job", "Kind", "build", "declared_kind", "on_board", "raw"]
 
-BOARDS: dict[str, Board | None] = {
-    **{board.name: board for board in (NEXYS2_500, NEXYS2_1200)}, "pins": None}
+BOARDS: dict[str, Board | None] = {**boards.BOARDS, "pins": None}
 """Boards by name; `pins` is the raw machine."""
 
 Write = Callable[[Mapping[str, bytes]], None]
@@ -104,7 +104,7 @@ def raw(name: str, machine: wiring.Component) -> Built:
 
 def on_board(board: Board, name: str, machine: MachineComponent,
              inverted: Collection[str] = ()) -> Built:
-    """Build a machine on a board, and a table of its pins.
+    """Build a machine on a board, and a table and a drawing of its pins.
 
     Parameters
     ----------
@@ -118,8 +118,10 @@ def on_board(board: Board, name: str, machine: MachineComponent,
         See :func:`fresa_boards.wiring.wire`.
     """
     plan = prepare(board, name, machine, inverted=inverted)
-    table = pin_table(board, machine, board.allotment(name))
-    return Built({**plan.files, "pins.md": table.encode()}, plan.rtlil, name)
+    allotment = board.allotment(name)
+    return Built({**plan.files, "pins.md": pin_table(board, machine, allotment).encode(),
+                  "pins.svg": pin_drawing(board, name, machine, allotment).encode()},
+                 plan.rtlil, name)
 
 
 def build(board: str, machine: Machine, **given: Any) -> Built:

@@ -73,21 +73,28 @@ def check_memory(picture: Prepared, capacity: Capacity, board: str) -> None:
     UserError
         If it takes more block RAMs than there are.
     """
-    needed = 2 * -(-picture.pixels.size // 2**14)
+    needed = 2 * -(-picture.pixels.size // capacity.block_ram_bits)
     if needed > capacity.block_rams:
         raise UserError(
             f"{picture.width} x {picture.height} pixels take {needed} block RAMs and {board} has "
-            f"{capacity.block_rams}: make the picture smaller, for instance --size 400x400")
+            f"{capacity.block_rams}: make the picture smaller, for instance --size "
+            f"{_largest(capacity)}")
 
 
-def figures(board: str, timing: MillTiming, asked: Fraction, files: Mapping[str, bytes]) -> dict:
+def _largest(capacity: Capacity) -> str:
+    side = int((capacity.block_rams // 2 * capacity.block_ram_bits) ** 0.5) // 50 * 50
+    return f"{side}x{side}"
+
+
+def figures(board: str, clock: int, timing: MillTiming, asked: Fraction,
+            files: Mapping[str, bytes]) -> dict:
     """List what is known without synthesis, ready for JSON."""
-    real = Fraction(CLOCK, timing.period)
+    real = Fraction(clock, timing.period)
     return {
         "machine": "mill",
         "board": board,
         "files": sorted(files),
-        "clock_hz": CLOCK,
+        "clock_hz": clock,
         "step_rate_asked": float(asked),
         "step_period_clocks": timing.period,
         "step_rate": round(float(real), 6),
@@ -104,15 +111,20 @@ def job(args: argparse.Namespace) -> Job:
     with_picture = args.board != "pins" and args.orders in (None, "image")
     args.image = args.image or EXAMPLE
     picture = picture_from_arguments(args) if with_picture else None
-    capacity = (BOARDS[args.board] or NEXYS2_500).capacity
+    where = BOARDS[args.board]
+    capacity = (where or NEXYS2_500).capacity
     if picture is not None:
         check_memory(picture, capacity, args.board)
-    timing = MillTiming.real(step_rate=args.step_rate)
+    clock = where.clock if where else CLOCK
+    try:
+        timing = MillTiming.real(step_rate=args.step_rate, clock=clock)
+    except ValueError as error:
+        raise UserError(str(error)) from error
     built = build_mill(args.board, timing=timing, picture=picture, guard=args.guard,
                        serial=args.orders == "serial")
-    facts = figures(args.board, timing, args.step_rate, built.files) | {
+    facts = figures(args.board, clock, timing, args.step_rate, built.files) | {
         "guard": args.guard, "orders": None if args.board == "pins" else args.orders or "image"}
-    says = (f"clock {CLOCK / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {timing.period} "
+    says = (f"clock {clock / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {timing.period} "
             f"clocks; {facts['mm_per_minute']:g} mm/min")
     if picture is None:
         return Job(built, facts, says, source=args.image)

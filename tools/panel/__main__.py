@@ -69,6 +69,9 @@ def main(argv: list[str] | None = None) -> int:
     if not args.simulate and served.options(args) != served.options(parser.parse_args([])):
         raise UserError("a machine at a PORT has the options that it was built with: leave them "
                         "out, or use --simulate")
+    if args.original:
+        raise UserError("with --original the machine does not answer, which the panel needs: leave "
+                        "it out")
     if args.top_speed < TOP_SPEED:
         raise UserError(f"the panel's speeds go up to {TOP_SPEED} steps/s: --top-speed must not "
                         "be less")

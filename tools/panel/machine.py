@@ -138,6 +138,10 @@ class Machine:
         finally:
             operation.cancel()
 
+    async def origin(self) -> None:
+        """Make this position the origin, (0, 0, 0); see `StageSession.call_origin`."""
+        await self._run(self._session.call_origin())
+
     # What is sent
 
     def jog(self, axis: str, direction: int) -> None:
@@ -165,10 +169,6 @@ class Machine:
         if (steps := _steps(point)) is not None:
             self._do(self._session.travel, number, steps)
         return steps
-
-    def origin(self) -> None:
-        """Make this position the origin, (0, 0, 0)."""
-        self._do(self._session.call_origin)
 
     def _do(self, work: Callable[..., None], *args: object) -> None:
         """Call a method of the session with the time as its last argument, and send its output."""

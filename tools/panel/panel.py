@@ -39,8 +39,8 @@ POLL_S = 0.1
 SAVE_INTERVAL_S = 0.5
 
 
-UNKNOWN = ("It is not known where the machine is: it was reset, and has moved since its position "
-           "was saved. Move it to a known place and make that the origin.")
+UNKNOWN = ("It is not known where the machine is: it was reset, now or earlier, and may have moved "
+           "since its position was saved. Move it to a known place and make that the origin.")
 
 
 class PanelView:
@@ -138,7 +138,9 @@ class Panel:
                 self._moves.stop()
                 self._broadcast.notify("")
             case "origin":
-                self._origin()
+                self._require_connection()
+                self._moves.clear_goal()
+                self._busy.begin("setting the origin", self._set_origin())
             case "speed":
                 axis, speed = read_axis(message), read_speed(message)
                 self.settings = self.settings.with_speed(axis, speed)
@@ -206,10 +208,8 @@ class Panel:
             self._broadcast.notify("")
         self._moves.hold(view, directions)
 
-    def _origin(self) -> None:
-        self._require_connection()
-        self._machine.origin()
-        self._moves.clear_goal()
+    async def _set_origin(self) -> None:
+        await self._machine.origin()
         self.settings = replace(self.settings, known=True)
         self._broadcast.notify("This position is the origin now.")
 

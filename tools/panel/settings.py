@@ -128,7 +128,7 @@ def save(path: Path, settings: Settings) -> None:
 
 
 def _read(data: dict, written: float) -> Settings:
-    """Validate all fields: they are sent to the machine.
+    """Validate all fields: they are sent to the machine. An invalid `on_since` is None.
 
     In older files some are missing. A machine that was switched on after such a file was written
     does not count its position as saved, so that time stands for `on_since`.
@@ -136,7 +136,7 @@ def _read(data: dict, written: float) -> Settings:
     Raises
     ------
     ValueError, TypeError, KeyError
-        If a field is missing or invalid.
+        If another field is missing or invalid.
     """
     port, points = data["port"], data["points"]
     if type(port) is not str or len(points) != len(POINTS):
@@ -153,10 +153,8 @@ def _read(data: dict, written: float) -> Settings:
 
 
 def _time(value: object) -> float | None:
-    if value is None:
-        return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 1e12:
-        raise ValueError
+        return None
     return float(value)
 
 

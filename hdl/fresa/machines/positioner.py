@@ -1,5 +1,6 @@
 """`positioner`: three geared steppers at the screws of a micropositioner."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,7 +20,9 @@ from ..protocol import (
     UARTTransmitter,
     bit_period,
 )
+from ..protocol.baud import LEAST_PERIOD
 from ..protocol.positioner import MOTORS, Answer, PositionerCommands, state_layout
+from ..protocol.reporter import least_period
 from ..roles import (
     BUZZER,
     DIRECTION,
@@ -113,6 +116,18 @@ class PositionerTiming:
                    report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
 
 
+def _check_report(timing: PositionerTiming, bit: int) -> None:
+    """Raise ValueError if a higher bit rate would do for the report period, and this does not."""
+    def least(bit: int) -> int:
+        return least_period(state_layout(timing.top_speed), ANSWERS, 10 * bit)
+
+    fitting = bisect_right(range(LEAST_PERIOD, bit), timing.report, key=least)
+    if fitting and least(bit) > timing.report:
+        slowest = 2 * timing.clock // (2 * (LEAST_PERIOD + fitting) - 1) + 1  # bits are rounded
+        raise ValueError(f"baud must be at least {slowest} for a report period of {timing.report} "
+                         f"clocks, not {timing.baud}")
+
+
 class Positioner(MachineComponent):
     """Three-axis micropositioner on a serial line, without a board.
 
@@ -120,8 +135,9 @@ class Positioner(MachineComponent):
     feed, before which a CR may stand: ``CONNECT``, ``DISCONNECT``, ``MOV MOTn C``, ``MOV MOTn CC``,
     ``STOP MOTn``, ``VEL MOTn v``, ``P i x y z``, ``GOTO i``, ``ORIGIN``, ``POS x y z``, ``ACK 0``,
     ``ACK 1`` and ``STATE``. What they do is described by :class:`Positioning`. From ``ACK 1`` to
-    ``ACK 0`` a line that is executed is answered ``ok``; before and after that it has no answer. A
-    line that is not changes nothing and is answered by exactly one line ``! reason``:
+    ``ACK 0`` a line that is executed is answered ``ok``, except ``STATE``; before and after that it
+    has no answer. A line that is not changes nothing and is answered by exactly one line
+    ``! reason``:
 
     ====================  ==========================================================================
     ``! COMMAND``         its first word is no command
@@ -143,8 +159,9 @@ class Positioner(MachineComponent):
     the time of the next report and in its place, connected or not; the limit inputs are as they are
     then, not settled, and the seconds are whole ones, the first up to one too short. A limit switch
     blocks steps towards its end and passes those away from it. It ends the movement that it blocks,
-    which is answered once, by ``! LIMIT MOTn``, and sounds the buzzer for one to two report
-    periods. An upset state register holds all movement, and sets ``fault``.
+    which is answered once, by ``! LIMIT MOTn``, before all answers that wait but the next one,
+    which may be the state, and sounds the buzzer for one to two report periods. An upset state
+    register holds all movement, and sets ``fault``.
 
     Parameters
     ----------
@@ -203,6 +220,7 @@ class Positioner(MachineComponent):
         timing = timing or PositionerTiming.real()
         bit = bit_period(timing.clock, timing.baud)
         in_range("top speed", timing.top_speed, 1, timing.clock)
+        _check_report(timing, bit)
         shortest = timing.width + max(timing.low, timing.hold)
         if timing.clock // timing.top_speed < shortest:
             raise ValueError(f"top speed must be at most {timing.clock // shortest} steps/s with "

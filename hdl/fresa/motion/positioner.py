@@ -68,7 +68,8 @@ class Positioning(wiring.Component):
     tick : In(1)
         Time base of the buzzer.
     answers : Out(stream.Signature(Answer))
-        Answers, never ``NONE``. A limit that ended a movement comes before all others.
+        Answers, never ``NONE``. A limit that ended a movement comes before all others but the one
+        that is offered already, which may be the state.
     connected : Out(1)
         The motors have power.
     rate : Out(range(top_speed + 1)).array(3)

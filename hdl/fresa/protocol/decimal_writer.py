@@ -4,6 +4,7 @@ from amaranth import Array, Module, Signal, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .decimal_reader import number_shape
 
@@ -31,7 +32,7 @@ class DecimalWriter(wiring.Component):
     Parameters
     ----------
     width : int
-        Bits of a number, from 5 to 33.
+        Bits of a number, from 5 to 32.
     is_signed : bool
         It may be negative.
 
@@ -51,7 +52,7 @@ class DecimalWriter(wiring.Component):
     """
 
     def __init__(self, *, width: int = 32, is_signed: bool = False) -> None:
-        self.shape = number_shape(width, is_signed)
+        self.shape = number_shape(in_range("width of a number", width, 5, 32), is_signed)
         self.digits = len(str(2 ** (width - is_signed) - (not is_signed)))
         super().__init__({
             "numbers": In(stream.Signature(self.shape)),

@@ -13,7 +13,7 @@ from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
 from .text import TextSource
 
-__all__ = ["Reporter"]
+__all__ = ["Reporter", "least_period"]
 
 TEXTS = REPORT, BETWEEN, REPORT_END, STATE, STATE_END = b"# POS ", b" ", b" :", b"STATE ", b"\n"
 POSITIONS = tuple(f"position_{number}" for number in (1, 2, 3))
@@ -58,8 +58,8 @@ class Reporter(wiring.Component):
         Clocks from tick to tick, up to ``MAX_PERIOD``. Between two ticks there must be time for the
         longest report, the longest answer, and two bytes more; and for the longest state.
     byte : int
-        Clocks that the line takes to send a byte, at least 160. With fewer than 11 the times above
-        do not hold.
+        Clocks that the line takes to send a byte. A `UARTTransmitter` takes 160 at least. With
+        fewer than 11, as in a small proof, the times above do not hold.
 
     Members
     -------
@@ -85,6 +85,7 @@ class Reporter(wiring.Component):
     def __init__(self, *, state: data.StructLayout, answers: Sequence[bytes], period: int,
                  byte: int) -> None:
         self.layout = state
+        least = least_period(state, answers, byte)
         self._names = tuple(state.members)
         self._first = self._names.index(POSITIONS[0])
         if self._names[self._first:self._first + len(POSITIONS)] != POSITIONS:
@@ -92,13 +93,7 @@ class Reporter(wiring.Component):
                              f"{', '.join(self._names)}")
         self._texts = TextSource((*TEXTS, *answers))
         self._writer = DecimalWriter(is_signed=True)
-        byte = in_range("byte", byte, 1, MAX_PERIOD)
-        self.quiet = byte * (max(map(len, answers)) + 1)
-        widths = dict(zip(self._names, map(_longest, state.members.values()), strict=True))
-        report = len(REPORT + BETWEEN * 2 + REPORT_END) + sum(widths[name] for name in POSITIONS)
-        whole = len(STATE + BETWEEN * (len(widths) - 1) + STATE_END) + sum(widths.values())
-        least = max(byte * (report + 1) + self.quiet + 8,
-                    byte * (whole + 1) + OVERHEAD * len(widths))
+        self.quiet = _quiet(answers, byte)
         if least > MAX_PERIOD:
             raise ValueError(f"a byte of {byte} clocks is too long to report")
         self.period = in_range("report period", period, least, MAX_PERIOD)
@@ -197,6 +192,21 @@ class Reporter(wiring.Component):
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | writer.fault)
         return m
+
+
+def least_period(state: data.StructLayout, answers: Sequence[bytes], byte: int) -> int:
+    """Return the least clocks from tick to tick; parameters as for `Reporter`."""
+    byte = in_range("byte", byte, 1, MAX_PERIOD)
+    widths = {name: _longest(shape) for name, shape in state.members.items()}
+    report = len(REPORT + BETWEEN * 2 + REPORT_END) + sum(widths[name] for name in POSITIONS)
+    whole = len(STATE + BETWEEN * (len(widths) - 1) + STATE_END) + sum(widths.values())
+    return max(byte * (report + 1) + _quiet(answers, byte) + 8,
+               byte * (whole + 1) + OVERHEAD * len(widths))
+
+
+def _quiet(answers: Sequence[bytes], byte: int) -> int:
+    """Return the clocks of the longest answer, and of the byte before it."""
+    return byte * (max(map(len, answers)) + 1)
 
 
 def _longest(shape) -> int:

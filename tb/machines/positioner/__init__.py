@@ -71,8 +71,9 @@ def _figures(clock: int, made: Options, *, baud: int, top_speed: int, **options:
 
 
 OPTIONS = (
-    Option("baud", "bits a second of the serial line, some 8 400 at least: an answer to STATE must "
-           "fit into 0.1 s (default: %(default)s)", BAUD, least=1, metavar="N"),
+    Option("baud", "bits a second of the serial line, 8 301 at least with the default speed: an "
+           "answer to STATE must fit into 0.1 s (default: %(default)s)", BAUD, least=1,
+           metavar="N"),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
              most=MAX_PULSE * 10**9 // CLOCK, metavar="NS")
       for name, (time, says) in TIMES.items()),

@@ -389,8 +389,12 @@ class TestTiming:
         ({"top_speed": 1_000_000}, {}, "top speed must be at most 263157 steps/s with pulses 190 "
          "clocks apart, not 1000000"),
         ({"top_speed": 0}, {}, "top speed must be a whole number from 1 to 50000000, not 0"),
-        ({"report_us": 60_000}, {}, "report period must be a whole number from 4323088 to "
-         "67108864, not 3000000"),
+        ({"report_us": 60_000}, {}, "baud must be at least 13838 for a report period of 3000000 "
+         "clocks, not 9600"),
+        ({"report_us": 50}, {}, "report period must be a whole number from 4323088 to 67108864, "
+         "not 2500"),
+        ({"baud": 8300}, {}, "baud must be at least 8301 for a report period of 5000000 clocks, "
+         "not 8300"),
         ({"baud": 0}, {}, "baud at a clock of 50000000 Hz must be a whole number from 1 to "
          "3125000, not 0"),
         ({}, {"backlash": (1, 2)}, "there is a backlash and a limit end for each of 3 axes, not "

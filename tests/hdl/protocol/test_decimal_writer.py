@@ -80,6 +80,11 @@ class TestDecimalWriter:
               [int(rng.random() < 0.5) for _ in range(clocks)],
               [int(rng.random() < 0.005) for _ in range(clocks)])
 
+    @pytest.mark.parametrize("width", [4, 33])
+    def test_impossible(self, width):
+        with pytest.raises(ValueError, match=f"must be a whole number from 5 to 32, not {width}"):
+            DecimalWriter(width=width)
+
     @pytest.mark.parametrize(("width", "is_signed"), [
         (5, False), (5, True), (32, False), (32, True), (10, False)])
     def test_ends_and_powers(self, width, is_signed):

@@ -9,6 +9,7 @@ from tools.panel.__main__ import main
 
 @pytest.mark.parametrize(("arguments", "message"), [
     (["--backlash", "1", "2", "3"], "a machine at a PORT has the options that it was built with"),
+    (["--simulate", "--original"], "with --original the machine does not answer"),
     (["--simulate", "--top-speed", "1499"], "up to 1500 steps/s: --top-speed must not be less"),
     (["/dev/ttyUSB0", "--simulate"], "with --simulate there is no PORT: leave out one of them"),
     (["--port", "70000"], "must be a whole number from 0 to 65535, not '70000'"),

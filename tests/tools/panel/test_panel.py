@@ -118,8 +118,12 @@ def test_where_it_is_is_not_asserted_after_a_kill_in_a_jog(fake, path):
     async def again(site):
         await site.connect()
         assert not site.told("place")["known"] and fake.steps == [0, 0, 0]
+        fake.deaf = [b"ORIGIN\n"]
         site.do("origin")
-        assert site.told("place")["known"]
+        await site.until(lambda: not fake.deaf)
+        assert not site.told("place")["known"]  # it has not answered yet
+        await site.until(lambda: site.told("place")["known"])
+        assert fake.orders.count(b"ORIGIN\n") == 2
 
     session(path, again)
     assert load(path).known
@@ -139,9 +143,11 @@ def test_a_machine_that_stayed_on_after_a_kill_knows_where_it_is(fake, path):
 def test_a_machine_that_was_on_knows_better(fake, path):
     save(path, Settings("", Steps(500, -500, 7), on_since=time.time() - 1000))
     fake.steps = fake.target = [1, 2, 3]
+    fake.speeds = [227, 227, 227]  # as a panel left it
 
     async def what(site):
         await site.connect()
+        assert site.told("place")["known"]
         assert not any(line.startswith(b"POS") for line in fake.written)
         assert site.told("place")["steps"] == [1, 2, 3]
         assert site.told("place")["um"] == pytest.approx([1 / 56.761, 2 / 56.761, 3 / 56.761],
@@ -149,6 +155,33 @@ def test_a_machine_that_was_on_knows_better(fake, path):
 
     session(path, what)
     assert load(path).steps == (1, 2, 3)
+
+
+def test_a_machine_that_was_reset_in_a_jog_is_not_at_rest(fake, path):
+    async def what(site):
+        await site.connect()
+        site.do("jog", directions=[1, 0, 0])
+        await site.until(lambda: fake.steps[0] > 0)
+        fake.reset()
+        site.do("jog", directions=[0, 0, 0])
+        await site.until(lambda: site.told("state")["mode"] == "Lost")
+        site.do("disconnect")
+        await site.until(lambda: not site.told("state")["doing"])
+        assert site.told("place")["moving"]
+
+    session(path, what)
+    assert path.with_name("panel.json.lock").read_bytes() == b"moving "
+
+
+def test_a_machine_that_was_reset_is_restored_though_the_clock_was_set_back(fake, path):
+    save(path, Settings("", Steps(5, 5, 5), on_since=time.time() + 3600))
+
+    async def what(site):
+        await site.connect()
+        assert fake.steps == [5, 5, 5]
+
+    session(path, what)
+    assert load(path).on_since == pytest.approx(time.time() - 1000, abs=30)
 
 
 def test_points_are_stored_and_gone_to(fake, path):

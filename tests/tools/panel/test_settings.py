@@ -58,6 +58,14 @@ def test_what_nobody_wrote_is_put_aside(tmp_path, change, capsys):
     assert "the panel starts with defaults" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("on_since", [True, "5", -1, 1e12, float("nan"), [0]])
+def test_a_time_that_nobody_wrote_is_none(tmp_path, on_since):
+    path = tmp_path / "panel.json"
+    save(path, Settings("/dev/ttyUSB0"))
+    path.write_text(json.dumps({**json.loads(path.read_text()), "on_since": on_since}))
+    assert load(path) == Settings("/dev/ttyUSB0")
+
+
 @pytest.mark.parametrize("data", [b"", b"{}", b"[" * 100_000, b"\xff\xfe", b"null", b'"x"',
                                   b"{" + b" " * 70_000 + b"}"])
 def test_what_is_no_file_of_ours_is_put_aside(tmp_path, data):

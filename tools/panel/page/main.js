@@ -239,7 +239,7 @@ class Panel {
   /** Describe what the position shown is worth. */
   #worth() {
     const { place: { known, moving }, state: { connected } } = this;
-    if (!known) return "not from the origin, as it was reset";
+    if (!known) return "not from the origin, which a reset has lost";
     if (connected) return "";
     return moving ? "not sure: it was moving" : "last known";
   }

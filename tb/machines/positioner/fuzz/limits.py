@@ -1,4 +1,4 @@
-"""What `positioner` says of switches that end movements, and how its buzzer sounds."""
+"""Limit reports of `positioner`, and its buzzer."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -14,20 +14,20 @@ __all__ = ["check_buzzer", "check_limit_reports"]
 
 
 BEFORE = 4
-"""Answers that may be said first: one is being said, one is the next, and two other axes."""
+"""Answers that may come first: the one on the line, the next, and those of two other axes."""
 
 
 def check_limit_reports(number: int, blocked: Sequence[int], perhaps: Sequence[int],
-         answers: Sequence[tuple[int, bytes]], due: Due, clocks: int,
-         *, state_waits: bool = False) -> list[Failure]:
-    """Hold what is said of a motor against where switches have, or may have, ended its movements.
+                        answers: Sequence[tuple[int, bytes]], due: Due, clocks: int,
+                        *, state_waits: bool = False) -> list[Failure]:
+    """Check the limit reports of a motor where switches have, or may have, ended its movements.
 
-    Each must be told once, before the answers that wait. Two are told at once where the motor was
-    blocked again before it was said. For `answers` and `due` see `Answers`. At the
-    end a state may wait, and all behind it.
+    Each end must be reported once, before the answers that wait. One report is of two ends where
+    the motor was blocked again before it was sent. For `answers` and `due` see `Answers`. With
+    `state_waits` a state may wait at the end, and all behind it.
     """
     failures, text = [], b"! LIMIT MOT%d\n" % number
-    ends: dict[int, int] = {}  # by when each has been told
+    ends: dict[int, int] = {}  # by when each has been reported
     for at in sorted([*blocked, *perhaps]):
         clock, before = at, bisect_right(answers, (at, b"\xFF"))
         if before:
@@ -55,11 +55,11 @@ def check_limit_reports(number: int, blocked: Sequence[int], perhaps: Sequence[i
     return failures
 
 
-def check_buzzer(buzzer: NDArray, blocked: Sequence[int], perhaps: Sequence[int], period: int
-          ) -> list[Failure]:
-    """Hold the buzzer against it: it sounds to the second tick from there, one in `period` clocks.
+def check_buzzer(buzzer: NDArray, blocked: Sequence[int], perhaps: Sequence[int],
+                 period: int) -> list[Failure]:
+    """Check that the buzzer sounds from each end to the second tick, one in `period` clocks.
 
-    It may for those of which it is not known, and must for the others.
+    It must for `blocked`, and may for `perhaps`.
     """
     must, may = np.zeros((2, len(buzzer)), bool)
     for chosen, at in [(must, at) for at in blocked] + [(may, at) for at in (*blocked, *perhaps)]:

@@ -1,0 +1,120 @@
+"""Every machine on every board with open tools: cells, Fmax, and what the clock leaves to spare."""
+
+import io
+import json
+import os
+import tempfile
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from fresa_boards.boards import BOARDS
+from tb.machines import machines
+from tools import build
+from tools.console import Parser, Progress, command, known, say, warn, write_files_atomically
+
+__all__ = ["main", "table", "with_table"]
+
+ROOT = Path(__file__).parent.parent
+FIGURES = ROOT / "docs" / "boards.json"
+PAGES = (ROOT / "README.md", ROOT / "docs" / "boards.md")
+BEGIN, END = "<!-- table of python -m benchmarks.boards -->", "<!-- end of the table -->"
+
+ABOUT = """\
+Builds every machine for every board whose tools pip installs, with its default options, and prints
+for each pair the cells of the FPGA that it takes, the fastest clock by place and route, and how
+much of that the board's clock leaves to spare. Some seven minutes on two cores.
+
+With --write the figures are kept in docs/boards.json, and the tables in README.md and
+docs/boards.md are written anew. Boards that are not named keep their figures.
+"""
+
+CELLS = {"ice40": "ICESTORM_LC", "ecp5": "TRELLIS_COMB"}
+"""What counts as the cells of a family; Gowin counts carries apart from look-up tables."""
+
+
+def cells(family: str, used: dict[str, int]) -> int:
+    """Return the cells that place and route used."""
+    if family in CELLS:
+        return used[CELLS[family]]
+    return sum(used.get(cell, 0) for cell in ("LUT4", "ALU", "RAM16SDP4"))
+
+
+def figures(board: str, machine: str) -> dict:
+    """Build a machine for a board as the command does; return what is worth keeping.
+
+    Raises
+    ------
+    RuntimeError
+        If it cannot be built.
+    """
+    output = io.StringIO()
+    with tempfile.TemporaryDirectory() as place:
+        with redirect_stdout(output), redirect_stderr(output):
+            status = build.main(["--board", board, "--machine", machine, "--no-report",
+                                 "-o", place])
+        report = Path(place, "report.json")
+        facts = json.loads(report.read_text()) if report.exists() else {}
+    if "fmax_mhz" not in facts:
+        raise RuntimeError(f"{machine} on {board}: status {status}\n{output.getvalue()}")
+    flow = BOARDS[board].flow
+    assert flow is not None
+    return {"cells": cells(flow.extra, facts["cells"]), "of": facts["capacity"]["luts"],
+            "flip_flops": facts["resources"]["flip_flops"],
+            "block_rams": facts["resources"]["block_rams"], "clock_mhz": facts["clock_hz"] / 1e6,
+            "fmax_mhz": facts["fmax_mhz"], "margin": facts["margin"], "tools": facts["tools"]}
+
+
+def table(found: dict[str, dict[str, dict]]) -> str:
+    """Return the figures as a table in Markdown."""
+    names = list(next(iter(found.values())))
+    lines = ["| board | clock | " + " | ".join(names) + " |",
+             "| --- | --- |" + " --- |" * len(names)]
+    for board, of in found.items():
+        first = next(iter(of.values()))
+        row = [f"`{board}`, {first['of']} cells", f"{first['clock_mhz']:g} MHz",
+               *(f"{each['cells']} cells, {each['fmax_mhz']:.0f} MHz, {each['margin']:+.0%}"
+                 for each in of.values())]
+        lines.append(f"| {' | '.join(row)} |")
+    return "\n".join(lines) + "\n"
+
+
+def with_table(page: str, found: dict[str, dict[str, dict]]) -> str:
+    """Return a page with the table anew."""
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    return f"{before}{BEGIN}\n{table(found)}{END}{after}"
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the benchmark."""
+    boards = [name for name, board in BOARDS.items() if board.flow]
+    parser = Parser(prog="python -m benchmarks.boards", description=ABOUT)
+    parser.add_argument("boards", metavar="BOARD", nargs="*",
+                        help=f"which; all of {', '.join(boards)}")
+    parser.add_argument("--write", action="store_true",
+                        help="keep the figures, and write the tables of the pages")
+    args = parser.parse_args(argv)
+    chosen = [known(name, boards, "board with open tools") for name in args.boards] or boards
+    found = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
+    slow = []
+    with Progress(len(chosen) * len(machines()), "builds", "building") as progress:
+        for board in chosen:
+            found[board] = {}
+            for machine in machines():
+                found[board][machine] = each = figures(board, machine)
+                slow += [f"{machine} on {board}"] * (each["margin"] < 0.2)
+                progress.advance()
+    found = {name: found[name] for name in boards if name in found}
+    say(table({name: found[name] for name in chosen}))
+    for each in slow:
+        warn(f"less than a fifth to spare: {each}")
+    if args.write:
+        pages = {page: with_table(page.read_text(), found).encode() for page in PAGES}
+        write_files_atomically({FIGURES: (json.dumps(found, indent=1) + "\n").encode(), **pages})
+    return 0
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("AMARANTH_USE_YOSYS", "builtin")
+    raise SystemExit(main())
