@@ -97,8 +97,9 @@ DIAGRAMS = (
         "move-to",
         "Three steps towards 4, when -2 becomes the target: it reverses at once. The position "
         "counts the steps made. No step is requested at the target, without `run`, or in a "
-        "`load`, which sets the position.",
-        "inputs: target run load moved outputs: step direction position", 0, 42),
+        "`load`, which sets the position. `target_n` is the target with its bits inverted: -5 for "
+        "4, 1 for -2.",
+        "inputs: target_n run load moved outputs: step direction position", 0, 42),
     Diagram(
         "ramp",
         "Twelve steps from standstill: the first at once, the others by the rates of the levels, "
@@ -116,17 +117,17 @@ DIAGRAMS = (
         radix=("backlash=dec", "dut.left=dec")),
     Diagram(
         "limits",
-        "The high switch of the lower axis bounces. From its first touch until it has settled no "
-        "step of that axis goes up; the other axis, and steps down, are free.",
-        "inputs: step direction low high outputs: allowed at_low at_high", 44, 62),
+        "The high switch of the lower axis bounces. It counts as on from its first touch until it "
+        "has settled, and no other switch does.",
+        "inputs: low high outputs: at_low at_high", 44, 62),
     Diagram(
         "axis",
         "From 4 back to 1: DIR turns, two steps take up the backlash and are not counted, three "
         "are. "
-        "Then the switch at the low end is pressed and the target is below: due steps are blocked "
-        "until the target is above.",
-        "inputs: target low rate pins: step_pin direction_pin outputs: moved limit_hit in_position "
-        "position", 82, 190),
+        "Then the switch at the low end is on and the target is below: due steps are blocked until "
+        "the target is above. `target_n` is the target with its bits inverted: -2 for 1.",
+        "inputs: target_n low rate pins: step_pin direction_pin outputs: moved limit_hit "
+        "in_position position", 82, 190),
     Diagram(
         "point-store",
         "Points 1 and 3 are stored, 0 is not. Whether a point is stored is valid at "

@@ -44,7 +44,7 @@ def line_reader(run: Run) -> str:
                 await ctx.tick()
         for byte, error in [(b":", 0), (b"x", 0), (b"9", 1), (b"\r", 0)]:
             await put(ctx, dut.bytes, {"byte": byte[0], "error": error})
-        await ctx.tick().repeat(5)
+        await ctx.tick().repeat(8)
         run.expect("lines", lines, [
             (b"x12", LineEnd.GOOD), (b"", LineEnd.LONG), (b"v\xe9", LineEnd.GOOD),
             (b"", LineEnd.GOOD), (b"", LineEnd.DAMAGED)])

@@ -15,7 +15,8 @@ __all__ = ["AXIS"]
 def describe(c: Contract, dut: Axis) -> None:
     """Steps at the pins are requested, and are counted."""
     driver, rate = c.part("driver"), c.part("rate")
-    moved, up = dut.moved, dut.target > dut.position
+    target = (~dut.target_n).as_signed()
+    moved, up = dut.moved, target > dut.position
     towards = Mux(up, dut.high, dut.low)
     rises = dut.step_pin & ~c.past(dut.step_pin)
     c.invariant("one-pulse-per-step", "STEP rises in the clock after a step is made, and at no "
@@ -24,18 +25,22 @@ def describe(c: Contract, dut: Axis) -> None:
                   "without a load, and not at the target.", when=moved,
                   then=dut.run & ~dut.load & ~dut.in_position)
     c.implication("in-position", "`in_position` is 1 where the position is the target.",
-                  when=dut.position == dut.target, then=dut.in_position & ~moved)
+                  when=dut.position == target, then=dut.in_position & ~moved)
     c.implication("direction-toward-target", "STEP rises with DIR as the target was, seen from the "
                   "position.", when=rises, then=dut.direction_pin == c.past(up))
     c.implication("step-only-enabled", "STEP rises only with ENABLE, where it was requested.",
                   when=rises,
                   then=dut.enable_pin & c.past(dut.enable))
-    c.implication("limit-blocks", "No step is made towards a switch that is pressed.",
+    c.implication("limit-blocks", "No step is made towards a switch that is on.",
                   when=towards & dut.run, then=~moved)
+    c.implication("other-steps-pass", "A step that is due is made when the driver is ready, unless "
+                  "the switch in its direction is on.",
+                  when=dut.run & ~dut.load & ~dut.in_position & rate.due & driver.ready & ~towards,
+                  then=moved & ~dut.limit_hit)
     c.implication("limit-hit-excludes-step", "`limit_hit` and a step exclude each other, and a "
                   "step is made only when due.", when=dut.limit_hit | moved,
                   then=~(dut.limit_hit & moved) & (rate.due | ~moved))
-    c.implication("limit-hit-when-due", "A step that a pressed switch blocks is reported when it "
+    c.implication("limit-hit-when-due", "A step that a switch blocks is reported when it "
                   "is due.", when=dut.run & ~dut.load & ~dut.in_position & rate.due & towards,
                   then=dut.limit_hit)
     _position(c, dut, moved, up)
@@ -91,9 +96,10 @@ def make(*, times: tuple[int, int, int, int], **parameters: int) -> Axis:
 AXIS = Component(
     make=make, describe=describe, depth=22,
     cases=(Case({"times": (2, 3, 2, 3), "modulus": 15, "max_rate": 2, "max_backlash": 3,
-                 "settle": 2,
                  "bits": 4}),
-           Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_backlash": 1, "settle": 1,
+           Case({"times": (1, 1, 1, 1), "modulus": 5, "max_rate": 2, "max_backlash": 1,
                  "bits": 3}),
            Case({"times": (95, 95, 33, 33), "modulus": 50_000_000, "max_rate": 1500,
-                 "max_backlash": 1023, "settle": 500_000, "bits": 32}, real=True)))
+                 "max_backlash": 1023, "bits": 32}, real=True),
+           Case({"times": (95, 95, 33, 33), "modulus": 50_000_000, "max_rate": 2047,
+                 "max_backlash": 1, "bits": 32}, real=True)))

@@ -52,8 +52,15 @@ def describe(c: Contract, dut: LineReader) -> None:
 
     c.implication("whole-lines-only", "An offered item belongs to a line that has ended.",
                   when=dut.items.valid, then=waiting > 0)
-    c.implication("offered-soon", "A line that has ended is offered the clock after the next.",
-                  when=c.past((waiting > given) & ~c.rst), then=dut.items.valid)
+    fetching = c.keep(range(3), name="fetching")  # clocks for which the next item waits, up to two
+    c.m.d.sync += fetching.eq(
+        Mux(c.rst | given | (waiting == 0), 0, fetching + (fetching < 2)))
+    c.invariant("offered-in-time", "An item is offered two clocks after it became the next, or "
+                "its line was complete.",
+                (dut.items.valid == (fetching == 2)) & ((fetching == 0) | (waiting > 0)),
+                cover=dut.items.valid)
+    c.invariant("read-before-offered", "The ring is read in the clock before an item is offered.",
+                c.signal("read") == (fetching == 1), cover=c.signal("read"))
     c.implication("one-line-has-room", "While nothing waits a byte is taken.", when=waiting == 0,
                   then=dut.bytes.ready)
     c.implication("no-byte-without-room", "Without room no byte is taken.",

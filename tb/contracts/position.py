@@ -12,7 +12,8 @@ __all__ = ["POSITION"]
 def describe(c: Contract, dut: MoveTo) -> None:
     """The position is that of the steps made, and each leads towards the target of its clock."""
     c.assume(~dut.moved | dut.step)  # a driver makes what is requested
-    was, sent = c.past(dut.position), c.past(dut.target)
+    target = (~dut.target_n).as_signed()
+    was, sent = c.past(dut.position), c.past(target)
     moved, up = c.past(dut.moved & ~c.rst), c.past(dut.direction)
 
     # Two bits more than a position has: here nothing could wrap unseen.
@@ -31,13 +32,15 @@ def describe(c: Contract, dut: MoveTo) -> None:
     c.implication("never-wraps", "A step up makes the position more, a step down less: it never "
                   "wraps.", when=moved, then=Mux(up, dut.position > was, dut.position < was))
     c.invariant("direction",
-                "The direction is that of the target, also where no step is requested.",
-                dut.direction == (dut.target > dut.position), cover=dut.direction)
+                "The direction is that of the target, also where no step is requested; at the "
+                "target it is up.", dut.direction == (target >= dut.position), cover=dut.direction)
+    c.invariant("in-position", "`in_position` is 1 where the position is the target, and only "
+                "there.", dut.in_position == (dut.position == target), cover=dut.in_position)
     c.implication("requests-until-target", "Until it is at the target a step is requested.",
-                  when=dut.run & ~dut.load & (dut.position != dut.target), then=dut.step)
+                  when=dut.run & ~dut.load & (dut.position != target), then=dut.step)
     c.implication("no-request-at-target",
                   "At the target, in a load and without `run` no step is requested.",
-                  when=~dut.run | dut.load | (dut.position == dut.target), then=~dut.step)
+                  when=~dut.run | dut.load | (dut.position == target), then=~dut.step)
     c.implication("reset-is-0", "After a reset the position is 0.",
                   when=c.past(c.rst), then=dut.position == 0)
 

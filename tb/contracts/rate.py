@@ -17,8 +17,9 @@ def describe(c: Contract, dut: RateGenerator) -> None:
     waits = dut.due & ~dut.moved
     # The sum of the rates less a modulus a step, from the end of the last wait: in this clock the
     # step has its exact time where the sum is a modulus, and is so many of the rate's parts of a
-    # clock late as the sum is above it. There are bits enough for a generator that is wrong.
-    owed = c.keep(range(-2 * dut.modulus, 4 * dut.modulus), name="owed")
+    # clock late as the sum is above it. There are bits enough for a generator that is wrong. At
+    # power-up a step is due.
+    owed = c.keep(range(-2 * dut.modulus, 4 * dut.modulus), init=dut.modulus, name="owed")
     c.m.d.sync += owed.eq(Mux(waits, dut.modulus, owed + given - Mux(made, dut.modulus, 0)))
 
     c.implication("less-than-a-clock-late", "A step comes due less than a clock after its exact "

@@ -43,7 +43,8 @@ def watch_driver(c: Contract, dut: StepDirDriver, *, path: str = "") -> None:
                   then=dut.enable_pin == c.past(dut.enable))
     c.invariant("starts-off", "All pins are low at power-up.",
                 c.past(1) | ~(dut.step_pin | dut.direction_pin | dut.enable_pin), cover=~c.past(1))
-    waiting(c, dut, since, low, still, c.signal(f"{path}wait"))
+    timer = c.signal(f"{path}wait")
+    waiting(c, dut, since, low, still, Mux(timer[-1], timer, 0))
 
 
 def pulses(c: Contract, dut: StepDirDriver, since: Bits, low: Bits, still: Bits, alone: bool

@@ -17,7 +17,7 @@ BIT = 16
 
 BYTE = FRAME * BIT
 
-OBEYED = 60
+OBEYED = 120
 """Clocks in which a line is obeyed, and more."""
 
 

@@ -62,7 +62,7 @@ class RateModel:
 
     def __init__(self, *, modulus: int, max_rate: int) -> None:
         self.modulus, self.max_rate = modulus, max_rate
-        self.given = self.made = 0
+        self.given, self.made = modulus, 0
 
     def is_due(self) -> bool:
         """Return whether a step is due."""

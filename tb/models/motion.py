@@ -35,19 +35,16 @@ class LimitsModel:
         self.now = 0
         self.last = {(name, axis): -2 * period for name in ("low", "high") for axis in range(axes)}
 
-    def clock(self, *, step: int, direction: int, low: int, high: int, rst: int = 0
-              ) -> dict[str, int]:
+    def clock(self, *, low: int, high: int, rst: int = 0) -> dict[str, int]:
         """Advance one clock."""
         switches = {"low": low, "high": high}
-        seen = {"allowed": 0, "at_low": 0, "at_high": 0}
+        seen = {"at_low": 0, "at_high": 0}
         for axis in range(self.axes):
             for name, levels in switches.items():
                 if levels >> axis & 1:
                     self.last[name, axis] = self.now
                 if self.now // self.period - self.last[name, axis] // self.period < 2:
                     seen[f"at_{name}"] |= 1 << axis
-            towards = "at_high" if direction >> axis & 1 else "at_low"
-            seen["allowed"] |= (step & ~seen[towards]) & 1 << axis
         self.now += 1
         return seen
 
@@ -61,7 +58,7 @@ class MoveToModel:
 
     def request(self, *, target: int, run: int, load: int) -> tuple[int, int]:
         """Return the requested step in this clock, and its direction."""
-        return int(run and not load and target != self.position), int(target > self.position)
+        return int(run and not load and target != self.position), int(target >= self.position)
 
     def clock(self, *, moved: int, direction: int, load: int, place: int, rst: int) -> None:
         """Advance one clock."""
@@ -74,16 +71,15 @@ class MoveToModel:
 
 
 class AxisModel:
-    """An axis with the pins of a driver module: position, limits, backlash and pulses.
+    """An axis with the pins of a driver module: position, backlash and pulses.
 
     `times` are those of the driver module.
     """
 
-    def __init__(self, *, times: dict[str, int], modulus: int, max_rate: int, settle: int,
+    def __init__(self, *, times: dict[str, int], modulus: int, max_rate: int,
                  width: int = 32) -> None:
         self.move = MoveToModel(width=width)
         self.rate = RateModel(modulus=modulus, max_rate=max_rate)
-        self.limits = LimitsModel(axes=1, period=settle)
         self.driver = StepDirModel(**times)
         self.backlash = BacklashModel()
 
@@ -93,7 +89,7 @@ class AxisModel:
         position = self.move.position
         step, direction = self.move.request(target=target, run=run, load=load)
         due = step & int(self.rate.is_due())
-        allowed = self.limits.clock(step=due, direction=direction, low=low, high=high)["allowed"]
+        allowed = due & ~(high if direction else low)
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
         moved = seen["moved"]
         self.rate.clock(rate=rate, moved=moved)

@@ -90,7 +90,7 @@ class LineModel:
         self.line: list[int] = []
         self.verdict = GOOD
         self.waiting: deque[int] = deque()
-        self.offered = False
+        self.fetching = 0  # clocks for which the next item waits
 
     @property
     def room(self) -> bool:
@@ -100,14 +100,15 @@ class LineModel:
     @property
     def head(self) -> int | None:
         """The next item, if it is offered already."""
-        return self.waiting[0] if self.offered else None
+        return self.waiting[0] if self.fetching >= 2 else None
 
     def clock(self, byte: tuple[int, bool] | None, taken: bool) -> None:
         """Advance one clock: a byte comes if there is room, and the head was taken or not."""
         room = self.room
+        self.fetching = self.fetching + 1 if self.waiting else 0
         if taken:
             self.waiting.popleft()
-        self.offered = bool(self.waiting)
+            self.fetching = 0
         if byte and room:
             self._read(*byte)
 

@@ -63,8 +63,8 @@ WHOLE_MACHINE = {
                          "disable-clears-queue"],
         "hex_reader": ["good-is-right", "data-are-digits"]},
     "a switch blocks the way towards it, from its first touch, and no other": {
-        "limits": ["high-blocks", "low-blocks", "other-steps-pass", "on-for-period",
-                   "off-after-two-periods"]},
+        "limits": ["on-at-once", "on-for-period", "off-after-two-periods"],
+        "axis": ["limit-blocks", "other-steps-pass"]},
     "a whole axis counts what leaves its pins, less its backlash, up to its switches": {
         "axis": ["one-pulse-per-step", "step-only-toward-target", "limit-blocks",
                  "within-the-backlash", "pulse", "setup", "hold", "spacing"]},

@@ -25,7 +25,7 @@ class RateGenerator(wiring.Component):
     what the accumulator has beyond the modulus is cleared, since at another rate it would be
     another time. So none is lost while a motor is not ready or at rest, and after a wait the steps
     do not catch up: no two steps are ever closer than ``modulus // max_rate`` clocks. Reset changes
-    nothing.
+    nothing. At power-up a step is due, as at rest.
 
     With steps/s as unit of the rate, ``modulus`` is the frequency of the clock. With turns a minute
     and a motor of 48 steps a turn, it is 60/48 of that.
@@ -35,7 +35,8 @@ class RateGenerator(wiring.Component):
     modulus : int
         Clocks in which there are `rate` steps, from 1 to ``MAX_MODULUS``.
     max_rate : int
-        Highest rate, from 1 to ``modulus``. A higher one is clamped to it.
+        Highest rate, from 1 to ``modulus``. A higher one is clamped to it, which takes no logic if
+        it is all that the bits of `rate` can express.
 
     Members
     -------
@@ -63,10 +64,10 @@ class RateGenerator(wiring.Component):
         rate = Signal.like(self.rate)
         m.d.comb += rate.eq(Mux(self.rate > self.max_rate, self.max_rate, self.rate))
 
-        # Accumulator less modulus: its sign bit is the comparison, as in FrequencyDivider.
-        accumulator = Signal(range(-self.modulus, self.max_rate), init=-self.modulus,
-                             reset_less=True)
-        m.d.comb += self.due.eq(accumulator >= 0)
+        # Accumulator less modulus: its sign bit is the comparison. It starts at 0 as a flip-flop of
+        # an iCE40 does: another initial bit would take an inverter in front of the adder.
+        accumulator = Signal(range(-self.modulus, self.max_rate), reset_less=True)
+        m.d.comb += self.due.eq(accumulator[-1] == 0)
         with m.If(self.due & ~self.moved):
             m.d.sync += accumulator.eq(0)
         with m.Else():

@@ -1,6 +1,6 @@
 """The STEP, DIR and ENABLE pins of a driver module."""
 
-from amaranth import Module, ResetSignal, Signal
+from amaranth import Cat, Module, Mux, ResetSignal, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -90,26 +90,38 @@ class StepDirDriver(wiring.Component):
             self.enable_pin.eq(power),
         ]
 
-        # As in FrequencyDivider. It starts at power-up: the pins before that are unknown.
+        # The sign bit of the timer means that it runs. While it does not, it is loaded in every
+        # clock with the time that a change would take; then a change, which is known last, has to
+        # set that bit alone. It runs at power-up: the pins before that are unknown.
         pause = max(self.low, self.hold)
         longest = max(self.width, pause, self.setup)
-        wait = Signal(range(1 - longest, 1), init=1 - longest, reset_less=True)
+        wait = Signal(signed(1 + max(0, longest - 2).bit_length()), init=1 - longest,
+                      reset_less=True)
         over = Signal()
-        right = Signal()
+        idle = Signal()
+        differs = Signal()
+        turns = Signal()
         m.d.comb += [
-            over.eq(wait >= 0),
-            right.eq((sense == self.direction) & (power == self.enable)),
-            self.ready.eq(over & ~high & right & power & ~ResetSignal()),
+            over.eq(wait[-1] == 0),
+            idle.eq(over & ~high),
+            self.ready.eq(idle & power & self.enable & ~ResetSignal() & (sense == self.direction)),
             self.moved.eq(self.step & self.ready),
+            differs.eq((power != self.enable) | (sense != self.direction)),
+            turns.eq(~high & ((power != self.enable) | (self.step & differs))),
         ]
-        with m.If(~over):
+        # A time of one clock is over with the change.
+        starts = [change for change, time in [
+            (high, pause), (self.moved, self.width), (turns, self.setup)] if time > 1]
+        with m.If(over):
+            m.d.sync += [
+                high.eq(self.moved),
+                wait.eq(Cat(Mux(high, 1 - pause, Mux(differs, 1 - self.setup, 1 - self.width))
+                            .as_unsigned()[:len(wait) - 1], Cat(starts).any())),
+            ]
+        with m.Else():
             m.d.sync += wait.eq(wait + 1)
-        with m.Elif(high):
-            m.d.sync += [high.eq(0), wait.eq(1 - pause)]
-        with m.Elif(self.moved):
-            m.d.sync += [high.eq(1), wait.eq(1 - self.width)]
-        with m.Elif((power != self.enable) | (self.step & ~right)):
-            m.d.sync += [power.eq(self.enable), wait.eq(1 - self.setup)]
+        with m.If(idle):
+            m.d.sync += power.eq(self.enable)
             # DIR changes only for a step: `direction` alone moves no pin.
             with m.If(self.step):
                 m.d.sync += sense.eq(self.direction)

@@ -4,13 +4,13 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from amaranth import Module, Signal
+from amaranth import Cat, Const, Module, Signal
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
 from ..clock import CLOCK
 from ..drive import MAX_PERIOD, MAX_PULSE, RateGenerator, StepDirDriver
-from ..motion import MAX_BACKLASH, Axis
+from ..motion import MAX_BACKLASH, Axis, Limits
 from ..motion.positioner import Positioning
 from ..protocol import (
     BAUD,
@@ -195,7 +195,7 @@ class Positioner(MachineComponent):
     moving : Out(3)
         Motors that have a movement.
     fault : Out(1)
-        A register was upset. No step is made until reset.
+        A register was upset, in the clock before or earlier. No step is made until reset.
 
     Raises
     ------
@@ -243,8 +243,11 @@ class Positioner(MachineComponent):
         self._axes = [Axis(
             driver=StepDirDriver(width=timing.width, low=timing.low, setup=timing.setup,
                                  hold=timing.hold),
-            modulus=timing.clock, max_rate=timing.top_speed, max_backlash=max(1, steps),
-            settle=timing.settle) for steps in self._backlash]
+            # No speed is above the top speed; a limit of all ones needs no comparison here.
+            modulus=timing.clock, max_rate=min((1 << timing.top_speed.bit_length()) - 1,
+                                               timing.clock),
+            max_backlash=max(1, steps)) for steps in self._backlash]
+        self._switches = Limits(axes=MOTORS, period=timing.settle)
         self._receiver = UARTReceiver(period=bit)
         self._transmitter = UARTTransmitter(period=bit)
         self._lines = LineReader(length=LINE_LENGTH, ends=b"\n", crlf=True)
@@ -284,16 +287,22 @@ class Positioner(MachineComponent):
             self.buzzer.eq(positioning.buzzer),
             self.connected.eq(positioning.connected),
             self.moving.eq(positioning.run),
-            self.fault.eq(receiver.fault | commands.fault | reporter.fault),
         ]
+        m.d.sync += self.fault.eq(receiver.fault | commands.fault | reporter.fault)
 
         m.submodules.second = second = self._second
         seconds = Signal(31)
+        started = Signal(reset_less=True)  # the second that is due at power-up is none
         m.d.comb += [second.rate.eq(1), second.moved.eq(1)]
-        m.d.sync += seconds.eq(seconds + second.due)
+        m.d.sync += [started.eq(1), seconds.eq(seconds + (second.due & started))]
         m.d.comb += [reporter.connected.eq(positioning.connected), reporter.seconds.eq(seconds)]
 
+        m.submodules.switches = switches = self._switches
         pressed = {end: self.limits[number] for number, end in enumerate(self._limit_ends)}
+        m.d.comb += [
+            switches.low.eq(Cat(pressed.get(f"{name}-", Const(0)) for name in "XYZ")),
+            switches.high.eq(Cat(pressed.get(f"{name}+", Const(0)) for name in "XYZ")),
+        ]
         for index, (name, axis) in enumerate(zip("xyz", self._axes, strict=True)):
             m.submodules[name] = axis
             m.d.comb += [
@@ -304,15 +313,15 @@ class Positioner(MachineComponent):
                 getattr(reporter, f"rate_{index + 1}").eq(positioning.rate[index]),
                 getattr(reporter, f"limit_{index + 1}").eq(self.limits[index]),
                 getattr(reporter, f"position_{index + 1}").eq(axis.position),
-                axis.target.eq(positioning.target[index]),
+                axis.target_n.eq(positioning.target_n[index]),
                 axis.run.eq(positioning.run[index] & ~self.fault),
                 axis.load.eq(positioning.load),
                 axis.place.eq(positioning.place[index]),
                 axis.rate.eq(positioning.rate[index]),
                 axis.backlash.eq(self._backlash[index]),
                 axis.enable.eq(positioning.connected),
-                axis.low.eq(pressed.get(f"{name.upper()}-", 0)),
-                axis.high.eq(pressed.get(f"{name.upper()}+", 0)),
+                axis.low.eq(switches.at_low[index]),
+                axis.high.eq(switches.at_high[index]),
                 self.step[index].eq(axis.step_pin ^ self._inverted),
                 self.direction[index].eq(axis.direction_pin ^ self._inverted),
                 self.enable[index].eq(axis.enable_pin),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from amaranth import Module
+from amaranth import Cat, Const, Module, Value
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -185,13 +185,14 @@ class Single(MachineComponent):
         m.submodules.driver = driver = self._driver
         requested_rate = commands.speed * self.rpm
         if isinstance(move, Ramp):
-            m.d.comb += move.requested_rate.eq(requested_rate)
+            m.d.comb += [move.target.eq(commands.target), move.requested_rate.eq(requested_rate)]
+        else:
+            m.d.comb += move.target_n.eq(~Value.cast(Cat(commands.target, Const(0, 1))))
         m.d.comb += [
             receiver.rx.eq(self.rx),
             self.tx.eq(transmitter.tx),
             self.fault.eq(receiver.fault | commands.fault),
 
-            move.target.eq(commands.target),
             move.run.eq(commands.enable & ~self.fault),
             move.moved.eq(driver.moved),
             commands.position.eq(move.position),

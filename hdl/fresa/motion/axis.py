@@ -1,12 +1,11 @@
 """An axis: everything between a target and the pins of its motor."""
 
-from amaranth import Module, signed
+from amaranth import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from ..drive import PhaseDriver, RateGenerator, StepDirDriver
 from .backlash import Backlash
-from .limits import Limits
 from .position import MoveTo
 
 __all__ = ["Axis"]
@@ -31,15 +30,13 @@ class Axis(wiring.Component):
         See :class:`RateGenerator`. The driver must be able to make steps at the highest rate.
     max_backlash : int
         Most steps of backlash, see :class:`Backlash`.
-    settle : int
-        Clocks in which a switch settles, see :class:`Limits`.
     width : int
         Bits of positions, see :class:`MoveTo`.
 
     Members
     -------
-    target : In(signed(width))
-        Target position.
+    target_n : In(signed(width))
+        Target position, with all bits inverted, see :class:`MoveTo`.
     run : In(1)
         Move towards it.
     load : In(1)
@@ -53,7 +50,7 @@ class Axis(wiring.Component):
     enable : In(1)
         Give the motor power. Without it no step is made.
     low, high : In(1)
-        The switch at that end is pressed. Synchronous to the clock.
+        The switch at that end counts as on, see :class:`Limits`.
     position : Out(signed(width))
         Position of the load, in steps.
     in_position : Out(1)
@@ -70,17 +67,16 @@ class Axis(wiring.Component):
     """
 
     def __init__(self, *, driver: PhaseDriver | StepDirDriver, modulus: int, max_rate: int,
-                 max_backlash: int, settle: int, width: int = 32) -> None:
+                 max_backlash: int, width: int = 32) -> None:
         self.modulus, self.max_rate = modulus, max_rate
         self._driver = driver
         self._move = MoveTo(width=width)
         self._backlash = Backlash(max_backlash=max_backlash)
-        self._limits = Limits(axes=1, period=settle)
         self._rate = RateGenerator(modulus=modulus, max_rate=max_rate)
         self.pins = [name for name in driver.signature.members
                      if name.endswith("_pin") or name == "coils"]
         super().__init__({
-            "target": In(signed(width)), "run": In(1), "load": In(1), "place": In(signed(width)),
+            "target_n": In(signed(width)), "run": In(1), "load": In(1), "place": In(signed(width)),
             "rate": In(range(max_rate + 1)), "backlash": In(range(max_backlash + 1)),
             "enable": In(1),
             "low": In(1), "high": In(1),
@@ -94,22 +90,21 @@ class Axis(wiring.Component):
 
         m.submodules.move = move = self._move
         m.submodules.rate = rate = self._rate
-        m.submodules.limits = limits = self._limits
         m.submodules.driver = driver = self._driver
         m.submodules.backlash = backlash = self._backlash
+        due = Signal()
+        blocked = Signal()
         m.d.comb += [
-            move.target.eq(self.target),
+            move.target_n.eq(self.target_n),
             move.run.eq(self.run),
             move.load.eq(self.load),
             move.place.eq(self.place),
             move.moved.eq(backlash.counted),
             rate.rate.eq(self.rate),
             rate.moved.eq(driver.moved),
-            limits.step.eq(move.step & rate.due),
-            limits.direction.eq(move.direction),
-            limits.low.eq(self.low),
-            limits.high.eq(self.high),
-            driver.step.eq(limits.allowed),
+            due.eq(move.step & rate.due),
+            blocked.eq(Mux(move.direction, self.high, self.low)),
+            driver.step.eq(due & ~blocked),
             driver.direction.eq(move.direction),
             driver.enable.eq(self.enable),
             backlash.backlash.eq(self.backlash),
@@ -117,9 +112,9 @@ class Axis(wiring.Component):
             backlash.moved.eq(driver.moved),
 
             self.position.eq(move.position),
-            self.in_position.eq(move.position == self.target),
+            self.in_position.eq(move.in_position),
             self.moved.eq(driver.moved),
-            self.limit_hit.eq(limits.step & ~limits.allowed),
+            self.limit_hit.eq(due & blocked),
             *(getattr(self, name).eq(getattr(driver, name)) for name in self.pins),
         ]
 

@@ -11,14 +11,11 @@ __all__ = ["Limits"]
 
 
 class Limits(wiring.Component):
-    """Blocks steps towards a limit switch that is on, and passes those away from it.
+    """Tells which limit switches are on, though contacts bounce, as they close and as they open.
 
-    It stands between the source of step requests and the drivers of the motors, with no latency:
-    from the clock in which a switch is seen, no step towards it passes. Positions count what the
-    drivers make, so a blocked step is not counted.
-
-    Contacts bounce, both when they close and when they open. A switch counts as on for ``period``
-    clocks after it was last seen on, and for at most twice as long. A glitch only delays steps.
+    A switch counts as on from the clock in which it is seen, for ``period`` clocks after it was
+    last seen on, and for at most twice as long. So steps towards it can be blocked at once, and a
+    glitch only delays them. One divider serves all switches.
 
     Reset changes nothing.
 
@@ -31,12 +28,8 @@ class Limits(wiring.Component):
 
     Members
     -------
-    step, direction : In(axes)
-        Step requests, a bit an axis; direction 1 leads to the high end.
     low, high : In(axes)
-        The switch at that end is pressed. Synchronous to the clock.
-    allowed : Out(axes)
-        Step requests that pass.
+        The switch at that end is pressed, a bit an axis. Synchronous to the clock.
     at_low, at_high : Out(axes)
         The switch at that end counts as on.
 
@@ -50,8 +43,7 @@ class Limits(wiring.Component):
         self.axes = in_range("axes", axes, 1, 64)
         self.period = in_range("limits period", period, 1, MAX_PERIOD)
         super().__init__(
-            {name: In(axes) for name in ("step", "direction", "low", "high")}
-            | {name: Out(axes) for name in ("allowed", "at_low", "at_high")})
+            {"low": In(axes), "high": In(axes), "at_low": Out(axes), "at_high": Out(axes)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -67,10 +59,6 @@ class Limits(wiring.Component):
         with m.Else():
             m.d.sync += since.eq(since | on)
 
-        m.d.comb += [
-            Cat(self.at_low, self.at_high).eq(on | since | before),
-            self.allowed.eq(self.step & ~(
-                self.direction & self.at_high | ~self.direction & self.at_low)),
-        ]
+        m.d.comb += Cat(self.at_low, self.at_high).eq(on | since | before)
 
         return m

@@ -18,7 +18,8 @@ class MoveTo(wiring.Component):
     one to the end of that range.
 
     To stop, clear ``run``; then the target may be set to the position, which stays. A reset clears
-    the position, and the target is expected to be 0 after it, so that a reset moves nothing.
+    the position, and the target is expected to be 0 after it, or `run`, so that a reset moves
+    nothing.
 
     Parameters
     ----------
@@ -27,8 +28,9 @@ class MoveTo(wiring.Component):
 
     Members
     -------
-    target : In(signed(width))
-        Target position.
+    target_n : In(signed(width))
+        Target position, with all bits inverted: the carry chain of a comparison needs one operand
+        inverted, and a register in front of this port holds it so at no cost.
     run : In(1)
         Move towards it.
     load : In(1)
@@ -40,9 +42,11 @@ class MoveTo(wiring.Component):
     step : Out(1)
         Step request.
     direction : Out(1)
-        1 up, 0 down.
+        1 up, 0 down; 1 at the target.
     position : Out(signed(width))
         Present position, in steps.
+    in_position : Out(1)
+        The position is the target.
 
     Raises
     ------
@@ -53,23 +57,25 @@ class MoveTo(wiring.Component):
     def __init__(self, *, width: int = 32) -> None:
         self.width = in_range("width", width, 2, 64)
         super().__init__({
-            "target": In(signed(self.width)), "run": In(1),
+            "target_n": In(signed(self.width)), "run": In(1),
             "load": In(1), "place": In(signed(self.width)), "moved": In(1),
             "step": Out(1), "direction": Out(1), "position": Out(signed(self.width)),
+            "in_position": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        below = Signal()
+        beyond = Signal(signed(self.width + 1))  # by how much more than a step, if not negative
         m.d.comb += [
-            below.eq(self.position < self.target),
-            self.direction.eq(below),
-            self.step.eq(self.run & ~self.load & (self.position != self.target)),
+            beyond.eq(self.position + self.target_n),
+            self.direction.eq(beyond[-1]),
+            self.in_position.eq((self.position ^ self.target_n).all()),
+            self.step.eq(self.run & ~self.load & ~self.in_position),
         ]
         with m.If(self.load):
             m.d.sync += self.position.eq(self.place)
         with m.Elif(self.moved):
-            m.d.sync += self.position.eq(self.position + Mux(below, 1, -1))
+            m.d.sync += self.position.eq(self.position + Mux(self.direction, 1, -1))
 
         return m

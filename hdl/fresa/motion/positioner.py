@@ -1,6 +1,6 @@
 """Execution of the positioner's commands."""
 
-from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
@@ -76,8 +76,9 @@ class Positioning(wiring.Component):
         Speeds, in steps/s.
     run : Out(3)
         Motors that move.
-    target : Out(signed(32)).array(3)
-        Target positions.
+    target_n : Out(signed(32)).array(3)
+        Target positions, with all bits inverted, see :class:`MoveTo`. Of no meaning after reset,
+        when nothing moves.
     load : Out(1)
         Set the positions to ``place``, with the edge that ends this clock.
     place : Out(signed(32)).array(3)
@@ -103,7 +104,7 @@ class Positioning(wiring.Component):
             "rate": Out(range(self.top_speed + 1), init=min(START_SPEED, self.top_speed)).array(
                 MOTORS),
             "run": Out(MOTORS),
-            "target": Out(signed(32)).array(MOTORS),
+            "target_n": Out(signed(32)).array(MOTORS),
             "load": Out(1),
             "place": Out(signed(32)).array(MOTORS),
             "buzzer": Out(1),
@@ -116,32 +117,41 @@ class Positioning(wiring.Component):
         order = self.orders.p
         command = order.command
         lookup_done = Signal()  # the order was offered a clock ago, so its point has been read
-        refusal = Signal(Answer)
+        reason = Signal(Answer)  # why it is refused
+        refusal = Signal(Answer)  # that, a clock later
         obeyed = Signal()
         acknowledges = Signal()  # since ACK 1
         answer = Signal(Answer)
         m.d.comb += points.number.eq(order.point)
-        m.d.comb += refusal.eq(order.answer)
+        m.d.comb += reason.eq(order.answer)
         with m.If(order.answer == Answer.NONE):
             with m.If(((command == Command.MOV) | (command == Command.GOTO)) & ~self.connected):
-                m.d.comb += refusal.eq(Answer.DISCONNECTED)
+                m.d.comb += reason.eq(Answer.DISCONNECTED)
             with m.Elif((command == Command.GOTO) & ~points.stored):
-                m.d.comb += refusal.eq(Answer.EMPTY)
-        m.d.sync += lookup_done.eq(self.orders.valid & ~lookup_done)
+                m.d.comb += reason.eq(Answer.EMPTY)
+        offered = Signal()  # for the first clock: it will be taken in the next
+        accepted = Signal()
         m.d.comb += [
+            offered.eq(self.orders.valid & ~lookup_done),
+            accepted.eq(offered & (reason == Answer.NONE)),
             self.orders.ready.eq(lookup_done),
-            obeyed.eq(self.orders.valid & lookup_done & (refusal == Answer.NONE)),
+        ]
+        m.d.sync += [
+            lookup_done.eq(offered),
+            refusal.eq(reason),
+            obeyed.eq(accepted),
+            self.load.eq(accepted & ((command == Command.ORIGIN) | (command == Command.POS))),
         ]
 
         m.d.comb += answer.eq(refusal)
-        with m.If(refusal == Answer.NONE):
+        with m.If(obeyed):
             with m.If(command == Command.STATE):
                 m.d.comb += answer.eq(Answer.STATE)
             with m.Elif(Mux(command == Command.ACK, self.numbers[-1][0], acknowledges)):
                 m.d.comb += answer.eq(Answer.OK)
         m.submodules.queue = queue = SyncFIFO(width=4, depth=self.waiting)
         m.d.comb += [
-            queue.w_en.eq(self.orders.valid & lookup_done & (answer != Answer.NONE)),
+            queue.w_en.eq(lookup_done & (answer != Answer.NONE)),
             queue.w_data.eq(Mux(queue.level < self.waiting - 1, answer, Answer.OVERFLOW)),
         ]
 
@@ -188,7 +198,7 @@ class Positioning(wiring.Component):
                     with m.If(order.motor == motor):
                         m.d.sync += [
                             self.run[motor].eq(1), going[motor].eq(0),
-                            self.target[motor].eq(Mux(order.clockwise, UP, DOWN)),
+                            self.target_n[motor].eq(Mux(order.clockwise, ~UP, ~DOWN)),
                         ]
             with m.Case(Command.STOP):
                 for motor in range(MOTORS):
@@ -201,9 +211,9 @@ class Positioning(wiring.Component):
             with m.Case(Command.P):
                 m.d.comb += points.store.eq(1)
             with m.Case(Command.GOTO):
-                m.d.sync += [self.run.eq(~0), going.eq(~0), Cat(self.target).eq(Cat(points.found))]
+                m.d.sync += [self.run.eq(~0), going.eq(~0),
+                             Cat(self.target_n).eq(~Value.cast(Cat(points.found)))]
             with m.Case(Command.ORIGIN, Command.POS):
-                m.d.comb += self.load.eq(1)
                 m.d.sync += self.run.eq(left & ~going)
 
         for point, place, number in zip(points.place, self.place, self.numbers, strict=True):

@@ -170,8 +170,8 @@ class Ramp(wiring.Component):
             up.eq(Mux(rests, self.target > self.position, way)),
             left.eq(Mux(up, self.target, self.position)
                     - Mux(up, self.position, self.target) - 1),
-            move.target.eq(Mux(rests | (left >= 0), self.target,
-                               self.position + Mux(up, 1, -1))),
+            move.target_n.eq(~Mux(rests | (left >= 0), self.target,
+                                  self.position + Mux(up, 1, -1))),
             move.run.eq(self.run),
             move.moved.eq(self.moved),
             self.step.eq(move.step),

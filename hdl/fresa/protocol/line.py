@@ -41,7 +41,8 @@ class LineReader(wiring.Component):
     its start may have been among them. An end character of a line that has begun ends it, and is
     not part of it.
 
-    The first byte of a line can be taken two clocks after its end was, and then one a clock.
+    The first byte of a line can be taken three clocks after its end was, and then one every three
+    clocks: the ring is read into a register, since a block RAM alone is slow.
 
     Parameters
     ----------
@@ -151,13 +152,20 @@ class LineReader(wiring.Component):
             store.data.eq(Cat(Mux(ended, verdict, byte), ended)),
         ]
 
-        # A read takes one clock; a word stored in this clock is not read in it.
-        after = Signal.like(tail)
+        # An item is addressed, read and offered, a clock each. A word that is stored in the clock
+        # in which it is addressed is not read.
+        given = Signal()
+        read = Signal()  # the ring gives the item at `tail`
         m.d.comb += [
-            after.eq(tail + (self.items.valid & self.items.ready)),
-            fetch.addr.eq(after),
-            self.items.payload.eq(fetch.data),
+            given.eq(self.items.valid & self.items.ready),
+            fetch.addr.eq(tail),
         ]
-        m.d.sync += [tail.eq(after), self.items.valid.eq(after != kept)]
+        m.d.sync += [
+            tail.eq(tail + given),
+            read.eq((tail != kept) & ~read & ~self.items.valid),
+            self.items.valid.eq(read | (self.items.valid & ~self.items.ready)),
+        ]
+        with m.If(read):
+            m.d.sync += self.items.payload.eq(fetch.data)
 
         return m

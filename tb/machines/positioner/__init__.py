@@ -108,7 +108,7 @@ DIAGRAMS = (
         "stored; each is answered once, and changes nothing. Then a point is stored, and all "
         "motors go there.",
         "inputs: orders_valid orders_payload.command orders_payload.point "
-        "outputs: orders_ready connected run target_0 answers_valid answers_payload", 0, 14),
+        "outputs: orders_ready connected run target_n_0 answers_valid answers_payload", 0, 14),
     Diagram(
         "reporter",
         "A line that takes a byte every 11 clocks. A report begins at each tick; an answer that "

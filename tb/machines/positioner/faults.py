@@ -17,7 +17,7 @@ __all__ = ["FAULTS", "target"]
 REPORT = 40 * BYTE
 """Within so many clocks an answer is out, be it behind a report."""
 
-OF_MEMORIES = "lines.items__payload", "texts.fetch__data", "points.read__data"
+OF_MEMORIES = "lines.fetch__data", "texts.fetch__data", "points.read__data"
 """Registers that memories have at their outputs: block RAM gives something in every clock."""
 
 
@@ -39,8 +39,8 @@ def target() -> FaultTarget:
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=("driver.step_pin", "driver.direction_pin", "driver.enable_pin", "driver.wait",
               "accumulator",
-              "backlash.way", "backlash.left", "limits.since", "limits.before",
-              "limits.divider.count", *OF_MEMORIES),
+              "backlash.way", "backlash.left", "switches.since", "switches.before",
+              "switches.divider.count", "started", *OF_MEMORIES),
         work=lambda seed: _work(seed, 20),
         work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),
         gap=12_000, window=12_000, timeout=20_000, line=Line(BIT, b"!", _question()))

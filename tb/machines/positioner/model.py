@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from fresa.machines.positioner import LINE_LENGTH, PositionerTiming
 
-from ...models.motion import AxisModel
+from ...models.motion import AxisModel, LimitsModel
 from ...models.protocol import GOOD, LONG, LineModel, ReceiverModel, bits
 
 __all__ = ["CommandsModel", "PositionerInputs", "PositionerModel", "PositionerOutputs",
@@ -151,7 +151,7 @@ class PositioningModel:
         """Forget everything."""
         self.connected = False
         self.rate = [min(200, self.top_speed)] * 3
-        self.target = [0, 0, 0]
+        self.target = [-1, -1, -1]  # of no meaning until a motor moves
         self.movement = ["", "", ""]  # of each motor: MOV, GOTO or none
         self.points: dict[int, list[int]] = {}
         self.lookup_done = False
@@ -343,8 +343,9 @@ class PositionerModel:
         self.positioning = PositioningModel(top_speed=timing.top_speed)
         self.reporter = ReporterModel(byte=10 * bit, period=timing.report)
         times = {name: getattr(timing, name) for name in ("width", "low", "setup", "hold")}
-        self.axes = [AxisModel(times=times, modulus=timing.clock, max_rate=timing.top_speed,
-                               settle=timing.settle) for _ in range(3)]
+        self.axes = [AxisModel(times=times, modulus=timing.clock, max_rate=timing.top_speed)
+                     for _ in range(3)]
+        self.limits = LimitsModel(axes=3, period=timing.settle)
         self.backlash, self.limit_ends, self.original = backlash, limit_ends, original
         self.clocks = self.seconds = 0
         self.hz = timing.clock
@@ -391,12 +392,14 @@ class PositionerModel:
         does = self.positioning
         load = does.load(self.commands.order)
         pressed = {end: pins.limits >> number & 1 for number, end in enumerate(self.limit_ends)}
+        low, high = (_word(pressed.get(f"{axis}{sign}", 0) for axis in "XYZ") for sign in "-+")
+        on = self.limits.clock(low=low, high=high)
         return [axis.clock(
             target=does.target[index], run=int(bool(does.movement[index])),
             load=int(load is not None), place=load[index] if load else 0,
             rate=does.rate[index], backlash=self.backlash[index],
-            enable=int(does.connected), low=pressed.get(f"{'XYZ'[index]}-", 0),
-            high=pressed.get(f"{'XYZ'[index]}+", 0), rst=pins.rst)
+            enable=int(does.connected), low=on["at_low"] >> index & 1,
+            high=on["at_high"] >> index & 1, rst=pins.rst)
             for index, axis in enumerate(self.axes)]
 
 

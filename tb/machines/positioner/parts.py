@@ -79,7 +79,7 @@ def positioning(run: Run) -> str:
         await order(ctx, Command.P, (5, -5, 9), point=2)
         await order(ctx, Command.GOTO, point=2)
         run.see(ctx, dut, run=0b111, connected=1)
-        run.expect("targets", [ctx.get(port) for port in dut.target], [5, -5, 9])
+        run.expect("targets", [~ctx.get(port) for port in dut.target_n], [5, -5, 9])
         await order(ctx, Command.MOV, motor=2)
         ctx.set(dut.in_position, 0b001)
         await ctx.tick()

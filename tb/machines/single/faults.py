@@ -18,7 +18,7 @@ __all__ = ["FAULTS", "target"]
 ANSWER = 12 * BYTE
 """Within so many clocks an answer is out."""
 
-OF_MEMORIES = "lines.items__payload", "texts.fetch__data"
+OF_MEMORIES = "lines.fetch__data", "texts.fetch__data"
 """Registers that memories have at their outputs: block RAM gives something in every clock."""
 
 

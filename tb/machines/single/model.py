@@ -101,16 +101,17 @@ class _Frames:
         self.frame: list[int] | None = None
         self.verdict = GOOD
         self.waiting: list[int] = []
-        self.shown = False  # what waits
+        self.fetching = 0  # clocks for which the next item waits
 
     def has_room(self) -> bool:
         return len(self.waiting) + len(self.frame or []) < ROOM
 
     def edge(self, item: int | None, taken: bool) -> None:
         """Go to the next clock; `item` is a byte that is read, with 256 if not to be trusted."""
+        self.fetching = self.fetching + 1 if self.waiting else 0
         if taken:
             self.waiting.pop(0)
-        self.shown = bool(self.waiting)
+            self.fetching = 0
         if item is not None:
             self._read(item & 0xFF, item >> 8)
 
@@ -172,8 +173,9 @@ class SingleModel:
         self.parts: list[Callable[[], list[int | None]]] = [
             lambda: [None, *self.greeting, *self.help_text]]
         self.sending: list[int | None] = []
-        # Clocks of reading a frame, and whether each takes of it; what to do at its end.
-        self.reading: list[bool] = []
+        # Steps of reading a frame, a clock each: one that takes an item, one that only looks at
+        # it, one that needs none. What to do at its end.
+        self.reading: list[bool | None] = []
         self.command: Callable[[], list] = list
         self.on_line, self.since = 1, self.now - 10 * self.bit
 
@@ -195,7 +197,7 @@ class SingleModel:
         taken = bool(self.receiver.held is not None and self.frames.has_room())
         item = self.receiver.held if taken else None
         self.receiver.edge(pins.rx, taken)
-        shown = self.frames.waiting if self.frames.shown else []
+        shown = self.frames.waiting if self.frames.fetching >= 2 else []
         begins = bool(self.parts) and not self.sending
         reads = not self.parts and self._reads(shown)
         self._send()
@@ -231,17 +233,19 @@ class SingleModel:
         """Read on in a frame; say whether a byte of it, or its end, is taken."""
         if not self.reading and shown:
             self._begin(shown[:next(n for n, item in enumerate(shown) if item >= GOOD) + 1])
-        return bool(self.reading) and self.reading.pop(0)
+        if not self.reading or (self.reading[0] is not None and not shown):
+            return False
+        return bool(self.reading.pop(0))
 
     def _begin(self, frame: list[int]) -> None:
         """Find out what a frame asks for, and how long that takes."""
         *text, end = frame
         letters = next((n for n, byte in enumerate(text) if byte in STOPS), len(text))
         word, rest = bytes(text[:letters]).upper(), bytes(text[letters:])
-        self.reading = [True] * letters + [False] * 2
+        self.reading = [True] * letters + [False, None]
         if word in (b"X", b"V", b"E"):
             digits = next((n for n, byte in enumerate(rest) if byte not in DIGITS), len(rest))
-            self.reading += [True] * digits + [False] * 2 + [True] * (len(rest) - digits)
+            self.reading += [True] * digits + [False, None] + [True] * (len(rest) - digits)
         else:
             self.reading += [True] * len(rest)
         self.reading.append(True)

@@ -34,7 +34,7 @@ class Axis:
               eager: float = 1) -> None:
         """Make a clock with the same inputs for both."""
         mask = (1 << self.width) - 1
-        self.engine.set(target=target & mask, run=run, load=load, place=place & mask, rst=rst)
+        self.engine.set(target_n=~target & mask, run=run, load=load, place=place & mask, rst=rst)
         step, direction = self.model.request(target=target, run=run, load=load)
         moved = int(step and not rst and self.rng.random() < eager)
         self.engine.set(moved=moved)

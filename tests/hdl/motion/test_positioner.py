@@ -56,7 +56,7 @@ class Bench:
             "connected": int(model.connected), "run": bits(map(bool, model.movement)),
             "load": int(load is not None), "buzzer": int(model.sound > 0),
             **{f"rate_{n}": model.rate[n] for n in range(3)},
-            **{f"target_{n}": model.target[n] % 2**32 for n in range(3)},
+            **{f"target_n_{n}": ~model.target[n] % 2**32 for n in range(3)},
             **({f"place_{n}": load[n] % 2**32 for n in range(3)} if load else {}),
             **({"answers_payload": Answer[model.answer.replace(" ", "_")].value}
                if model.answer else {}),
@@ -87,7 +87,7 @@ class Bench:
         return self.engine.get("run")
 
     def targets(self) -> list[int]:
-        return [(self.engine.get(f"target_{n}") + 2**31) % 2**32 - 2**31 for n in range(3)]
+        return [(~self.engine.get(f"target_n_{n}") + 2**31) % 2**32 - 2**31 for n in range(3)]
 
 
 def bits(levels) -> int:

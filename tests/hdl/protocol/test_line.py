@@ -35,17 +35,19 @@ class Model:
         self.line: list[int] | None = None if self.dut.start else []
         self.verdict = GOOD
         self.waiting: list[int] = []
-        self.seen = False
+        self.fetching = 0  # clocks for which the next item waits
 
     def outputs(self) -> tuple[int, int, int | None]:
         room = self.dut.depth - 1 - len(self.waiting) - len(self.line or [])
-        return int(room > 0), int(self.seen), self.waiting[0] if self.seen else None
+        seen = self.fetching >= 2
+        return int(room > 0), int(seen), self.waiting[0] if seen else None
 
     def edge(self, item: int | None, taken: int, reset: int) -> None:
-        room = self.outputs()[0]
-        if self.seen and taken:
+        room, seen, _ = self.outputs()
+        self.fetching = self.fetching + 1 if self.waiting else 0
+        if seen and taken:
             self.waiting.pop(0)
-        self.seen = bool(self.waiting)
+            self.fetching = 0
         if item is not None and room:
             self.read(item & 0xFF, item >> 8)
         if reset:

@@ -47,7 +47,7 @@ def describe(c: Contract, dut: Positioner) -> None:
                       when=c.past(dut.limits[index]) & rises, then=~up, upset=True)
         c.implication(f"{name}-direction-toward-target", f"DIR of {name} is that of its target "
                       "when STEP rises.", when=rises,
-                      then=up == c.past(orders.target[index] > axis.position),
+                      then=up == c.past((~orders.target_n[index]).as_signed() > axis.position),
                       upset=True)
         change = axis.position - c.past(axis.position)
         c.implication(f"{name}-position-counts-steps", f"The position of {name} changes by one, "
@@ -87,9 +87,12 @@ def _watch_state(c: Contract, dut: Positioner) -> None:
     elapsed = c.past(count == clock - 1)
     c.invariant("seconds", "The seconds grow by one each `clock` clocks from power-up, and begin "
                 "at 0 with a reset.", state.seconds == Mux(c.past(c.rst), 0, (
-                    c.past(state.seconds) + c.past(second.due))[:31]), cover=state.seconds == 0)
-    c.invariant("second", "A second has `clock` clocks.", (second.due == elapsed) & (
-        c.signal("second.accumulator") == Mux(elapsed, 0, count - clock)), cover=~second.due)
+                    c.past(state.seconds) + c.past(second.due & c.signal("started")))[:31]),
+                cover=state.seconds == 0)
+    due = elapsed | ~c.past(1)  # also at power-up, where none has passed
+    c.invariant("second", "A second has `clock` clocks.", (second.due == due) & (
+        c.signal("second.accumulator") == Mux(due, 0, count - clock))
+        & (c.signal("started") == c.past(1)), cover=~second.due)
 
 
 def _type(c: Contract, dut: Positioner) -> None:

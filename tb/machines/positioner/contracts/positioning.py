@@ -131,7 +131,7 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
     for motor in range(3):
         name = f"mot{motor + 1}"
         run, run_before = dut.run[motor], c.past(dut.run[motor])
-        target, rate, way = dut.target[motor], dut.rate[motor], going[motor]
+        target_n, rate, way = dut.target_n[motor], dut.rate[motor], going[motor]
         moved, goes = then(Command.MOV, motor=motor), then(Command.GOTO)
         begins = (moved | goes) & ~halted
         c.implication(f"{name}-moves-by-order", f"Motor {motor + 1} begins to move only by MOV of "
@@ -155,8 +155,8 @@ def _movements(c: Contract, dut: Positioning, obeyed: Bits, point: Bits) -> None
         end = Mux(c.past(order.clockwise), positioning.UP, positioning.DOWN)
         c.invariant(f"{name}-target", f"The target of motor {motor + 1} is a point, by GOTO, or "
                     "an end, by MOV of it, whichever was last.",
-                    target == Mux(was_reset, 0, Mux(goes, there, Mux(moved, end, c.past(target)))),
-                    cover=target != 0)
+                    target_n == Mux(was_reset, 0, Mux(
+                        goes, ~there, Mux(moved, ~end, c.past(target_n)))), cover=target_n != 0)
         c.invariant(f"{name}-rate",
                     f"The speed of motor {motor + 1} is that of the last VEL of it.",
                     rate == Mux(was_reset, after_reset, Mux(
