@@ -87,7 +87,7 @@ class _Motor:
         self._begins = bounds.tolist()
         self._span, self._clock, self._direction = 0, 0, 0
         self._ready = 0  # from then on it has had power for long enough
-        self._states = {0: _State(-ramp.rate(0, self._modes[0]), 0)}  # power-up takes a clock
+        self._states = {0: _State(ramp.modulus, ramp.modulus)}  # at power-up a step is due
 
     @property
     def _modes(self) -> list[Mode]:

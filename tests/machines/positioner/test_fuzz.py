@@ -25,7 +25,7 @@ MISTAKES = {  # few bytes, what is found, the mistake
 ON = BEGIN + b"MOV MOT1 C\nMOV MOT2 CC\n"
 SWITCHES = {  # what is found, the mistake
     "a step towards a switch": ("step", Mistake(
-        "x.limits.allowed", lambda _, at: at("x.limits.step"))),
+        "x.blocked", lambda *_: Const(0))),
     "a movement that goes on": ("answer", Mistake(
         "positioning.run", lambda right, at: right | at("positioning.stopped"))),
     "a switch that is not told of": ("answer", Mistake("positioning.pending_limits",
