@@ -11,6 +11,7 @@ import gc
 import warnings
 from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,7 +32,7 @@ from .netlist import MutationError, Netlist
 from .parallel import ParallelSimulation
 
 __all__ = ["Verdicts", "bench_of", "component_of", "kind_of", "model_key", "run_bench",
-           "run_model"]
+           "run_model", "unused"]
 
 
 class _Found(Exception):
@@ -57,25 +58,35 @@ def component_of(bench: Bench) -> wiring.Component:
 
 def kind_of(component: Component) -> type[wiring.Component]:
     """Return the class of a component."""
-    with _unused():
+    with unused():
         return type(component.make(**component.cases[0].parameters))
 
 
 @functools.cache
 def bench_of(kind: type[wiring.Component]) -> Bench | None:
     """Find the bench that runs components of a class, if there is one."""
-    with _unused():
+    with unused():
         return next((bench for bench in [*groups()["components"], *groups()["machine"]]
                      if type(component_of(bench)) is kind), None)
 
 
+_quiet: ContextVar[bool] = ContextVar("_quiet", default=False)
+
+
 @contextmanager
-def _unused() -> Iterator[None]:
-    """Make components that are never elaborated."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnusedElaboratable)
+def unused() -> Iterator[None]:
+    """Make components that are never elaborated, without a warning; may be nested."""
+    if _quiet.get():
         yield
-        gc.collect()  # they say so when they go, which would be later
+        return
+    token = _quiet.set(True)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnusedElaboratable)
+            yield
+            gc.collect()  # the warning would come when they go, which would be later
+    finally:
+        _quiet.reset(token)
 
 
 @dataclass
@@ -105,7 +116,7 @@ def run_bench(bench: Bench, netlist: Netlist, mutants: Sequence[int]) -> Verdict
     CheckFailed
         If the component as it is does not pass.
     """
-    with _unused():  # each run of the bench makes a component, which the netlist stands for
+    with unused():  # each run of the bench makes a component, which the netlist stands for
         return _run_bench(bench, netlist, mutants)
 
 

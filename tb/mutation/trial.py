@@ -8,7 +8,7 @@ from ..machines import machines
 from ..registry import components
 from ..rtlil import fingerprint
 from ..runners import Dut
-from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model
+from .benches import bench_of, component_of, kind_of, model_key, run_bench, run_model, unused
 from .judge import Judge, Verdict, by_chance
 from .netlist import Mutable, Mutant, MutationError, Netlist
 from .survivors import explained
@@ -89,7 +89,8 @@ def _prepare(name: str, *, checked: bool = True) -> tuple[Mutable, Bench | None]
 
 def with_a_bench() -> list[str]:
     """Name the components that have a bench."""
-    return [name for name, component in components().items() if bench_of(kind_of(component))]
+    with unused():
+        return [name for name, component in components().items() if bench_of(kind_of(component))]
 
 
 def measure(name: str) -> Measure:
