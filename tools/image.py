@@ -58,10 +58,9 @@ def add_picture_arguments(parser: argparse.ArgumentParser) -> None:
         "--size",
         metavar="WxH",
         type=_size,
-        default=f"{PICTURE_MAX}x{PICTURE_MAX}",
-        help="fit into W columns and H rows (default: %(default)s, which every board holds; more, "
-        f"up to {LARGEST} each, for python -m tools.send, or as far as a larger board's memory "
-        "goes); a smaller picture stays as it is",
+        help=f"fit into W columns and H rows (default: {PICTURE_MAX}x{PICTURE_MAX}, or what the "
+        f"board holds for which it is built; more, up to {LARGEST} each, for python -m tools.send, "
+        "or as far as a larger board's memory goes); a smaller picture stays as it is",
     )
     group.add_argument(
         "--threshold",
@@ -120,7 +119,7 @@ def picture_from_arguments(args: argparse.Namespace) -> Prepared:
     PictureError
         If the file cannot be read, or there would be nothing to mill.
     """
-    width, height = args.size
+    width, height = args.size or (PICTURE_MAX, PICTURE_MAX)
     return prepare(
         load(args.image),
         width=width,

@@ -74,7 +74,7 @@ LIMITS = [  # component, what it is made with, parameter, its name in the messag
     (Monitor, {}, "scan_bits", "scan_bits", 3, 24),
     (SevenSegment, {}, "scan_bits", "scan_bits", 3, 24),
     (DecimalReader, {}, "width", "width of a number", 5, 33),
-    (DecimalWriter, {}, "width", "width of a number", 5, 33),
+    (DecimalWriter, {}, "width", "width of a number", 5, 32),
     (HexReader, {}, "digits", "digits of a message", 1, 64),
     (HexWriter, {"start": b"="}, "digits", "digits of a message", 1, 64),
     (LineReader, {}, "length", "length of a line", 1, 1022),

@@ -42,7 +42,9 @@ def made(board: Board, name: str) -> MachineComponent:
                            timing=MillTiming.real(clock=board.clock))
     machine = machines()[name]
     values = values_of(argparse.Namespace(), machine.options)
-    return machine.make(**machine.real(board.clock, **values))
+    found = machine.make(**machine.real(board.clock, **values))
+    assert isinstance(found, MachineComponent)
+    return found
 
 
 def test_every_machine_has_pins_on_every_board():
@@ -104,11 +106,11 @@ def test_positioner_moves_at_the_pins(family):
     board = FAMILIES[family]
     timing = PositionerTiming(clock=16_000, baud=1000, top_speed=1500, width=2, low=3, setup=2,
                               hold=4, settle=30, report=14_000)
-    engine = AmaranthEngine(on_board("positioner", Positioner(timing=timing), debounce=3, on=board))
-    places = board.allotment("positioner").places(Positioner(timing=timing))
-    reset = next(name for name, bits in places.items() if [str(bit) for bit in bits] == ["reset"])
-    port = board.request(board.platform(), Positioner(timing=timing),
-                         board.allotment("positioner"))[reset]
+    machine, allotment = Positioner(timing=timing), board.allotment("positioner")
+    engine = AmaranthEngine(on_board("positioner", machine, debounce=3, on=board))
+    reset = next(name for name, bits in allotment.places(machine).items()
+                 if [str(bit) for bit in bits] == ["reset"])
+    port = board.request(board.platform(), machine, allotment)[reset]
     free = int(port.invert[0])
     engine.set(rx=1, limits=7, **{reset: free})
     text = encode(b"CONNECT\nMOV MOT2 C\n", 16)

@@ -132,7 +132,7 @@ def test_a_picture_that_is_too_large_for_a_board(tmp_path, capsys):
     assert build.main(["--board", "icebreaker", "--size", "300x300", "--enlarge",
                        "-o", str(tmp_path / "out")]) == 2
     assert ("block RAMs and icebreaker has 30: make the picture smaller, for instance --size "
-            "200x200") in capsys.readouterr().err
+            "240x240") in capsys.readouterr().err
 
 
 @pytest.mark.place

@@ -12,9 +12,9 @@ import pytest
 from PIL import Image
 
 from tools import image
-from tools.console import Parser
+from tools.console import Parser, UserError
 from tools.machines.job import BOARDS
-from tools.machines.mill import check_memory
+from tools.machines.mill import check_memory, largest_square
 from tools.picture import prepare
 
 ROOT = Path(__file__).parents[2]
@@ -116,16 +116,18 @@ class TestOptions:
         image.add_picture_arguments(parser)
         assert parser.parse_args(["--size", "512x1"]).size == (512, 1)
 
-    def test_what_help_offers_every_board_holds(self, capsys):
-        parser = argparse.ArgumentParser()
-        image.add_picture_arguments(parser)
-        width, height = parser.parse_args([]).size
-        picture = prepare(Image.new("L", (width, height)))
-        for name, board in BOARDS.items():
-            if board is not None:
-                check_memory(picture, board.capacity, name)
-        assert " ".join(parser.format_help().split()).count(
-            f"default: {width}x{height}, which every board holds") == 1
+    def test_every_board_holds_its_default(self):
+        """400 x 400 where it can, and as much as it can elsewhere."""
+        sides = {name: largest_square(board.capacity) for name, board in BOARDS.items() if board}
+        for name, side in sides.items():
+            board = BOARDS[name]
+            assert board is not None
+            check_memory(prepare(Image.new("L", (side, side))), board.capacity, name)
+            if side < 400:
+                with pytest.raises(UserError, match=f"--size {side}x{side}"):
+                    check_memory(prepare(Image.new("L", (side + 10, side + 10))), board.capacity,
+                                 name)
+        assert sides["nexys2-500"] == sides["tang-nano-9k"] == 400 and sides["icebreaker"] == 240
 
     @pytest.mark.parametrize(
         ("argv", "message"),

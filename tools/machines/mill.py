@@ -10,7 +10,14 @@ from PIL import Image
 
 from fresa.clock import CLOCK
 from fresa.machines import MillStation, SerialOrders
-from fresa.machines.mill import PIXEL_STEPS, RESOLUTION, TOP_SPEED, Mill, MillTiming
+from fresa.machines.mill import (
+    PICTURE_MAX,
+    PIXEL_STEPS,
+    RESOLUTION,
+    TOP_SPEED,
+    Mill,
+    MillTiming,
+)
 from fresa.machines.station import OrderSource
 from fresa.motion import CoordinateGenerator, SquareGenerator
 from fresa.protocol import BAUD, bit_period
@@ -25,7 +32,7 @@ from ..picture import Prepared, encode
 from ..simulate import EXAMPLE, report, simulate, step_rate
 from .job import BOARDS, Built, Job, Kind, Write, on_board, raw
 
-__all__ = ["KIND", "build_mill"]
+__all__ = ["KIND", "build_mill", "largest_square"]
 
 SQUARE_SIDE = 20 * PIXEL_STEPS
 """Side of the square that BTN1 walks, in steps: 11 mm, the thesis gives none."""
@@ -78,12 +85,13 @@ def check_memory(picture: Prepared, capacity: Capacity, board: str) -> None:
         raise UserError(
             f"{picture.width} x {picture.height} pixels take {needed} block RAMs and {board} has "
             f"{capacity.block_rams}: make the picture smaller, for instance --size "
-            f"{_largest(capacity)}")
+            "{0}x{0}".format(largest_square(capacity)))
 
 
-def _largest(capacity: Capacity) -> str:
-    side = int((capacity.block_rams // 2 * capacity.block_ram_bits) ** 0.5) // 50 * 50
-    return f"{side}x{side}"
+def largest_square(capacity: Capacity) -> int:
+    """Return the side of a square picture that an FPGA holds, in tens of pixels, up to 400."""
+    side = int((capacity.block_rams // 2 * capacity.block_ram_bits) ** 0.5) // 10 * 10
+    return min(side, PICTURE_MAX)
 
 
 def figures(board: str, clock: int, timing: MillTiming, asked: Fraction,
@@ -110,9 +118,10 @@ def job(args: argparse.Namespace) -> Job:
         raise UserError(f"--orders {args.orders} has no picture built in: leave out --image")
     with_picture = args.board != "pins" and args.orders in (None, "image")
     args.image = args.image or EXAMPLE
-    picture = picture_from_arguments(args) if with_picture else None
     where = BOARDS[args.board]
     capacity = (where or NEXYS2_500).capacity
+    args.size = args.size or (largest_square(capacity),) * 2
+    picture = picture_from_arguments(args) if with_picture else None
     if picture is not None:
         check_memory(picture, capacity, args.board)
     clock = where.clock if where else CLOCK

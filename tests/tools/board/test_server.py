@@ -405,7 +405,8 @@ def one():
         await board.close()
 
     task = loop.create_task(whole())
-    place = loop.run_until_complete(served)
+    loop.run_until_complete(asyncio.wait({task, served}, return_when=asyncio.FIRST_COMPLETED))
+    place = served.result() if served.done() else task.result()
     yield lambda test: loop.run_until_complete(asyncio.wait_for(test(place), PATIENCE))
     stop.set()
     loop.run_until_complete(task)
