@@ -61,12 +61,14 @@ def axis(run: Run) -> str:
                     await ctx.tick()
                 run.see(ctx, dut, moved=1)
             await ctx.tick()
-        # After a rest, however long, at once
+        # After a rest, however long, in the next clock
         for rest in (41, 42, 43):
             await ctx.tick().repeat(rest)
             run.see(ctx, dut, in_position=1, moved=0)
             ctx.set(dut.target_n, ctx.get(dut.target_n) - 1)
-            run.see(ctx, dut, in_position=0, moved=1)
+            run.see(ctx, dut, in_position=0, moved=0)
+            await ctx.tick()
+            run.see(ctx, dut, moved=1)
 
         # The other switch lets go down, and up again when it is off
         ctx.set(dut.low, 0)
@@ -74,10 +76,12 @@ def axis(run: Run) -> str:
         ctx.set(dut.backlash, 0)
         await ctx.tick().repeat(25)
         ctx.set(dut.target_n, ~-15)
-        await ctx.tick().repeat(2)
+        await ctx.tick().repeat(3)
         run.see(ctx, dut, moved=1, limit_hit=0)
         await ctx.tick().repeat(25)
         ctx.set(dut.target_n, ~-10)
+        run.see(ctx, dut, moved=0, limit_hit=0)
+        await ctx.tick()
         run.see(ctx, dut, moved=0, limit_hit=1)
         await ctx.tick().repeat(3)
         run.see(ctx, dut, moved=0, limit_hit=1)

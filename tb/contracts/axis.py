@@ -16,33 +16,45 @@ def describe(c: Contract, dut: Axis) -> None:
     """Steps at the pins are requested, and are counted."""
     driver, rate = c.part("driver"), c.part("rate")
     target = (~dut.target_n).as_signed()
-    moved, up = dut.moved, target > dut.position
+    moved, wants, up = dut.moved, c.signal("wants"), c.signal("up")
     towards = Mux(up, dut.high, dut.low)
     rises = dut.step_pin & ~c.past(dut.step_pin)
+    c.invariant("compared-before", "A step is wanted, and its direction is, by position and target "
+                "of the clock before, in which there were `run`, no load and no step.",
+                (wants == c.past(dut.run & ~dut.load & ~moved & (dut.position != target) & ~c.rst))
+                & (up == c.past((target >= dut.position) & ~c.rst)), cover=wants)
+    c.implication("position-stays-before-step", "Where a step is wanted the position is that of "
+                  "the clock before.", when=wants, then=dut.position == c.past(dut.position))
     c.invariant("one-pulse-per-step", "STEP rises in the clock after a step is made, and at no "
                 "other time.", rises == c.past(moved), cover=rises)
-    c.implication("step-only-toward-target", "A step is made only towards a target: with `run`, "
-                  "without a load, and not at the target.", when=moved,
-                  then=dut.run & ~dut.load & ~dut.in_position)
-    c.implication("in-position", "`in_position` is 1 where the position is the target.",
-                  when=dut.position == target, then=dut.in_position & ~moved)
+    c.implication("step-only-toward-target", "A step is made only towards the target of the clock "
+                  "before: with `run`, without a load, and not from the target.", when=moved,
+                  then=dut.run & ~dut.load & c.past(dut.run & (dut.position != target))
+                  & (dut.position == c.past(dut.position)))
+    c.invariant("in-position", "`in_position` is 1 where the position is the target, and only "
+                "there.", dut.in_position == (dut.position == target), cover=dut.in_position)
     c.implication("direction-toward-target", "STEP rises with DIR as the target was, seen from the "
-                  "position.", when=rises, then=dut.direction_pin == c.past(up))
+                  "position.", when=rises,
+                  then=dut.direction_pin == c.past(c.past(target > dut.position)))
     c.implication("step-only-enabled", "STEP rises only with ENABLE, where it was requested.",
                   when=rises,
                   then=dut.enable_pin & c.past(dut.enable))
     c.implication("limit-blocks", "No step is made towards a switch that is on.",
-                  when=towards & dut.run, then=~moved)
+                  when=rises, then=~c.past(Mux(c.past(target > dut.position), dut.high, dut.low)))
+    due = wants & dut.run & ~dut.load & rate.due
     c.implication("other-steps-pass", "A step that is due is made when the driver is ready, unless "
                   "the switch in its direction is on.",
-                  when=dut.run & ~dut.load & ~dut.in_position & rate.due & driver.ready & ~towards,
-                  then=moved & ~dut.limit_hit)
+                  when=due & driver.ready & ~towards, then=moved & ~dut.limit_hit)
     c.implication("limit-hit-excludes-step", "`limit_hit` and a step exclude each other, and a "
                   "step is made only when due.", when=dut.limit_hit | moved,
                   then=~(dut.limit_hit & moved) & (rate.due | ~moved))
-    c.implication("limit-hit-when-due", "A step that a switch blocks is reported when it "
-                  "is due.", when=dut.run & ~dut.load & ~dut.in_position & rate.due & towards,
+    c.implication("limit-hit-when-due", "A step that a switch blocks is reported when it is due, "
+                  "if it leads towards the present target, too.",
+                  when=due & towards & Mux(up, target > dut.position, target < dut.position),
                   then=dut.limit_hit)
+    c.implication("limit-hit-only-ahead", "A switch is reported only if the target is behind it.",
+                  when=dut.limit_hit, then=dut.run & ~dut.load & Mux(
+                      target > dut.position, dut.high, dut.low) & ~dut.in_position)
     _position(c, dut, moved, up)
     watch_driver(c, driver, path="driver.")
     accumulator = c.signal("rate.accumulator")

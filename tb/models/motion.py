@@ -79,6 +79,7 @@ class AxisModel:
     def __init__(self, *, times: dict[str, int], modulus: int, max_rate: int,
                  width: int = 32) -> None:
         self.move = MoveToModel(width=width)
+        self.seen: tuple[int, int] = 0, 0  # whether a step is wanted, by the clock before; which
         self.rate = RateModel(modulus=modulus, max_rate=max_rate)
         self.driver = StepDirModel(**times)
         self.backlash = BacklashModel()
@@ -87,8 +88,9 @@ class AxisModel:
               enable: int, low: int, high: int, rst: int = 0) -> dict[str, int]:
         """Advance one clock."""
         position = self.move.position
-        step, direction = self.move.request(target=target, run=run, load=load)
-        due = step & int(self.rate.is_due())
+        now, towards = int(position != target), int(target >= position)
+        wanted, direction = self.seen
+        due = wanted & run & ~load & int(self.rate.is_due())
         allowed = due & ~(high if direction else low)
         seen = self.driver.clock(step=allowed, direction=direction, enable=enable, rst=rst)
         moved = seen["moved"]
@@ -97,8 +99,9 @@ class AxisModel:
                                       direction=direction)["counted"]
         self.move.clock(moved=counted, direction=direction, load=load, place=place, rst=rst)
         del seen["ready"]
-        return {**seen, "position": position, "in_position": int(position == target),
-                "limit_hit": due & ~allowed}
+        self.seen = (now & run & ~load & ~moved & ~rst, towards & ~rst)
+        return {**seen, "position": position, "in_position": int(not now),
+                "limit_hit": due & ~allowed & now & (towards == direction)}
 
 
 class RampModel:

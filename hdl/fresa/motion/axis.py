@@ -4,9 +4,9 @@ from amaranth import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
 from ..drive import PhaseDriver, RateGenerator, StepDirDriver
 from .backlash import Backlash
-from .position import MoveTo
 
 __all__ = ["Axis"]
 
@@ -14,13 +14,18 @@ __all__ = ["Axis"]
 class Axis(wiring.Component):
     """Takes a load to a target, at a set rate, past the backlash of its gears, up to its switches.
 
-    A step is made when the position is not the target, ``run`` is set, the rate generator has a
+    A step is made when the position was not the target, ``run`` is set, the rate generator has a
     step due, no limit switch is on in that direction, and the driver is ready: in that order, so
     that the limit switches are the last gate before the driver. The position counts the steps of
     the driver, less those that only take up backlash.
 
+    Position and target are compared a clock ahead, since that takes long: a step leads towards the
+    target of the clock before, none is made in the clock after a step, a load or the begin of
+    ``run``, and the position never leaves the range of targets. To stop, clear ``run``.
+
     Steps of a movement come at the exact rate, see :class:`RateGenerator`, with a constant delay:
-    that of the first, which comes at once after a rest, or when the driver has changed DIR for it.
+    that of the first, which comes a clock after the movement begins, or when the driver has changed
+    DIR for it.
 
     Parameters
     ----------
@@ -31,16 +36,16 @@ class Axis(wiring.Component):
     max_backlash : int
         Most steps of backlash, see :class:`Backlash`.
     width : int
-        Bits of positions, see :class:`MoveTo`.
+        Bits of positions, from 2 to 64.
 
     Members
     -------
     target_n : In(signed(width))
-        Target position, with all bits inverted, see :class:`MoveTo`.
+        Target position, with all bits inverted, see :class:`MoveTo`. Of no meaning without ``run``.
     run : In(1)
         Move towards it.
     load : In(1)
-        Set the position to ``place``. No step is made in this clock.
+        Set the position to ``place``. No step is made in this clock, nor in the next.
     place : In(signed(width))
         Position to set.
     rate : In(range(max_rate + 1))
@@ -58,7 +63,7 @@ class Axis(wiring.Component):
     moved : Out(1)
         A step is made in this clock.
     limit_hit : Out(1)
-        A step is due, and a limit switch blocks it.
+        A step is due, also towards the present target, and a limit switch blocks it.
 
     Raises
     ------
@@ -70,7 +75,7 @@ class Axis(wiring.Component):
                  max_backlash: int, width: int = 32) -> None:
         self.modulus, self.max_rate = modulus, max_rate
         self._driver = driver
-        self._move = MoveTo(width=width)
+        width = in_range("width", width, 2, 64)
         self._backlash = Backlash(max_backlash=max_backlash)
         self._rate = RateGenerator(modulus=modulus, max_rate=max_rate)
         self.pins = [name for name in driver.signature.members
@@ -88,34 +93,39 @@ class Axis(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        m.submodules.move = move = self._move
         m.submodules.rate = rate = self._rate
         m.submodules.driver = driver = self._driver
         m.submodules.backlash = backlash = self._backlash
+        beyond = Signal(signed(len(self.position) + 1))  # by how much more than a step
+        wants = Signal()  # a step, by the position and the target of the clock before
+        up = Signal()  # its direction
         due = Signal()
         blocked = Signal()
         m.d.comb += [
-            move.target_n.eq(self.target_n),
-            move.run.eq(self.run),
-            move.load.eq(self.load),
-            move.place.eq(self.place),
-            move.moved.eq(backlash.counted),
+            beyond.eq(self.position + self.target_n),
+            self.in_position.eq((self.position ^ self.target_n).all()),
             rate.rate.eq(self.rate),
             rate.moved.eq(driver.moved),
-            due.eq(move.step & rate.due),
-            blocked.eq(Mux(move.direction, self.high, self.low)),
+            due.eq(wants & self.run & ~self.load & rate.due),
+            blocked.eq(Mux(up, self.high, self.low)),
             driver.step.eq(due & ~blocked),
-            driver.direction.eq(move.direction),
+            driver.direction.eq(up),
             driver.enable.eq(self.enable),
             backlash.backlash.eq(self.backlash),
-            backlash.direction.eq(move.direction),
+            backlash.direction.eq(up),
             backlash.moved.eq(driver.moved),
 
-            self.position.eq(move.position),
-            self.in_position.eq(move.in_position),
             self.moved.eq(driver.moved),
-            self.limit_hit.eq(due & blocked),
+            self.limit_hit.eq(due & blocked & ~self.in_position & (up == beyond[-1])),
             *(getattr(self, name).eq(getattr(driver, name)) for name in self.pins),
         ]
+        m.d.sync += [
+            wants.eq(self.run & ~self.load & ~driver.moved & ~self.in_position),
+            up.eq(beyond[-1]),
+        ]
+        with m.If(self.load):
+            m.d.sync += self.position.eq(self.place)
+        with m.Elif(backlash.counted):
+            m.d.sync += self.position.eq(self.position + Mux(up, 1, -1))
 
         return m

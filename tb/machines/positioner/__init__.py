@@ -119,8 +119,8 @@ DIAGRAMS = (
         "positioner",
         "`GOTO` has come: X and Y go to (20, -6), X at 1500 steps/s and Y at 200, each DIR before "
         "its first STEP. X takes up 3 steps of backlash, which its position does not count.",
-        "x: x.step_pin x.direction_pin x.move.position y: y.step_pin y.direction_pin "
-        "y.move.position pins: enable moving rx", 9_480, 9_700),
+        "x: x.step_pin x.direction_pin x.position y: y.step_pin y.direction_pin "
+        "y.position pins: enable moving rx", 9_480, 9_700),
 )
 
 

@@ -35,7 +35,7 @@ def target() -> FaultTarget:
     times = timing.width, timing.low, timing.setup, timing.hold
     return FaultTarget(
         "positioner", design,
-        tuple(Pulses(name, f"{name} move position", bit, times) for bit, name in enumerate("xyz")),
+        tuple(Pulses(name, f"{name} position", bit, times) for bit, name in enumerate("xyz")),
         idle=("moving", 0), fault="fault", origin={"rst": 1},
         kept=("driver.step_pin", "driver.direction_pin", "driver.enable_pin", "driver.wait",
               "accumulator",

@@ -1,13 +1,14 @@
 """Contract of the positioner: what its motors never do, whatever its registers hold.
 
 Commands come as slow as a serial line, too slow to be waited for here. So some properties are about
-one clock and the next, and are kept from any values of all registers, also of upset ones. The
-others, about pins for ever, are kept from power-up by a machine without its line: any order comes
-in any clock, and any answer and report is sent. That lines are orders is stated by
+one clock and the next, and are kept from any values of all registers, also of upset ones; those
+about the way of a step from the clock after, since position and target are compared a clock ahead.
+The others, about pins for ever, are kept from power-up by a machine without its line: any order
+comes in any clock, and any answer and report is sent. That lines are orders is stated by
 `uart_receiver`, `line` and `positioner_commands`; that an order moves the motor it names, by
 `positioning`; and what is sent, by `reporter`. The widths of STEP, the set-up and hold of DIR, the
-rate, and what backlash does to the position, are stated by `axis` at the pins of an axis: the
-pins of the machine are these and no other, for each motor.
+rate, and what backlash does to the position, are stated by `axis` at the pins of an axis: the pins
+of the machine are these and no other, for each motor.
 """
 
 from amaranth import Array, Cat, Mux, signed
@@ -46,13 +47,13 @@ def describe(c: Contract, dut: Positioner) -> None:
                       "the clock in which its limit is seen.",
                       when=c.past(dut.limits[index]) & rises, then=~up, upset=True)
         c.implication(f"{name}-direction-toward-target", f"DIR of {name} is that of its target "
-                      "when STEP rises.", when=rises,
-                      then=up == c.past((~orders.target_n[index]).as_signed() > axis.position),
-                      upset=True)
+                      "two clocks before, when STEP rises.", when=c.past(known) & rises,
+                      then=up == c.past(c.past(
+                          (~orders.target_n[index]).as_signed() > axis.position)), upset=True)
         change = axis.position - c.past(axis.position)
         c.implication(f"{name}-position-counts-steps", f"The position of {name} changes by one, "
                       "where STEP rises, its way, or is called otherwise by POS, ORIGIN or reset.",
-                      when=known & (change != 0) & ~c.past(orders.load | c.rst),
+                      when=c.past(known) & (change != 0) & ~c.past(orders.load | c.rst),
                       then=rises & ((change == 1) & up | (change == -1) & ~up), upset=True)
     c.implication("fault-holds", "While a fault shows no step begins.",
                   when=known & c.past(dut.fault), then=(dut.step & ~c.past(dut.step)) == 0,
@@ -129,10 +130,17 @@ def _watch_pins(c: Contract, dut: Positioner, index: int) -> None:
                 "at the pins, from where it was called otherwise.",
                 (axis.position == total[:32].as_signed())
                 & (c.signal(f"{name}.backlash.left") == 0), cover=rises)
-    due = dut.moving[index] & ~axis.in_position & ~load & rate.due & ~dut.fault
-    c.implication("waits-for-no-other", "A step that is due is made when the driver is ready and "
-                  "its own switch lets it, whatever the other axes do.",
-                  when=due & driver.ready & ~axis.limit_hit, then=axis.moved)
+    wants, ahead = c.signal(f"{name}.wants"), c.signal(f"{name}.up")
+    due = dut.moving[index] & ~load & rate.due & ~dut.fault
+    c.implication("waits-for-no-other", "A step that is due, and was wanted by the clock "
+                  "before, is made when the driver is ready and its own switch lets it, whatever "
+                  "the other axes do.",
+                  when=due & wants & driver.ready & ~Mux(ahead, axis.high, axis.low),
+                  then=axis.moved)
+    c.invariant("compared-before", "A step is wanted where in the clock before there was a "
+                "movement, no load and no step, and the position was not the target.",
+                wants == c.past(dut.moving[index] & ~dut.fault & ~load & ~axis.moved
+                                & ~axis.in_position & ~c.rst), cover=wants)
 
 
 def make(*, line: bool = True, **timing: int) -> Positioner:
