@@ -384,7 +384,7 @@ class TestSize:
     def test_positioner_on_its_board(self):
         built = build_declared("nexys2-500", machines()["positioner"])
         resources = synthesise(built.rtlil, built.top)
-        assert resources.luts <= 2800
+        assert resources.luts <= 2400
         assert on_the_page(resources)
 
 

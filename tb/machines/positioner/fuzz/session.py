@@ -18,8 +18,8 @@ __all__ = ["LineSession"]
 
 REPORT = re.compile(rb"# POS (-?\d+) (-?\d+) (-?\d+) :")
 ANSWER = re.compile(rb"(?:! (?:[A-Z]+|LIMIT MOT[123])|ok|STATE(?: (?:0|-?[1-9]\d*)){14})\n")
-LATENCY = 40
-"""Clocks, besides one a byte, from the end of a line to what it does."""
+LATENCY, BYTE = 40, 3
+"""Clocks from the end of a line to what it does, and besides those of each byte."""
 
 AT_ONCE = 3
 """Clocks from a break to what it does."""
@@ -167,7 +167,7 @@ class LineSession:
         if line.wrong == BREAK:
             self._move(range(AXES), "", line.clock, line.clock + AT_ONCE)
             return b"", self._taken
-        latest = max(line.clock, self._taken) + len(line.text) + LATENCY
+        latest = max(line.clock, self._taken) + BYTE * len(line.text) + LATENCY
         wrong, numbers = refusal(line.text)
         wrong = line.wrong or wrong
         word = (re.match(rb"[A-Z]*", line.text) or [b""])[0]
