@@ -6,7 +6,7 @@ from typing import Any
 from . import positioner_lines as lines
 from .errors import MachineError, Refused, TimedOut, WasReset
 from .positioner_lines import AXES, START_SPEED, ZERO, State, Steps
-from .positioner_session import TRIES, PositionerSession
+from .positioner_session import ANSWER_TIMEOUT_S, TRIES, PositionerSession
 from .session import Operation, Waiting
 
 __all__ = ["AttendedSession"]
@@ -182,7 +182,10 @@ class AttendedSession(PositionerSession):
             except WasReset:
                 return
             except MachineError:
-                yield math.inf  # until something is received
+                # What is refused each time must not keep the line busy.
+                again = self.now + ANSWER_TIMEOUT_S
+                while self.now < again:
+                    yield again
 
     def _deliver_next(self) -> Waiting[None]:
         key, order = next(iter(self._settings.items()))

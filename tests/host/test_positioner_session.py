@@ -500,7 +500,7 @@ class TestAttended:
         attended.do(attended.session.set_speed, "y", 1500)
         attended.tick(20)
         attended.fake.refuse = {}
-        attended.tick(5)
+        attended.tick(15)  # it is sent again every second
         assert attended.fake.speeds[1] == 1500
 
     def test_one_that_is_always_refused_does_not_keep_it_connecting(self):
