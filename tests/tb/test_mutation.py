@@ -341,7 +341,7 @@ class TestBenches:
         for number in range(60):
             alone = benches._ParallelRun(netlist, [number], lead=1, patience=2000)
             failed = False
-            with benches._unused():
+            with benches.unused():
                 try:
                     this.function(alone)
                 except CheckFailed:

@@ -142,7 +142,7 @@ MACHINE = Machine(
                 switches=lambda *, limit_ends, **options: limit_ends),
     diagrams=DIAGRAMS,
     # Of the 31 bits of the seconds, in eight places, a run reaches eight.
-    coverage=Coverage(3_000_000, 96, 90),
+    coverage=Coverage(6_000_000, 96, 90),
     recorded=Recorded(
         sizes={"positioner": ("", "netlist nexys2-positioner")}, quick_mutants="reporter",
         unmutated="There are none of `positioner` as a whole: nearly all of them would be in its "
