@@ -41,6 +41,9 @@ class Codes:
     wrong: list[str]
 
 
+_FAULT_REGISTER = "machine.fault"
+
+
 def prove(top: str, netlist: str, states: Mapping[str, State], running: Sequence[tuple[str, int]],
           shows: str, folder: Path) -> list[Codes]:
     """Prove of every state machine that it leaves its unused codes.
@@ -69,6 +72,8 @@ def prove(top: str, netlist: str, states: Mapping[str, State], running: Sequence
     found = [Codes(name, (1 << len(state.register)) - len(state.codes), [])
              for name, state in states.items()]
     held = " ".join(f"-set {cuts.now(name)} {level}" for name, level in running)
+    # A machine may show its fault a clock later, from a register.
+    shown = cuts.then(_FAULT_REGISTER) if cuts.is_register(_FAULT_REGISTER) else shows
     questions: list[_Question] = []
     for codes, state in zip(found, states.values(), strict=True):
         bits = [f"{codes.register}[{index}]" for index in reversed(range(len(state.register)))]
@@ -88,7 +93,7 @@ def prove(top: str, netlist: str, states: Mapping[str, State], running: Sequence
                     _Question(codes, f"{case} does not always lead to {FAULT}",
                               f"{given} -prove {then} {fault}"),
                     _Question(codes, f"{shows} does not always show {case}",
-                              f"{given} -prove {shows} 1")]
+                              f"{given} -prove {shown} 1")]
     cuts.write(folder / "all.il")
     script = [CUT.format(side="all"), cuts.keep(shows), "opt_clean",
               *(f"sat -ignore-unknown-cells {held} {question.options}" for question in questions)]
