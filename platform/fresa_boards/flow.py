@@ -31,7 +31,7 @@ class Timing:
     Attributes
     ----------
     fmax_mhz : float
-        The fastest clock that it stands.
+        The fastest clock at which it works.
     cells : mapping of str to int
         Cells that are used, by what the FPGA calls them.
     """
@@ -121,7 +121,7 @@ def run(command: list[str], folder: Path,
     Parameters
     ----------
     command : list of str
-        Program and arguments, of :meth:`commands`.
+        Program and arguments, as of :meth:`Flow.commands`.
     folder : Path
         Where the files are, and where it writes.
     on_line : callable
@@ -130,7 +130,7 @@ def run(command: list[str], folder: Path,
     Raises
     ------
     ProgramError
-        If the program is not installed, or is ended by a signal.
+        If the program is not installed.
     """
     entry = _entry(command[0])
     if entry is None:

@@ -57,7 +57,8 @@ def prove(top: str, netlist: str, states: Mapping[str, State], running: Sequence
     running : sequence of (str, int)
         Inputs and registers with the levels that hold no state machine in reset.
     shows : str
-        Output that is 1 while one is in an unused code or in FAULT.
+        Output that is 1 while one is in an unused code or in FAULT, or in the clock after, where
+        the fault of the machine is a register.
     folder : path
         Where to work.
 
