@@ -108,7 +108,7 @@ struct Engine {
 		if (clocks >= WORTH && !tracing() && --rest <= 0) {
 			if (ahead) {
 				int64_t made = stretch(clocks, outputs);
-				pause = made < WORTH ? std::min(2 * pause, LONGEST_REST) : 2;
+				pause = made < WORTH ? std::min(2 * pause, LONGEST_REST) : REST;
 				rest = pause;
 				ahead.reset();
 				if (made)
@@ -128,10 +128,10 @@ struct Engine {
 	}
 
 #ifdef STATE
-	// Less than this is not worth the try, which costs as much as some clocks.
-	static constexpr int64_t WORTH = 32, LONGEST_REST = 512;
+	// Fewer clocks than WORTH take no longer than the try. After a stretch something happens, in some clocks.
+	static constexpr int64_t WORTH = 32, REST = 6, LONGEST_REST = 512;
 	std::unique_ptr<stretch::state> ahead; // the state a clock ago, when a try is due
-	int64_t rest = 0, pause = 1;
+	int64_t rest = 0, pause = REST;
 
 	// Takes for every register that it goes on as in the last clock; makes the clocks for which the logic
 	// proves it, and returns their number; 0 if there are none.
