@@ -99,9 +99,8 @@ class TestArcs:
                                      (19, (1, 2), "YZJK")]:
             a, b, i, j = letters
             _, found = run(f"G{plane} G3 {a}1 {b}1 {i}0 {j}1 F60", f"{a}0 {b}0 {i}-1 {j}0")
-            target = [0, 0, 0]
-            target[axes[0]] = target[axes[1]] = 10**6
-            assert found == [[Arc((target[0], target[1], target[2]), (0, 10**6), axes, False, 10**6)],
+            x, y, z = (10**6 if axis in axes else 0 for axis in range(3))
+            assert found == [[Arc((x, y, z), (0, 10**6), axes, False, 10**6)],
                              [Arc((0, 0, 0), (-10**6, 0), axes, False, 10**6)]]
 
     @given(x=st.integers(-10**8, 10**8), y=st.integers(-10**8, 10**8),
