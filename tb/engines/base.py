@@ -307,13 +307,9 @@ class Engine(ABC):
             rows = len(values) if rows is None else rows
             if len(values) != rows:
                 raise ValueError(f"Stimulus of {name} has {len(values)} rows, not {rows}")
-            wrong = np.zeros(len(values), bool)
-            if values.dtype.kind == "i":
-                wrong |= values < 0
-            bits = values.astype(np.uint64)
-            if width < 64:
-                wrong |= bits >> np.uint64(width) != 0
-            if wrong.any():
+            bits = values.astype(np.uint64, copy=False)
+            if len(values) and (values.min() < 0 or int(bits.max()) >> width):
+                wrong = (values < 0) | (bits > np.uint64((1 << width) - 1))
                 raise ValueError(_out_of_range(name, width, int(values[wrong.argmax()])))
             ready[name] = np.ascontiguousarray(bits)
         for name in outputs:
