@@ -32,6 +32,10 @@ FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
 
+#: The evaluation of a stretch is calls, for which more than this takes time to compile alone. Clang
+#: ignores it.
+STRETCH_SLOWLY = '__attribute__((optimize("O1")))'
+
 HERE = Path(__file__).parent
 STRETCH = HERE / "stretch.h"
 SHIMS = [HERE / "shim.cc", HERE / "loops.h"]
@@ -176,7 +180,8 @@ def _stretches(code: str, logic: _Logic) -> str:
     memories = [member.split()[1] for member in members if member.startswith("memory")]
     return "\n".join([
         shim, "namespace stretch {\nstruct state {", *(f"\t{member};" for member in members),
-        f"\tvoid pass() {{\n\tconstexpr bool {logic.edge} = true;\n{logic.lines}\t}}\n}};\n}}",
+        f"\t{STRETCH_SLOWLY} void pass() {{",
+        f"\tconstexpr bool {logic.edge} = true;\n{logic.lines}\t}}\n}};\n}}",
         f"#define STATE {' '.join(f'X({name})' for name in logic.registers)}",
         f"#define MEMORIES {' '.join(f'X({name})' for name in memories)}", ""])
 
