@@ -48,7 +48,7 @@ examples:
       All of it; some minutes on two cores.
 
   python -m tools.netlist equal --flips 20 --seed 7
-      RTL = netlist, and twenty flipped bits of look-up tables.
+      RTL = netlist, and twenty flipped bits of look-up tables that make a difference.
 
   python -m tools.netlist unknown --cycles 100000
       Look longer for an X; the netlist makes some thousand clocks a second.
@@ -129,7 +129,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--machine", metavar="NAME", help="of this machine alone")
     parser.add_argument("--list", action="store_true", help="say what each check is, and stop")
     parser.add_argument("--flips", metavar="N", type=whole(1, 10_000), default=Options.flips,
-                        help="bits of look-up tables to flip (default: %(default)s)")
+                        help="bits of look-up tables to flip that make a difference "
+                             "(default: %(default)s)")
     parser.add_argument("--cycles", metavar="N", type=whole(1, 1_000_000_000),
                         default=Options.cycles,
                         help="clocks to look for X, in each of two runs; of machines on a serial "

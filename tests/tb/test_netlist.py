@@ -18,10 +18,10 @@ from tb.engines import EngineError, source
 from tb.engines.netlist import netlist as synthesised
 from tb.machines.mill.netlist import MILL, PANEL, RUN
 from tb.mistake import Mistake
-from tb.netlist import CHECKS, Options, codes, equal, pins, unknown
+from tb.netlist import CHECKS, NetlistPart, Options, checks, codes, equal, pins, unknown
 from tb.netlist.flat import Flat
-from tb.netlist.flips import flips
-from tb.netlist.subject import elaborate, state_machines
+from tb.netlist.flips import Flip, flips
+from tb.netlist.subject import Built, elaborate, state_machines
 from tb.registry import netlist_parts
 
 pytestmark = [
@@ -400,6 +400,26 @@ class TestUnknown:
 
 
 class TestChecks:
+    @pytest.mark.parametrize(("asked", "tries"), [(1, 4), (2, 6)])
+    def test_bits_without_effect_are_not_counted(self, asked, tries, monkeypatch, tmp_path):
+        tried = []
+
+        def compare(top, rtl, netlist, folder, **_):
+            tried.append(netlist)
+            return equal.Verdict(1, 1, 1, 0, 0, 0, ["o"] if int(netlist) in (3, 5, 7) else [])
+
+        built = Built(elaborate(MILL.make), "it", "", "", {})
+        monkeypatch.setattr(checks, "_built", lambda subject: built)
+        monkeypatch.setattr(checks, "flips", lambda *_, count, **__: (
+            Flip(f"bit {n}", str(n), frozenset()) for n in range(count)))
+        monkeypatch.setattr(equal, "compare", compare)
+        monkeypatch.setattr(equal, "same", lambda *_, **__: True)
+        (task,) = CHECKS["equal"].tasks([NetlistPart(flipped=((MILL, asked),))], Options())
+        found = task(tmp_path)
+        assert (found.good, len(tried)) == (True, tries)
+        assert found.summary == (f"{asked} of {tries} made a difference, such as bit 3 to o; "
+                                 f"{tries - asked} proved to make none")
+
     def test_each_has_a_control(self):
         for name, check in CHECKS.items():
             assert "ontrol" in check.summary, name
