@@ -223,7 +223,7 @@ class GCodeReaderModel:
         goes_on = self._goes_on(character)
         self.line += character
         if self.raw or self.line == "$J=":
-            self.offered = Item("CHARACTER", True, character)
+            self.next, self.delay = Item("CHARACTER", True, character), 1
         elif self.status:
             return
         if goes_on:

@@ -83,9 +83,11 @@ class FixedPoint(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        value, whole = Signal(self.width), Signal(WHOLE)
+        value = Signal(self.width)
+        whole = Signal(WHOLE)
         hundredths = Signal(7)
-        rest, fraction = Signal(), Signal()  # not zero: behind two decimals, behind the point
+        rest = Signal()  # not zero behind two decimals
+        fraction = Signal()  # not zero behind the point
         overflow = Signal()
         m.d.comb += [
             self.number.value.eq(value), self.number.whole.eq(whole),
@@ -96,7 +98,10 @@ class FixedPoint(wiring.Component):
         places = Signal(range(self.decimals + 2))  # decimals so far, and one that rounds
         lacks = places < self.decimals
         turned = Signal()  # a negative value has its sign
-        adds, grows, turns, first = Signal(), Signal(), Signal(), Signal()  # the next operation
+        adds = Signal()  # an operation is chosen
+        grows = Signal()  # of ten times the value
+        turns = Signal()  # of its negative
+        first = Signal()  # the first behind the whole part
         step = Signal(4)
         m.d.comb += self.done.eq(self.finish & ~lacks & (turned | ~self.negative))
         m.d.sync += [adds.eq(0), grows.eq(~(self.take & self.decimal) | lacks), turns.eq(0),

@@ -10,9 +10,10 @@ from .line import LineEnd, LineItem
 __all__ = ["GCodeKind", "GCodeReader", "GCodeStatus", "gcode_layout"]
 
 
-_CHARACTER = data.StructLayout({"byte": 8, **dict.fromkeys(
+CHARACTER = data.StructLayout({"byte": 8, **dict.fromkeys(
     ("end", "digit", "point", "sign", "dollar", "letter", "opens", "closes", "semicolon",
      "skipped"), 1)})
+"""An item of a line, in upper case, and what it is."""
 
 
 class GCodeKind(enum.Enum, shape=unsigned(2)):
@@ -64,11 +65,11 @@ class GCodeReader(wiring.Component):
     ended, an item as well, a WORD of that character: ``$100=2.5`` has the words $ 100 and = 2.5.
     Behind ``$J=`` the line is read as words, with their errors.
 
-    A byte takes a clock, or two behind the first digit of a number, and one more if it is an item.
-    A word is offered three clocks after the byte that ends it was taken, and a clock later for each
-    decimal that its number lacks and for a minus sign; that byte is read after it. An END, or a
-    CHARACTER, is offered two clocks after it was taken if nothing is before it. While an item waits
-    nothing is read, and one byte more is taken.
+    A byte takes a clock, or two behind the first digit of a number. A word is offered three clocks
+    after the byte that ends it was taken, and a clock later for each decimal that its number lacks
+    and for a minus sign; that byte is read after it. An END is offered two clocks after it was
+    taken, and a CHARACTER three, if nothing is before it. While an item waits nothing is read, and
+    one byte more is taken.
 
     Parameters
     ----------
@@ -100,16 +101,22 @@ class GCodeReader(wiring.Component):
         m.submodules.number = number = self._number
 
         out = self.words.p
-        finishing, digits = Signal(), Signal()  # a number is; it has a digit
-        idle, ends, taken = Signal(), Signal(), Signal()
+        finishing = Signal()  # a number has ended
+        digits = Signal()  # it has a digit
+        passing = Signal()  # a character will be an item, when its digit is added
+        idle = Signal()
+        ends = Signal()  # the item that is held ends a number
+        taken = Signal()  # it is judged
         held, char = self._hold(m, idle & ~digits, taken)
 
         expects = Signal()  # a number follows, or goes on
-        begun, point = Signal(), Signal()  # it has a sign, a digit or a point; it has a point
-        visible, numeric = self._visible(m, char, taken), Signal()
+        begun = Signal()  # it has a sign, a digit or a point
+        point = Signal()
+        numeric = Signal()
+        visible = self._visible(m, char, taken)
         m.d.comb += [
             numeric.eq(expects & (char.digit | (char.point & ~point) | (char.sign & ~begun))),
-            idle.eq(~self.words.valid & ~finishing),
+            idle.eq(~self.words.valid & ~finishing & ~passing),
             ends.eq(digits & (char.end | (visible & ~numeric))),
             taken.eq(held & idle & ~ends),
             number.digit.eq(char.byte[:4]),
@@ -122,7 +129,7 @@ class GCodeReader(wiring.Component):
             m.d.sync += [begun.eq(1), point.eq(point | char.point), digits.eq(digits | char.digit)]
             with m.If(char.sign):
                 m.d.sync += number.negative.eq(char.byte == ord("-"))
-        self._read_line(m, char, taken, visible, numeric, expects)
+        self._read_line(m, char, taken, visible, numeric, expects, passing)
         letter = Signal(8)
         with m.If(number.clear):
             m.d.sync += [expects.eq(1), begun.eq(0), point.eq(0), number.negative.eq(0),
@@ -137,7 +144,8 @@ class GCodeReader(wiring.Component):
 
     def _hold(self, m: Module, passes, taken):
         """Hold an item, classified; return whether there is one, and it. It `passes` for sure."""
-        held, char = Signal(), Signal(_CHARACTER)
+        held = Signal()
+        char = Signal(CHARACTER)
         byte, end = self.items.p.byte, self.items.p.end
 
         def among(first: str, last: str):
@@ -160,7 +168,8 @@ class GCodeReader(wiring.Component):
 
     def _visible(self, m: Module, char, taken):
         """Return whether a byte is neither skipped nor in a comment."""
-        parenthesis, rest = Signal(), Signal()  # in a comment; in one to the end of the line
+        parenthesis = Signal()  # in a comment
+        rest = Signal()  # in one to the end of the line
         with m.If(taken):
             m.d.sync += [
                 parenthesis.eq(~char.end & Mux(parenthesis, ~char.closes, char.opens & ~rest)),
@@ -168,20 +177,23 @@ class GCodeReader(wiring.Component):
             ]
         return ~(parenthesis | rest | char.skipped)
 
-    def _read_line(self, m: Module, char, taken, visible, numeric, expects) -> None:
+    def _read_line(self, m: Module, char, taken, visible, numeric, expects,
+                   passing) -> None:
         """Judge the characters of a line, and offer its items other than words."""
         out, number, byte = self.words.p, self._number, char.byte
-        begun = Signal()  # the line has a character
+        line_begun = Signal()  # it has a character
         place = Signal(2)  # characters of $J= that it begins with, as long as it may
         raw = Signal()
         bad = out.status != GCodeStatus.GOOD
-        m.d.comb += raw.eq(Mux(begun, out.system & (place != 3), char.dollar))
+        m.d.comb += raw.eq(Mux(line_begun, out.system & (place != 3), char.dollar))
 
         with m.If(self.words.valid & self.words.ready):
             m.d.sync += self.words.valid.eq(0)
             with m.If(out.kind == GCodeKind.END):
-                m.d.sync += [out.status.eq(GCodeStatus.GOOD), out.system.eq(0), begun.eq(0),
+                m.d.sync += [out.status.eq(GCodeStatus.GOOD), out.system.eq(0), line_begun.eq(0),
                              place.eq(0), expects.eq(0)]
+        with m.If(passing):
+            m.d.sync += [passing.eq(0), self.words.valid.eq(1)]
         with m.If(taken & char.end):
             m.d.sync += [self.words.valid.eq(1), out.kind.eq(GCodeKind.END)]
             with m.If(~bad & (byte != LineEnd.GOOD)):
@@ -189,16 +201,15 @@ class GCodeReader(wiring.Component):
             with m.Elif(expects & ~raw):
                 m.d.sync += out.status.eq(GCodeStatus.NO_NUMBER)
         with m.Elif(taken & visible & raw):
-            m.d.sync += [self.words.valid.eq(1), out.kind.eq(GCodeKind.CHARACTER),
-                         out.character.eq(byte), out.system.eq(1), begun.eq(1), place.eq(0),
-                         expects.eq(numeric)]
+            m.d.sync += [passing.eq(1), out.kind.eq(GCodeKind.CHARACTER), out.character.eq(byte),
+                         out.system.eq(1), line_begun.eq(1), place.eq(0), expects.eq(numeric)]
             for at, expected in enumerate(b"$J="):
-                with m.If((place == at) & (begun == (at > 0)) & (byte == expected)):
+                with m.If((place == at) & (line_begun == (at > 0)) & (byte == expected)):
                     m.d.sync += place.eq(at + 1)
             # Behind the whole prefix comes a letter, not a number.
             m.d.comb += number.clear.eq(~numeric & ~((place == 2) & (byte == ord("="))))
         with m.Elif(taken & visible & ~bad & ~numeric):
-            m.d.sync += [begun.eq(1), expects.eq(0)]
+            m.d.sync += [line_begun.eq(1), expects.eq(0)]
             with m.If(expects):
                 m.d.sync += out.status.eq(GCodeStatus.NO_NUMBER)
             with m.Elif(char.letter):

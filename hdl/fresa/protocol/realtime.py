@@ -64,7 +64,8 @@ class RealtimeFilter(wiring.Component):
         m = Module()
 
         byte, error = self.bytes.p.byte, self.bytes.p.error
-        known, passes = Signal(), Signal()
+        known = Signal()
+        passes = Signal()
         m.d.comb += [
             known.eq(Cat(byte == code.value for code in RealtimeCode).any()),
             passes.eq(error | ~(known | byte[7])),
