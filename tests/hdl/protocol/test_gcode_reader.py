@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from fresa.protocol import GCodeKind, GCodeReader, GCodeStatus, gcode_layout
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.gcode import DAMAGED, GOOD, GCodeReaderModel, Item, number
+from tb.models.gcode_line import DAMAGED, GOOD, GCodeReaderModel, Item, number
 
 INPUTS = ("rst", "items_valid", "items_payload", "words_ready")
 OUTPUTS = ["items_ready", "words_valid", "low", "high"]

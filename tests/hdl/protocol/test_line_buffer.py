@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from fresa.protocol import LineBuffer
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.gcode import DAMAGED, GOOD, LineBufferModel
+from tb.models.gcode_line import DAMAGED, GOOD, LineBufferModel
 
 INPUTS = ("rst", "bytes_valid", "bytes_payload", "items_ready")
 OUTPUTS = ["bytes_ready", "items_valid", "items_payload", "free", "overflow"]
