@@ -357,7 +357,7 @@ def fixed_point(run: Run) -> str:
 
 
 @bench
-def gcode_reader(run: Run) -> str:
+def g_code_reader(run: Run) -> str:
     """Words, comments, errors and system commands."""
     dut, said = GCodeReader(), []
 
