@@ -156,7 +156,7 @@ class BlockQueueModel:
 
     def _refresh(self, taken: bool) -> None:
         """Read the entry of the oldest block and of the second, in alternation."""
-        phase, second = self._clock % 8, self._clock // 8 % 2
+        phase, second = self._clock % 8, (self._clock // 8 + 1) % 2
         if phase == 6:
             self._refreshed = (self._entries[(self.head + second) % self.depth]
                                if self.count > second else None)

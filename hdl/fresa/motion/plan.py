@@ -127,17 +127,22 @@ class BlockQueue(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        head, tail = Signal(range(self.depth)), Signal(range(self.depth))
+        head = Signal(range(self.depth))
+        tail = Signal(range(self.depth))
         phase = Signal(4)  # the highest bit selects what the last read pair is of
         clock = phase[:3]
         m.d.sync += phase.eq(phase + 1)
 
         # `adding`: a block is committed, and not computed yet. `active`: a pass is under way.
         # `left`: blocks older than the one that is computed; negative once it was taken.
-        adding, active, same = Signal(), Signal(), Signal()
+        adding = Signal()
+        active = Signal()
+        same = Signal()
         left = Signal(signed(len(head) + 1))
-        taken, added = Signal(), Signal()
-        begins, ends = Signal(), Signal()
+        taken = Signal()
+        added = Signal()
+        begins = Signal()
+        ends = Signal()
         written = self.write.valid & self.write.ready
         m.d.comb += [
             self.write.ready.eq(~adding & ~active & (self.count != self.depth)),
@@ -174,11 +179,16 @@ class BlockQueue(wiring.Component):
         """Compute entries, and refresh the exits."""
         m.submodules.plan = plan = memory.Memory(shape=self.word, depth=8 * self.depth, init=[])
         write, read = plan.write_port(), plan.read_port()
-        index, computed = Signal.like(tail), Signal.like(tail)
+        index = Signal.like(tail)
+        computed = Signal.like(tail)
         number = [Signal(self.word, name=f"read_{age}") for age in range(3)]  # [0] is the newest
-        clock, high, second = Signal(3), Signal(), Signal()
-        adds, subtracts, decides = Signal(), Signal(), Signal()
-        m.d.comb += [clock.eq(phase), high.eq(phase[0]), second.eq(phase[3]),
+        clock = Signal(3)
+        high = Signal()
+        second = Signal()
+        adds = Signal()
+        subtracts = Signal()
+        decides = Signal()
+        m.d.comb += [clock.eq(phase), high.eq(phase[0]), second.eq(~phase[3]),
                      adds.eq(clock[1:] == 1), subtracts.eq(clock[1:] == 2),
                      decides.eq(clock[1:] == 3)]
         m.d.sync += [number[0].eq(read.data), number[1].eq(number[0]), number[2].eq(number[1]),
@@ -196,9 +206,13 @@ class BlockQueue(wiring.Component):
         ]
 
         # The two words of the entry go round through the adder: low words in even clocks.
-        front, back = Signal(self.word), Signal(self.word)
-        carry, over, limited = Signal(), Signal(), Signal()
-        operand, entry = Signal(self.word), Signal(self.word)
+        front = Signal(self.word)
+        back = Signal(self.word)
+        carry = Signal()
+        over = Signal()
+        limited = Signal()
+        operand = Signal(self.word)
+        entry = Signal(self.word)
         total = Signal(self.word + 1)
         m.d.comb += [
             operand.eq(number[0] ^ subtracts.replicate(self.word)),
@@ -235,8 +249,10 @@ class BlockQueue(wiring.Component):
             shape=self.word, depth=self.words * self.depth, init=[])
         write, read = blocks.write_port(), blocks.read_port()
         place = Signal(range(self.words))
-        requested, read_out = Signal(), Signal()  # all words of the block
-        fetched, fetched_last = Signal(), Signal()
+        requested = Signal()
+        read_out = Signal()  # all words of the block
+        fetched = Signal()
+        fetched_last = Signal()
         offered, advances = self.blocks, Signal()
         fetches = (self.count != 0) & ~requested
         m.d.comb += [
