@@ -335,4 +335,4 @@ def _exits(c: Contract, dut: BlockQueue, places: _Places) -> None:
 PLAN = Component(
     make=BlockQueue, describe=describe, depth=43,
     cases=(Case({"depth": 4, "words": 4, "word": 2, "width": 3}),
-           Case({"depth": 4, "words": 4, "word": 36, "width": 62}, real=True)))
+           Case({"depth": 64, "words": 16, "word": 36, "width": 62}, real=True)))

@@ -188,7 +188,7 @@ class BlockQueue(wiring.Component):
         adds = Signal()
         subtracts = Signal()
         decides = Signal()
-        m.d.comb += [clock.eq(phase), high.eq(phase[0]), second.eq(~phase[3]),
+        m.d.comb += [clock.eq(phase), high.eq(phase[0]), second.eq(phase < 8),
                      adds.eq(clock[1:] == 1), subtracts.eq(clock[1:] == 2),
                      decides.eq(clock[1:] == 3)]
         m.d.sync += [number[0].eq(read.data), number[1].eq(number[0]), number[2].eq(number[1]),
@@ -249,8 +249,8 @@ class BlockQueue(wiring.Component):
             shape=self.word, depth=self.words * self.depth, init=[])
         write, read = blocks.write_port(), blocks.read_port()
         place = Signal(range(self.words))
-        requested = Signal()
-        read_out = Signal()  # all words of the block
+        requested = Signal()  # all words of the block
+        read_out = Signal()  # they are read
         fetched = Signal()
         fetched_last = Signal()
         offered, advances = self.blocks, Signal()

@@ -7,6 +7,7 @@ from collections import deque
 
 import pytest
 
+from benchmarks.planning import pass_clocks, sustained
 from fresa.motion import BlockQueue
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -215,3 +216,14 @@ def test_a_flush_drops_all_that_has_not_begun(rig):
 def test_parameters_are_checked(parameter, value, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
         BlockQueue(**{parameter: value})
+
+
+def test_short_segments_go_as_fast_as_the_depth_allows():
+    """And no faster than they come."""
+    job = {"segment": 0.05, "acceleration": 500, "feed": 1000, "segments": 800,
+           "clock": 50_000_000}
+    fast, slow = sustained(64, 5000, **job), sustained(64, 500, **job)
+    assert fast.by_depth == pytest.approx(3394, abs=1)
+    assert fast.speed == pytest.approx(fast.by_depth, rel=0.01)
+    assert slow.speed == pytest.approx(slow.by_lines, rel=0.01)
+    assert pass_clocks(64) <= 600
