@@ -57,9 +57,10 @@ class BlockQueue(wiring.Component):
 
     Entries without motion stand in the queue like others, with ``gain`` 0. Where motion must stop
     (dwell, program stop), and in the block after it, ``limit`` is 0. Others (coolant, offsets,
-    line numbers) have a ``limit`` of the w of the block before them, so that their entry is that
-    of the block after them; they can be taken while the block before them runs, whose ``exit`` is
-    then unchanged, and carried out at its end. The kind of a block is for its words to say.
+    line numbers) have as ``limit`` the highest w of the motion before them, so that their entry is
+    that of the block after them; they can be taken while the motion before them runs, whose
+    ``exit`` is then no lower, and carried out at its end. The kind of a block is for its words to
+    say.
 
     Parameters
     ----------
