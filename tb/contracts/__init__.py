@@ -27,6 +27,7 @@ from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
+from .plan import PLAN
 from .points import POINTS
 from .position import POSITION
 from .ramp import RAMP
@@ -58,6 +59,7 @@ GENERAL = {
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,
+    "plan": PLAN,
     "points": POINTS,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
