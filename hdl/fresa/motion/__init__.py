@@ -14,7 +14,9 @@ from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
 from .points import PointStore
 from .position import MoveTo
+from .profile import SpeedProfile
 from .ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
+from .root import SquareRoot
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
@@ -25,6 +27,6 @@ __all__ = [
     "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Ramp", "Request", "RequestKind", "SpiralWalk",
-    "SquareGenerator", "StartHandshake", "StepCounter", "ramp_rates",
+    "PointStore", "Ramp", "Request", "RequestKind", "SpeedProfile",
+    "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake", "StepCounter", "ramp_rates",
 ]
