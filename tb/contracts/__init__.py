@@ -28,6 +28,7 @@ from .points import POINTS
 from .position import POSITION
 from .ramp import RAMP
 from .rate import RATE
+from .root import ROOT
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
@@ -51,6 +52,7 @@ GENERAL = {
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
+    "root": ROOT,
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,

@@ -62,6 +62,10 @@ class Granule:
     ended: int = 0
     left: int = 0
 
+    def clock(self, tick: int) -> int:
+        """Return the clock of a tick, from 1, where the rate is as the gateware demands."""
+        return self.began - (self.phase - tick * self.step) // self.rate
+
     def clocks(self, backlog: int) -> list[int]:
         """Return the clocks of its ticks; a phase from `backlog` up is dropped with a tick.
 
@@ -85,9 +89,9 @@ class Granule:
     def finish(self, backlog: int) -> None:
         """Find its end, without the ticks before where the rate allows."""
         if 2 * self.rate <= self.step and self.phase + self.rate < self.step:
-            distance = self.size * self.step - self.phase
-            clocks = -(-distance // self.rate)
-            self.ended, self.left = self.began + clocks, clocks * self.rate - distance
+            self.ended = self.clock(self.size)
+            self.left = (self.phase + (self.ended - self.began) * self.rate
+                         - self.size * self.step)
         else:
             self.clocks(backlog)
 
@@ -138,8 +142,15 @@ class ProfileModel:
             return clock
         return self.holds[place] if place < len(self.holds) else None
 
-    def granules(self) -> Iterator[Granule]:
-        """Return all granules in their order, up to the last that nothing keeps from coming."""
+    def granules(self, *, merge: bool = False) -> Iterator[Granule]:
+        """Return all granules in their order, up to the last that nothing keeps from coming.
+
+        Parameters
+        ----------
+        merge : bool
+            Return granules of one size, at the nominal speed, as one: the clocks of their ticks are
+            the same. There must be no hold then, and exits must not change.
+        """
         square = root = before = rate = brake = ticks = done = 0
         decided, ended, phase, number = 0, -1, 0, -1
         block = Block(0, 0, 0, 0)
@@ -169,9 +180,8 @@ class ProfileModel:
                 ticks, done, brake = 1 << block.log2_ticks, 0, block.energy << block.log2_ticks
             hold = bisect_right(self.holds, decided) % 2
 
-            size = 1
+            size, least = 1, block.modulus + (block.modulus >> 5)
             if square:
-                least = block.modulus + (block.modulus >> 5)
                 while size < MOST and least * size < 32 * rate and not (ticks - done) & size:
                     size *= 2
             change = block.energy * size
@@ -185,19 +195,26 @@ class ProfileModel:
             going = ended >= ready
             self.late += not going and square > 0
             step = 2 * block.modulus
+            count = 1
+            if merge and goal == square == block.nominal and new == root == before and (
+                    going and least * size >= 32 * rate == 64 * root):
+                count = min(brake, self.exits(number, sampled) + brake - goal) // change
             if not square:
                 before = phase = 0
             granule = Granule(
                 number, decided, sampled, began=ended if going else ready,
                 phase=(phase if going else 0) + (new - before >> 1), rate=root + new, step=step,
-                size=size, first=opens, last=done + size == ticks, square=goal)
+                size=count * size, first=opens, last=done + count * size == ticks,
+                square=goal)
             granule.finish(self.backlog)
             yield granule
 
             before, root = root, new if goal else 0
             square, rate = goal, granule.rate
-            brake, done = brake - change, done + size
+            brake, done = brake - count * change, done + count * size
             decided, ended, phase = granule.began, granule.ended, granule.left
+            if count > 1:
+                decided = granule.clock(granule.size - size)
 
     def ticks(self) -> Iterator[tuple[int, Granule]]:
         """Return the clock of each tick, and its granule."""

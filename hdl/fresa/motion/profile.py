@@ -168,6 +168,7 @@ class SpeedProfile(wiring.Component):
         subtract = Signal()
         total = Signal(signed(width))
         m.d.comb += total.eq((((x << 1) | 1) + ((Mux(subtract, ~y, y) << 1) | subtract)) >> 1)
+        capped = Signal()  # the end would be above the nominal w
         beyond = Signal()  # w would change by more than the granule allows
         none = Signal()  # from 0 to 0
 
@@ -206,13 +207,11 @@ class SpeedProfile(wiring.Component):
                 m.next = "NOMINAL"
             with m.State("NOMINAL"):
                 m.d.comb += [x.eq(work), y.eq(nominal), subtract.eq(1)]
-                with m.If(holds):
-                    m.d.sync += work.eq(0)
-                with m.Elif(total >= 0):
-                    m.d.sync += work.eq(nominal)
+                m.d.sync += capped.eq(total >= 0)
                 m.next = "DIFFERENCE"
             with m.State("DIFFERENCE"):
-                m.d.comb += [x.eq(work), y.eq(square), subtract.eq(1)]
+                m.d.comb += [x.eq(Mux(holds, 0, Mux(capped, nominal, work))), y.eq(square),
+                             subtract.eq(1)]
                 m.d.sync += work.eq(total)
                 m.next = "BOUND"
             with m.State("BOUND"):
@@ -220,11 +219,13 @@ class SpeedProfile(wiring.Component):
                 m.d.sync += [beyond.eq((total < 0) == (work < 0)), none.eq(from_rest & (work == 0))]
                 m.next = "SUM"
             with m.State("SUM"):
-                m.d.comb += [x.eq(square), y.eq(Mux(beyond, change, work)),
-                             subtract.eq(beyond & (work < 0))]
                 # from 0 to 0 it goes up and down within the granule
-                m.d.comb += [root.radicand.eq(Mux(none, change >> 1, total)), root.start.eq(1)]
-                m.d.sync += square.eq(total)
+                m.d.comb += [
+                    x.eq(square), subtract.eq(beyond & (work < 0)),
+                    y.eq(Mux(none, change >> 1, Mux(beyond, change, work))),
+                    root.radicand.eq(total), root.start.eq(1),
+                ]
+                m.d.sync += square.eq(Mux(none, 0, total))
                 m.next = "SPEND"
             with m.State("SPEND"):
                 m.d.comb += [x.eq(brake), y.eq(change), subtract.eq(1)]
@@ -272,13 +273,18 @@ class SpeedProfile(wiring.Component):
             self.speed.eq(Mux(running, rate >> self.fraction_bits + 1, 0)),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]
-        m.d.sync += after.eq(self.tick | starts)
-        with m.If(self.tick | starts):
-            m.d.sync += phase.eq(
-                Mux(self.tick & ~backlog & ~(starts & from_rest), phase, 0)
-                + Mux(starts, adjusted, -(running_modulus << 1)))
-        with m.Elif(running):
-            m.d.sync += phase.eq(phase + Mux(after, rate << 1, rate))
+        jumps = Signal()
+        base, growth, distance = Signal.like(phase), Signal.like(phase), Signal.like(phase)
+        m.d.comb += [
+            distance.eq(running_modulus << 1),
+            jumps.eq(self.tick | starts),
+            base.eq(Mux((self.tick & backlog) | (starts & (~running | from_rest)), 0, phase)),
+            growth.eq(Mux(starts, adjusted, Mux(self.tick, ~distance,
+                                                Mux(after, rate << 1, rate)))),
+        ]
+        m.d.sync += after.eq(jumps)
+        with m.If(jumps | running):
+            m.d.sync += phase.eq(((base << 1 | 1) + (growth << 1 | (self.tick & ~starts))) >> 1)
         with m.If(self.tick):
             m.d.sync += [ticks.eq(ticks - 1), opening.eq(0)]
         with m.If(starts):

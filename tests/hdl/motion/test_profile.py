@@ -8,6 +8,7 @@ from bisect import bisect_right
 
 import pytest
 
+from benchmarks.step_times import Path1D, deviations, plan, program
 from fresa.motion import SpeedProfile
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -103,11 +104,39 @@ class TestSpeedProfile:
     @pytest.mark.parametrize("seed", range(5))
     def test_is_its_model_in_every_clock(self, seed):
         rng = random.Random(seed)
-        clocks = 2000
+        clocks = 1200
         exits = [rng.randrange(4**SPEED) * (rng.random() < 0.3) for _ in range(clocks)]
         holds = sorted(rng.sample(range(clocks), rng.choice([0, 2, 4])))
         Bench(any_blocks(rng), lambda clock: exits[clock // 50] if clock < 50 * clocks else 0,
               holds).run(clocks)
+
+
+class TestModel:
+    def test_granules_at_one_speed_may_be_one(self):
+        path = Path1D(length=8_000_000 * 256, acceleration=10**9, speed=200_000_000)
+        short = Path1D(length=1_000_000 * 256, acceleration=10**9, speed=100_000_000)
+        paths = [path, short, path]
+        ends = plan(random.Random(4), paths)
+        ticks = []
+        for merge in (False, True):
+            model = ProfileModel([(each.block(), 0) for each in paths],
+                                 lambda number, _: ends[number])
+            granules = list(model.granules(merge=merge))
+            assert model.late == 0 and not model.starved
+            ticks.append([granule.clock(tick) for granule in granules
+                          for tick in range(1, granule.size + 1)])
+        assert ticks[0] == ticks[1]
+        assert len(ticks[0]) == sum(1 << each.block().log2_ticks for each in paths)
+
+    @pytest.mark.parametrize("blocks", [1, 5])
+    def test_ticks_are_within_two_clocks_of_the_ideal(self, blocks):
+        rng = random.Random(blocks)
+        paths = program(rng, blocks)
+        while paths[0].acceleration < 2 * paths[0].speed:  # to be quick
+            paths = program(rng, blocks)
+        found = deviations(paths, plan(rng, paths))
+        assert -2 < found.least < found.most < 2
+        assert found.clocks > 10_000 and len(found.ends) == blocks
 
 
 class TestParameters:
