@@ -26,6 +26,7 @@ from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
+from .profile import PROFILE
 from .ramp import RAMP
 from .rate import RATE
 from .root import ROOT
@@ -53,6 +54,7 @@ GENERAL = {
     "position": POSITION,
     "ramp": RAMP,
     "root": ROOT,
+    "profile": PROFILE,
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,

@@ -169,16 +169,16 @@ class ProfileModel:
                 if offered > ended + 1 and square:
                     self.starved.append(ended + 1)
                     square = root = 0
-                decided = max(decided, offered + 1 + block.log2_ticks)
+                decided = max(decided, offered + 2 + block.log2_ticks)
             if not square:
-                released = self._released(decided)
+                released = self._released(decided - 1)
                 if released is None:
                     return
-                decided = released
+                decided = released + 1
             if opens:
                 self.taken.append(decided)
                 ticks, done, brake = 1 << block.log2_ticks, 0, block.energy << block.log2_ticks
-            hold = bisect_right(self.holds, decided) % 2
+            hold = bisect_right(self.holds, decided - 1) % 2
 
             size, least = 1, block.modulus + (block.modulus >> 5)
             if square:

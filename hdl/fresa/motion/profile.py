@@ -1,6 +1,6 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Module, Mux, Signal, signed
+from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -40,17 +40,17 @@ class SpeedProfile(wiring.Component):
     when it is known, later than it should, and the phase starts anew.
 
     **Blocks.** The next one is taken at the begin of the last granule of the present one, if it
-    has been offered for 2 + s clocks then, or later. If the present one ends at a w above 0, the
+    has been offered for 3 + s clocks then, or later. If the present one ends at a w above 0, the
     next must be there: if none is offered after the last tick, the speed is cut to 0, which
     ``starved`` shows. So ``exit`` may be above 0 only while a block is offered. At w = 0 the
     profile stands and waits for the next block, or for the end of `hold`.
 
-    **Hold** is sampled, with the decision to compute a granule, in the clock in which the one
-    before begins: it slows down from the granule after that, as fast as the block allows, through
-    the begin of the next block if need be. At w = 0 nothing begins while it lasts. Then it goes on
-    with the ticks that are left. A reset while it stands discards them.
+    **Hold** is sampled, with the decision to compute a granule, in the clock before that in
+    which the one before begins: it slows down from the granule after that, as fast as the block
+    allows, through the begin of the next block if need be. At w = 0 nothing begins while it lasts.
+    Then it goes on with the ticks that are left. A reset while it stands discards them.
 
-    **Exit** is sampled 6 clocks after that. It may rise at any time; after a block has been taken
+    **Exit** is sampled 7 clocks after that. It may rise at any time; after a block has been taken
     it must be that of this block within 6 clocks. If it falls, the end may be faster than it.
 
     Two ticks are never in consecutive clocks; the modulus must be at least twice the highest speed
@@ -88,7 +88,7 @@ class SpeedProfile(wiring.Component):
     starved : Out(1)
         The speed is cut to 0 since no block follows.
     fault : Out(1)
-        The state machine was upset: no ticks until reset.
+        The state machine was upset: no ticks from the next clock on, until reset.
 
     Raises
     ------
@@ -172,23 +172,52 @@ class SpeedProfile(wiring.Component):
         beyond = Signal()  # w would change by more than the granule allows
         none = Signal()  # from 0 to 0
 
+        # What it adds, one after the other: registers, for the sake of Fmax. At first it is brake
+        # and exit.
+        searched = Signal()
+        brakes, caps, differs, bounds, adds, spends = (
+            Signal(name=name) for name in ("brakes", "caps", "differs", "bounds", "adds", "spends"))
+        stages = Cat(brakes, caps, differs, bounds, adds, spends)
+        m.d.sync += stages.eq(Cat(searched, stages))
+        m.d.comb += root.radicand.eq(total)
+        with m.If(brakes | caps | bounds):
+            m.d.comb += x.eq(work)
+        with m.Elif(differs):
+            m.d.comb += x.eq(Mux(holds, 0, Mux(capped, nominal, work)))
+        with m.Elif(adds):
+            m.d.comb += x.eq(square)
+        with m.Else():
+            m.d.comb += x.eq(brake)
+        with m.If(caps):
+            m.d.comb += y.eq(nominal)
+        with m.Elif(differs):
+            m.d.comb += y.eq(square)
+        with m.Elif(adds):
+            # from 0 to 0 it goes up and down within the granule
+            m.d.comb += y.eq(Mux(none, change >> 1, Mux(beyond, change, work)))
+        with m.Elif(brakes | bounds | spends):
+            m.d.comb += y.eq(change)
+        with m.Else():
+            m.d.comb += y.eq(self.exit)
+        m.d.comb += subtract.eq(brakes | caps | differs | spends | (bounds & (work >= 0))
+                                | (adds & beyond & (work < 0)))
+
         over = Signal()  # last tick of the granule, or there is none
         starts = Signal()
-        goes = Signal()
+        held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
         adjusted = Signal(signed(self.modulus_bits + 3))  # half a difference, less a modulus
-        m.d.comb += [
-            goes.eq((more | multiplied) & ~(self.hold & at_rest)),
-            self.blocks.ready.eq(takes & ~more),
-        ]
+        m.d.comb += self.blocks.ready.eq(takes & ~more)
+        m.d.sync += [held.eq(self.hold),
+                     may.eq((more | multiplied) & ~(self.hold & at_rest))]
 
-        with m.FSM(name="profile") as fsm:
+        with m.FSM(name="profile_state") as fsm:
             with m.State("WAIT"):
-                m.d.comb += takes.eq(goes)
+                m.d.comb += takes.eq(may)
                 with m.If(~running & ~more & ~self.blocks.valid):
                     m.d.comb += self.starved.eq(~at_rest)
                     m.d.sync += [square.eq(0), at_rest.eq(1), end.eq(0)]
-                with m.If(goes):
+                with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
                 m.d.sync += [least.eq(modulus + (modulus >> 5)), change.eq(energy), size.eq(1)]
@@ -196,39 +225,28 @@ class SpeedProfile(wiring.Component):
             with m.State("SEARCH"):
                 with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
-                m.d.comb += [x.eq(brake), y.eq(self.exit)]
                 m.d.sync += [work.eq(total), count.eq(count + 1)]
                 with m.If(count == GRANULE_BITS - 1):
                     m.d.sync += count.eq(0)
+                    m.d.comb += searched.eq(1)
                     m.next = "BRAKE"
             with m.State("BRAKE"):
-                m.d.comb += [x.eq(work), y.eq(change), subtract.eq(1)]
                 m.d.sync += work.eq(total)
                 m.next = "NOMINAL"
             with m.State("NOMINAL"):
-                m.d.comb += [x.eq(work), y.eq(nominal), subtract.eq(1)]
                 m.d.sync += capped.eq(total >= 0)
                 m.next = "DIFFERENCE"
             with m.State("DIFFERENCE"):
-                m.d.comb += [x.eq(Mux(holds, 0, Mux(capped, nominal, work))), y.eq(square),
-                             subtract.eq(1)]
                 m.d.sync += work.eq(total)
                 m.next = "BOUND"
             with m.State("BOUND"):
-                m.d.comb += [x.eq(work), y.eq(change), subtract.eq(work >= 0)]
                 m.d.sync += [beyond.eq((total < 0) == (work < 0)), none.eq(from_rest & (work == 0))]
                 m.next = "SUM"
             with m.State("SUM"):
-                # from 0 to 0 it goes up and down within the granule
-                m.d.comb += [
-                    x.eq(square), subtract.eq(beyond & (work < 0)),
-                    y.eq(Mux(none, change >> 1, Mux(beyond, change, work))),
-                    root.radicand.eq(total), root.start.eq(1),
-                ]
+                m.d.comb += root.start.eq(1)
                 m.d.sync += square.eq(Mux(none, 0, total))
                 m.next = "SPEND"
             with m.State("SPEND"):
-                m.d.comb += [x.eq(brake), y.eq(change), subtract.eq(1)]
                 m.d.sync += [
                     brake.eq(total),
                     left.eq(left - size),
@@ -242,16 +260,16 @@ class SpeedProfile(wiring.Component):
                     m.next = "READY"
             with m.State("READY"):
                 with m.If(over):
-                    m.d.comb += [starts.eq(1), takes.eq(goes)]
+                    m.d.comb += [starts.eq(1), takes.eq(may)]
                     m.next = "WAIT"
-                    with m.If(goes):
+                    with m.If(may):
                         m.next = "SCALE"
             with m.State("FAULT"):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
         with m.If(takes):
-            m.d.sync += [from_rest.eq(at_rest), holds.eq(self.hold), opens.eq(0)]
+            m.d.sync += [from_rest.eq(at_rest), holds.eq(held), opens.eq(0)]
             with m.If(~more):
                 m.d.sync += [
                     energy.eq(block.energy), modulus.eq(block.modulus), nominal.eq(block.nominal),
@@ -266,7 +284,7 @@ class SpeedProfile(wiring.Component):
         backlog = Signal()
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
-            self.tick.eq(running & (phase >= 0) & ~after & ~self.fault),
+            self.tick.eq(running & (phase >= 0) & ~after),
             over.eq(~running | (self.tick & (ticks == 1))),
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & (ticks == 1)),
@@ -293,6 +311,6 @@ class SpeedProfile(wiring.Component):
                 closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
                 end.eq(Mux(at_rest, 0, root.root)),
             ]
-        with m.Elif(over):
+        with m.Elif(over | self.fault):
             m.d.sync += running.eq(0)
         return m

@@ -113,8 +113,8 @@ class TestSpeedProfile:
 
 class TestModel:
     def test_granules_at_one_speed_may_be_one(self):
-        path = Path1D(length=8_000_000 * 256, acceleration=10**9, speed=200_000_000)
-        short = Path1D(length=1_000_000 * 256, acceleration=10**9, speed=100_000_000)
+        path = Path1D(length=2_000_000 * 256, acceleration=4 * 10**9, speed=200_000_000)
+        short = Path1D(length=1_000_000 * 256, acceleration=4 * 10**9, speed=100_000_000)
         paths = [path, short, path]
         ends = plan(random.Random(4), paths)
         ticks = []
