@@ -30,9 +30,11 @@ from .phase import PHASE
 from .plan import PLAN
 from .points import POINTS
 from .position import POSITION
+from .profile import PROFILE
 from .ramp import RAMP
 from .rate import RATE
 from .realtime import REALTIME
+from .root import ROOT
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
@@ -56,6 +58,8 @@ GENERAL = {
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
+    "root": ROOT,
+    "profile": PROFILE,
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,

@@ -15,7 +15,9 @@ from .orders import Move, Order
 from .plan import MAX_BLOCKS, BlockQueue
 from .points import PointStore
 from .position import MoveTo
+from .profile import SpeedProfile
 from .ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
+from .root import SquareRoot
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
@@ -26,6 +28,6 @@ __all__ = [
     "PICTURE_LIMIT", "Answer", "AutomaticControl", "Axis", "Backlash", "BlockQueue",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Ramp", "Request", "RequestKind", "SpiralWalk",
-    "SquareGenerator", "StartHandshake", "StepCounter", "ramp_rates",
+    "PointStore", "Ramp", "Request", "RequestKind", "SpeedProfile",
+    "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake", "StepCounter", "ramp_rates",
 ]
