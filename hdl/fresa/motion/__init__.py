@@ -15,16 +15,21 @@ from .orders import Move, Order
 from .points import PointStore
 from .position import MoveTo
 from .ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
+from .rotator import Rotator
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
+from .step_accumulator import StepAccumulator
+from .step_ratio import StepRatio
+from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
-    "MAX_ACCELERATION", "MAX_LEVELS", "MAX_BACKLASH", "PICTURE_LIMIT", "Answer",
+    "MAX_ACCELERATION", "MAX_LEVELS", "MAX_BACKLASH", "PICTURE_LIMIT", "WALK_DELAY", "Answer",
     "AutomaticControl", "Axis", "Backlash",
     "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
     "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Ramp", "Request", "RequestKind", "SpiralWalk",
-    "SquareGenerator", "StartHandshake", "StepCounter", "ramp_rates",
+    "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment", "SpiralWalk",
+    "SquareGenerator", "StartHandshake", "StepAccumulator", "StepCounter", "StepRatio",
+    "ramp_rates",
 ]
