@@ -91,7 +91,7 @@ class Rotator(wiring.Component):
         # a + (s + half), or a - (s + half) as a + ~s + ~half
         minus = ~source_is_x
         term = Signal(signed(self.width))
-        m.d.comb += term.eq(shifted[1:] ^ minus.replicate(self.width))
+        m.d.comb += term.eq((shifted >> 1) ^ minus.replicate(self.width))
         with m.If(adding):
             m.d.sync += [
                 source.eq(target + term + (shifted[0] ^ minus)),
