@@ -23,17 +23,21 @@ from .manual import MANUAL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
+from .pending import PENDING
 from .phase import PHASE
 from .points import POINTS
 from .position import POSITION
 from .ramp import RAMP
 from .rate import RATE
+from .rotator import ROTATOR
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
+from .step_accumulator import STEP_ACCUMULATOR
 from .step_dir import STEP_DIR
+from .step_ratio import STEP_RATIO
 from .text import TEXT
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
@@ -48,6 +52,7 @@ GENERAL = {
     "axes": AXES,
     "phase": PHASE,
     "step_dir": STEP_DIR,
+    "pending": PENDING,
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
@@ -66,6 +71,9 @@ GENERAL = {
     "coordinates": COORDINATES,
     "search": SEARCH,
     "square": SQUARE,
+    "step_accumulator": STEP_ACCUMULATOR,
+    "step_ratio": STEP_RATIO,
+    "rotator": ROTATOR,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
     "glitch": GLITCH,

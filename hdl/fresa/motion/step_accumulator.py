@@ -14,7 +14,7 @@ class StepAccumulator(wiring.Component):
 
     It holds the fraction of a step of position + 1/2, so that steps are those of the rounded
     position. What is added is less than a step, so that there is one step at most, and it is that
-    of the direction of what is added. Nothing is rounded.
+    of the direction of what is added. Nothing is rounded. Reset changes nothing.
 
     Parameters
     ----------
@@ -57,11 +57,14 @@ class StepAccumulator(wiring.Component):
         fraction = Signal(self.width, reset_less=True)
         total = Signal(self.width + 1)
         m.d.comb += total.eq(fraction + self.term)
+        step, quarter, direction = (
+            Signal(name=name, reset_less=True) for name in ("passed", "passed_quarter", "forward"))
+        m.d.comb += [self.step.eq(step), self.quarter.eq(quarter), self.direction.eq(direction)]
         m.d.sync += [
             # The bit above the fraction is the carry, or with a negative term the lack of one.
-            self.step.eq(self.add & total[-1]),
-            self.quarter.eq(self.add & (total[self.width - 2] != fraction[self.width - 2])),
-            self.direction.eq(~self.term[-1]),
+            step.eq(self.add & total[-1]),
+            quarter.eq(self.add & (total[self.width - 2] != fraction[self.width - 2])),
+            direction.eq(self.term >= 0),
         ]
         with m.If(self.add):
             m.d.sync += fraction.eq(total)

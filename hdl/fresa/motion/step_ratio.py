@@ -73,10 +73,13 @@ class StepRatio(wiring.Component):
             term.eq(Mux(added, self.fine << 2, self.coarse)),
             total.eq(residual + (term ^ minus.replicate(len(term))).as_signed() + minus),
         ]
+        step = Signal(reset_less=True)
+        direction = Signal(reset_less=True)
+        m.d.comb += [self.step.eq(step), self.direction.eq(direction)]
         m.d.sync += [
             added.eq(self.quarter),
-            self.step.eq(added & (below | reached)),
-            self.direction.eq(~below),
+            step.eq(added & (below | reached)),
+            direction.eq(~below),
         ]
         with m.If(self.quarter | (added & (below | reached))):
             m.d.sync += residual.eq(total)
