@@ -9,11 +9,13 @@ import pytest
 from amaranth import Module, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fresa.motion import PathWalk
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.walk import PathWalkModel, Walked
+from tb.models.walk import PathWalkModel, Walked, line_steps, segment_steps, turn_ticks
 
 OUTPUTS = ("ready", "step", "direction", "fault", "taken", "busy")
 
@@ -172,12 +174,107 @@ class TestPathWalk:
     ])
     def test_is_its_model_in_every_clock(self, seed, fine, coarse, gaps):
         planner, bench = Planner(seed, fine=fine, coarse=coarse), Bench(fine=fine, coarse=coarse)
-        bench.walk([planner.any(crowd=min(gaps) > 4) for _ in range(12)],
+        bench.walk([planner.any(crowd=min(gaps) > 4) for _ in range(5)],
                    lambda: planner.rng.choice(gaps))
         assert bench.places == [place >> 8 for place in planner.place]
-        assert len(bench.steps) > 100
+        assert len(bench.steps) > 30
 
     def test_ticks_in_every_clock_make_lines(self):
         planner, bench = Planner(5, fine=1, coarse=1), Bench()
         bench.walk([planner.line(log2_ticks=8) for _ in range(6)], lambda: 1)
         assert bench.places == [place >> 8 for place in planner.place]
+
+    @pytest.mark.parametrize("turns", [-1, 1])
+    def test_two_half_turns_a_tick(self, turns):
+        planner, bench = Planner(6, fine=80_000, coarse=20_000), Bench(fine=80_000, coarse=20_000)
+        bench.walk([planner.arc(3 / 80_000, turns * 6, crowd=1) for _ in range(2)], lambda: 5)
+        assert bench.places == [place >> 8 for place in planner.place]
+
+    def test_steps_come_eleven_clocks_after_their_ticks(self):
+        bench, ticks = Bench(), []
+        bench.walk([Walked(increment=(512, -512, 768), end=(2, 2, 3), log2_ticks=2)],
+                   lambda: ticks.append(bench.model.now - 1) or 7)
+        assert [(clock - 11 - ticks[0], axis, way) for clock, axis, way in bench.steps] == [
+            (0, 0, 1), (0, 2, 1), (7, 1, -1), (7, 2, 1), (14, 0, 1), (21, 1, -1), (21, 2, 1)]
+
+    def test_an_end_that_is_a_step_off_is_corrected_once(self):
+        """Ends are modulo 4: one more than was made is forward, one less is back."""
+        bench = Bench()
+        bench.walk([Walked(increment=(256, 256, 0), end=(2, 0, 0), log2_ticks=3),
+                    Walked(increment=(256, 256, 0), end=(3, 1, 0), log2_ticks=3)], lambda: 4)
+        assert bench.places == [3, 1, 0]
+        assert len(bench.steps) == 6
+
+    def test_faults(self):
+        for segment, ticks in [
+                (Walked(increment=(0, 256, 0), end=(0, 3, 0), log2_ticks=3), 8),  # 2 steps off
+                (Walked(increment=(1 << 12, 0, 0), log2_ticks=3), 8),  # two steps a tick
+                (Walked(arc=1, turns=40, shift=4, log2_ticks=3), 8),  # five half turns a tick
+                (Walked(arc=1, turns=16, shift=4, log2_ticks=3), 8),  # one a clock
+                (Walked(log2_ticks=1), 3)]:  # a tick too many
+            with AmaranthEngine(component("walk", Split())) as engine:
+                bench = Bench.__new__(Bench)
+                bench.engine = engine
+                bench.offer(segment)
+                engine.set(valid=1, fine=1, coarse=1)
+                engine.run(80)
+                engine.set(valid=0)
+                assert engine.get("ready", "fault") in ((1, 0), (1, 1))
+                for tick in range(ticks):
+                    engine.set(tick=1, last=int(tick == segment_ticks(segment) - 1))
+                    engine.run(1)
+                engine.set(tick=0, last=0)
+                engine.run(40)
+                assert engine.get("fault"), segment
+                engine.set(rst=1)
+                engine.run(1)
+                assert not engine.get("fault")
+
+
+def segment_ticks(segment: Walked) -> int:
+    """Return the number of ticks."""
+    return 1 << segment.log2_ticks
+
+
+class TestModels:
+    """What is computed at once, against sums tick by tick."""
+
+    @given(st.integers(0, 255), st.integers(0, 7), st.integers(-2**15, 2**15))
+    @settings(deadline=None, database=None, derandomize=True, max_examples=200)
+    def test_line_steps(self, start, log2_ticks, increment):
+        most = (256 << log2_ticks) - 1
+        increment = max(-most, min(most, increment))
+        ticks, place = [], start << log2_ticks
+        for tick in range(1, (1 << log2_ticks) + 1):
+            before, place = place, place + increment
+            if place >> 8 + log2_ticks != before >> 8 + log2_ticks:
+                ticks.append(tick)
+        assert list(line_steps(start, increment, log2_ticks)) == ticks
+
+    def test_line_steps_of_the_longest_line(self):
+        for increment in (2**24 - 1, -2**24, 1000):
+            steps = line_steps(128, increment, 40)
+            assert len(steps) == abs(128 + increment >> 8)
+            assert all(step <= 2**40 for step in steps[-3:])
+            if increment == 1000:
+                assert list(steps) == [-(-(number * 256 - 128 << 40) // 1000)
+                                       for number in range(1, 5)]
+
+    def test_turn_ticks(self):
+        assert list(turn_ticks(5, 3)) == [1, 2, 4, 5, 7]
+        assert list(turn_ticks(8, 2)) == [1, 1, 2, 2, 3, 3, 4, 4]
+        assert list(turn_ticks(0, 2)) == []
+
+    def test_steps_of_segments_are_those_of_the_pipeline(self):
+        planner, bench = Planner(9, fine=80_000, coarse=30_000), Bench(fine=80_000, coarse=30_000)
+        segments = [planner.any() for _ in range(6)]
+        bench.walk(segments, lambda: 3)
+        places = [0, 0, 0]
+        for segment in segments:
+            made = segment_steps(segment, 80_000, 30_000)
+            for axis, channel in enumerate(segment.channel):
+                places[axis] += sum(way for _, way in made[channel])
+                error = (segment.end[axis] - places[axis] + 1) % 4 - 1
+                assert abs(error) <= segment.arc and (channel != 2 or not error)
+                places[axis] += error
+        assert bench.places == places
