@@ -41,6 +41,7 @@ from .step_ratio import STEP_RATIO
 from .text import TEXT
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
+from .walk import WALK
 from .words import WORDS
 
 __all__ = ["GENERAL", "Component"]
@@ -74,6 +75,7 @@ GENERAL = {
     "step_accumulator": STEP_ACCUMULATOR,
     "step_ratio": STEP_RATIO,
     "rotator": ROTATOR,
+    "walk": WALK,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
     "glitch": GLITCH,
