@@ -44,7 +44,7 @@ def describe(c: Contract, dut: PathWalk) -> None:
     c.implication("no-tick-without-segment", "A tick without a segment is a fault.",
                   when=c.past(dut.tick & ~dut.ready & ~c.rst), then=fault)
     _lines(c, dut, shifting, full)
-    _half_turns(c, fault)
+    _half_turns(c, dut, fault)
     _ends(c, dut, known)
 
 
@@ -75,7 +75,7 @@ def _lines(c: Contract, dut: PathWalk, shifting: Bits, full: Bits) -> None:
                           then=increment == Mux(changed, before, c.past(increment)).as_signed())
 
 
-def _half_turns(c: Contract, fault: Bits) -> None:
+def _half_turns(c: Contract, dut: PathWalk, fault: Bits) -> None:
     due, due_next, made = (c.signal(name) for name in ("due", "due_next", "made"))
     waits, held = c.signal("waits"), c.signal("held")
     turned = c.part("rotator").turn & c.part("rotator").ready
@@ -90,6 +90,14 @@ def _half_turns(c: Contract, fault: Bits) -> None:
                   then=(due == 0) & c.part("rotator").ready & ~turned)
     c.implication("holds-until-changed", "No half turn is made between the load of the vector and "
                   "that of the channels.", when=held, then=~turned)
+    changes, ratio = c.signal("changes"), c.part("ratio")
+    c.implication("rotator-first", "From the beginning of a segment to the load of its channels, "
+                  "the rotator waits to load its vector, or is held; and at no other time.",
+                  when=~fault, then=(waits + held) == changes[1:10].any(), lemma=True)
+    c.implication("half-turns-before-change", "Half turns of the segment before are made when the "
+                  "channels are loaded, and their quarter steps done, or it is a fault.",
+                  when=c.past(changes[9] & ~c.rst) & ~fault,
+                  then=~c.past(turned) & ~c.past(ratio.quarter) & ~c.past(c.past(ratio.quarter)))
 
 
 def _ends(c: Contract, dut: PathWalk, known: Bits) -> None:
