@@ -21,12 +21,13 @@ from . import (
     ramp,
     serial_line,
     targets,
+    walk,
 )
 
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              plan, serial_line, protocol)
+              plan, walk, serial_line, protocol)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:
