@@ -52,9 +52,9 @@ def compute(name: str, high: int, low: int, b: int, flag: int, *,
         case "MULTIPLY":
             return words(high * b), flag
         case "DIVIDE":
-            if b == 0 or pair // b >= size:
-                return [size - 1, None], flag
-            return [pair // b, pair % b], flag
+            return [min(pair // b, size - 1) if b else size - 1], flag
+        case "REMAINDER":
+            return [pair % b if high < b else None], flag
         case "RATIO":
             return [(high << (width - 2)) // b if high < 2 * b else None], flag
         case "ROOT":
@@ -63,9 +63,9 @@ def compute(name: str, high: int, low: int, b: int, flag: int, *,
             amount = min(width, 2 * width - pair.bit_length())
             return [words(pair << amount)[0], amount], flag
         case "SHIFT_LEFT":
-            return words(pair << min(width, _amount(b, width))), flag
+            return words(pair << min(width + 4, _amount(b, width))), flag
         case "SHIFT_RIGHT":
-            return words(pair >> min(width, _amount(b, width))), flag
+            return words(pair >> min(width + 4, _amount(b, width))), flag
         case "SHIFT_RIGHT_LONG":
             return words(pair >> _amount(b, width)), flag
     raise ValueError(f"no operation is named {name!r}")

@@ -28,14 +28,15 @@ class Operation(enum.Enum, shape=unsigned(4)):
     SELECT                 F ? a : b                                              unchanged
     NEGATE                 F ? -b : b                                             unchanged
     MULTIPLY               a * b, high word                          its low word unchanged
-    DIVIDE                 [a] // b; all ones if that has over W     [a] % b      unchanged
-                           bits, or b is 0                           (or any)
-    RATIO                  a * 2**(W - 2) // b; a < 2 b              any          unchanged
+    DIVIDE                 [a] // b; all ones if that has over W                  unchanged
+                           bits, or b is 0
+    REMAINDER              [a] % b; a < b                                         unchanged
+    RATIO                  a * 2**(W - 2) // b; a < 2 b                           unchanged
     ROOT                   square root of [a], rounded down                       unchanged
     NORMALISE              high word of [a] << n: n is the least     n            unchanged
                            that sets its highest bit, W at most
-    SHIFT_LEFT             [a] << b, high word; b up to W            its low word unchanged
-    SHIFT_RIGHT            [a] >> b, high word; b up to W            its low word unchanged
+    SHIFT_LEFT             [a] << b, high word; b up to W + 4        its low word unchanged
+    SHIFT_RIGHT            [a] >> b, high word; b up to W + 4        its low word unchanged
     SHIFT_RIGHT_LONG       [a] >> b, high word                       its low word unchanged
     ====================== ========================================= ============ =============
 
@@ -57,6 +58,7 @@ class Operation(enum.Enum, shape=unsigned(4)):
     SHIFT_LEFT = 12
     SHIFT_RIGHT = 13
     SHIFT_RIGHT_LONG = 14
+    REMAINDER = 15
 
     @property
     def words(self) -> int:
@@ -65,13 +67,18 @@ class Operation(enum.Enum, shape=unsigned(4)):
 
     def steps(self, width: int) -> int:
         """Return the clocks of its serial part, for words of `width` bits."""
-        return {Operation.RATIO: width - 2, Operation.ROOT: 2 * width,
-                Operation.SHIFT_RIGHT_LONG: 2 * width}.get(
-                    self, width if self.value >= Operation.MULTIPLY.value else 0)
+        match self:
+            case Operation.RATIO:
+                return width - 2
+            case Operation.SHIFT_LEFT | Operation.SHIFT_RIGHT:
+                return width + 4
+            case Operation.ROOT | Operation.SHIFT_RIGHT_LONG:
+                return 2 * width
+        return width if self.value >= Operation.MULTIPLY.value else 0
 
 
-_PAIRS = {Operation.MULTIPLY, Operation.DIVIDE, Operation.NORMALISE, Operation.SHIFT_LEFT,
-          Operation.SHIFT_RIGHT, Operation.SHIFT_RIGHT_LONG}
+_PAIRS = {Operation.MULTIPLY, Operation.NORMALISE, Operation.SHIFT_LEFT, Operation.SHIFT_RIGHT,
+          Operation.SHIFT_RIGHT_LONG}
 
 
 class ArithmeticUnit(wiring.Component):
@@ -141,11 +148,14 @@ class ArithmeticUnit(wiring.Component):
         def one_of(*operations: Operation):
             return Cat(operation == each for each in operations).any()
 
-        division = one_of(of.DIVIDE, of.RATIO)
-        wide = one_of(of.ROOT, of.SHIFT_RIGHT_LONG)
+        division = one_of(of.DIVIDE, of.REMAINDER, of.RATIO)
         serial = operation.as_value()[3] | (operation == of.RATIO)
         pair = Cat(operation == each for each in _PAIRS).any()
-        last = Mux(wide, 2 * width, Mux(operation == of.RATIO, width - 2, width))
+        last = Signal.like(step)
+        with m.Switch(operation):
+            for each in of:
+                with m.Case(each):
+                    m.d.comb += last.eq(each.steps(width))
 
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
         left, subtract, carry, takes = Signal(), Signal(), Signal(), Signal()
@@ -214,7 +224,7 @@ class ArithmeticUnit(wiring.Component):
                 with m.Switch(operation):
                     with m.Case(of.MULTIPLY):
                         m.d.comb += [takes.eq(low[0]), shift_right.eq(1)]
-                    with m.Case(of.DIVIDE, of.RATIO):
+                    with m.Case(of.DIVIDE, of.REMAINDER, of.RATIO):
                         m.d.comb += [takes.eq(fits), shift_left.eq(1), digit.eq(fits | overflow)]
                     with m.Case(of.ROOT):
                         m.d.comb += [takes.eq(fits & (step[0] == 0)), shift_left.eq(1)]
@@ -257,7 +267,7 @@ class ArithmeticUnit(wiring.Component):
             m.d.comb += self.result.eq(third[2:])
         with m.Elif(self.second & (operation == of.NORMALISE)):
             m.d.comb += self.result.eq(amount)
-        with m.Elif(self.second ^ division):
+        with m.Elif(self.second | one_of(of.DIVIDE, of.RATIO)):
             m.d.comb += self.result.eq(low)
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))

@@ -23,6 +23,9 @@ def check(engine, width: int, rng: random.Random, rounds: int) -> None:
         if operation is Operation.RATIO:
             b = max(1, b)
             high %= 2 * b
+        if operation is Operation.REMAINDER:
+            b = max(1, b)
+            high %= b
         words, after = compute(operation.name, high, low, b, flag, width=width)
         engine.set(start=1, operation=operation.value, data=high)
         engine.run(1)
@@ -35,8 +38,6 @@ def check(engine, width: int, rng: random.Random, rounds: int) -> None:
             assert engine.get("done") == (second + 1 == operation.words)
             if word is not None:
                 assert engine.get("result") == word, (operation, high, low, b, flag)
-            engine.run(1)
-        if len(words) < operation.words:
             engine.run(1)
         assert engine.get("write") == 0
         flag = after
