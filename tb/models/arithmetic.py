@@ -60,19 +60,15 @@ def compute(name: str, high: int, low: int, b: int, flag: int, *,
         case "ROOT":
             return [isqrt(pair)], flag
         case "NORMALISE":
-            amount = min(width, 2 * width - pair.bit_length())
+            amount = min(width + 1, 2 * width - pair.bit_length())
             return [words(pair << amount)[0], amount], flag
         case "SHIFT_LEFT":
-            return words(pair << min(width + 4, _amount(b, width))), flag
+            return words(pair << b) if b <= width + 4 else [None, None], flag
         case "SHIFT_RIGHT":
-            return words(pair >> min(width + 4, _amount(b, width))), flag
+            return words(pair >> b) if b <= width + 4 else [None, None], flag
         case "SHIFT_RIGHT_LONG":
-            return words(pair >> _amount(b, width)), flag
+            return words(pair >> b) if b < 2 << width.bit_length() else [None, None], flag
     raise ValueError(f"no operation is named {name!r}")
-
-
-def _amount(b: int, width: int) -> int:
-    return b % (1 << (2 * width).bit_length())
 
 
 def run_table(rows: Iterable[tuple[str, int, int, int]], registers: Sequence[int], *,

@@ -105,7 +105,7 @@ class FormulaTable:
 
     def clocks(self, width: int) -> int:
         """Return the clocks from ``start`` of :class:`Formulas` to its ``done``."""
-        return 3 + sum(5 + row.operation.steps(width) + row.operation.words for row in self.rows)
+        return 3 + sum(4 + row.operation.steps(width) + row.operation.words for row in self.rows)
 
 
 class Formulas(wiring.Component):
@@ -190,7 +190,8 @@ class Formulas(wiring.Component):
         m.submodules.registers = registers = memory.Memory(shape=self.width, depth=self.depth,
                                                            init=self.init)
         following = rom.read_port()
-        read, write = registers.read_port(), registers.write_port()
+        write = registers.write_port()
+        read = registers.read_port(transparent_for=(write,))
 
         place = Signal(range(len(rows) + 1))  # of the row after the present one
         row = Signal(layout)
@@ -205,8 +206,9 @@ class Formulas(wiring.Component):
         ]
 
         def next_row() -> None:
+            m.d.comb += read.addr.eq(following.data.a)
             m.d.sync += [row.eq(following.data), place.eq(place + 1)]
-            m.next = "FIRST"
+            m.next = "SECOND"
 
         with m.FSM(name="formulas_state") as fsm:
             with m.State("IDLE"):
@@ -220,9 +222,6 @@ class Formulas(wiring.Component):
                 m.next = "TAKE"
             with m.State("TAKE"):
                 next_row()
-            with m.State("FIRST"):
-                m.d.comb += read.addr.eq(row.a)
-                m.next = "SECOND"
             with m.State("SECOND"):
                 m.d.comb += read.addr.eq(row.b)
                 m.next = "GO"

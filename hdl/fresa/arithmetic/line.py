@@ -126,7 +126,7 @@ def _vector() -> Rows:
 
     The ``component`` of an axis, a low word, is its distance x 2**(exponent - 1), rounded down; the
     largest of them has 35 bits. ``sum`` is that of their squares, and ``length`` its root. If all
-    distances are 0, so are these, and the exponent is 36.
+    distances are 0, so are these, and the exponent is 37.
     """
     yield "SUBTRACT", "distance_x", "distance_y", "flag"
     yield "SELECT", "distance_y", "distance_x", "largest"

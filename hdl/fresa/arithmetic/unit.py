@@ -34,13 +34,14 @@ class Operation(enum.Enum, shape=unsigned(4)):
     RATIO                  a * 2**(W - 2) // b; a < 2 b                           unchanged
     ROOT                   square root of [a], rounded down                       unchanged
     NORMALISE              high word of [a] << n: n is the least     n            unchanged
-                           that sets its highest bit, W at most
+                           that sets its highest bit, W + 1 at most
     SHIFT_LEFT             [a] << b, high word; b up to W + 4        its low word unchanged
     SHIFT_RIGHT            [a] >> b, high word; b up to W + 4        its low word unchanged
-    SHIFT_RIGHT_LONG       [a] >> b, high word                       its low word unchanged
+    SHIFT_RIGHT_LONG       [a] >> b, high word; b below the power    its low word unchanged
+                           of two that is above 2 W
     ====================== ========================================= ============ =============
 
-    Shifts use the bits of b that count to 2 W, and no others.
+    Where a condition is not met, the result may be any.
     """
 
     ADD = 0
@@ -68,13 +69,17 @@ class Operation(enum.Enum, shape=unsigned(4)):
     def steps(self, width: int) -> int:
         """Return the clocks of its serial part, for words of `width` bits."""
         match self:
+            case Operation.MULTIPLY | Operation.NORMALISE:
+                return width // 2 + 1
+            case Operation.SHIFT_LEFT | Operation.SHIFT_RIGHT:
+                return width // 2 + 3
+            case Operation.SHIFT_RIGHT_LONG:
+                return width + 1
             case Operation.RATIO:
                 return width - 2
-            case Operation.SHIFT_LEFT | Operation.SHIFT_RIGHT:
-                return width + 4
-            case Operation.ROOT | Operation.SHIFT_RIGHT_LONG:
-                return 2 * width
-        return width if self.value >= Operation.MULTIPLY.value else 0
+            case Operation.DIVIDE | Operation.REMAINDER | Operation.ROOT:
+                return width
+        return 0
 
 
 _PAIRS = {Operation.MULTIPLY, Operation.NORMALISE, Operation.SHIFT_LEFT, Operation.SHIFT_RIGHT,
@@ -84,10 +89,11 @@ _PAIRS = {Operation.MULTIPLY, Operation.NORMALISE, Operation.SHIFT_LEFT, Operati
 class ArithmeticUnit(wiring.Component):
     """Adds, multiplies, divides, takes roots and shifts with one adder, in a known time.
 
-    Everything is a step on one pair of registers, which shifts left or right by a bit or stays, and
-    whose high word takes its sum or difference with a third register, or does not. A product
-    shifts right and adds where a bit of the factor is 1; quotients and roots shift left and
-    subtract where that leaves no borrow, a root in every second step.
+    Everything is a step on one pair of registers, which shifts left or right by one or two bits or
+    stays, and whose high word takes its sum or difference with a third register, or does not. A
+    product shifts right and adds a multiple, -2 to 2, by two bits of the factor and the one below
+    (Booth's recoding); quotients and roots shift left, by one bit and by two, and subtract where
+    that leaves no borrow. Shifts go by two bits, but in the last step by one.
 
     Operands come as from a memory, see ``data``. From ``start`` to the first word of the result
     there are ``operation.steps(width) + 3`` clocks, and the second is one later.
@@ -136,117 +142,135 @@ class ArithmeticUnit(wiring.Component):
         width = self.width
         of = Operation
 
-        operation = Signal(of)
-        high = Signal(width + 2)  # of a remainder's two more bits than a word, roots need both
+        # What it does, decoded at the start.
+        serial, pair, sums, adds_flag, subtracts, ordered, selects, negates = (
+            Signal(name=name) for name in ("serial", "pair", "sums", "adds_flag", "subtracts",
+                                           "ordered", "selects", "negates"))
+        multiplies, divides, overflows, fraction, extracts, normalises, raises, lowers = (
+            Signal(name=name) for name in ("multiplies", "divides", "overflows", "fraction",
+                                           "extracts", "normalises", "raises", "lowers"))
+        steps = Signal(range(width + 2))
+        decoded = [
+            (serial, {each for each in of if each.steps(width)}),
+            (pair, {each for each in of if each.words == 2}),
+            (sums, {of.ADD, of.ADD_CARRY, of.SUBTRACT, of.SUBTRACT_BORROW, of.DIFFERENCE}),
+            (adds_flag, {of.ADD_CARRY, of.SUBTRACT_BORROW}),
+            (subtracts, {of.SUBTRACT, of.SUBTRACT_BORROW, of.DIFFERENCE, of.DIVIDE, of.REMAINDER,
+                         of.RATIO, of.ROOT}),
+            (ordered, {of.DIFFERENCE}), (selects, {of.SELECT}), (negates, {of.NEGATE}),
+            (multiplies, {of.MULTIPLY}), (divides, {of.DIVIDE, of.REMAINDER, of.RATIO}),
+            (overflows, {of.DIVIDE}), (fraction, {of.RATIO}), (extracts, {of.ROOT}),
+            (normalises, {of.NORMALISE}), (raises, {of.SHIFT_LEFT}),
+            (lowers, {of.SHIFT_RIGHT, of.SHIFT_RIGHT_LONG}),
+        ]
+
+        high = Signal(width + 2)  # a remainder of a root has two more bits than a word
         low = Signal(width)
         third = Signal(width + 2)
-        flag = Signal()
-        overflow = Signal()
-        step = Signal(range(2 * width + 1))  # from 1
-        amount = Signal.like(step)
-
-        def one_of(*operations: Operation):
-            return Cat(operation == each for each in operations).any()
-
-        division = one_of(of.DIVIDE, of.REMAINDER, of.RATIO)
-        serial = operation.as_value()[3] | (operation == of.RATIO)
-        pair = Cat(operation == each for each in _PAIRS).any()
-        last = Signal.like(step)
-        with m.Switch(operation):
-            for each in of:
-                with m.Case(each):
-                    m.d.comb += last.eq(each.steps(width))
+        below = Signal()  # the bit of the factor that was shifted out last
+        flag, overflow = Signal(), Signal()
+        step, last = Signal(range(width + 2)), Signal()  # from 1
+        amount = Signal(range(width + 2))
 
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
-        left, subtract, carry, takes = Signal(), Signal(), Signal(), Signal()
-        before, after = Signal(width + 2), Signal(width + 2)
+        left_one, left_two, right_one, right_two = (
+            Signal(name=name) for name in ("left_one", "left_two", "right_one", "right_two"))
+        subtract, carry, twice, takes = Signal(), Signal(), Signal(), Signal()
+        before, multiple, total, after = (
+            Signal(width + 3, name=name) for name in ("before", "multiple", "total", "after"))
         augend, addend = Signal(width + 4), Signal(width + 4)
-        total = Signal(width + 3)
+        fits = Signal()  # no borrow
         m.d.comb += [
-            before.eq(Mux(left, Cat(low[-1], high), high)),
+            before.eq(Mux(left_two, Cat(low[-2:], high), Mux(left_one, Cat(low[-1], high), high))),
+            before[-1].eq(multiplies & high[-1]),  # sums of a product have a sign
+            multiple.eq(Mux(twice, third << 1, third)),
             augend.eq(Cat(carry, before)),
-            addend.eq(Cat(carry, Mux(subtract, ~third, third), subtract)),
+            addend.eq(Cat(carry, Mux(subtract, ~multiple, multiple))),
             total.eq((augend + addend) >> 1),
+            fits.eq(total[-1] == 0),
             after.eq(Mux(takes, total, before)),
         ]
-        fits = Signal()  # no borrow
-        m.d.comb += fits.eq(total[-1] == 0)
-        digit = Signal()  # of a quotient or a root
 
-        extended = Signal(width + 2)
-        m.d.comb += extended.eq(self.data)
+        sign = Signal()
+        operand = Signal(width + 2)
+        m.d.comb += operand.eq(Cat(self.data, (self.data[-1] & sign).replicate(2)))
         with m.FSM(name="unit_state") as fsm:
             with m.State("IDLE"):
+                m.d.comb += sign.eq(self.operation == of.DIFFERENCE)
                 with m.If(self.start):
-                    m.d.comb += extended[width:].eq(
-                        ((self.operation == of.DIFFERENCE) & self.data[-1]).replicate(2))
-                    m.d.sync += [operation.eq(self.operation), third.eq(extended), high.eq(0),
-                                 low.eq(self.data)]
+                    m.d.sync += [is_one.eq(Cat(self.operation == each for each in those).any())
+                                 for is_one, those in decoded]
+                    with m.Switch(self.operation):
+                        for each in of:
+                            with m.Case(each):
+                                m.d.sync += steps.eq(each.steps(width))
+                    m.d.sync += [third.eq(operand), high.eq(0), low.eq(self.data)]
                     m.next = "OPERANDS"
 
             with m.State("OPERANDS"):  # b comes, and a goes where it belongs
                 m.d.comb += [
-                    extended[width:].eq(
-                        ((operation == of.DIFFERENCE) & self.data[-1]).replicate(2)),
-                    takes.eq(Mux(operation == of.SELECT, flag,
-                                 ~one_of(of.NEGATE, of.MULTIPLY, of.ROOT))),
+                    sign.eq(ordered),
+                    takes.eq(Mux(selects, flag, ~(negates | multiplies | extracts))),
                 ]
-                m.d.sync += [high.eq(after), third.eq(Mux(operation == of.ROOT, 1, extended))]
+                m.d.sync += [high.eq(after), third.eq(Mux(extracts, 1, operand))]
                 m.next = "FIRST"
 
             with m.State("FIRST"):  # all of a sum, and the low word comes
                 m.d.comb += [
-                    subtract.eq(Mux(operation == of.NEGATE, flag, division | one_of(
-                        of.SUBTRACT, of.SUBTRACT_BORROW, of.DIFFERENCE))),
-                    carry.eq(subtract ^ (flag & one_of(of.ADD_CARRY, of.SUBTRACT_BORROW))),
-                    takes.eq(Mux(operation == of.SELECT, ~flag,
-                                 ~serial | fits & (operation == of.RATIO))),
+                    subtract.eq(subtracts | (negates & flag)),
+                    carry.eq(subtract ^ (flag & adds_flag)),
+                    takes.eq(Mux(selects, ~flag, sums | negates | (fraction & fits))),
                 ]
-                m.d.sync += [high.eq(after), overflow.eq(fits & (operation == of.DIVIDE)),
-                             step.eq(1), amount.eq(0)]
-                with m.If(operation == of.RATIO):
+                m.d.sync += [high.eq(after), overflow.eq(fits & overflows), step.eq(1),
+                             last.eq(0), amount.eq(0), below.eq(0)]
+                with m.If(fraction):
                     m.d.sync += low.eq(fits)
-                with m.Elif(~one_of(of.MULTIPLY, of.ROOT)):
+                with m.Elif(~(multiplies | extracts)):
                     m.d.sync += low.eq(self.data)
-                with m.If(one_of(of.ADD, of.ADD_CARRY, of.SUBTRACT, of.SUBTRACT_BORROW,
-                                 of.DIFFERENCE)):
+                with m.If(sums):
                     m.d.sync += flag.eq(total[width])
                 m.next = "WRITE"
                 with m.If(serial):
                     m.next = "STEPS"
 
             with m.State("STEPS"):
-                more, shift_left, shift_right = Signal(), Signal(), Signal()
+                more = Signal()
+                factor = Signal(3)
                 m.d.comb += [
-                    more.eq(step <= third[:len(step)]),
-                    subtract.eq(division | (operation == of.ROOT)), carry.eq(subtract),
+                    more.eq(Mux(last, third[0], step <= third[1:1 + len(step)])),
+                    factor.eq(Cat(below, Mux(last, 0, low[:2]))),
+                    left_one.eq(divides | last & (normalises & (high[width - 1] == 0)
+                                                  | raises & more)),
+                    left_two.eq(extracts | ~last & (normalises & (high[width - 2:width] == 0)
+                                                    | raises & more)),
+                    right_one.eq(last & lowers & more),
+                    right_two.eq(~last & (multiplies | lowers & more)),
+                    subtract.eq(Mux(multiplies, factor[2], subtracts)),
+                    carry.eq(subtract),
+                    twice.eq(multiplies & ((factor == 0b011) | (factor == 0b100))),
+                    takes.eq(Mux(multiplies, (factor != 0b000) & (factor != 0b111),
+                                 fits & (divides | extracts))),
                 ]
-                with m.Switch(operation):
-                    with m.Case(of.MULTIPLY):
-                        m.d.comb += [takes.eq(low[0]), shift_right.eq(1)]
-                    with m.Case(of.DIVIDE, of.REMAINDER, of.RATIO):
-                        m.d.comb += [takes.eq(fits), shift_left.eq(1), digit.eq(fits | overflow)]
-                    with m.Case(of.ROOT):
-                        m.d.comb += [takes.eq(fits & (step[0] == 0)), shift_left.eq(1)]
-                        with m.If(step[0] == 0):
-                            m.d.sync += third[2:].eq(Cat(fits, third[2:]))
-                    with m.Case(of.NORMALISE):
-                        m.d.comb += shift_left.eq(high[width - 1] == 0)
-                        with m.If(shift_left):
-                            m.d.sync += amount.eq(step)
-                    with m.Case(of.SHIFT_LEFT):
-                        m.d.comb += shift_left.eq(more)
-                    with m.Case(of.SHIFT_RIGHT, of.SHIFT_RIGHT_LONG):
-                        m.d.comb += shift_right.eq(more)
-                m.d.comb += left.eq(shift_left)
-                m.d.sync += [high.eq(Mux(shift_right, after >> 1, after)), step.eq(step + 1)]
-                with m.If(shift_left):
-                    m.d.sync += low.eq(Cat(digit, low))
-                with m.If(shift_right):
+                m.d.sync += [
+                    high.eq(Mux(right_two, Cat(after[2:], after[-1]),
+                                Mux(right_one, after >> 1, after))),
+                    below.eq(low[1]), step.eq(step + 1), last.eq(step + 1 == steps),
+                ]
+                with m.If(left_one):
+                    m.d.sync += low.eq(Cat(divides & (fits | overflow), low))
+                with m.If(left_two):
+                    m.d.sync += low.eq(low << 2)
+                with m.If(right_one):
                     m.d.sync += low.eq(Cat(low[1:], after[0]))
-                with m.If((operation == of.ROOT) & (step == width)):  # the high word is used up
-                    m.d.sync += low.eq(self.data)
-                with m.If(step == last):
+                with m.If(right_two):
+                    m.d.sync += low.eq(Cat(low[2:], after[:2]))
+                with m.If(normalises & (left_one | left_two)):
+                    m.d.sync += amount.eq(Mux(last, amount | 1, step << 1))
+                with m.If(extracts):
+                    m.d.sync += third[2:].eq(Cat(fits, third[2:]))
+                    with m.If(step == width // 2):  # the high word is used up
+                        m.d.sync += low.eq(self.data)
+                with m.If(last):
                     m.next = "WRITE"
 
             with m.State("WRITE"):
@@ -263,11 +287,11 @@ class ArithmeticUnit(wiring.Component):
                 pass
 
         m.d.comb += self.result.eq(high)
-        with m.If(operation == of.ROOT):
+        with m.If(extracts):
             m.d.comb += self.result.eq(third[2:])
-        with m.Elif(self.second & (operation == of.NORMALISE)):
+        with m.Elif(self.second & normalises):
             m.d.comb += self.result.eq(amount)
-        with m.Elif(self.second | one_of(of.DIVIDE, of.RATIO)):
+        with m.Elif(self.second | overflows | fraction):
             m.d.comb += self.result.eq(low)
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))

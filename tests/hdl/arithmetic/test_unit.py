@@ -19,7 +19,7 @@ def check(engine, width: int, rng: random.Random, rounds: int) -> None:
         operation = rng.choice(list(Operation))
         high, low, b = (rng.getrandbits(rng.randint(0, width)) for _ in range(3))
         if operation.name.startswith("SHIFT"):
-            b = rng.randrange(2 << width.bit_length())
+            b = rng.choice([rng.randint(0, width + 4), rng.randrange(2 << width.bit_length())])
         if operation is Operation.RATIO:
             b = max(1, b)
             high %= 2 * b
@@ -53,7 +53,7 @@ class TestUnit:
     @pytest.mark.parametrize("width", [8, 10, 36])
     def test_computes_as_its_model_compiled(self, width):
         with CXXRTLEngine(component("unit", ArithmeticUnit(width=width))) as engine:
-            check(engine, width, random.Random(width), 20_000)
+            check(engine, width, random.Random(width), 4_000)
 
     @pytest.mark.parametrize("width", [3, 2, 65, 66, 9, 36.0])
     def test_refuses_other_widths(self, width):
