@@ -167,29 +167,61 @@ class ArithmeticUnit(wiring.Component):
         high = Signal(width + 2)  # a remainder of a root has two more bits than a word
         low = Signal(width)
         third = Signal(width + 2)
-        below = Signal()  # the bit of the factor that was shifted out last
         flag, overflow = Signal(), Signal()
-        step, last = Signal(range(width + 2)), Signal()  # from 1
+        step = Signal(range(width + 2))  # from 1
         amount = Signal(range(width + 2))
 
+        # What the registers do in a clock is decided in the one before, as far as can be known.
+        last, left_one, left_two, right_one, right_two, up_one, up_two = (
+            Signal(name=name) for name in ("last", "left_one", "left_two", "right_one",
+                                           "right_two", "up_one", "up_two"))
+        subtract, carry, twice, takes, takes_if_fits = (
+            Signal(name=name) for name in ("subtract", "carry", "twice", "takes", "takes_if_fits"))
+        controls = [last, left_one, left_two, right_one, right_two, up_one, up_two, subtract,
+                    carry, twice, takes, takes_if_fits]
+        m.d.sync += [control.eq(0) for control in controls]
+
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
-        left_one, left_two, right_one, right_two = (
-            Signal(name=name) for name in ("left_one", "left_two", "right_one", "right_two"))
-        subtract, carry, twice, takes = Signal(), Signal(), Signal(), Signal()
+        raise_one, raise_two = Signal(), Signal()
         before, multiple, total, after = (
             Signal(width + 3, name=name) for name in ("before", "multiple", "total", "after"))
         augend, addend = Signal(width + 4), Signal(width + 4)
         fits = Signal()  # no borrow
         m.d.comb += [
-            before.eq(Mux(left_two, Cat(low[-2:], high), Mux(left_one, Cat(low[-1], high), high))),
+            raise_one.eq(left_one | up_one & (high[width - 1] == 0)),
+            raise_two.eq(left_two | up_two & (high[width - 2:width] == 0)),
+            before.eq(Mux(raise_two, Cat(low[-2:], high),
+                          Mux(raise_one, Cat(low[-1], high), high))),
             before[-1].eq(multiplies & high[-1]),  # sums of a product have a sign
             multiple.eq(Mux(twice, third << 1, third)),
             augend.eq(Cat(carry, before)),
             addend.eq(Cat(carry, Mux(subtract, ~multiple, multiple))),
             total.eq((augend + addend) >> 1),
             fits.eq(total[-1] == 0),
-            after.eq(Mux(takes, total, before)),
+            after.eq(Mux(takes | takes_if_fits & fits, total, before)),
         ]
+
+        more, ends = Signal(), Signal()  # two more bits to shift; the next step is the last
+        factor = Signal(3)  # bits for the next step, and the one below
+        m.d.comb += [more.eq(step < third[1:1 + len(step)]), ends.eq(step + 1 == steps)]
+
+        def prepare_step() -> None:
+            m.d.sync += [
+                step.eq(step + 1), last.eq(ends),
+                left_one.eq(divides | ends & raises & third[0]),
+                left_two.eq(extracts | ~ends & raises & more),
+                right_one.eq(ends & lowers & third[0]),
+                right_two.eq(~ends & (multiplies | lowers & more)),
+                up_one.eq(ends & normalises), up_two.eq(~ends & normalises),
+                takes_if_fits.eq(divides | extracts),
+                subtract.eq(subtracts), carry.eq(subtracts),
+            ]
+            with m.If(multiplies):
+                m.d.sync += [
+                    subtract.eq(factor[2]), carry.eq(factor[2]),
+                    twice.eq((factor == 0b011) | (factor == 0b100)),
+                    takes.eq((factor != 0b000) & (factor != 0b111)),
+                ]
 
         sign = Signal()
         operand = Signal(width + 2)
@@ -204,25 +236,29 @@ class ArithmeticUnit(wiring.Component):
                         for each in of:
                             with m.Case(each):
                                 m.d.sync += steps.eq(each.steps(width))
+                    with m.Switch(self.operation):
+                        with m.Case(of.NEGATE, of.MULTIPLY, of.ROOT):
+                            m.d.sync += takes.eq(0)
+                        with m.Case(of.SELECT):
+                            m.d.sync += takes.eq(flag)
+                        with m.Default():
+                            m.d.sync += takes.eq(1)
                     m.d.sync += [third.eq(operand), high.eq(0), low.eq(self.data)]
                     m.next = "OPERANDS"
 
             with m.State("OPERANDS"):  # b comes, and a goes where it belongs
-                m.d.comb += [
-                    sign.eq(ordered),
-                    takes.eq(Mux(selects, flag, ~(negates | multiplies | extracts))),
+                m.d.comb += sign.eq(ordered)
+                m.d.sync += [
+                    high.eq(after), third.eq(Mux(extracts, 1, operand)), step.eq(0),
+                    subtract.eq(subtracts | negates & flag),
+                    carry.eq((subtracts | negates & flag) ^ (flag & adds_flag)),
+                    takes.eq(Mux(selects, ~flag, sums | negates)), takes_if_fits.eq(fraction),
                 ]
-                m.d.sync += [high.eq(after), third.eq(Mux(extracts, 1, operand))]
                 m.next = "FIRST"
 
             with m.State("FIRST"):  # all of a sum, and the low word comes
-                m.d.comb += [
-                    subtract.eq(subtracts | (negates & flag)),
-                    carry.eq(subtract ^ (flag & adds_flag)),
-                    takes.eq(Mux(selects, ~flag, sums | negates | (fraction & fits))),
-                ]
-                m.d.sync += [high.eq(after), overflow.eq(fits & overflows), step.eq(1),
-                             last.eq(0), amount.eq(0), below.eq(0)]
+                m.d.comb += factor.eq(Cat(0, low[:2]))
+                m.d.sync += [high.eq(after), overflow.eq(fits & overflows), amount.eq(0)]
                 with m.If(fraction):
                     m.d.sync += low.eq(fits)
                 with m.Elif(~(multiplies | extracts)):
@@ -231,47 +267,33 @@ class ArithmeticUnit(wiring.Component):
                     m.d.sync += flag.eq(total[width])
                 m.next = "WRITE"
                 with m.If(serial):
+                    prepare_step()
                     m.next = "STEPS"
 
             with m.State("STEPS"):
-                more = Signal()
-                factor = Signal(3)
-                m.d.comb += [
-                    more.eq(Mux(last, third[0], step <= third[1:1 + len(step)])),
-                    factor.eq(Cat(below, Mux(last, 0, low[:2]))),
-                    left_one.eq(divides | last & (normalises & (high[width - 1] == 0)
-                                                  | raises & more)),
-                    left_two.eq(extracts | ~last & (normalises & (high[width - 2:width] == 0)
-                                                    | raises & more)),
-                    right_one.eq(last & lowers & more),
-                    right_two.eq(~last & (multiplies | lowers & more)),
-                    subtract.eq(Mux(multiplies, factor[2], subtracts)),
-                    carry.eq(subtract),
-                    twice.eq(multiplies & ((factor == 0b011) | (factor == 0b100))),
-                    takes.eq(Mux(multiplies, (factor != 0b000) & (factor != 0b111),
-                                 fits & (divides | extracts))),
-                ]
-                m.d.sync += [
-                    high.eq(Mux(right_two, Cat(after[2:], after[-1]),
-                                Mux(right_one, after >> 1, after))),
-                    below.eq(low[1]), step.eq(step + 1), last.eq(step + 1 == steps),
-                ]
-                with m.If(left_one):
+                m.d.comb += factor.eq(Cat(low[1], Mux(ends, 0, low[2:4])))
+                m.d.sync += high.eq(Mux(right_two, Cat(after[2:], after[-1]),
+                                        Mux(right_one, after >> 1, after)))
+                with m.If(raise_one):
                     m.d.sync += low.eq(Cat(divides & (fits | overflow), low))
-                with m.If(left_two):
+                with m.If(raise_two):
                     m.d.sync += low.eq(low << 2)
                 with m.If(right_one):
                     m.d.sync += low.eq(Cat(low[1:], after[0]))
                 with m.If(right_two):
                     m.d.sync += low.eq(Cat(low[2:], after[:2]))
-                with m.If(normalises & (left_one | left_two)):
-                    m.d.sync += amount.eq(Mux(last, amount | 1, step << 1))
+                with m.If(up_two & raise_two):
+                    m.d.sync += amount.eq(step << 1)
+                with m.If(up_one & raise_one):
+                    m.d.sync += amount[0].eq(1)
                 with m.If(extracts):
                     m.d.sync += third[2:].eq(Cat(fits, third[2:]))
                     with m.If(step == width // 2):  # the high word is used up
                         m.d.sync += low.eq(self.data)
-                with m.If(last):
-                    m.next = "WRITE"
+                m.next = "WRITE"
+                with m.If(~last):
+                    prepare_step()
+                    m.next = "STEPS"
 
             with m.State("WRITE"):
                 m.d.comb += [self.write.eq(1), self.done.eq(~pair)]
