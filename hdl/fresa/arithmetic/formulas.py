@@ -105,7 +105,7 @@ class FormulaTable:
 
     def clocks(self, width: int) -> int:
         """Return the clocks from ``start`` of :class:`Formulas` to its ``done``."""
-        return 3 + sum(4 + row.operation.steps(width) + row.operation.words for row in self.rows)
+        return 4 + sum(4 + row.operation.steps(width) + row.operation.words for row in self.rows)
 
 
 class Formulas(wiring.Component):
@@ -194,10 +194,11 @@ class Formulas(wiring.Component):
         read = registers.read_port(transparent_for=(write,))
 
         place = Signal(range(len(rows) + 1))  # of the row after the present one
-        row = Signal(layout)
-        word = Signal(self.width)  # behind the memory
+        ahead, row = (Signal(layout, name=name) for name in ("ahead", "row"))
+        word = Signal(self.width)
         m.d.comb += following.addr.eq(place)
-        m.d.sync += [word.eq(read.data), self.done.eq(0)]
+        # Registers behind both memories.
+        m.d.sync += [word.eq(read.data), ahead.eq(following.data), self.done.eq(0)]
         m.d.comb += [
             self.word.eq(word), unit.data.eq(word), unit.operation.eq(row.operation),
             read.addr.eq(row.a ^ 1),  # the low word, for as long as the unit may want it
@@ -206,9 +207,9 @@ class Formulas(wiring.Component):
         ]
 
         def next_row() -> None:
-            m.d.comb += read.addr.eq(following.data.a)
-            m.d.sync += [row.eq(following.data), place.eq(place + 1)]
-            m.next = "SECOND"
+            m.d.comb += read.addr.eq(ahead.a)
+            m.d.sync += [row.eq(ahead), place.eq(place + 1)]
+            m.next = "READ-B"
 
         with m.FSM(name="formulas_state") as fsm:
             with m.State("IDLE"):
@@ -219,10 +220,12 @@ class Formulas(wiring.Component):
                     m.d.sync += place.eq(Array(firsts)[self.table])
                     m.next = "LOOK-UP"
             with m.State("LOOK-UP"):
+                m.next = "WAIT"
+            with m.State("WAIT"):
                 m.next = "TAKE"
             with m.State("TAKE"):
                 next_row()
-            with m.State("SECOND"):
+            with m.State("READ-B"):
                 m.d.comb += read.addr.eq(row.b)
                 m.next = "GO"
             with m.State("GO"):

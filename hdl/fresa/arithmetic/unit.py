@@ -167,31 +167,29 @@ class ArithmeticUnit(wiring.Component):
         high = Signal(width + 2)  # a remainder of a root has two more bits than a word
         low = Signal(width)
         third = Signal(width + 2)
-        flag, overflow = Signal(), Signal()
+        flag = Signal()
+        overflow = Signal()
         step = Signal(range(width + 2))  # from 1
         amount = Signal(range(width + 2))
 
         # What the registers do in a clock is decided in the one before, as far as can be known.
-        last, left_one, left_two, right_one, right_two, up_one, up_two = (
+        last, left_one, left_two, right_one, right_two = (
             Signal(name=name) for name in ("last", "left_one", "left_two", "right_one",
-                                           "right_two", "up_one", "up_two"))
+                                           "right_two"))
         subtract, carry, twice, takes, takes_if_fits = (
             Signal(name=name) for name in ("subtract", "carry", "twice", "takes", "takes_if_fits"))
-        controls = [last, left_one, left_two, right_one, right_two, up_one, up_two, subtract,
-                    carry, twice, takes, takes_if_fits]
+        controls = [last, left_one, left_two, right_one, right_two, subtract, carry, twice, takes,
+                    takes_if_fits]
         m.d.sync += [control.eq(0) for control in controls]
 
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
-        raise_one, raise_two = Signal(), Signal()
         before, multiple, total, after = (
             Signal(width + 3, name=name) for name in ("before", "multiple", "total", "after"))
-        augend, addend = Signal(width + 4), Signal(width + 4)
+        augend = Signal(width + 4)
+        addend = Signal(width + 4)
         fits = Signal()  # no borrow
         m.d.comb += [
-            raise_one.eq(left_one | up_one & (high[width - 1] == 0)),
-            raise_two.eq(left_two | up_two & (high[width - 2:width] == 0)),
-            before.eq(Mux(raise_two, Cat(low[-2:], high),
-                          Mux(raise_one, Cat(low[-1], high), high))),
+            before.eq(Mux(left_two, Cat(low[-2:], high), Mux(left_one, Cat(low[-1], high), high))),
             before[-1].eq(multiplies & high[-1]),  # sums of a product have a sign
             multiple.eq(Mux(twice, third << 1, third)),
             augend.eq(Cat(carry, before)),
@@ -201,18 +199,19 @@ class ArithmeticUnit(wiring.Component):
             after.eq(Mux(takes | takes_if_fits & fits, total, before)),
         ]
 
-        more, ends = Signal(), Signal()  # two more bits to shift; the next step is the last
+        more = Signal()  # there are two more bits to shift
+        ends = Signal()  # the next step is the last
         factor = Signal(3)  # bits for the next step, and the one below
+        top = Signal(2)  # highest bits in the next step, where nothing is added
         m.d.comb += [more.eq(step < third[1:1 + len(step)]), ends.eq(step + 1 == steps)]
 
         def prepare_step() -> None:
             m.d.sync += [
                 step.eq(step + 1), last.eq(ends),
-                left_one.eq(divides | ends & raises & third[0]),
-                left_two.eq(extracts | ~ends & raises & more),
+                left_one.eq(divides | ends & (raises & third[0] | normalises & (top[1] == 0))),
+                left_two.eq(extracts | ~ends & (raises & more | normalises & (top == 0))),
                 right_one.eq(ends & lowers & third[0]),
                 right_two.eq(~ends & (multiplies | lowers & more)),
-                up_one.eq(ends & normalises), up_two.eq(~ends & normalises),
                 takes_if_fits.eq(divides | extracts),
                 subtract.eq(subtracts), carry.eq(subtracts),
             ]
@@ -257,7 +256,7 @@ class ArithmeticUnit(wiring.Component):
                 m.next = "FIRST"
 
             with m.State("FIRST"):  # all of a sum, and the low word comes
-                m.d.comb += factor.eq(Cat(0, low[:2]))
+                m.d.comb += [factor.eq(Cat(0, low[:2])), top.eq(high[width - 2:width])]
                 m.d.sync += [high.eq(after), overflow.eq(fits & overflows), amount.eq(0)]
                 with m.If(fraction):
                     m.d.sync += low.eq(fits)
@@ -271,20 +270,23 @@ class ArithmeticUnit(wiring.Component):
                     m.next = "STEPS"
 
             with m.State("STEPS"):
-                m.d.comb += factor.eq(Cat(low[1], Mux(ends, 0, low[2:4])))
+                m.d.comb += [
+                    factor.eq(Cat(low[1], Mux(ends, 0, low[2:4]))),
+                    top.eq(Mux(left_two, high[width - 4:], high[width - 2:])),
+                ]
                 m.d.sync += high.eq(Mux(right_two, Cat(after[2:], after[-1]),
                                         Mux(right_one, after >> 1, after)))
-                with m.If(raise_one):
+                with m.If(left_one):
                     m.d.sync += low.eq(Cat(divides & (fits | overflow), low))
-                with m.If(raise_two):
+                with m.If(left_two):
                     m.d.sync += low.eq(low << 2)
                 with m.If(right_one):
                     m.d.sync += low.eq(Cat(low[1:], after[0]))
                 with m.If(right_two):
                     m.d.sync += low.eq(Cat(low[2:], after[:2]))
-                with m.If(up_two & raise_two):
+                with m.If(normalises & left_two):
                     m.d.sync += amount.eq(step << 1)
-                with m.If(up_one & raise_one):
+                with m.If(normalises & left_one):
                     m.d.sync += amount[0].eq(1)
                 with m.If(extracts):
                     m.d.sync += third[2:].eq(Cat(fits, third[2:]))
