@@ -14,8 +14,8 @@ from amaranth.back import rtlil
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from fresa.clock import CLOCK
 from fresa.arithmetic import line_formulas
+from fresa.clock import CLOCK
 from fresa.drive import RateGenerator, StepDirDriver
 from fresa.machines import Mill
 from fresa_boards.flow import ECP5, GOWIN, ICE40, Flow, run
