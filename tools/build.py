@@ -190,8 +190,9 @@ def main(argv: list[str] | None = None) -> int:
             say(f"wrote {folder / name}")
     if "bitstream" in facts:
         say(f"wrote {folder / facts['bitstream']}")
-        say("next: python -m tools.load " + ("" if len(facts["load"]) > 1 else "--flash ")
-            + f"{folder}, with the board at USB")
+        if "load" in facts:
+            say("next: python -m tools.load " + ("" if len(facts["load"]) > 1 else "--flash ")
+                + f"{folder}, with the board at USB")
     elif "fmax_mhz" in facts:
         warn("too slow for the board's clock: there is no bitstream")
     elif board and not flow:

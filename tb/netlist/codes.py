@@ -41,9 +41,6 @@ class Codes:
     wrong: list[str]
 
 
-_FAULT_REGISTER = "machine.fault"
-
-
 def prove(top: str, netlist: str, states: Mapping[str, State], running: Sequence[tuple[str, int]],
           shows: str, folder: Path) -> list[Codes]:
     """Prove of every state machine that it leaves its unused codes.
@@ -73,8 +70,8 @@ def prove(top: str, netlist: str, states: Mapping[str, State], running: Sequence
     found = [Codes(name, (1 << len(state.register)) - len(state.codes), [])
              for name, state in states.items()]
     held = " ".join(f"-set {cuts.now(name)} {level}" for name, level in running)
-    # A machine may show its fault a clock later, from a register.
-    shown = cuts.then(_FAULT_REGISTER) if cuts.is_register(_FAULT_REGISTER) else shows
+    # An output that is a register shows a fault a clock later.
+    shown = cuts.then(shows) if cuts.is_register(shows) else shows
     questions: list[_Question] = []
     for codes, state in zip(found, states.values(), strict=True):
         bits = [f"{codes.register}[{index}]" for index in reversed(range(len(state.register)))]

@@ -1,5 +1,7 @@
 """Bitstreams by open tools: with the tools, where they are installed, and with stand-ins."""
 
+import dataclasses
+import gc
 import json
 import os
 import subprocess
@@ -74,6 +76,13 @@ class TestWithStandIns:
         assert "30 MHz by place and route; the clock is 12 MHz: +150.0%" in said
         assert "tools.load --flash" in said
 
+    def test_a_board_without_a_loader_is_built(self, tools, tmp_path, monkeypatch, capsys):
+        bare = dataclasses.replace(BOARDS["icebreaker"], loader=None)
+        monkeypatch.setitem(build.BOARDS, "icebreaker", bare)
+        assert run("--board", "icebreaker", "-o", tmp_path / "out") == 0
+        assert "tools.load" not in capsys.readouterr().out
+        assert (tmp_path / "out" / "single.bin").exists()
+
     def test_too_slow_is_status_1_and_no_bitstream(self, tools, tmp_path, capsys):
         out = tmp_path / "out"
         assert run("--board", "icebreaker", "-o", out) == 0
@@ -133,6 +142,18 @@ def test_a_picture_that_is_too_large_for_a_board(tmp_path, capsys):
                        "-o", str(tmp_path / "out")]) == 2
     assert ("block RAMs and icebreaker has 30: make the picture smaller, for instance --size "
             "240x240") in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("ignore:.*created but never used")
+@pytest.mark.parametrize("machine", ["mill", "single"])
+def test_a_board_without_pins_for_a_machine_is_one_line(monkeypatch, tmp_path, capsys, machine):
+    bare = dataclasses.replace(BOARDS["icebreaker"], allotments={})
+    monkeypatch.setitem(build.BOARDS, "icebreaker", bare)
+    assert build.main(["--machine", machine, "--board", "icebreaker", "--no-bitstream",
+                       "-o", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err == f"error: icebreaker has no pins allotted to {machine}\n"
+    assert not (tmp_path / "out").exists()
+    gc.collect()  # the machine, while its warning is ignored
 
 
 @pytest.mark.place

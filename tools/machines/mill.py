@@ -129,8 +129,11 @@ def job(args: argparse.Namespace) -> Job:
         timing = MillTiming.real(step_rate=args.step_rate, clock=clock)
     except ValueError as error:
         raise UserError(str(error)) from error
-    built = build_mill(args.board, timing=timing, picture=picture, guard=args.guard,
-                       serial=args.orders == "serial")
+    try:
+        built = build_mill(args.board, timing=timing, picture=picture, guard=args.guard,
+                           serial=args.orders == "serial")
+    except ValueError as error:  # no pins for it
+        raise UserError(str(error)) from error
     facts = figures(args.board, clock, timing, args.step_rate, built.files) | {
         "guard": args.guard, "orders": None if args.board == "pins" else args.orders or "image"}
     says = (f"clock {clock / 1e6:g} MHz; {facts['step_rate']:g} steps/s, one in {timing.period} "

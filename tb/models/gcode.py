@@ -1,0 +1,539 @@
+"""Model of the G-code language: what a line of words means, in whole nanometres.
+
+Written from GRBL 1.1's documented behaviour: modal groups after NIST RS274/NGC version 3 (table 4),
+error codes and their order as GRBL gives them. A line that is refused changes nothing.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from math import isqrt
+
+__all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Line", "Modes",
+           "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word"]
+
+Vector = tuple[int, int, int]
+"""X, Y and Z, in nm."""
+
+ORIGIN: Vector = (0, 0, 0)
+AXES = "XYZ"
+SYSTEMS = 6
+MAX_LINE_NUMBER = 10_000_000
+MAX_TOOL = 255
+REACH = 1 << 35
+"""Positions are below this, in nm: 36 bits with the sign."""
+
+
+class RefusedLine(Exception):
+    """A line is refused; its argument is GRBL's code."""
+
+
+@dataclass(frozen=True)
+class Word:
+    """A letter and its number, in millionths.
+
+    Attributes
+    ----------
+    letter : str
+        A capital.
+    value : int
+        In units of 10^-6, rounded half away from 0.
+    overflow : bool
+        The number has more than 43 bits, without its sign.
+    """
+
+    letter: str
+    value: int
+    overflow: bool = False
+
+    @property
+    def code(self) -> tuple[int, int]:
+        """Its whole part and hundredths, as of ``G38.2``: (38, 20); hundredths are rounded."""
+        whole, rest = divmod(abs(self.value), 1_000_000)
+        return whole, (rest + 5000) // 10_000
+
+
+@dataclass(frozen=True)
+class Line:
+    """A straight line; `feed` in nm/s, None at the highest speed, or per minute with `inverse`."""
+
+    target: Vector
+    feed: int | None
+    inverse: bool = False
+
+
+@dataclass(frozen=True)
+class Arc:
+    """An arc or helix: `centre` is given from its start, in the plane of the axes `plane`."""
+
+    target: Vector
+    centre: tuple[int, int]
+    plane: tuple[int, int]
+    clockwise: bool
+    feed: int
+    inverse: bool = False
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """Standing still for so many us."""
+
+    time: int
+
+
+@dataclass(frozen=True)
+class Spindle:
+    """`direction` is 1 clockwise, -1 counter-clockwise, 0 off; `speed` in 10^-6 rev/min."""
+
+    direction: int
+    speed: int
+
+
+@dataclass(frozen=True)
+class Coolant:
+    """What is on."""
+
+    mist: bool
+    flood: bool
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """Work coordinates have changed: their origin in the machine's, in nm."""
+
+    origin: Vector
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A stop of the program until it is resumed."""
+
+
+@dataclass(frozen=True)
+class End:
+    """The end of the program."""
+
+
+Action = Line | Arc | Dwell | Spindle | Coolant | Offsets | Pause | End
+
+
+@dataclass(frozen=True)
+class Modes:
+    """What stays from line to line.
+
+    Attributes
+    ----------
+    motion : int
+        0 to 3 for G0 to G3, 80 for none.
+    plane : int
+        0 for XY (G17), 1 for ZX, 2 for YZ.
+    relative, inches, inverse : bool
+        G91, G20, G93.
+    system : int
+        0 for G54 to 5 for G59.
+    spindle : int
+        1 for M3, -1 for M4, 0 for M5.
+    mist, flood : bool
+        M7, M8.
+    """
+
+    motion: int = 0
+    plane: int = 0
+    relative: bool = False
+    inches: bool = False
+    inverse: bool = False
+    system: int = 0
+    spindle: int = 0
+    mist: bool = False
+    flood: bool = False
+
+
+_NON_MODAL = {(4, 0), (10, 0), (28, 0), (28, 10), (30, 0), (30, 10), (53, 0), (92, 0), (92, 10)}
+_GROUPS = {**dict.fromkeys([0, 1, 2, 3, 80], "motion"), **dict.fromkeys([17, 18, 19], "plane"),
+           90: "distance", 91: "distance", 93: "feed", 94: "feed", 20: "units", 21: "units",
+           40: "compensation", 43: "length", 49: "length",
+           **dict.fromkeys(range(54, 60), "system"), 61: "path"}
+_M_GROUPS = {0: "flow", 1: "flow", 2: "flow", 30: "flow", 3: "spindle", 4: "spindle",
+             5: "spindle", 7: "coolant", 8: "coolant", 9: "coolant"}
+_VALUES = "FIJKLNPRSTXYZ"
+
+
+@dataclass
+class _Line:
+    """What the words of a line say, before anything of it is checked together."""
+
+    modes: Modes
+    groups: set[str] = field(default_factory=set)
+    values: dict[str, int] = field(default_factory=dict)
+    non_modal: tuple[int, int] | None = None
+    axes: str = ""  # what the axis words are for: motion, non-modal or length
+    tool_length: str = ""
+    flow: int = 0
+
+
+class Interpreter:
+    """Runs a program line by line.
+
+    Parameters
+    ----------
+    position : tuple of int
+        That of the machine at the start, in nm.
+
+    Attributes
+    ----------
+    modes : Modes
+        What the lines so far have set.
+    position : tuple of int
+        Where the last motion ends, in the machine's coordinates, in nm.
+    feed, spindle_speed, tool : int
+        Values of F (nm/s, or as written with G93), S (10^-6) and T.
+    systems : list of tuple
+        Origins of G54 to G59, in nm.
+    offset, predefined : tuple of int, and a list of two
+        That of G92, and the positions of G28 and G30, in nm.
+    tool_length : int
+        In nm, along Z.
+    """
+
+    def __init__(self, position: Vector = ORIGIN) -> None:
+        self.modes = Modes()
+        self.position = position
+        self.feed = self.spindle_speed = self.tool = self.tool_length = 0
+        self.systems: list[Vector] = [ORIGIN] * SYSTEMS
+        self.offset: Vector = ORIGIN
+        self.predefined: list[Vector] = [ORIGIN, ORIGIN]
+
+    @property
+    def origin(self) -> Vector:
+        """That of the work coordinates in the machine's, in nm."""
+        return self._origin(self.modes.system)
+
+    def line(self, words: Iterable[Word]) -> list[Action]:
+        """Return what a line does, in order, and keep what it sets.
+
+        Raises
+        ------
+        RefusedLine
+            With GRBL's code, if the line is refused; then nothing has changed.
+        """
+        line = self._read(words)
+        self._check_values(line)
+        return self._check_and_run(line)
+
+    def _origin(self, system: int) -> Vector:
+        x, y, z = (a + b for a, b in zip(self.systems[system], self.offset, strict=True))
+        return x, y, z + self.tool_length
+
+    # Words, as they come
+
+    def _read(self, words: Iterable[Word]) -> _Line:
+        line = _Line(self.modes)
+        for word in words:
+            if word.letter in "GM" and (word.overflow or word.value < 0):
+                raise RefusedLine(20 if word.letter == "G" else 23)
+            if word.letter == "G":
+                self._g(line, *word.code)
+            elif word.letter == "M":
+                self._m(line, *word.code)
+            elif word.letter in _VALUES:
+                if word.letter == "T" and (word.overflow or word.value > MAX_TOOL * 1_000_000):
+                    raise RefusedLine(38)
+                if word.letter in line.values:
+                    raise RefusedLine(25)
+                if word.letter in "FNPTS" and word.value < 0:
+                    raise RefusedLine(4)
+                if word.overflow:
+                    raise RefusedLine(27 if word.letter == "N" else 38)
+                line.values[word.letter] = word.value
+            else:
+                raise RefusedLine(20)
+        return line
+
+    def _g(self, line: _Line, whole: int, hundredths: int) -> None:
+        group = _GROUPS.get(whole)
+        if whole in (4, 10, 28, 30, 53, 92):
+            group = "non-modal"
+            takes_axes = whole not in (4, 53) and not hundredths
+            if takes_axes and line.axes:
+                raise RefusedLine(24)
+            if takes_axes:
+                line.axes = group
+            if (whole, hundredths) not in _NON_MODAL:
+                raise RefusedLine(20 if whole in (28, 30, 92) else 23)
+            line.non_modal = whole, hundredths
+        elif group is None:
+            raise RefusedLine(20)
+        elif group == "motion":
+            self._takes_axes(line, "motion", whole != 80)
+            line.modes = replace(line.modes, motion=whole)
+        elif group == "distance" and hundredths:
+            if (whole, hundredths) != (91, 10):
+                raise RefusedLine(20)
+            group, hundredths = "arc distance", 0
+        elif group == "length":
+            self._takes_axes(line, "length", True)
+            if whole == 43 and hundredths != 10:
+                raise RefusedLine(20)
+            line.tool_length, hundredths = "cancel" if whole == 49 else "set", 0
+        elif whole == 61 and hundredths:
+            raise RefusedLine(20)
+        else:
+            changes = {"plane": {"plane": whole - 17}, "distance": {"relative": whole == 91},
+                       "feed": {"inverse": whole == 93}, "units": {"inches": whole == 20},
+                       "system": {"system": whole - 54}}.get(group, {})
+            line.modes = replace(line.modes, **changes)
+        if hundredths and group != "non-modal":
+            raise RefusedLine(23)
+        self._once(line, group)
+
+    @staticmethod
+    def _takes_axes(line: _Line, use: str, takes: bool) -> None:
+        if takes:
+            if line.axes:
+                raise RefusedLine(24)
+            line.axes = use
+
+    def _m(self, line: _Line, whole: int, hundredths: int) -> None:
+        if hundredths:
+            raise RefusedLine(23)
+        group = _M_GROUPS.get(whole)
+        if group is None:
+            raise RefusedLine(20)
+        if group == "flow":
+            line.flow = 0 if whole == 1 else 30 if whole == 2 else whole or -1
+        else:
+            changes = {3: {"spindle": 1}, 4: {"spindle": -1}, 5: {"spindle": 0},
+                       7: {"mist": True}, 8: {"flood": True},
+                       9: {"mist": False, "flood": False}}[whole]
+            line.modes = replace(line.modes, **changes)
+        self._once(line, group)
+
+    @staticmethod
+    def _once(line: _Line, group: str) -> None:
+        if group in line.groups:
+            raise RefusedLine(21)
+        line.groups.add(group)
+
+    # A line as a whole
+
+    def _check_values(self, line: _Line) -> None:
+        values = line.values
+        if not line.axes and any(axis in values for axis in AXES):
+            line.axes = "motion"
+        if values.get("N", 0) > MAX_LINE_NUMBER * 1_000_000:
+            raise RefusedLine(27)
+        if line.modes.inverse and line.axes == "motion" and line.modes.motion not in (0, 80) \
+                and "F" not in values:
+            raise RefusedLine(22)
+        if line.non_modal == (4, 0) and "P" not in values:
+            raise RefusedLine(28)
+        if line.tool_length == "set" and [axis for axis in AXES if axis in values] != ["Z"]:
+            raise RefusedLine(37)
+
+    def _feed(self, line: _Line) -> int:
+        """Return F as it is from this line on."""
+        if line.modes.inverse:
+            return line.values.get("F", 0)
+        if self.modes.inverse and "F" not in line.values:
+            return 0
+        if "F" not in line.values:
+            return self.feed
+        per_minute = _length(line.values["F"], line.modes.inches and not self.modes.inverse)
+        return max(per_minute // 60, 1) if per_minute else 0
+
+    def _check_and_run(self, line: _Line) -> list[Action]:
+        values, modes = dict(line.values), line.modes
+        given = [axis in values for axis in AXES]
+        words = [_length(values.get(axis, 0), modes.inches) for axis in AXES]
+        feed = self._feed(line)
+        target = self.position
+        coordinates: tuple[int, Vector] | None = None
+        offset, home, intermediate = self.offset, None, None
+        for letter in "P" if line.non_modal == (4, 0) else "":
+            values.pop(letter)
+
+        if line.non_modal == (10, 0):
+            coordinates = self._set_coordinates(line, values, words, given)
+        elif line.non_modal == (92, 0):
+            if not any(given):
+                raise RefusedLine(26)
+            origin = self.systems[modes.system]
+            offset = _vector(
+                self.position[n] - origin[n] - words[n] - (self.tool_length if n == 2 else 0)
+                if given[n] else self.offset[n] for n in range(3))
+        else:
+            if line.axes != "length" and any(given):
+                target = self._target(line, words, given)
+            if line.non_modal in ((28, 0), (30, 0)):
+                stored = self.predefined[line.non_modal[0] == 30]
+                home = _vector(stored[n] if given[n] or not any(given) else self.position[n]
+                               for n in range(3))
+                intermediate = target if any(given) else None
+            elif line.non_modal == (53, 0) and modes.motion not in (0, 1):
+                raise RefusedLine(30)
+            elif line.non_modal == (92, 10):
+                offset = ORIGIN
+
+        moves, used = self._motion(line, words, given, target, feed)
+        if any(letter not in f"NFST{used}" for letter in values
+               if not (line.axes and letter in AXES)):
+            raise RefusedLine(36)
+        if any(not -REACH <= place < REACH for place in target):
+            raise RefusedLine(33)
+        return self._run(line, feed, moves, coordinates, offset, home, intermediate)
+
+    def _set_coordinates(self, line: _Line, values: dict[str, int], words: Sequence[int],
+                         given: Sequence[bool]) -> tuple[int, Vector]:
+        if not any(given):
+            raise RefusedLine(26)
+        if "P" not in values and "L" not in values:
+            raise RefusedLine(28)
+        number = values.get("P", 0) // 1_000_000
+        if number > SYSTEMS:
+            raise RefusedLine(29)
+        kind = abs(values.get("L", 0)) // 1_000_000
+        if kind not in (2, 20) or (kind == 2 and "R" in values):
+            raise RefusedLine(20)
+        for letter in "PL":
+            values.pop(letter, None)
+        system = number - 1 if number else line.modes.system
+        length = (0, 0, self.tool_length)
+        return system, _vector(
+            self.systems[system][n] if not given[n] else words[n] if kind == 2 else
+            self.position[n] - self.offset[n] - words[n] - length[n] for n in range(3))
+
+    def _target(self, line: _Line, words: Sequence[int], given: Sequence[bool]) -> Vector:
+        origin = ORIGIN if line.non_modal == (53, 0) else \
+            self.position if line.modes.relative else self._origin(line.modes.system)
+        return _vector(origin[n] + words[n] if given[n] else self.position[n] for n in range(3))
+
+    def _motion(self, line: _Line, words: Sequence[int], given: Sequence[bool], target: Vector,
+                feed: int) -> tuple[list[Action], str]:
+        """Return the motion of the line, and which letters beside axes it used."""
+        motion = line.modes.motion
+        if motion == 80:
+            if any(given):
+                raise RefusedLine(31)
+            return [], ""
+        if line.axes != "motion":
+            return [], ""
+        if motion == 0:
+            return [Line(target, None)] if any(given) else [], ""
+        if feed == 0:
+            raise RefusedLine(22)
+        if motion == 1:
+            return [Line(target, feed, line.modes.inverse)] if any(given) else [], ""
+        centre, plane, used = self._centre(line, given, target)
+        return [Arc(target, centre, plane, motion == 2, feed, line.modes.inverse)], used
+
+    def _centre(self, line: _Line, given: Sequence[bool], target: Vector
+                ) -> tuple[tuple[int, int], tuple[int, int], str]:
+        a, b = plane = ((0, 1), (2, 0), (1, 2))[line.modes.plane]
+        if not any(given):
+            raise RefusedLine(26)
+        if not (given[a] or given[b]):
+            raise RefusedLine(32)
+        x, y = target[a] - self.position[a], target[b] - self.position[b]
+        if "R" in line.values:
+            if target == self.position:
+                raise RefusedLine(33)
+            radius = _length(line.values["R"], line.modes.inches)
+            return _by_radius(x, y, radius, line.modes.motion == 2), plane, "R"
+        letters = "IJK"
+        if not (letters[a] in line.values or letters[b] in line.values):
+            raise RefusedLine(35)
+        i, j = (_length(line.values.get(letters[n], 0), line.modes.inches) for n in plane)
+        _check_radii(i * i + j * j, (x - i) ** 2 + (y - j) ** 2)
+        return (i, j), plane, letters
+
+    def _run(self, line: _Line, feed: int, moves: list[Action],
+             coordinates: tuple[int, Vector] | None, offset: Vector, home: Vector | None,
+             intermediate: Vector | None) -> list[Action]:
+        """Do what is right, in GRBL's order of execution."""
+        before, modes = self.modes, line.modes
+        actions: list[Action] = []
+        self.feed = feed
+        speed = line.values.get("S", self.spindle_speed)
+        changes = (modes.spindle != before.spindle
+                   or (speed != self.spindle_speed and modes.spindle != 0))
+        if changes:
+            actions.append(Spindle(modes.spindle, speed))
+        self.spindle_speed = speed
+        self.tool = line.values.get("T", self.tool * 1_000_000) // 1_000_000
+        if (modes.mist, modes.flood) != (before.mist, before.flood):
+            actions.append(Coolant(modes.mist, modes.flood))
+        if line.non_modal == (4, 0):
+            actions.append(Dwell(line.values["P"]))
+        origin = self.origin
+        self.modes = modes
+        if line.tool_length:
+            self.tool_length = 0 if line.tool_length == "cancel" else \
+                _length(line.values["Z"], modes.inches)
+        if coordinates is not None:
+            self.systems[coordinates[0]] = coordinates[1]
+        self.offset = offset
+        if self.origin != origin:
+            actions.append(Offsets(self.origin))
+        if home is not None:
+            places = [home] if intermediate is None else [intermediate, home]
+            moves = [Line(place, None) for place in places]
+        if line.non_modal in ((28, 10), (30, 10)):
+            self.predefined[line.non_modal[0] == 30] = self.position
+        for move in moves:
+            assert isinstance(move, Line | Arc)
+            self.position = move.target
+        actions += moves
+        if line.flow == -1:
+            actions.append(Pause())
+        elif line.flow:
+            actions += self._end()
+        return actions
+
+    def _end(self) -> list[Action]:
+        actions: list[Action] = []
+        origin = self.origin
+        if self.modes.spindle:
+            actions.append(Spindle(0, self.spindle_speed))
+        if self.modes.mist or self.modes.flood:
+            actions.append(Coolant(mist=False, flood=False))
+        self.modes = Modes(motion=1, inches=self.modes.inches)
+        if self.origin != origin:
+            actions.append(Offsets(self.origin))
+        return [*actions, End()]
+
+
+def _vector(values: Iterable[int]) -> Vector:
+    x, y, z = values
+    return x, y, z
+
+
+def _length(value: int, inches: bool) -> int:
+    """Return nm of a value in millionths of a mm, or of an inch, rounded half away from 0."""
+    if not inches:
+        return value
+    size = (abs(value) * 254 + 5) // 10
+    return -size if value < 0 else size
+
+
+def _by_radius(x: int, y: int, radius: int, clockwise: bool) -> tuple[int, int]:
+    """Return the centre of an arc of a radius to (x, y); a negative one is that of more than half.
+
+    It is within a nm of the exact one.
+    """
+    chord = x * x + y * y
+    rest = 4 * radius * radius - chord
+    if rest < 0 or not chord:
+        raise RefusedLine(34)
+    scale = 64
+    ratio = isqrt((rest << 2 * scale) // chord)
+    if clockwise == (radius > 0):
+        ratio = -ratio
+    half = 1 << scale
+    return ((x << scale) - y * ratio + half) >> scale + 1, \
+        ((y << scale) + x * ratio + half) >> scale + 1
+
+
+def _check_radii(start: int, end: int) -> None:
+    """Refuse an arc that ends at another radius than it begins with; both are squares."""
+    difference = abs(isqrt(start) - isqrt(end))
+    if difference > 500_000 or (difference > 5_000 and 1000 * difference > isqrt(start)):
+        raise RefusedLine(33)
