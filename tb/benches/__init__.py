@@ -16,6 +16,7 @@ from . import (
     order_ledger,
     orders,
     panel,
+    plan,
     protocol,
     ramp,
     serial_line,
@@ -25,7 +26,7 @@ from . import (
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              serial_line, protocol)
+              plan, serial_line, protocol)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

@@ -14,20 +14,27 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .fixed_point import FIXED_POINT
+from .gcode_reader import GCODE_READER
 from .glitch import GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
 from .line import LINE
+from .line_buffer import LINE_BUFFER
 from .manual import MANUAL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
 from .phase import PHASE
+from .plan import PLAN
 from .points import POINTS
 from .position import POSITION
+from .profile import PROFILE
 from .ramp import RAMP
 from .rate import RATE
+from .realtime import REALTIME
+from .root import ROOT
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
@@ -51,9 +58,12 @@ GENERAL = {
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
+    "root": ROOT,
+    "profile": PROFILE,
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,
+    "plan": PLAN,
     "points": POINTS,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
@@ -74,9 +84,13 @@ GENERAL = {
     "uart_receiver": UART_RECEIVER,
     "uart_transmitter": UART_TRANSMITTER,
     "line": LINE,
+    "realtime": REALTIME,
+    "line_buffer": LINE_BUFFER,
     "words": WORDS,
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
+    "fixed_point": FIXED_POINT,
+    "gcode_reader": GCODE_READER,
     "text": TEXT,
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,
