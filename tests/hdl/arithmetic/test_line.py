@@ -157,6 +157,26 @@ class TestTables:
                     machine.run(ACCEPT)
                     at = to
 
+    @pytest.mark.parametrize("turned", [(0, 0, 0), (1, 0, 0), (0, -1, 0), (2, 2, 1), (-40, 0, 9)])
+    @pytest.mark.parametrize("way", [1, -1, 0])
+    @pytest.mark.parametrize("end", [
+        (1, 0, 0), (0, -1, 0), (1, 1, 1), (CORNER, 0, 0), (CORNER, CORNER, -CORNER),
+        (CORNER, 1, 0), (-3, 4, 0), (10**9, 1, -1), (2**35 - 1 - 2**34, 7, 0)])
+    def test_are_exact_where_a_path_goes_on_turns_back_or_begins(self, end, way, turned):
+        machine = Machine(Line(speeds=[2**31 - 1, 10**6, 2], steps=[80_000, 250_000, 2**27 - 1]))
+        ends = dict(zip(("to_x", "to_y", "to_z"), end, strict=True))
+        machine.set(feed=10**7, **ends)
+        machine.run(LINE)  # for its direction
+        before = [way * a + b for a, b in zip(machine.each("unit"), turned, strict=True)]
+        machine.set(**{f"unit_before_{axis}": word
+                       for axis, word in zip(AXES, before, strict=True)},
+                    **{f"place_before_{axis}": 17 * 512 * steps
+                       for axis, steps in zip(AXES, machine.line.steps, strict=True)})
+        machine.run(LINE)
+        check(machine, [0, 0, 0], list(end), before, 10**7)
+        if way == 1 and not any(turned):
+            assert machine.pair("junction") == BEYOND
+
 
 class Gateware:
     """The formulas on an engine."""
@@ -219,5 +239,5 @@ class TestGateware:
     @pytest.mark.compiler
     def test_is_the_table_compiled(self):
         with CXXRTLEngine(component("formulas", line_formulas())) as engine:
-            for seed in range(10):
+            for seed in range(4):
                 compare(engine, 200, seed)
