@@ -189,5 +189,5 @@ def describe(c: Contract, dut: GCodeReader) -> None:
 
 
 GCODE_READER = Component(
-    make=GCodeReader, describe=describe, depth=20,
+    make=GCodeReader, describe=describe, depth=14,
     cases=(Case({"width": 8, "decimals": 2}), Case({"width": 44, "decimals": 6}, real=True)))
