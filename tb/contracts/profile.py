@@ -74,11 +74,6 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     c.invariant("search-ends", "The granule is at most doubled in each clock of the search.",
                 Mux(state("SEARCH"), (count < GRANULE_BITS) & (size <= 1 << count), count == 0),
                 cover=count == GRANULE_BITS - 1, lemma=True)
-    c.invariant("stages-in-step", "The adder's stages are those of the states.",
-                _all(*(c.signal(stage) == state(name) for stage, name in [
-                    ("brakes", "BRAKE"), ("caps", "NOMINAL"), ("differs", "DIFFERENCE"),
-                    ("bounds", "BOUND"), ("adds", "SUM"), ("spends", "SPEND")])),
-                cover=state("SUM"), lemma=True)
     if len(brake) < 16:
         _left(c, dut, state, brake, change)
     c.invariant("work-in-order", "The adder's register is what its state says.", _all(

@@ -1,6 +1,6 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth import Module, Mux, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -172,36 +172,6 @@ class SpeedProfile(wiring.Component):
         beyond = Signal()  # w would change by more than the granule allows
         none = Signal()  # from 0 to 0
 
-        # What it adds, one after the other: registers, for the sake of Fmax. At first it is brake
-        # and exit.
-        searched = Signal()
-        brakes, caps, differs, bounds, adds, spends = (
-            Signal(name=name) for name in ("brakes", "caps", "differs", "bounds", "adds", "spends"))
-        stages = Cat(brakes, caps, differs, bounds, adds, spends)
-        m.d.sync += stages.eq(Cat(searched, stages))
-        m.d.comb += root.radicand.eq(total)
-        with m.If(brakes | caps | bounds):
-            m.d.comb += x.eq(work)
-        with m.Elif(differs):
-            m.d.comb += x.eq(Mux(holds, 0, Mux(capped, nominal, work)))
-        with m.Elif(adds):
-            m.d.comb += x.eq(square)
-        with m.Else():
-            m.d.comb += x.eq(brake)
-        with m.If(caps):
-            m.d.comb += y.eq(nominal)
-        with m.Elif(differs):
-            m.d.comb += y.eq(square)
-        with m.Elif(adds):
-            # from 0 to 0 it goes up and down within the granule
-            m.d.comb += y.eq(Mux(none, change >> 1, Mux(beyond, change, work)))
-        with m.Elif(brakes | bounds | spends):
-            m.d.comb += y.eq(change)
-        with m.Else():
-            m.d.comb += y.eq(self.exit)
-        m.d.comb += subtract.eq(brakes | caps | differs | spends | (bounds & (work >= 0))
-                                | (adds & beyond & (work < 0)))
-
         over = Signal()  # last tick of the granule, or there is none
         starts = Signal()
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
@@ -225,28 +195,39 @@ class SpeedProfile(wiring.Component):
             with m.State("SEARCH"):
                 with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
+                m.d.comb += [x.eq(brake), y.eq(self.exit)]
                 m.d.sync += [work.eq(total), count.eq(count + 1)]
                 with m.If(count == GRANULE_BITS - 1):
                     m.d.sync += count.eq(0)
-                    m.d.comb += searched.eq(1)
                     m.next = "BRAKE"
             with m.State("BRAKE"):
+                m.d.comb += [x.eq(work), y.eq(change), subtract.eq(1)]
                 m.d.sync += work.eq(total)
                 m.next = "NOMINAL"
             with m.State("NOMINAL"):
+                m.d.comb += [x.eq(work), y.eq(nominal), subtract.eq(1)]
                 m.d.sync += capped.eq(total >= 0)
                 m.next = "DIFFERENCE"
             with m.State("DIFFERENCE"):
+                m.d.comb += [x.eq(Mux(holds, 0, Mux(capped, nominal, work))), y.eq(square),
+                             subtract.eq(1)]
                 m.d.sync += work.eq(total)
                 m.next = "BOUND"
             with m.State("BOUND"):
+                m.d.comb += [x.eq(work), y.eq(change), subtract.eq(work >= 0)]
                 m.d.sync += [beyond.eq((total < 0) == (work < 0)), none.eq(from_rest & (work == 0))]
                 m.next = "SUM"
             with m.State("SUM"):
-                m.d.comb += root.start.eq(1)
+                # from 0 to 0 it goes up and down within the granule
+                m.d.comb += [
+                    x.eq(square), subtract.eq(beyond & (work < 0)),
+                    y.eq(Mux(none, change >> 1, Mux(beyond, change, work))),
+                    root.radicand.eq(total), root.start.eq(1),
+                ]
                 m.d.sync += square.eq(Mux(none, 0, total))
                 m.next = "SPEND"
             with m.State("SPEND"):
+                m.d.comb += [x.eq(brake), y.eq(change), subtract.eq(1)]
                 m.d.sync += [
                     brake.eq(total),
                     left.eq(left - size),
