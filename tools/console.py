@@ -8,6 +8,7 @@ import os
 import re
 import secrets
 import shutil
+import signal
 import sys
 import tempfile
 import threading
@@ -38,6 +39,7 @@ __all__ = [
     "say",
     "spelt",
     "staged",
+    "terminable",
     "warn",
     "whole",
     "write_atomically",
@@ -159,6 +161,22 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
         return status
 
     return guarded
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """End what is in it by `SystemExit` on SIGTERM: programs are ended, passing files removed.
+
+    The exit status is 143, as a shell has it.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # which gets no signals
+        return
+    before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager

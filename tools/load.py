@@ -9,7 +9,7 @@ from fresa_boards.boards import BOARDS
 from fresa_boards.flow import installed, run
 from fresa_boards.programs import ProgramError, last_words
 
-from .console import Parser, UserError, command, say
+from .console import Parser, UserError, command, say, terminable
 
 __all__ = ["main"]
 
@@ -82,6 +82,7 @@ def advice(output: str, title: str, usb: str) -> str:
 
 
 @command
+@terminable()
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     parser = Parser(prog="python -m tools.load", description=ABOUT, epilog=EPILOG)

@@ -4,8 +4,10 @@ import dataclasses
 import gc
 import json
 import os
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -124,6 +126,47 @@ class TestWithStandIns:
         tools.ran.clear()
         assert run("--board", "icebreaker", "--no-bitstream", "--no-report", "-o", out) == 0
         assert not tools.ran
+
+
+WAITING = """
+import sys
+from fresa_boards import flow
+from pathlib import Path
+from tools import bitstream, build
+
+def run(command, folder, on_line=None):
+    flow._entry = lambda program: type("Entry", (), {"name": "sleeper"})
+    flow._START = "import os, sys, time; print(os.getpid(), flush=True); time.sleep(600)"
+    return flow.run(command, folder, lambda line: print(line, end="", flush=True))
+
+bitstream.run = run
+build.bitstream.check_programs = lambda *_: None
+sys.exit(build.main(sys.argv[1:]))
+"""
+"""A build whose first tool prints its number, and sleeps."""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no such signals")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_build_leaves_no_program_and_no_passing_files(tmp_path, number, status):
+    passing = tmp_path / "passing"
+    passing.mkdir()
+    with subprocess.Popen(
+            [sys.executable, "-c", WAITING, "--board", "icebreaker", "--machine", "single", "-o",
+             tmp_path / "out"], cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env={**os.environ, "TMPDIR": str(passing)}) as build:
+        assert build.stdout and build.stderr
+        tool = next(int(line) for line in build.stdout if line.strip().isdecimal())
+        assert any(passing.iterdir())
+        build.send_signal(number)
+        try:
+            assert build.wait(60) == status
+            with pytest.raises(ProcessLookupError):
+                os.kill(tool, 0)
+        finally:
+            with suppress(ProcessLookupError):
+                os.kill(tool, signal.SIGKILL)
+        assert "Traceback" not in build.stderr.read() and not [*passing.iterdir()]
 
 
 @pytest.mark.parametrize(("board", "extra"), FAMILIES)
