@@ -6,6 +6,7 @@ import argparse
 import json
 import re
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -105,6 +106,18 @@ def test_table_and_drawing_have_the_same_pins(family, name):
         assert f"| {row.place} | {row.pin} | {row.port} | {row.role} |" in table
         assert (row.place in words and any(word.startswith(row.port) for word in words)
                 or f"{row.place}: {row.port}" in words)
+
+
+@pytest.mark.parametrize(("family", "reserved"), [
+    ("tang_nano_9k", {"36", "79", "86"}), ("icepi_zero", set())])
+def test_pins_that_are_not_for_machines_are_dashed(family, reserved):
+    board = FAMILIES[family]
+    drawing = [*ET.fromstring(pin_drawing(
+        board, "positioner", made(board, "positioner"), board.allotment("positioner")))]
+    dashed = {after.text for box, after in pairwise(drawing) if "stroke-dasharray" in box.attrib}
+    assert dashed >= reserved and not dashed & {*board.header, "GND", "3V3", "5V"}
+    legends = [each for each in drawing if (each.text or "").startswith("dashed: ")]
+    assert len(legends) == bool(dashed) == bool(reserved)
 
 
 @EACH_POSITIONER
