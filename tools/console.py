@@ -294,7 +294,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
         for new in staged.values():
             _discard(new)
         if isinstance(error, OSError):
-            raise UserError(f"cannot write {path}: {_advice(error)}") from error
+            raise UserError(f"cannot write {path}: {_advice(error, path)}") from error
         raise
     for backup in saved.values():
         _discard(backup)
@@ -316,7 +316,7 @@ def staged(path: Path) -> Iterator[Path]:
         yield new
         os.replace(new, target)
     except OSError as error:
-        raise UserError(f"cannot write {path}: {_advice(error)}") from error
+        raise UserError(f"cannot write {path}: {_advice(error, path)}") from error
     finally:
         _discard(new)
 
@@ -537,8 +537,10 @@ def _discard(path: Path) -> None:
         path.unlink()
 
 
-def _advice(error: OSError) -> str:
+def _advice(error: OSError, path: Path | None) -> str:
     if error.errno == errno.ENOENT:
+        if path is not None and path.parent.is_dir():  # as of /proc
+            return f"{path.parent} takes no files of yours"
         return "its folder does not exist"
     if error.errno in (errno.ENOTDIR, errno.EEXIST):
         return "a file is where its folder should be"
@@ -556,7 +558,7 @@ def _folders(folders: set[Path]) -> Iterator[None]:
                 try:
                     path.mkdir()
                 except OSError as error:
-                    raise UserError(f"cannot make folder {path}: {_advice(error)}") from error
+                    raise UserError(f"cannot make folder {path}: {_advice(error, path)}") from error
                 made.append(path)
         yield
     except BaseException:

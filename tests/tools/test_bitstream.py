@@ -186,6 +186,19 @@ def test_a_picture_that_is_too_large_for_a_board(tmp_path, capsys):
             "240x240") in capsys.readouterr().err
 
 
+def test_a_step_rate_over_the_clock_of_a_board_is_named_as_it_was_given(tmp_path, capsys):
+    assert build.main(["--board", "icebreaker", "--step-rate", "13000000.5",
+                       "-o", str(tmp_path / "out")]) == 2
+    assert "to 12000000 steps/s, not 13000000.5\n" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="there is no /proc")
+def test_a_folder_that_takes_no_files(capsys):
+    assert run("--board", "pins", "--no-report", "-o", "/proc/fresa") == 2
+    assert capsys.readouterr().err == (
+        "error: cannot make folder /proc/fresa: /proc takes no files of yours\n")
+
+
 @pytest.mark.filterwarnings("ignore:.*created but never used")
 @pytest.mark.parametrize("machine", ["mill", "single"])
 def test_a_board_without_pins_for_a_machine_is_one_line(monkeypatch, tmp_path, capsys, machine):
