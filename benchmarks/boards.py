@@ -12,7 +12,7 @@ from tb.machines import machines
 from tools import build
 from tools.console import Parser, Progress, command, known, say, warn, write_files_atomically
 
-__all__ = ["main", "table", "with_table"]
+__all__ = ["main", "table", "with_table", "without_figures"]
 
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "boards.json"
@@ -20,9 +20,10 @@ PAGES = (ROOT / "README.md", ROOT / "docs" / "boards.md")
 BEGIN, END = "<!-- table of python -m benchmarks.boards -->", "<!-- end of the table -->"
 
 ABOUT = """\
-Builds every machine for every board whose tools pip installs, with its default options, and prints
-for each pair the cells of the FPGA that it takes, the fastest clock by place and route, and how
-much of that the board's clock leaves to spare. Some seven minutes on two cores.
+Builds every machine for every board whose tools pip installs and that has pins for it, with its
+default options, and prints for each pair the cells of the FPGA that it takes, the fastest clock by
+place and route, and how much of that the board's clock leaves to spare. Some seven minutes on two
+cores.
 
 With --write the figures are kept in docs/boards.json, and the tables in README.md and
 docs/boards.md are written anew. Boards that are not named keep their figures.
@@ -66,14 +67,14 @@ def figures(board: str, machine: str) -> dict:
 
 def table(found: dict[str, dict[str, dict]]) -> str:
     """Return the figures as a table in Markdown."""
-    names = list(next(iter(found.values())))
+    names = list(dict.fromkeys(name for of in found.values() for name in of))
     lines = ["| board | clock | " + " | ".join(names) + " |",
              "| --- | --- |" + " --- |" * len(names)]
     for board, of in found.items():
         first = next(iter(of.values()))
         row = [f"`{board}`, {first['of']} cells", f"{first['clock_mhz']:g} MHz",
-               *(f"{each['cells']} cells, {each['fmax_mhz']:.0f} MHz, {each['margin']:+.0%}"
-                 for each in of.values())]
+               *(f"{of[name]['cells']} cells, {of[name]['fmax_mhz']:.0f} MHz, "
+                 f"{of[name]['margin']:+.0%}" if name in of else "" for name in names)]
         lines.append(f"| {' | '.join(row)} |")
     return "\n".join(lines) + "\n"
 
@@ -83,6 +84,18 @@ def with_table(page: str, found: dict[str, dict[str, dict]]) -> str:
     before, _, rest = page.partition(BEGIN)
     _, _, after = rest.partition(END)
     return f"{before}{BEGIN}\n{table(found)}{END}{after}"
+
+
+def machines_of(board: str) -> list[str]:
+    """Return the machines that have pins on a board, in the order in which all are listed."""
+    return [name for name in machines() if name in BOARDS[board].allotments]
+
+
+def without_figures(found: dict[str, dict[str, dict]]) -> str:
+    """Return the command that measures the boards with a machine without figures, or nothing."""
+    boards = [name for name, board in BOARDS.items()
+              if board.flow and {*found.get(name, ())} != {*machines_of(name)}]
+    return f"run python -m benchmarks.boards {' '.join(boards)} --write" if boards else ""
 
 
 @command
@@ -98,10 +111,11 @@ def main(argv: list[str] | None = None) -> int:
     chosen = [known(name, boards, "board with open tools") for name in args.boards] or boards
     found = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
     slow = []
-    with Progress(len(chosen) * len(machines()), "builds", "building") as progress:
+    builds = sum(len(machines_of(board)) for board in chosen)
+    with Progress(builds, "builds", "building") as progress:
         for board in chosen:
             found[board] = {}
-            for machine in machines():
+            for machine in machines_of(board):
                 found[board][machine] = each = figures(board, machine)
                 slow += [f"{machine} on {board}"] * (each["margin"] < 0.2)
                 progress.advance()

@@ -17,6 +17,7 @@ from .console import (
     UserError,
     command,
     say,
+    terminable,
     warn,
     write_folder_atomically,
 )
@@ -132,6 +133,7 @@ def resource_lines(resources: Mapping[str, int], capacity: Capacity) -> list[str
 
 
 @command
+@terminable()
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     # Each machine has options of its own: which one it is must be known before they are.

@@ -8,6 +8,7 @@ import os
 import re
 import secrets
 import shutil
+import signal
 import sys
 import tempfile
 import threading
@@ -38,6 +39,7 @@ __all__ = [
     "say",
     "spelt",
     "staged",
+    "terminable",
     "warn",
     "whole",
     "write_atomically",
@@ -162,6 +164,22 @@ def command(main: Callable[..., int]) -> Callable[..., int]:
 
 
 @contextmanager
+def terminable() -> Iterator[None]:
+    """End what is in it by `SystemExit` on SIGTERM: programs are ended, passing files removed.
+
+    The exit status is 143, as a shell has it.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # which gets no signals
+        return
+    before = signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
 def _machines(argv: Sequence[str]) -> Iterator[list[str]]:
     """Add the machines that a command line names; give the rest of it."""
     if not os.environ.get("FRESA_MACHINES") and not any(
@@ -276,7 +294,7 @@ def write_files_atomically(files: Mapping[Path, bytes]) -> None:
         for new in staged.values():
             _discard(new)
         if isinstance(error, OSError):
-            raise UserError(f"cannot write {path}: {_advice(error)}") from error
+            raise UserError(f"cannot write {path}: {_advice(error, path)}") from error
         raise
     for backup in saved.values():
         _discard(backup)
@@ -298,7 +316,7 @@ def staged(path: Path) -> Iterator[Path]:
         yield new
         os.replace(new, target)
     except OSError as error:
-        raise UserError(f"cannot write {path}: {_advice(error)}") from error
+        raise UserError(f"cannot write {path}: {_advice(error, path)}") from error
     finally:
         _discard(new)
 
@@ -519,8 +537,10 @@ def _discard(path: Path) -> None:
         path.unlink()
 
 
-def _advice(error: OSError) -> str:
+def _advice(error: OSError, path: Path | None) -> str:
     if error.errno == errno.ENOENT:
+        if path is not None and path.parent.is_dir():  # as of /proc
+            return f"{path.parent} takes no files of yours"
         return "its folder does not exist"
     if error.errno in (errno.ENOTDIR, errno.EEXIST):
         return "a file is where its folder should be"
@@ -538,7 +558,7 @@ def _folders(folders: set[Path]) -> Iterator[None]:
                 try:
                     path.mkdir()
                 except OSError as error:
-                    raise UserError(f"cannot make folder {path}: {_advice(error)}") from error
+                    raise UserError(f"cannot make folder {path}: {_advice(error, path)}") from error
                 made.append(path)
         yield
     except BaseException:

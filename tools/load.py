@@ -9,7 +9,7 @@ from fresa_boards.boards import BOARDS
 from fresa_boards.flow import installed, run
 from fresa_boards.programs import ProgramError, last_words
 
-from .console import Parser, UserError, command, say
+from .console import Parser, UserError, command, say, terminable
 
 __all__ = ["main"]
 
@@ -38,6 +38,10 @@ apt-get install libftdi1-2 libhidapi-libusb0 libhidapi-hidraw0
 RULE = 'ATTRS{{idVendor}}=="{}", ATTRS{{idProduct}}=="{}", MODE="664", TAG+="uaccess"'
 
 _PERCENT = re.compile(r"\d%")
+
+_FAILED = re.compile(r"^(?:.*[ ])?(?:FAIL|Fail)[ ]*(?:$|:.*)|^Error:.*", re.M)
+"""The verdict on a step, or what stops it. After some of them, as when an iCE40 does not start or
+the checksum of a Gowin is another, openFPGALoader's exit status is 0."""
 
 
 def bitstream_of(folder: Path) -> tuple[str, Path]:
@@ -78,10 +82,11 @@ def advice(output: str, title: str, usb: str) -> str:
                 "control --reload, and connect it again")
     if re.search(r"unable to claim usb device|ftdi device: -5", output):
         return "another program has the board open: close it, and try again"
-    return f"openFPGALoader failed: {last_words(output)}"
+    return f"openFPGALoader failed: {last_words(output, 2)}"
 
 
 @command
+@terminable()
 def main(argv: list[str] | None = None) -> int:
     """Run the command; give its exit status."""
     parser = Parser(prog="python -m tools.load", description=ABOUT, epilog=EPILOG)
@@ -116,7 +121,9 @@ def main(argv: list[str] | None = None) -> int:
     if any(map(_PERCENT.search, log)) and sys.stderr.isatty():
         print(file=sys.stderr)
     output = "".join(log)
-    if status or re.search(r"^Error|fail", output, re.M | re.I):
+    if (failed := _FAILED.search(output)) and not status:
+        output = output[:failed.end()]
+    if status or failed:
         raise ProgramError(advice(output, board.title, board.loader.usb))
     say(f"loaded {bitstream} into {board.title.partition(',')[0]}"
         + (", for good" if args.flash else ", until its power goes"))

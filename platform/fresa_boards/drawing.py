@@ -1,6 +1,6 @@
 """The pins of a machine on a board, drawn: headers as they lie, and what is wired to each pin."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree as ET
 
 from fresa.roles import MachineComponent
@@ -9,12 +9,14 @@ from .board import Allotment, Board, Layout, PinRow
 
 __all__ = ["pin_drawing"]
 
-ROW, PIN, LABEL, GAP, MARGIN = 22, 76, 150, 6, 20
+ROW, PIN, LABEL, GAP, MARGIN = 22, 76, 190, 6, 20
 """Height of a row; widths of a pin, of what is wired to it, between the columns, and around all."""
 
 _PAPER, _INK, _FAINT = "#ffffff", "#202020", "#767676"
 _UNUSED, _SUPPLY, _GROUND = "#f0f0f0", "#c62828", "#424242"
 _USED = "#1565c0"
+_DASHED = {"fill": _PAPER, "stroke": _FAINT, "stroke-dasharray": "3 3"}
+_LEGEND = "dashed: connect nothing here, the board uses this pin or it has other levels"
 
 
 class _Sheet:
@@ -54,6 +56,8 @@ def pin_drawing(board: Board, name: str, machine: MachineComponent,
                 allotment: Allotment) -> str:
     """Draw the headers of a board that a machine uses as SVG, and list its other pins.
 
+    Pins of a header that are no pins for machines have a dashed outline.
+
     Parameters
     ----------
     board : Board
@@ -70,9 +74,15 @@ def pin_drawing(board: Board, name: str, machine: MachineComponent,
     sheet = _Sheet(2 * (MARGIN + LABEL + GAP + PIN) + GAP, f"{name} on {board.name}")
     sheet.line(f"{name} on {board.name}", **{"font-size": "17", "font-weight": "bold"})
     sheet.line(board.title, _FAINT)
+    reserved = False
     for layout in board.layouts:
-        if wired.keys() & {*layout.left.split(), *layout.right.split()}:
-            _header(sheet, layout, wired)
+        labels = {*layout.left.split(), *layout.right.split()}
+        if wired.keys() & labels:
+            _header(sheet, layout, board.header, wired)
+            reserved |= any(_is_reserved(label, board.header) for label in labels)
+    if reserved:
+        sheet.y += ROW // 2
+        sheet.line(_LEGEND, _FAINT)
     others = [row for row in rows if row.place not in wired]
     if others:
         sheet.y += ROW // 2
@@ -82,7 +92,8 @@ def pin_drawing(board: Board, name: str, machine: MachineComponent,
     return sheet.finish()
 
 
-def _header(sheet: _Sheet, layout: Layout, wired: dict[str, PinRow]) -> None:
+def _header(sheet: _Sheet, layout: Layout, header: Mapping[str, str],
+            wired: Mapping[str, PinRow]) -> None:
     sheet.y += ROW // 2
     sheet.line(layout.name, **{"font-weight": "bold"})
     sheet.line(layout.view, _FAINT)
@@ -95,7 +106,9 @@ def _header(sheet: _Sheet, layout: Layout, wired: dict[str, PinRow]) -> None:
             fill, ink = ((_USED, _PAPER) if row else (_GROUND, _PAPER) if label == "GND" else
                          (_SUPPLY, _PAPER) if _is_supply(label) else (_UNUSED, _FAINT))
             x = middle + (GAP / 2 if side > 0 else -GAP / 2 - PIN)
-            sheet.box(x, y + 1, PIN, ROW - 2, fill)
+            box = sheet.box(x, y + 1, PIN, ROW - 2, fill)
+            if _is_reserved(label, header):
+                box.attrib.update(_DASHED)
             sheet.text(x + PIN / 2, y + 15, label, ink, "middle")
             if row:
                 words = row.port if row.role == row.port else f"{row.port} ({row.role})"
@@ -104,5 +117,9 @@ def _header(sheet: _Sheet, layout: Layout, wired: dict[str, PinRow]) -> None:
     sheet.y += ROW * max(len(column.split()) for column, _ in columns)
 
 
+def _is_reserved(label: str, header: Mapping[str, str]) -> bool:
+    return not (label in header or label == "GND" or _is_supply(label))
+
+
 def _is_supply(label: str) -> bool:
-    return label in ("VIO", "1V2", "3V3", "5V")
+    return label in ("VIN", "VIO", "1V2", "3V3", "5V")

@@ -125,7 +125,8 @@ def run(command: list[str], folder: Path,
     folder : Path
         Where the files are, and where it writes.
     on_line : callable
-        Called with each line that it prints.
+        Called with each line that it prints. If it raises an exception, or another one such as
+        KeyboardInterrupt comes meanwhile, the command has ended when that goes on.
 
     Raises
     ------
@@ -139,9 +140,14 @@ def run(command: list[str], folder: Path,
             [sys.executable, "-P", "-c", _START, entry.name, *command[1:]], cwd=folder,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True, encoding="utf-8", errors="replace") as process:
-        for line in process.stdout or ():
-            on_line(line)
-    return process.returncode
+        try:
+            for line in process.stdout or ():
+                on_line(line)
+            return process.wait()
+        except BaseException:
+            process.terminate()
+            process.wait()
+            raise
 
 
 def _entry(program: str) -> EntryPoint | None:

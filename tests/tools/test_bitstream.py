@@ -4,16 +4,17 @@ import dataclasses
 import gc
 import json
 import os
+import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from benchmarks.boards import PAGES, with_table
+from benchmarks.boards import PAGES, table, with_table, without_figures
 from fresa_boards.boards import BOARDS
 from fresa_boards.flow import installed
-from tb.machines import machines
 from tools import bitstream, build
 
 REPOSITORY = Path(__file__).parents[2]
@@ -127,6 +128,47 @@ class TestWithStandIns:
         assert not tools.ran
 
 
+WAITING = """
+import sys
+from fresa_boards import flow
+from pathlib import Path
+from tools import bitstream, build
+
+def run(command, folder, on_line=None):
+    flow._entry = lambda program: type("Entry", (), {"name": "sleeper"})
+    flow._START = "import os, sys, time; print(os.getpid(), flush=True); time.sleep(600)"
+    return flow.run(command, folder, lambda line: print(line, end="", flush=True))
+
+bitstream.run = run
+build.bitstream.check_programs = lambda *_: None
+sys.exit(build.main(sys.argv[1:]))
+"""
+"""A build whose first tool prints its number, and sleeps."""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no such signals")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_build_leaves_no_program_and_no_passing_files(tmp_path, number, status):
+    passing = tmp_path / "passing"
+    passing.mkdir()
+    with subprocess.Popen(
+            [sys.executable, "-c", WAITING, "--board", "icebreaker", "--machine", "single", "-o",
+             tmp_path / "out"], cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env={**os.environ, "TMPDIR": str(passing)}) as build:
+        assert build.stdout and build.stderr
+        tool = next(int(line) for line in build.stdout if line.strip().isdecimal())
+        assert any(passing.iterdir())
+        build.send_signal(number)
+        try:
+            assert build.wait(60) == status
+            with pytest.raises(ProcessLookupError):
+                os.kill(tool, 0)
+        finally:
+            with suppress(ProcessLookupError):
+                os.kill(tool, signal.SIGKILL)
+        assert "Traceback" not in build.stderr.read() and not [*passing.iterdir()]
+
+
 @pytest.mark.parametrize(("board", "extra"), FAMILIES)
 def test_what_is_missing_is_named_before_anything_is_written(monkeypatch, tmp_path, capsys, board,
                                                              extra):
@@ -142,6 +184,19 @@ def test_a_picture_that_is_too_large_for_a_board(tmp_path, capsys):
                        "-o", str(tmp_path / "out")]) == 2
     assert ("block RAMs and icebreaker has 30: make the picture smaller, for instance --size "
             "240x240") in capsys.readouterr().err
+
+
+def test_a_step_rate_over_the_clock_of_a_board_is_named_as_it_was_given(tmp_path, capsys):
+    assert build.main(["--board", "icebreaker", "--step-rate", "13000000.5",
+                       "-o", str(tmp_path / "out")]) == 2
+    assert "to 12000000 steps/s, not 13000000.5\n" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="there is no /proc")
+def test_a_folder_that_takes_no_files(capsys):
+    assert run("--board", "pins", "--no-report", "-o", "/proc/fresa") == 2
+    assert capsys.readouterr().err == (
+        "error: cannot make folder /proc/fresa: /proc takes no files of yours\n")
 
 
 @pytest.mark.filterwarnings("ignore:.*created but never used")
@@ -190,8 +245,27 @@ class TestWithTheTools:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_tables_are_those_of_the_figures(page):
     assert page.read_text() == with_table(page.read_text(), FIGURES)
-    assert {*FIGURES} == {name for name, board in BOARDS.items() if board.flow}
-    assert all({*of} == {*machines()} for of in FIGURES.values())
+
+
+def test_every_board_has_figures():
+    assert {*FIGURES} <= {*BOARDS}
+    assert not (advice := without_figures(FIGURES)), advice
+
+
+def test_a_board_without_figures_names_the_command(monkeypatch):
+    few = dataclasses.replace(BOARDS["icebreaker"], allotments={
+        "single": BOARDS["icebreaker"].allotment("single")})
+    monkeypatch.setattr("benchmarks.boards.BOARDS", {"bx": few})
+    single = FIGURES["icebreaker"]["single"]
+    assert without_figures({}) == "run python -m benchmarks.boards bx --write"
+    assert without_figures({"bx": {}}) == without_figures({})
+    assert without_figures({"bx": {"single": single}}) == ""
+
+
+def test_a_machine_without_pins_has_an_empty_place_in_the_table():
+    both = {"single": FIGURES["icebreaker"]["single"], "mill": FIGURES["icebreaker"]["mill"]}
+    *_, row = table({"full": both, "bx": {"mill": both["mill"]}}).splitlines()
+    assert row.startswith("| `bx`, 5280 cells | 12 MHz |  | ")
 
 
 def test_programs_are_found_as_their_packages_call_them():

@@ -62,13 +62,30 @@ def test_loads(built, loader, capsys, arguments, words):
           "object file: No such file or directory\n",
      "openFPGALoader needs libftdi1.so.2: apt-get install libftdi1-2"),
     (1, "Error: wrong CRC\n", "openFPGALoader failed: Error: wrong CRC"),
-    (0, "Error: Failed to claim cable\n", "openFPGALoader failed: Error: Failed to claim cable"),
+    (1, "JTAG init failed with: no device found\n",
+     "openFPGALoader failed: JTAG init failed with: no device found"),
+    (3, "", "openFPGALoader failed: it says nothing"),
+    (0, "Error: fail to erase SRAM\n", "openFPGALoader failed: Error: fail to erase SRAM"),
+    (0, "Loading to CRAM: [====] 100.00%\nDone\nWait for CDONE\nFail\n",
+     "openFPGALoader failed: Wait for CDONE Fail"),
+    (0, "Done\nCRC check : FAIL\nRead: 0x00001234, checksum: 0x00004321\n",
+     "openFPGALoader failed: Done CRC check : FAIL"),
+    (0, "FAIL: unable to open 'x'\n", "openFPGALoader failed: FAIL: unable to open 'x'"),
 ])
 def test_each_failure_says_what_to_do(built, loader, capsys, status, output, says):
     loader[1].update(status=status, output=output)
     assert load.main([str(built)]) == 2
     errors = capsys.readouterr().err
     assert says in errors and errors.count("\n") == 1
+
+
+@pytest.mark.parametrize("line", [
+    "Open file failsafe.bit DONE", "write to fail.bit", "cmsisDAP v2: try USB bulk init but failed",
+    "Fail Flag No", "Error Code: 0"])
+def test_the_exit_status_decides_what_a_word_alone_does_not(built, loader, capsys, line):
+    loader[1].update(output=f"{line}\nDone\n")
+    assert load.main([str(built)]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_openfpgaloader_is_missing(built, monkeypatch, capsys):

@@ -128,7 +128,8 @@ def job(args: argparse.Namespace) -> Job:
     try:
         timing = MillTiming.real(step_rate=args.step_rate, clock=clock)
     except ValueError as error:
-        raise UserError(str(error)) from error
+        rate = args.step_rate  # of which the message has the repr, that of a Fraction
+        raise UserError(str(error).replace(repr(rate), f"{float(rate):.12g}")) from error
     try:
         built = build_mill(args.board, timing=timing, picture=picture, guard=args.guard,
                            serial=args.orders == "serial")
