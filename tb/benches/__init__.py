@@ -17,6 +17,7 @@ from . import (
     orders,
     panel,
     plan,
+    profile,
     protocol,
     ramp,
     serial_line,
@@ -27,7 +28,7 @@ from . import (
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              plan, walk, serial_line, protocol)
+              profile, plan, walk, serial_line, protocol)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:
