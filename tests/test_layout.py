@@ -120,7 +120,7 @@ def test_platform_is_still_the_standard_library():
 
 
 def test_packages_of_the_gateware_know_those_before_them():
-    layers = ["drive", "protocol", "motion", "panel", "machines"]
+    layers = ["arithmetic", "drive", "protocol", "motion", "panel", "machines"]
     for number, layer in enumerate(layers):
         for path in (ROOT / "hdl" / "fresa" / layer).glob("*.py"):
             known = set(re.findall(r"^from \.\.(\w+)[\w.]* import", path.read_text("utf-8"), re.M))

@@ -16,16 +16,18 @@ from . import (
     order_ledger,
     orders,
     panel,
+    plan,
     protocol,
     ramp,
     serial_line,
     targets,
+    walk,
 )
 
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              serial_line, protocol)
+              plan, walk, serial_line, protocol)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

@@ -3,11 +3,18 @@
 from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
+    FixedPoint,
+    GCodeKind,
+    GCodeReader,
+    GCodeStatus,
     HexReader,
     HexWriter,
+    LineBuffer,
     LineEnd,
     LineReader,
     NumberError,
+    RealtimeCode,
+    RealtimeFilter,
     TextSource,
     WordReader,
 )
@@ -239,3 +246,145 @@ def hex_writer(run: Run) -> str:
 
     run.simulate(dut, test)
     return "09AF, 0000 and FFFF, each with 8 digits of CRC-32, CR and LF"
+
+
+@bench
+def realtime_filter(run: Run) -> str:
+    """Real-time commands out of a line that waits."""
+    dut, seen = RealtimeFilter(), []
+
+    async def consumer(ctx):
+        while True:
+            if ctx.get(dut.command):
+                seen.append(RealtimeCode(ctx.get(dut.code)).name)
+            await ctx.tick()
+
+    async def test(ctx):
+        for byte in b"?!~\x18\x85\x91\xa0\x98":  # taken while nothing else is
+            await put(ctx, dut.bytes, {"byte": byte})
+        ctx.set(dut.bytes.valid, 1)
+        for byte, error in [(ord("G"), 0), (ord("?"), 1)]:
+            ctx.set(dut.bytes.payload, {"byte": byte, "error": error})
+            run.see(ctx, dut.bytes, ready=0)
+            run.see(ctx, dut.rest, valid=1)
+            await ctx.tick()
+        ctx.set(dut.bytes.valid, 0)
+        await ctx.tick()
+        run.expect("commands", seen, [
+            "STATUS", "HOLD", "RESUME", "RESET", "JOG_CANCEL", "FEED_PLUS_10", "FLOOD"])
+
+    run.simulate(dut, test, consumer)
+    return "seven commands were taken while others waited, a byte from 0x80 on was dropped"
+
+
+@bench
+def line_buffer(run: Run) -> str:
+    """Lines while they come: ends of every kind, a framing error, silence, no room."""
+    dut, items = LineBuffer(depth=4, silence=40), bytearray()
+
+    async def consumer(ctx):
+        while True:
+            if ctx.get(dut.items.valid) and ctx.get(dut.items.ready):
+                item = ctx.get(dut.items.payload)
+                items.append((b"|", b"", b"#")[item.byte][0] if item.end else item.byte)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.items.ready, 1)
+        for byte in b"ab\r\nc\rd\n\n":
+            await put(ctx, dut.bytes, {"byte": byte})
+            await ctx.tick()
+        for byte, error in [(b"e", 0), (b"f", 1), (b"g", 0), (b"\n", 0), (b"h", 0)]:
+            await put(ctx, dut.bytes, {"byte": byte[0], "error": error})
+            await ctx.tick()
+        await ctx.tick().repeat(50)
+        run.expect("lines", bytes(items), b"ab|c|d||e#h|")
+        items.clear()
+
+        ctx.set(dut.items.ready, 0)
+        for byte in b"\nij\nkl\nmn\n":  # the first is that of the silence
+            await put(ctx, dut.bytes, {"byte": byte})
+        run.see(ctx, dut, free=0)
+        ctx.set(dut.items.ready, 1)
+        await ctx.tick().repeat(30)
+        run.see(ctx, dut, free=4)
+        for byte in b"op\n":
+            await put(ctx, dut.bytes, {"byte": byte})
+        await ctx.tick().repeat(8)
+        run.expect("lines after an overflow", bytes(items), b"ij|kl##op|")
+
+    run.simulate(dut, test, consumer)
+    return ("lines came as they were sent, one that was damaged and two that had no room ended as "
+            "damaged, and the next was whole")
+
+
+@bench
+def fixed_point(run: Run) -> str:
+    """Digits to numbers of six decimals."""
+    dut = FixedPoint()
+
+    async def test(ctx):
+        for text, value, whole, hundredths, exact in [
+            ("38.2", 38_200_000, 38, 20, 1), ("-0.0000005", -1, 0, 0, 0),
+            ("-8796093.022207", 1 - 2**43, 8_796_093, 2, 0), ("99999999", None, 2**24 - 1, 0, 1),
+        ]:
+            ctx.set(dut.clear, 1)
+            await ctx.tick()
+            ctx.set(dut.clear, 0)
+            ctx.set(dut.decimal, 0)
+            ctx.set(dut.negative, text.startswith("-"))
+            for character in text.lstrip("-"):
+                if character == ".":
+                    ctx.set(dut.decimal, 1)
+                else:
+                    ctx.set(dut.digit, int(character))
+                    ctx.set(dut.take, 1)
+                    await ctx.tick()
+                    ctx.set(dut.take, 0)
+            ctx.set(dut.finish, 1)
+            await run.until(ctx, dut, within=9, done=1)
+            await ctx.tick()
+            ctx.set(dut.finish, 0)
+            number = ctx.get(dut.number)
+            run.expect(f"{text}: overflow", number.overflow, int(value is None))
+            if value is not None:
+                run.expect(text, number.value, value)
+            run.expect(f"{text}: parts", (number.whole, number.hundredths, number.exact),
+                       (whole, hundredths, exact))
+
+    run.simulate(dut, test)
+    return "four numbers: rounded away from zero, the lowest, and one that does not fit"
+
+
+@bench
+def g_code_reader(run: Run) -> str:
+    """Words, comments, errors and system commands."""
+    dut, said = GCodeReader(), []
+
+    async def consumer(ctx):
+        ctx.set(dut.words.ready, 1)
+        while True:
+            if ctx.get(dut.words.valid):
+                item = ctx.get(dut.words.payload)
+                kind, letter = GCodeKind(item.kind), chr(item.character)
+                said.append(GCodeStatus(item.status).name if kind == GCodeKind.END else
+                            letter if kind == GCodeKind.CHARACTER else
+                            f"{letter}{item.number.value}")
+            await ctx.tick()
+
+    async def test(ctx):
+        for line, expected in [
+            (b"g1 x-1.5(to)2y2", "G1000000 X-1520000 Y2000000 GOOD"), (b";only this", "GOOD"),
+            (b"X5 Y", "X5000000 NO_NUMBER"), (b"%", "NO_LETTER"),
+            (b"$1=25", "$ 1 $1000000 = 2 5 =25000000 GOOD"),
+            (b"$j=x2", "$ J = X2000000 GOOD"),
+        ]:
+            said.clear()
+            for byte in line:
+                await put(ctx, dut.items, {"byte": byte, "end": 0})
+            await put(ctx, dut.items, {"byte": LineEnd.GOOD.value, "end": 1})
+            await ctx.tick().repeat(16)
+            run.expect(line.decode(), " ".join(said), expected)
+
+    run.simulate(dut, test, consumer)
+    return "six lines: words, comments, an error each, a setting and a jog"

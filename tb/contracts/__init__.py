@@ -14,29 +14,41 @@ from .decimal_reader import DECIMAL_READER
 from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
+from .fixed_point import FIXED_POINT
+from .gcode_reader import GCODE_READER
 from .glitch import GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .limits import LIMITS
 from .line import LINE
+from .line_buffer import LINE_BUFFER
 from .manual import MANUAL
 from .monitor import MONITOR
 from .order_control import ORDER_CONTROL
 from .order_ledger import ORDER_LEDGER
+from .pending import PENDING
 from .phase import PHASE
+from .plan import PLAN
 from .points import POINTS
 from .position import POSITION
+from .profile import PROFILE
 from .ramp import RAMP
 from .rate import RATE
+from .realtime import REALTIME
+from .root import ROOT
+from .rotator import ROTATOR
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
+from .step_accumulator import STEP_ACCUMULATOR
 from .step_dir import STEP_DIR
+from .step_ratio import STEP_RATIO
 from .text import TEXT
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
+from .walk import WALK
 from .words import WORDS
 
 __all__ = ["GENERAL", "Component"]
@@ -48,12 +60,16 @@ GENERAL = {
     "axes": AXES,
     "phase": PHASE,
     "step_dir": STEP_DIR,
+    "pending": PENDING,
     "rate": RATE,
     "position": POSITION,
     "ramp": RAMP,
+    "root": ROOT,
+    "profile": PROFILE,
     "backlash": BACKLASH,
     "limits": LIMITS,
     "axis": AXIS,
+    "plan": PLAN,
     "points": POINTS,
     "order_control": ORDER_CONTROL,
     "automatic": AUTOMATIC,
@@ -66,6 +82,10 @@ GENERAL = {
     "coordinates": COORDINATES,
     "search": SEARCH,
     "square": SQUARE,
+    "step_accumulator": STEP_ACCUMULATOR,
+    "step_ratio": STEP_RATIO,
+    "rotator": ROTATOR,
+    "walk": WALK,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
     "glitch": GLITCH,
@@ -74,9 +94,13 @@ GENERAL = {
     "uart_receiver": UART_RECEIVER,
     "uart_transmitter": UART_TRANSMITTER,
     "line": LINE,
+    "realtime": REALTIME,
+    "line_buffer": LINE_BUFFER,
     "words": WORDS,
     "decimal_reader": DECIMAL_READER,
     "decimal_writer": DECIMAL_WRITER,
+    "fixed_point": FIXED_POINT,
+    "gcode_reader": GCODE_READER,
     "text": TEXT,
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,

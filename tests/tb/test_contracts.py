@@ -57,6 +57,9 @@ WHOLE_MACHINE = {
     "a ramp changes the speed by a level a step, turns where it stands, and passes no target": {
         "ramp": ["one-level-per-step", "turns-at-0", "stops-at-target-only", "target-not-passed",
                  "nearer-or-slower", "no-faster-than-its-level", "within-targets"]},
+    "a block of a path is run once, as it was written, and no faster than it can be left": {
+        "plan": ["counted", "as-written", "take-after-words", "never-overflows", "possible",
+                 "planned", "exit-possible", "exit-never-falls", "exit-follows", "bounded"]},
     "an order that comes over a line is done once, in sequence, and of a good line": {
         "order_ledger": ["offered-in-sequence", "accepts-next-only", "damaged-ignored",
                          "repeat-ignored", "answers-every-request", "answers-only-requests",

@@ -18,9 +18,9 @@ from ..machines.options import add_options, values_of
 
 __all__ = ["BAUD", "Served", "build", "servable"]
 
-#: Clocks per bit: enough to resolve steps within a bit, and few enough for real time. On the slow
-#: engine as few as a receiver can work with.
-BIT = 64
+#: Clocks per bit: 2.4576 MHz at 9600 baud, of the clocks that machines are made for one of the
+#: slowest. On the slow engine as few as a receiver can work with.
+BIT = 256
 SLOW_BIT = 16
 
 
@@ -109,6 +109,6 @@ def build(served: Served, name: str | None = None) -> tuple[Engine, int]:
 
 def _make(served: Served, kind: type[Engine]) -> tuple[Engine, int]:
     bit = SLOW_BIT if kind is AmaranthEngine else BIT
-    engine = kind(served.design(bit * BAUD, BAUD))
+    engine = kind(served.design(bit * BAUD, BAUD), stretches=True)
     engine.set(**served.how.levels)
     return engine, bit

@@ -3,6 +3,7 @@
 from .axes import AxisDrivers
 from .coil import CoilDriver
 from .divider import MAX_PERIOD, FrequencyDivider, valid_period
+from .pending import PendingSteps
 from .phase import PhaseDriver
 from .rate import MAX_MODULUS, RateGenerator
 from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner
@@ -10,6 +11,6 @@ from .step_dir import MAX_PULSE, StepDirDriver
 
 __all__ = [
     "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE", "AxisDrivers",
-    "CoilDriver", "FrequencyDivider", "PhaseDriver", "RateGenerator", "StepDirDriver", "swap_inner",
-    "valid_period",
+    "CoilDriver", "FrequencyDivider", "PendingSteps", "PhaseDriver", "RateGenerator",
+    "StepDirDriver", "swap_inner", "valid_period",
 ]

@@ -12,19 +12,27 @@ from .manual import ManualControl
 from .order_control import OrderControl
 from .order_ledger import Answer, OrderLedger, Outcome, Request, RequestKind
 from .orders import Move, Order
+from .plan import MAX_BLOCKS, BlockQueue
 from .points import PointStore
 from .position import MoveTo
+from .profile import SpeedProfile
 from .ramp import MAX_ACCELERATION, MAX_LEVELS, Ramp, ramp_rates
+from .root import SquareRoot
+from .rotator import Rotator
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
 from .start import StartHandshake
+from .step_accumulator import StepAccumulator
+from .step_ratio import StepRatio
+from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
-    "MAX_ACCELERATION", "MAX_LEVELS", "MAX_BACKLASH", "PICTURE_LIMIT", "Answer",
-    "AutomaticControl", "Axis", "Backlash",
-    "CoordinateGenerator", "GuardedController", "Limits", "ManualControl", "MotionSequencer",
-    "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PointStore", "Ramp", "Request", "RequestKind", "SpiralWalk",
-    "SquareGenerator", "StartHandshake", "StepCounter", "ramp_rates",
+    "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS", "PICTURE_LIMIT", "WALK_DELAY",
+    "Answer", "AutomaticControl", "Axis", "Backlash", "BlockQueue", "CoordinateGenerator",
+    "GuardedController", "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo",
+    "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome", "PathWalk",
+    "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment", "SpeedProfile",
+    "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake", "StepAccumulator",
+    "StepCounter", "StepRatio", "ramp_rates",
 ]

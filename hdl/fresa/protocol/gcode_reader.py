@@ -1,0 +1,218 @@
+"""Lines of G-code to words."""
+
+from amaranth import Module, Mux, Signal, unsigned
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from .fixed_point import FixedPoint, fixed_point_layout
+from .line import LineEnd, LineItem
+
+__all__ = ["GCodeKind", "GCodeReader", "GCodeStatus", "gcode_layout"]
+
+
+CHARACTER = data.StructLayout({"byte": 8, **dict.fromkeys(
+    ("end", "digit", "point", "sign", "dollar", "letter", "opens", "closes", "semicolon",
+     "skipped"), 1)})
+"""An item of a line, in upper case, and what it is."""
+
+
+class GCodeKind(enum.Enum, shape=unsigned(2)):
+    """Kind of an item."""
+
+    WORD = 0
+    CHARACTER = 1  # of a system line
+    END = 2  # of a line
+
+
+class GCodeStatus(enum.Enum, shape=unsigned(4)):
+    """Status of a line, given at its end: the error with which it is answered, or 0."""
+
+    GOOD = 0
+    NO_LETTER = 1  # another character stands where a letter must
+    NO_NUMBER = 2  # no number follows a letter
+    DAMAGED = 11  # bytes were lost or damaged; GRBL's error of a line that is too long
+
+
+def gcode_layout(width: int) -> data.StructLayout:
+    """Return the layout of an item whose values have `width` bits.
+
+    =========  ========================================================================
+    member     is
+    =========  ========================================================================
+    kind       a `GCodeKind`
+    status     of an END: that of the line, a `GCodeStatus`
+    system     the line begins with ``$``
+    character  of a CHARACTER: itself; of a WORD: its letter, or the character before it
+    number     of a WORD, see :func:`fixed_point_layout`
+    =========  ========================================================================
+    """
+    return data.StructLayout({"kind": GCodeKind, "status": GCodeStatus, "system": 1,
+                              "character": 8, "number": fixed_point_layout(width)})
+
+
+class GCodeReader(wiring.Component):
+    """Reads lines of G-code: gives each word as it comes, and the end of each line.
+
+    A word is a letter and a number: digits, with or without a sign before them and a point
+    anywhere. Blanks, control characters and ``/`` are skipped, also within a number, and so are
+    comments: from ``(`` to the first ``)`` or the end of the line, and from ``;`` to the end of the
+    line. Lower case is converted to upper case. After the first error of a line its words are
+    skipped. So an error of a word that was given comes before that of the line. Each line, an empty
+    one too, gives one END.
+
+    A line that begins with ``$`` is for a system command: each of its characters is an item, and
+    none is an error. A number that follows a character which is no part of a number is, when it has
+    ended, an item as well, a WORD of that character: ``$100=2.5`` has the words $ 100 and = 2.5.
+    Behind ``$J=`` the line is read as words, with their errors.
+
+    A byte takes a clock, or two behind the first digit of a number. A word is offered three clocks
+    after the byte that ends it was taken, and a clock later for each decimal that its number lacks
+    and for a minus sign; that byte is read after it. An END is offered two clocks after it was
+    taken, and a CHARACTER three, if nothing is before it. While an item waits nothing is read, and
+    one byte more is taken.
+
+    Parameters
+    ----------
+    width, decimals : int
+        Bits and decimals of the value of a number, see :class:`FixedPoint`.
+
+    Members
+    -------
+    items : In(stream.Signature(LineItem))
+        Lines.
+    words : Out(stream.Signature)
+        What they say, see :func:`gcode_layout`.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, width: int = 44, decimals: int = 6) -> None:
+        self._number = FixedPoint(width=width, decimals=decimals)
+        super().__init__({
+            "items": In(stream.Signature(LineItem)),
+            "words": Out(stream.Signature(gcode_layout(width))),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.number = number = self._number
+
+        out = self.words.p
+        finishing = Signal()  # a number has ended
+        digits = Signal()  # it has a digit
+        passing = Signal()  # a character will be an item, when its digit is added
+        idle = Signal()
+        ends = Signal()  # the item that is held ends a number
+        taken = Signal()  # it is judged
+        held, char = self._hold(m, idle & ~digits, taken)
+
+        expects = Signal()  # a number follows, or goes on
+        begun = Signal()  # it has a sign, a digit or a point
+        point = Signal()
+        numeric = Signal()
+        visible = self._visible(m, char, taken)
+        m.d.comb += [
+            numeric.eq(expects & (char.digit | (char.point & ~point) | (char.sign & ~begun))),
+            idle.eq(~self.words.valid & ~finishing & ~passing),
+            ends.eq(digits & (char.end | (visible & ~numeric))),
+            taken.eq(held & idle & ~ends),
+            number.digit.eq(char.byte[:4]),
+            number.take.eq(taken & visible & numeric & char.digit),
+            number.decimal.eq(point),
+            number.finish.eq(finishing),
+            out.number.eq(number.number),
+        ]
+        with m.If(taken & visible & numeric):
+            m.d.sync += [begun.eq(1), point.eq(point | char.point), digits.eq(digits | char.digit)]
+            with m.If(char.sign):
+                m.d.sync += number.negative.eq(char.byte == ord("-"))
+        self._read_line(m, char, taken, visible, numeric, expects, passing)
+        letter = Signal(8)
+        with m.If(number.clear):
+            m.d.sync += [expects.eq(1), begun.eq(0), point.eq(0), number.negative.eq(0),
+                         letter.eq(char.byte)]
+        with m.If(held & idle & ends):
+            m.d.sync += finishing.eq(1)
+        with m.If(number.done):
+            m.d.sync += [finishing.eq(0), expects.eq(0), digits.eq(0), self.words.valid.eq(1),
+                         out.kind.eq(GCodeKind.WORD), out.character.eq(letter)]
+
+        return m
+
+    def _hold(self, m: Module, passes, taken):
+        """Hold an item, classified; return whether there is one, and it. It `passes` for sure."""
+        held = Signal()
+        char = Signal(CHARACTER)
+        byte, end = self.items.p.byte, self.items.p.end
+
+        def among(first: str, last: str):
+            return ~end & (byte >= ord(first)) & (byte <= ord(last))
+
+        m.d.comb += self.items.ready.eq(~held | passes)
+        with m.If(taken):
+            m.d.sync += held.eq(0)
+        with m.If(self.items.valid & self.items.ready):
+            m.d.sync += [
+                held.eq(1), char.byte.eq(Mux(among("a", "z"), byte & 0xDF, byte)), char.end.eq(end),
+                char.digit.eq(among("0", "9")), char.point.eq(among(".", ".")),
+                char.sign.eq(among("+", "+") | among("-", "-")), char.dollar.eq(among("$", "$")),
+                char.letter.eq(among("A", "Z") | among("a", "z")), char.opens.eq(among("(", "(")),
+                char.closes.eq(among(")", ")")), char.semicolon.eq(among(";", ";")),
+                char.skipped.eq(end | among("\0", " ") | among("/", "/") | among("(", "(")
+                                | among(";", ";")),
+            ]
+        return held, char
+
+    def _visible(self, m: Module, char, taken):
+        """Return whether a byte is neither skipped nor in a comment."""
+        parenthesis = Signal()  # in a comment
+        rest = Signal()  # in one to the end of the line
+        with m.If(taken):
+            m.d.sync += [
+                parenthesis.eq(~char.end & Mux(parenthesis, ~char.closes, char.opens & ~rest)),
+                rest.eq(~char.end & (rest | (char.semicolon & ~parenthesis))),
+            ]
+        return ~(parenthesis | rest | char.skipped)
+
+    def _read_line(self, m: Module, char, taken, visible, numeric, expects,
+                   passing) -> None:
+        """Judge the characters of a line, and offer its items other than words."""
+        out, number, byte = self.words.p, self._number, char.byte
+        line_begun = Signal()  # it has a character
+        place = Signal(2)  # characters of $J= that it begins with, as long as it may
+        raw = Signal()
+        bad = out.status != GCodeStatus.GOOD
+        m.d.comb += raw.eq(Mux(line_begun, out.system & (place != 3), char.dollar))
+
+        with m.If(self.words.valid & self.words.ready):
+            m.d.sync += self.words.valid.eq(0)
+            with m.If(out.kind == GCodeKind.END):
+                m.d.sync += [out.status.eq(GCodeStatus.GOOD), out.system.eq(0), line_begun.eq(0),
+                             place.eq(0), expects.eq(0)]
+        with m.If(passing):
+            m.d.sync += [passing.eq(0), self.words.valid.eq(1)]
+        with m.If(taken & char.end):
+            m.d.sync += [self.words.valid.eq(1), out.kind.eq(GCodeKind.END)]
+            with m.If(~bad & (byte != LineEnd.GOOD)):
+                m.d.sync += out.status.eq(GCodeStatus.DAMAGED)
+            with m.Elif(expects & ~raw):
+                m.d.sync += out.status.eq(GCodeStatus.NO_NUMBER)
+        with m.Elif(taken & visible & raw):
+            m.d.sync += [passing.eq(1), out.kind.eq(GCodeKind.CHARACTER), out.character.eq(byte),
+                         out.system.eq(1), line_begun.eq(1), place.eq(0), expects.eq(numeric)]
+            for at, expected in enumerate(b"$J="):
+                with m.If((place == at) & (line_begun == (at > 0)) & (byte == expected)):
+                    m.d.sync += place.eq(at + 1)
+            # Behind the whole prefix comes a letter, not a number.
+            m.d.comb += number.clear.eq(~numeric & ~((place == 2) & (byte == ord("="))))
+        with m.Elif(taken & visible & ~bad & ~numeric):
+            m.d.sync += [line_begun.eq(1), expects.eq(0)]
+            with m.If(expects):
+                m.d.sync += out.status.eq(GCodeStatus.NO_NUMBER)
+            with m.Elif(char.letter):
+                m.d.comb += number.clear.eq(1)
+            with m.Else():
+                m.d.sync += out.status.eq(GCodeStatus.NO_LETTER)

@@ -1,0 +1,207 @@
+"""Benches of the walk, and of its parts."""
+
+from fresa.drive import PendingSteps
+from fresa.motion import PathWalk, Rotator, StepAccumulator, StepRatio
+
+from ..bench import Run, bench
+
+
+@bench
+def pending_steps(run: Run) -> str:
+    """Requests that a driver makes late, that cancel, and that are too many."""
+    dut = PendingSteps(width=3)
+
+    async def request(ctx, *ways):
+        for way in ways:
+            ctx.set(dut.step, 1)
+            ctx.set(dut.direction, way > 0)
+            await ctx.tick()
+            ctx.set(dut.step, 0)
+
+    async def make(ctx, steps, way):
+        for left in range(steps, 0, -1):
+            run.see(ctx, dut, driver_step=1, driver_direction=int(way > 0), pending=left * way,
+                    fault=0)
+            ctx.set(dut.moved, 1)
+            await ctx.tick()
+            ctx.set(dut.moved, 0)
+        run.see(ctx, dut, driver_step=0, pending=0)
+
+    async def test(ctx):
+        run.see(ctx, dut, driver_step=0, pending=0, fault=0)
+        await request(ctx, 1, 1, 1)
+        await make(ctx, 3, 1)
+        await request(ctx, -1, -1, 1, -1, -1, -1)
+        await make(ctx, 4, -1)
+        await request(ctx, 1, -1)
+        run.see(ctx, dut, driver_step=0, pending=0, fault=0)
+        await request(ctx, 1, 1)
+        ctx.set(dut.moved, 1)
+        await request(ctx, 1)
+        ctx.set(dut.moved, 0)
+        await make(ctx, 2, 1)
+        await request(ctx, -1, -1, -1, -1)
+        run.see(ctx, dut, pending=-4, fault=0)
+        await request(ctx, -1)
+        run.see(ctx, dut, pending=-4, fault=1)
+        ctx.set(dut.moved, 1)
+        await ctx.tick()
+        ctx.set(dut.moved, 0)
+        run.see(ctx, dut, pending=-3, fault=1)
+        ctx.set(run.rst, 1)
+        await ctx.tick()
+        ctx.set(run.rst, 0)
+        run.see(ctx, dut, driver_step=0, pending=0, fault=0)
+
+    run.simulate(dut, test)
+    return "every step made or taken back; the fifth one of four was a fault, until the reset"
+
+
+@bench
+def step_accumulator(run: Run) -> str:
+    """Sums of parts of a step, forward and back."""
+    dut = StepAccumulator(width=10)
+
+    async def test(ctx):
+        fraction = 0
+        for start, term, count in [(128, 300, 20), (7, -999, 12), (255, 1, 6), (0, -1, 2),
+                                   (64, 255, 9), (200, -255, 9), (1, 1023, 5)]:
+            ctx.set(dut.load, 1)
+            ctx.set(dut.start, start)
+            await ctx.tick()
+            ctx.set(dut.load, 0)
+            run.see(ctx, dut, step=0, quarter=0)
+            fraction = start << 2
+            ctx.set(dut.term, term)
+            ctx.set(dut.add, 1)
+            for _ in range(count):
+                await ctx.tick()
+                total = fraction + term
+                run.see(ctx, dut, step=int(not 0 <= total < 1024), direction=int(term >= 0))
+                if abs(term) < 256:
+                    run.see(ctx, dut, quarter=int(total >> 8 != fraction >> 8))
+                fraction = total % 1024
+            ctx.set(dut.add, 0)
+            await ctx.tick()
+            run.see(ctx, dut, step=0, quarter=0)
+
+    run.simulate(dut, test)
+    return "a step wherever the sum passes a whole one, forward and back"
+
+
+@bench
+def step_ratio(run: Run) -> str:
+    """Steps of an axis with 78 steps/m out of quarter steps of one with 100."""
+    dut = StepRatio(width=7)
+    fine, coarse = 100, 78
+
+    async def test(ctx):
+        ctx.set(dut.fine, fine)
+        ctx.set(dut.coarse, coarse)
+        ctx.set(dut.load, 1)
+        ctx.set(dut.residual, 250)
+        await ctx.tick()
+        ctx.set(dut.load, 0)
+        sum_, place = 250, 0
+        for way in [1] * 37 + [-1] * 44 + [1, -1] * 6 + [-1, 1, 1, -1] * 4:
+            ctx.set(dut.quarter, 1)
+            ctx.set(dut.forward, way > 0)
+            await ctx.tick()
+            ctx.set(dut.quarter, 0)
+            run.see(ctx, dut, step=0)
+            await ctx.tick()
+            sum_ += way * coarse
+            step, place = sum_ // (4 * fine) - place, sum_ // (4 * fine)
+            run.see(ctx, dut, step=abs(step))
+            if step:
+                run.see(ctx, dut, direction=int(step > 0))
+
+    run.simulate(dut, test)
+    return "always the floor, whatever the direction"
+
+
+@bench
+def rotator(run: Run) -> str:
+    """Half turns of two vectors, one of them mirrored; each sum is checked."""
+    dut = Rotator(width=16, precision=12)
+
+    def part(value: int, shift: int) -> int:
+        return (value >> shift) + (value >> shift - 1 & 1)
+
+    async def test(ctx):
+        for x, y, shift, mirror in [(1000, -70, 4, 0), (-333, 901, 5, 1), (3, -1023, 9, 0)]:
+            for name, value in [("x", x), ("y", y), ("shift", shift), ("mirror", mirror),
+                                ("load", 1)]:
+                ctx.set(getattr(dut, name), value)
+            await ctx.tick()
+            ctx.set(dut.load, 0)
+            at = {"v": x << 4, "u": ~(y << 4) if mirror else y << 4}
+            ctx.set(dut.turn, 1)
+            for turn in range(60):
+                moved, other = "vu" if turn % 2 == 0 else "uv"
+                run.see(ctx, dut, ready=1, vector=at[moved], moves_v=int(moved == "v"),
+                        moves_u=int(moved == "u"))
+                way = 1 if moved == "v" else -1
+                at[other] += way * part(at[moved], shift + (turn == 0))
+                await ctx.tick()
+                run.see(ctx, dut, ready=0, moves_u=0, moves_v=0)
+                await ctx.tick()
+            ctx.set(dut.turn, 0)
+            await ctx.tick().repeat(3)
+            run.see(ctx, dut, ready=1, moves_u=0, moves_v=0, vector=at["v"])
+
+    run.simulate(dut, test)
+    return "180 half turns, each by the rounded part of the other component"
+
+
+@bench
+def path_walk(run: Run) -> str:
+    """A line, a quarter of a circle of 2 steps, and a stray tick."""
+    dut = PathWalk()
+
+    async def test(ctx):
+        run.see(ctx, dut, ready=0, busy=0, step=0, fault=0)
+        offer = {"start": [128, 128, 128], "channel": [0, 1, 2], "residual": 0}
+        ctx.set(dut.fine, 80_000)
+        ctx.set(dut.coarse, 80_000)
+        line = {**offer, "increment": [3 * 256, -5 * 256, 16 * 255], "end": [3, 3, 0],
+                "log2_ticks": 4}
+        # From (2, 0) to (0, 2) steps from the centre: shift is 4, 16 pi half turns
+        arc = {**offer, "increment": [0, 0, 0], "end": [1, 1, 0], "log2_ticks": 6, "arc": 1,
+               "turns": 50, "shift": 4, "x": 2**34, "y": 0, "residual": 160_000}
+        places = [0, 0, 0]
+
+        async def clock(tick=0, last=0):
+            ctx.set(dut.tick, tick)
+            ctx.set(dut.last, last)
+            for axis in range(3):
+                if ctx.get(dut.step) >> axis & 1:
+                    places[axis] += 1 if ctx.get(dut.direction) >> axis & 1 else -1
+            taken = ctx.get(dut.segments.ready)
+            await ctx.tick()
+            return taken
+
+        async def walk(segment, ticks, then, end):
+            ctx.set(dut.segments.valid, 1)
+            ctx.set(dut.segments.payload, segment)
+            while not ctx.get(dut.ready):
+                await clock()
+            while not await clock():
+                pass
+            ctx.set(dut.segments.valid, 0)
+            for tick in range(ticks):
+                await clock(1, int(tick == ticks - 1))
+                await clock()
+                await clock()
+            while ctx.get(dut.busy):
+                await clock()
+            run.expect(then, places, end)
+            run.see(ctx, dut, ready=0, step=0, fault=0)
+
+        await walk(line, 16, "end of the line", [3, -5, 16])
+        await walk(arc, 64, "end of the arc", [1, -3, 16])
+        await clock(1)
+        run.see(ctx, dut, step=0, fault=1)
+
+    run.simulate(dut, test)
+    return "a line to (3, -5, 16), an arc to (1, -3, 16); a tick that belonged to nothing: a fault"

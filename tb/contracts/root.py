@@ -1,0 +1,52 @@
+"""Contract of the square root."""
+
+from amaranth import Mux
+
+from fresa.motion import SquareRoot
+
+from .contract import Case, Component, Contract
+
+__all__ = ["ROOT"]
+
+
+def describe(c: Contract, dut: SquareRoot) -> None:
+    """The root is exact, rounded down, after as many clocks as it has digits."""
+    digits = len(dut.root)
+    radicand = c.keep(len(dut.radicand), name="radicand")
+    left = c.keep(range(digits + 1), name="digits_left")
+    with c.m.If(c.rst):
+        c.m.d.sync += [radicand.eq(0), left.eq(0)]
+    with c.m.Elif(dut.start):
+        c.m.d.sync += [radicand.eq(dut.radicand), left.eq(digits)]
+    with c.m.Elif(left != 0):
+        c.m.d.sync += left.eq(left - 1)
+    number = radicand << 2 * dut.fraction_bits
+    made = (digits - left)[:len(left)]
+    done = number >> (left << 1)
+
+    c.implication("root-is-exact", "The square of the root is not above the radicand, and that of "
+                  "the next number is.", when=~dut.busy,
+                  then=(dut.root * dut.root <= number)
+                  & ((dut.root + 1) * (dut.root + 1) > number))
+    c.invariant("a-digit-a-clock", "It is busy for as many clocks as there are digits.",
+                dut.busy == (left != 0), cover=dut.busy & (left == 1))
+    c.implication("root-stays", "The root stays until the next start.",
+                  when=c.past(~dut.busy & ~dut.start & ~c.rst) & c.past(1),
+                  then=~dut.busy & (dut.root == c.past(dut.root)))
+    c.invariant("rest-is-what-is-missing", "What remains, and the square of the digits so far, are "
+                "the digits of the radicand that were brought down.",
+                (c.signal("rest") + dut.root * dut.root == done)
+                & (c.signal("rest") <= dut.root << 1), cover=left == 1, lemma=True)
+    c.invariant("digits-to-come", "The other digits of the radicand wait in their place.",
+                Mux(left > dut.fraction_bits, c.signal("below")
+                    == (number << (made << 1))
+                    [2 * dut.fraction_bits:2 * digits], c.signal("below") == 0),
+                cover=left == 1, lemma=True)
+    c.invariant("counts-digits", "It counts the digits that are missing.",
+                c.signal("missing") == left, cover=left == 1, lemma=True)
+
+
+ROOT = Component(
+    make=SquareRoot, describe=describe, depth=13,
+    cases=tuple(Case({"integer_bits": integer, "fraction_bits": fraction})
+                for integer, fraction in [(3, 0), (2, 3), (4, 4), (5, 5)]))

@@ -1,0 +1,243 @@
+# amaranth: UnusedElaboratable=no
+
+"""Formulas of lines: the tables against exact numbers, the gateware against the tables."""
+
+import random
+from fractions import Fraction
+
+import pytest
+
+from fresa.arithmetic import Line, line_formulas
+from fresa.arithmetic.line import CORNER, REGISTERS, TABLES
+from tb.boards import component
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.models.arithmetic import run_table
+from tb.models.line import BEYOND, ONE, Bounds, Path, junction, place
+
+AXES = "xyz"
+SIZE = 1 << 36
+LINE, ACCEPT = (
+    [(row.operation.name, *row[1:]) for row in table.rows] for table in TABLES)
+
+
+def signed(word: int) -> int:
+    return word - SIZE if word >= SIZE // 2 else word
+
+
+class Machine:
+    """The registers, which the tables are carried out on."""
+
+    def __init__(self, line: Line) -> None:
+        self.line = line
+        self.words = REGISTERS.image(line.values())
+
+    def set(self, **values: int) -> None:
+        for name, value in values.items():
+            self.words[REGISTERS[name]] = value % SIZE
+
+    def get(self, name: str) -> int:
+        return self.words[REGISTERS[name]]
+
+    def pair(self, name: str) -> int:
+        return self.get(name) * SIZE + self.get(f"{name}.low")
+
+    def each(self, name: str) -> list[int]:
+        return [signed(self.get(f"{name}_{axis}")) for axis in AXES]
+
+    def run(self, rows) -> None:
+        self.words = run_table(rows, self.words, width=36)
+
+
+def number(rng: random.Random, bits: int) -> int:
+    """Return a number of any length, often a round one, from 1."""
+    size = rng.randint(1, bits)
+    return min((1 << bits) - 1, max(1, rng.choice([rng.getrandbits(size), 1 << size - 1,
+                                                   (1 << size) - 1])))
+
+
+def settings(rng: random.Random) -> Line:
+    """Return usual settings, or those at an end."""
+    if rng.random() < 0.5:
+        return Line(speeds=[rng.randint(10**6, 10**9) for _ in AXES],
+                    accelerations=[rng.randint(10**7, 10**10) for _ in AXES],
+                    steps=[rng.choice([40_000, 80_000, 250_000, 1_600_000]) for _ in AXES],
+                    deviation=rng.randint(1_000, 100_000))
+    return Line(clock=rng.choice([2_000_000, 50_000_000, (1 << 27) - 1, 100_000_000]),
+                speeds=[rng.choice([2, 10**6, rng.randint(2, 1 << 30), (1 << 31) - 1])
+                        for _ in AXES],
+                accelerations=[rng.choice([10**6, rng.randint(10**6, 1 << 33), (1 << 34) - 1])
+                               for _ in AXES],
+                steps=[max(1, number(rng, 27)) for _ in AXES], deviation=number(rng, 28))
+
+
+def moves(rng: random.Random) -> list[int]:
+    """Return a change of position of any length: a direction, or one axis, or almost one axis."""
+    way = [rng.choice([0, 1, -1, rng.uniform(-1, 1), rng.uniform(-1e-6, 1e-6)]) for _ in AXES]
+    length = rng.choice([number(rng, 35), number(rng, 24), rng.randint(1, 3)])
+    return [min(CORNER, max(-CORNER, round(each * length))) for each in way]
+
+
+def check(machine: Machine, start: list[int], end: list[int], before: list[int], feed: int) -> None:
+    """Compare all results of a line with exact numbers."""
+    line = machine.line
+    places = [place(at, steps) for at, steps in zip(start, line.steps, strict=True)]
+    increments = [place(to, steps) - at
+                  for to, steps, at in zip(end, line.steps, places, strict=True)]
+    assert [each % SIZE for each in machine.each("increment")] == [
+        each % SIZE for each in increments]
+    if start == end:
+        return
+    path = Path(start, end)
+    small = 1 - Fraction(1, 1 << 33)
+    unit = machine.each("unit")
+    assert all(abs(a - b) <= 2 for a, b in zip(unit, path.unit(), strict=True))
+
+    speed = machine.get("speed")
+    assert machine.pair("nominal") == speed * speed
+    assert speed in Bounds(path.speed(feed, line.speeds, line.clock, short=1) * small - 1,
+                           path.speed(feed, line.speeds, line.clock))
+
+    acceleration = machine.get("acceleration")
+    top = (1 << 34) - 1
+    assert acceleration in Bounds(
+        min(top, path.along(line.accelerations, short=1)) * small - 1,
+        min(Fraction(top), path.along(line.accelerations)))
+
+    ticks = machine.get("ticks")
+    gain = 2 * acceleration * path.length
+    assert machine.pair("energy") == machine.pair("gain") >> ticks
+    assert machine.pair("gain") == machine.pair("energy") << ticks
+    assert machine.pair("gain") in Bounds(min(gain * small, Fraction(BEYOND)) - (1 << ticks),
+                                          min(gain, Fraction(BEYOND)))
+    if speed:
+        modulus = path.length * line.clock * (1 << 16) / (1 << ticks)
+        assert machine.pair("modulus") in Bounds(modulus * small - 1, modulus)
+        assert 0 <= ticks <= 40
+        assert ticks == 40 or machine.pair("modulus") < 4 * speed << 16
+        assert ticks == 0 or 2 * modulus >= (4 * speed << 16)
+    check_junction(machine, unit, before)
+
+
+def check_junction(machine: Machine, unit: list[int], before: list[int]) -> None:
+    line = machine.line
+    found = machine.pair("junction")
+    near = Fraction(1, 10**6)
+    error = Fraction(8, ONE)  # counts where it turns back, to 0.05 degrees
+    values = [junction(unit, before, line.accelerations, line.deviation, error=each)
+              for each in (-error, error)]
+    assert found in Bounds(values[0] * (1 - near) - 1, values[1] * (1 + near))
+    assert machine.pair("limit") == min(found, machine.pair("nominal"),
+                                        machine.pair("nominal_before"))
+
+
+class TestTables:
+    def test_take_their_clocks(self):
+        assert {table.name: table.clocks(36) for table in TABLES} == {"line": 2440, "accept": 59}
+
+    @pytest.mark.parametrize("seed", range(4))
+    def test_are_exact_for_random_programs(self, seed):
+        rng = random.Random(seed)
+        for _ in range(40):
+            machine = Machine(settings(rng))
+            at = [rng.choice([0, rng.randint(-CORNER, CORNER)]) for _ in AXES]
+            machine.set(**{f"from_{axis}": word for axis, word in zip(AXES, at, strict=True)},
+                        **{f"place_before_{axis}": place(word, steps) + 17 * 512 * steps
+                           for axis, word, steps in zip(AXES, at, machine.line.steps,
+                                                        strict=True)})
+            for _ in range(10):
+                to = [min(CORNER, max(-CORNER, a + b))
+                      for a, b in zip(at, moves(rng), strict=True)]
+                feed = number(rng, 31)
+                machine.set(feed=feed, **{f"to_{axis}": word
+                                          for axis, word in zip(AXES, to, strict=True)})
+                before = machine.each("unit_before")
+                machine.run(LINE)
+                check(machine, at, to, before, feed)
+                if at != to:
+                    machine.run(ACCEPT)
+                    at = to
+
+    @pytest.mark.parametrize("turned", [(0, 0, 0), (1, 0, 0), (0, -1, 0), (2, 2, 1), (-40, 0, 9)])
+    @pytest.mark.parametrize("way", [1, -1, 0])
+    @pytest.mark.parametrize("end", [
+        (1, 0, 0), (0, -1, 0), (1, 1, 1), (CORNER, 0, 0), (CORNER, CORNER, -CORNER),
+        (CORNER, 1, 0), (-3, 4, 0), (10**9, 1, -1), (2**35 - 1 - 2**34, 7, 0)])
+    def test_are_exact_where_a_path_goes_on_turns_back_or_begins(self, end, way, turned):
+        machine = Machine(Line(speeds=[2**31 - 1, 10**6, 2], steps=[80_000, 250_000, 2**27 - 1]))
+        ends = dict(zip(("to_x", "to_y", "to_z"), end, strict=True))
+        machine.set(feed=10**7, **ends)
+        machine.run(LINE)  # for its direction
+        before = [way * a + b for a, b in zip(machine.each("unit"), turned, strict=True)]
+        machine.set(**{f"unit_before_{axis}": word
+                       for axis, word in zip(AXES, before, strict=True)},
+                    **{f"place_before_{axis}": 17 * 512 * steps
+                       for axis, steps in zip(AXES, machine.line.steps, strict=True)})
+        machine.run(LINE)
+        check(machine, [0, 0, 0], list(end), before, 10**7)
+        if way == 1 and not any(turned):
+            assert machine.pair("junction") == BEYOND
+
+
+class Gateware:
+    """The formulas on an engine."""
+
+    def __init__(self, engine) -> None:
+        self.engine = engine
+        engine.run(1)
+
+    def load(self, words: list[int]) -> None:
+        for address, word in enumerate(words):
+            self.engine.set(address=address, write=1, value=word)
+            self.engine.run(1)
+        self.engine.set(write=0)
+
+    def run(self, number: int) -> None:
+        """Carry out a table, and check that it takes its clocks."""
+        self.engine.set(start=1, table=number)
+        self.engine.run(1)
+        self.engine.set(start=0)
+        clocks = TABLES[number].clocks(36)
+        self.engine.run(clocks - 2)
+        assert self.engine.get("busy", "done") == (1, 0)
+        self.engine.run(1)
+        assert self.engine.get("busy", "done") == (0, 1)
+
+    def words(self) -> list[int]:
+        seen = []
+        for address in range(128):
+            self.engine.set(address=address)
+            self.engine.run(2)
+            seen.append(self.engine.get("word"))
+        return seen
+
+
+def compare(engine, rounds: int, seed: int) -> None:
+    """Carry out lines, each from the registers that the one before has left."""
+    rng = random.Random(seed)
+    gateware = Gateware(engine)
+    machine = Machine(settings(rng))
+    gateware.load(machine.words)
+    for _ in range(rounds):
+        position = machine.each("from")
+        machine.set(feed=number(rng, 31), **{
+            f"to_{axis}": min(CORNER, max(-CORNER, at + change))
+            for axis, at, change in zip(AXES, position, moves(rng), strict=True)})
+        if machine.each("to") == position:
+            continue
+        gateware.load(machine.words)
+        for each, rows in enumerate((LINE, ACCEPT)):
+            gateware.run(each)
+            machine.run(rows)
+        assert gateware.words() == machine.words
+
+
+class TestGateware:
+    def test_is_the_table(self):
+        with AmaranthEngine(component("formulas", line_formulas())) as engine:
+            compare(engine, 3, 1)
+
+    @pytest.mark.compiler
+    def test_is_the_table_compiled(self):
+        with CXXRTLEngine(component("formulas", line_formulas())) as engine:
+            for seed in range(4):
+                compare(engine, 200, seed)

@@ -1,0 +1,61 @@
+# amaranth: UnusedElaboratable=no
+
+"""The arithmetic unit: every operation as its model, and in a known number of clocks."""
+
+import random
+
+import pytest
+
+from fresa.arithmetic import ArithmeticUnit, Operation
+from tb.boards import component
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.models.arithmetic import compute
+
+
+def check(engine, width: int, rng: random.Random, rounds: int) -> None:
+    """Compute so often, with operands of all lengths, and compare words, flag and clocks."""
+    flag = 0
+    for _ in range(rounds):
+        operation = rng.choice(list(Operation))
+        high, low, b = (rng.getrandbits(rng.randint(0, width)) for _ in range(3))
+        if operation.name.startswith("SHIFT"):
+            b = rng.choice([rng.randint(0, width + 4), rng.randrange(2 << width.bit_length())])
+        if operation is Operation.RATIO:
+            b = max(1, b)
+            high %= 2 * b
+        if operation is Operation.REMAINDER:
+            b = max(1, b)
+            high %= b
+        words, after = compute(operation.name, high, low, b, flag, width=width)
+        engine.set(start=1, operation=operation.value, data=high)
+        engine.run(1)
+        engine.set(start=0, data=b)
+        engine.run(1)
+        engine.set(data=low)
+        engine.run(operation.steps(width) + 1)
+        for second, word in enumerate(words):
+            assert engine.get("write", "second") == (1, second)
+            assert engine.get("done") == (second + 1 == operation.words)
+            if word is not None:
+                assert engine.get("result") == word, (operation, high, low, b, flag)
+            engine.run(1)
+        assert engine.get("write") == 0
+        flag = after
+
+
+class TestUnit:
+    @pytest.mark.parametrize(("width", "rounds"), [(4, 200), (8, 200), (36, 100), (64, 30)])
+    def test_computes_as_its_model(self, width, rounds):
+        with AmaranthEngine(component("unit", ArithmeticUnit(width=width))) as engine:
+            check(engine, width, random.Random(width), rounds)
+
+    @pytest.mark.compiler
+    @pytest.mark.parametrize("width", [8, 10, 36])
+    def test_computes_as_its_model_compiled(self, width):
+        with CXXRTLEngine(component("unit", ArithmeticUnit(width=width))) as engine:
+            check(engine, width, random.Random(width), 4_000)
+
+    @pytest.mark.parametrize("width", [3, 2, 65, 66, 9, 36.0])
+    def test_refuses_other_widths(self, width):
+        with pytest.raises(ValueError, match=f"width must be .*, not {width}"):
+            ArithmeticUnit(width=width)

@@ -1,0 +1,280 @@
+# amaranth: UnusedElaboratable=no
+
+"""The walk: as its model in every clock, and its parts by themselves."""
+
+import random
+from math import asin, ceil, cos, floor, log2, pi, sin
+
+import pytest
+from amaranth import Module, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fresa.motion import PathWalk
+from tb.boards import component
+from tb.engines import AmaranthEngine
+from tb.models.walk import PathWalkModel, Walked, line_steps, segment_steps, turn_ticks
+
+OUTPUTS = ("ready", "step", "direction", "fault", "taken", "busy")
+
+
+class Split(wiring.Component):
+    """A walk with a port for each field of the segment, since engines have 64 bits a port."""
+
+    def __init__(self) -> None:
+        bits = {"log2_ticks": 6, "arc": 1, "clockwise": 1, "turns": 42, "shift": 5, "x": signed(36),
+                "y": signed(36), "residual": 29}
+        for axis in range(3):
+            bits |= {f"increment_{axis}": signed(34), f"start_{axis}": 8, f"end_{axis}": 2,
+                     f"channel_{axis}": 2}
+        self.fields = bits
+        super().__init__({name: In(shape) for name, shape in bits.items()} | {
+            "valid": In(1), "taken": Out(1), "fine": In(27), "coarse": In(27), "tick": In(1),
+            "last": In(1), "load": In(1), "position": In(6), "ready": Out(1), "busy": Out(1),
+            "step": Out(3), "direction": Out(3), "fault": Out(1)})
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.walk = walk = PathWalk()
+        for name in self.fields:
+            field, _, axis = name.rpartition("_")
+            target = (walk.segments.p[field][int(axis)] if axis.isdigit()
+                      else walk.segments.p[name])
+            m.d.comb += target.eq(getattr(self, name))
+        m.d.comb += [walk.segments.valid.eq(self.valid), self.taken.eq(walk.segments.ready),
+                     walk.position.as_value().eq(self.position)]
+        for name in ("fine", "coarse", "tick", "last", "load"):
+            m.d.comb += getattr(walk, name).eq(getattr(self, name))
+        for name in ("ready", "busy", "step", "direction", "fault"):
+            m.d.comb += getattr(self, name).eq(getattr(walk, name))
+        return m
+
+
+class Planner:
+    """Makes segments, each from where the one before ended."""
+
+    def __init__(self, seed: int, *, fine: int, coarse: int) -> None:
+        self.rng, self.fine, self.coarse = random.Random(seed), fine, coarse
+        self.place = [128, 128, 128]  # of each axis: position + 1/2 step, in 1/256 step
+
+    def line(self, increments: list[int] | None = None, log2_ticks: int | None = None) -> Walked:
+        """Make a line on the three axes."""
+        if log2_ticks is None:
+            log2_ticks = self.rng.choice([0, 1, 3, 6, 8, 10])
+        most = (1 << 8 + log2_ticks) - 1
+        if increments is None:
+            increments = [self.rng.choice([0, most, -most, self.rng.randint(-most, most)])
+                          for _ in range(3)]
+        start = [place & 255 for place in self.place]
+        self.place = [place + by for place, by in zip(self.place, increments, strict=True)]
+        return Walked(increment=increments, start=start, log2_ticks=log2_ticks,
+                      end=[(place >> 8) % 4 for place in self.place])
+
+    def arc(self, radius: float, angle: float, *, begin: float | None = None, crowd: int = 0
+            ) -> Walked:
+        """Make an arc; its radius is in m, its angle in radians, positive if counter-clockwise.
+
+        It has a half turn a tick at most, or two with `crowd`.
+        """
+        rng, fine, coarse = self.rng, self.fine, self.coarse
+        begin = rng.uniform(0, 2 * pi) if begin is None else begin
+        unit = max(1, ceil(log2(radius * fine)))
+        axes = rng.sample(range(3), 3)
+        u, v, w = axes
+        turns = round(abs(angle) / asin(2.0 ** -(unit + 4)))
+        log2_ticks = max(1, turns - 1).bit_length() - crowd
+        start = [self.place[axis] & 255 for axis in axes]
+        rise = rng.randrange(-256 << min(6, log2_ticks), 256 << min(6, log2_ticks))
+        residual = start[1] * fine >> 6
+        self.place[u] += floor(256 * radius * fine * (cos(begin + angle) - cos(begin)))
+        self.place[v] += floor(256 * radius * coarse * (sin(begin + angle) - sin(begin)))
+        self.place[w] += rise
+        scale = fine / 2**unit * 2**34 * radius
+        return Walked(
+            increment=(0, 0, rise), start=start, log2_ticks=log2_ticks, arc=1,
+            end=[(place >> 8) % 4 for place in self.place],
+            channel=[axes.index(axis) for axis in range(3)], clockwise=int(angle < 0),
+            turns=turns, shift=unit + 3,
+            x=round(scale * cos(begin)), y=round(scale * sin(begin)), residual=residual)
+
+    def any(self, crowd: int = 0) -> Walked:
+        """Make a line, or an arc of some hundred half turns."""
+        if self.rng.random() < 0.5:
+            return self.line()
+        radius = self.rng.choice([0.7, 2, 3, 9]) / self.fine
+        return self.arc(radius, self.rng.choice([-1, 1]) * self.rng.uniform(0.01, 2 * pi),
+                        crowd=crowd)
+
+
+class Bench:
+    """The gateware and its model, clock by clock."""
+
+    def __init__(self, *, fine: int = 80_000, coarse: int = 80_000) -> None:
+        self.engine, self.model = AmaranthEngine(component("walk", Split())), PathWalkModel()
+        self.fine, self.coarse = fine, coarse
+        self.engine.set(fine=fine, coarse=coarse)
+        self.places = [0, 0, 0]
+        self.steps: list[tuple[int, int, int]] = []  # clock, axis, direction
+
+    def offer(self, segment: Walked) -> None:
+        """Set the fields of the next segment."""
+        values = {}
+        for name, value in vars(segment).items():
+            if isinstance(value, int):
+                values[name] = value & (1 << 36) - 1 if name in ("x", "y") else value
+            else:
+                values |= {f"{name}_{index}": each & (1 << 34) - 1
+                           for index, each in enumerate(value)}
+        self.engine.set(**values)
+
+    def clock(self, segment: Walked | None, tick: int = 0, last: int = 0) -> dict[str, int]:
+        """Make a clock with the same inputs for both."""
+        self.engine.set(valid=int(segment is not None), tick=tick, last=last)
+        now = self.model.now
+        expected = self.model.clock(valid=int(segment is not None), segment=segment or Walked(),
+                                    fine=self.fine, coarse=self.coarse, tick=tick, last=last)
+        seen: dict[str, int] = dict(zip(OUTPUTS, self.engine.get(*OUTPUTS), strict=True))
+        seen["direction"] &= seen["step"]
+        assert seen == {name: expected[name] for name in OUTPUTS}, now
+        for axis in range(3):
+            if seen["step"] >> axis & 1:
+                way = 1 if seen["direction"] >> axis & 1 else -1
+                self.places[axis] += way
+                self.steps.append((now, axis, way))
+        self.engine.run(1)
+        return seen
+
+    def walk(self, segments: list[Walked], gap) -> None:
+        """Make segments; `gap` gives the clocks between ticks."""
+        queue, ticks, wait = list(segments), [1 << one.log2_ticks for one in segments], 0
+        self.offer(queue[0])
+        while ticks or self.engine.get("busy"):
+            ready = self.engine.get("ready")
+            tick = int(bool(ready and ticks and wait <= 0))
+            last = int(tick and ticks[0] == 1)
+            seen = self.clock(queue[0] if queue else None, tick, last)
+            wait -= 1
+            if tick:
+                wait = gap() - 1
+                ticks[0] -= 1
+                if last:
+                    del ticks[0]
+            if seen["taken"]:
+                del queue[0]
+                if queue:
+                    self.offer(queue[0])
+
+
+class TestPathWalk:
+    @pytest.mark.parametrize(("seed", "fine", "coarse", "gaps"), [
+        (1, 80_000, 80_000, [2, 3, 4]), (2, 250_000, 40_000, [3, 4]), (3, 3_200_000, 78_740, [9]),
+        (4, 80_000, 79_999, [2, 3, 4, 60]),
+    ])
+    def test_is_its_model_in_every_clock(self, seed, fine, coarse, gaps):
+        planner, bench = Planner(seed, fine=fine, coarse=coarse), Bench(fine=fine, coarse=coarse)
+        bench.walk([planner.any(crowd=min(gaps) > 4) for _ in range(5)],
+                   lambda: planner.rng.choice(gaps))
+        assert bench.places == [place >> 8 for place in planner.place]
+        assert len(bench.steps) > 30
+
+    def test_ticks_in_every_clock_make_lines(self):
+        planner, bench = Planner(5, fine=1, coarse=1), Bench()
+        bench.walk([planner.line(log2_ticks=8) for _ in range(6)], lambda: 1)
+        assert bench.places == [place >> 8 for place in planner.place]
+
+    @pytest.mark.parametrize("turns", [-1, 1])
+    def test_two_half_turns_a_tick(self, turns):
+        planner, bench = Planner(6, fine=80_000, coarse=20_000), Bench(fine=80_000, coarse=20_000)
+        bench.walk([planner.arc(3 / 80_000, turns * 6, crowd=1) for _ in range(2)], lambda: 5)
+        assert bench.places == [place >> 8 for place in planner.place]
+
+    def test_steps_come_eleven_clocks_after_their_ticks(self):
+        bench, ticks = Bench(), []
+        bench.walk([Walked(increment=(512, -512, 768), end=(2, 2, 3), log2_ticks=2)],
+                   lambda: ticks.append(bench.model.now - 1) or 7)
+        assert [(clock - 11 - ticks[0], axis, way) for clock, axis, way in bench.steps] == [
+            (0, 0, 1), (0, 2, 1), (7, 1, -1), (7, 2, 1), (14, 0, 1), (21, 1, -1), (21, 2, 1)]
+
+    def test_an_end_that_is_a_step_off_is_corrected_once(self):
+        """Ends are modulo 4: one more than was made is forward, one less is back."""
+        bench = Bench()
+        bench.walk([Walked(increment=(256, 256, 0), end=(2, 0, 0), log2_ticks=3),
+                    Walked(increment=(256, 256, 0), end=(3, 1, 0), log2_ticks=3)], lambda: 4)
+        assert bench.places == [3, 1, 0]
+        assert len(bench.steps) == 6
+
+    def test_faults(self):
+        for segment, ticks in [
+                (Walked(increment=(0, 256, 0), end=(0, 3, 0), log2_ticks=3), 8),  # 2 steps off
+                (Walked(increment=(1 << 12, 0, 0), log2_ticks=3), 8),  # two steps a tick
+                (Walked(arc=1, turns=40, shift=4, log2_ticks=3), 8),  # five half turns a tick
+                (Walked(arc=1, turns=16, shift=4, log2_ticks=3), 8),  # one a clock
+                (Walked(log2_ticks=1), 3)]:  # a tick too many
+            with AmaranthEngine(component("walk", Split())) as engine:
+                bench = Bench.__new__(Bench)
+                bench.engine = engine
+                bench.offer(segment)
+                engine.set(valid=1, fine=1, coarse=1)
+                engine.run(80)
+                engine.set(valid=0)
+                assert engine.get("ready", "fault") in ((1, 0), (1, 1))
+                for tick in range(ticks):
+                    engine.set(tick=1, last=int(tick == segment_ticks(segment) - 1))
+                    engine.run(1)
+                engine.set(tick=0, last=0)
+                engine.run(40)
+                assert engine.get("fault"), segment
+                engine.set(rst=1)
+                engine.run(1)
+                assert not engine.get("fault")
+
+
+def segment_ticks(segment: Walked) -> int:
+    """Return the number of ticks."""
+    return 1 << segment.log2_ticks
+
+
+class TestModels:
+    """What is computed at once, against sums tick by tick."""
+
+    @given(st.integers(0, 255), st.integers(0, 7), st.integers(-2**15, 2**15))
+    @settings(deadline=None, database=None, derandomize=True, max_examples=200)
+    def test_line_steps(self, start, log2_ticks, increment):
+        most = (256 << log2_ticks) - 1
+        increment = max(-most, min(most, increment))
+        ticks, place = [], start << log2_ticks
+        for tick in range(1, (1 << log2_ticks) + 1):
+            before, place = place, place + increment
+            if place >> 8 + log2_ticks != before >> 8 + log2_ticks:
+                ticks.append(tick)
+        assert list(line_steps(start, increment, log2_ticks)) == ticks
+
+    def test_line_steps_of_the_longest_line(self):
+        for increment in (2**24 - 1, -2**24, 1000):
+            steps = line_steps(128, increment, 40)
+            assert len(steps) == abs(128 + increment >> 8)
+            assert all(step <= 2**40 for step in steps[-3:])
+            if increment == 1000:
+                assert list(steps) == [-(-(number * 256 - 128 << 40) // 1000)
+                                       for number in range(1, 5)]
+
+    def test_turn_ticks(self):
+        assert list(turn_ticks(5, 3)) == [1, 2, 4, 5, 7]
+        assert list(turn_ticks(8, 2)) == [1, 1, 2, 2, 3, 3, 4, 4]
+        assert list(turn_ticks(0, 2)) == []
+
+    def test_steps_of_segments_are_those_of_the_pipeline(self):
+        planner, bench = Planner(9, fine=80_000, coarse=30_000), Bench(fine=80_000, coarse=30_000)
+        segments = [planner.any() for _ in range(6)]
+        bench.walk(segments, lambda: 3)
+        places = [0, 0, 0]
+        for segment in segments:
+            made = segment_steps(segment, 80_000, 30_000)
+            for axis, channel in enumerate(segment.channel):
+                places[axis] += sum(way for _, way in made[channel])
+                error = (segment.end[axis] - places[axis] + 1) % 4 - 1
+                assert abs(error) <= segment.arc and (channel != 2 or not error)
+                places[axis] += error
+        assert bench.places == places
