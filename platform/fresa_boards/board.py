@@ -212,7 +212,7 @@ class PinRow:
     port : str
         The bit of the machine.
     role : str
-        What it is for.
+        What it is for, and what a contact on a header switches to.
     place : str
         What the board calls the pin.
     pin : str
@@ -358,7 +358,9 @@ class Board:
             for bit, label, pin in zip(bits, labels.split(), pins, strict=False):
                 if bit is not None:
                     role = STATUS if name == LEDS else role_of(machine, bit.port)
-                    rows.append(PinRow(str(bit), role.name, label, pin))
+                    contact = name in allotment.header and role.to_ground
+                    rows.append(PinRow(
+                        str(bit), f"{role.name}, to GND" if contact else role.name, label, pin))
         return rows
 
 

@@ -120,6 +120,15 @@ def test_pins_that_are_not_for_machines_are_dashed(family, reserved):
     assert len(legends) == bool(dashed) == bool(reserved)
 
 
+def test_contacts_on_a_header_are_to_ground():
+    board = BOARDS["icepi-zero"]
+    machine, allotment = made(board, "positioner"), board.allotment("positioner")
+    table = pin_table(board, machine, allotment)
+    drawing = pin_drawing(board, "positioner", machine, allotment)
+    assert "| limits[0] | limit switch, to GND |" in table and "| reset | button |" in table
+    assert drawing.count("(limit switch, to GND)") == 3 == table.count("to GND")
+
+
 @EACH_POSITIONER
 def test_positioner_moves_at_the_pins(family):
     """With the levels of the board: LEDs, the reset, and contacts to ground."""
