@@ -43,7 +43,7 @@ def describe(c: Contract, dut: SquareRoot) -> None:
                     [2 * dut.fraction_bits:2 * digits], c.signal("below") == 0),
                 cover=left == 1, lemma=True)
     c.invariant("counts-digits", "It counts the digits that are missing.",
-                c.signal("missing") == left, cover=left == 1, lemma=True)
+                (c.signal("missing") == left) & (left <= digits), cover=left == 1, lemma=True)
 
 
 ROOT = Component(
