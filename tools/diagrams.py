@@ -82,6 +82,12 @@ DIAGRAMS = (
         "inputs: step direction enable pins: step_pin direction_pin enable_pin "
         "outputs: ready moved", 4, 64),
     Diagram(
+        "pending-steps",
+        "Three steps are requested before the driver makes any; `pending` counts them down as they "
+        "are made. Then of six requests one is in the other direction, and cancels.",
+        "requests: step direction driver: driver_step driver_direction moved "
+        "outputs: pending fault", 0, 20, radix=("pending=signed",)),
+    Diagram(
         "rate-generator",
         "`accumulator` grows by the rate in every clock, and a step is due where it is not below "
         "0; the "
@@ -108,6 +114,17 @@ DIAGRAMS = (
         "inputs: target moved outputs: step direction rate level position", 20, 312,
         radix=("rate=dec", "level=dec")),
     Diagram(
+        "square-root",
+        "Roots to a quarter: of 0 and of 1, which is 4 quarters. Two bits of the radicand are "
+        "brought down in a clock, and a digit is made.",
+        "inputs: start radicand outputs: busy root inside: dut.missing dut.rest", 0, 20,
+        radix=("radicand=dec", "root=dec", "dut.missing=dec", "dut.rest=dec")),
+    Diagram(
+        "speed-profile",
+        "The begin of a block, from standstill: each tick comes sooner than the one before.",
+        "block: blocks_valid blocks_ready outputs: tick first speed standing inside: dut.phase",
+        0, 230, radix=("speed=dec",)),
+    Diagram(
         "backlash",
         "After each reversal 3 steps only take up backlash and are not counted; where 2 are taken "
         "up "
@@ -128,6 +145,33 @@ DIAGRAMS = (
         "the target is above. `target_n` is the target with its bits inverted: -2 for 1.",
         "inputs: target_n low rate pins: step_pin direction_pin outputs: moved limit_hit "
         "in_position position", 82, 190),
+    Diagram(
+        "block-queue",
+        "A block is written word by word, and counts with the last word.",
+        "words: write_valid write_ready write_payload.address write_payload.data "
+        "write_payload.last outputs: count free empty exit", 0, 60,
+        radix=("count=dec", "free=dec", "exit=dec")),
+    Diagram(
+        "step-accumulator",
+        "Parts of a step are added, of which 1024 are a whole one: a step comes with the sum "
+        "that passes it.",
+        "inputs: load start add term outputs: step direction quarter", 0, 24),
+    Diagram(
+        "step-ratio",
+        "Quarter steps of an axis with 100 steps/m become steps of one with 78: one in five or "
+        "six.",
+        "inputs: load residual quarter forward outputs: step direction", 0, 60,
+        radix=("residual=dec",)),
+    Diagram(
+        "rotator",
+        "Half turns: by turns x and y move by a small part of the other.",
+        "inputs: load turn outputs: ready vector moves_u moves_v", 0, 16,
+        radix=("vector=signed",)),
+    Diagram(
+        "path-walk",
+        "A line of 3, -5 and 16 steps in 16 ticks.",
+        "segment: segments_valid segments_ready inputs: tick last outputs: ready busy step "
+        "direction", 30, 130),
     Diagram(
         "point-store",
         "Points 1 and 3 are stored, 0 is not. Whether a point is stored is valid at "
@@ -248,6 +292,17 @@ DIAGRAMS = (
         "items_payload.end items_payload.byte inside: dut.inside dut.count dut.long", 0, 34,
         radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "dut.count=dec")),
     Diagram(
+        "realtime-filter",
+        "A real-time command is taken out of the bytes, and is there for a clock.",
+        "bytes: bytes_valid bytes_ready bytes_payload.byte passed: rest_valid rest_ready "
+        "commands: command code", 0, 10, radix=("bytes_payload.byte=hex",)),
+    Diagram(
+        "line-buffer",
+        "`ab`, CR and LF: the line ends once.",
+        "bytes: bytes_valid bytes_ready bytes_payload.byte lines: items_valid items_ready "
+        "items_payload.end items_payload.byte outputs: free", 0, 24,
+        radix=("bytes_payload.byte=hex", "items_payload.byte=hex", "free=dec")),
+    Diagram(
         "word-reader",
         "`mov` is the first of a table of five words, a bit each in `alive`, from the lowest: "
         "after `m` MOV and MOT are left. The space after it stays in the line. Then MOT is read "
@@ -262,6 +317,17 @@ DIAGRAMS = (
         "line: items_valid items_ready items_payload.byte numbers: numbers_valid numbers_ready "
         "numbers_payload.value numbers_payload.error inside: dut.negative", 0, 13,
         radix=("items_payload.byte=hex", "numbers_payload.value=signed")),
+    Diagram(
+        "fixed-point",
+        "The digits of 38.2; then the decimals that it lacks are added.",
+        "inputs: clear take digit decimal finish outputs: done number.value", 0, 16,
+        radix=("number.value=dec",)),
+    Diagram(
+        "g-code-reader",
+        "A word is given when its number has ended.",
+        "line: items_valid items_ready items_payload.byte words: words_valid words_ready "
+        "words_payload.character words_payload.kind", 0, 30,
+        radix=("items_payload.byte=hex", "words_payload.character=hex")),
     Diagram(
         "decimal-writer",
         "205: the powers of ten that are too large are skipped, then 100 is subtracted twice, "

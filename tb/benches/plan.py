@@ -10,7 +10,7 @@ PLAN = ((0, 20), (25, 9), (30, 12), (18, 25))
 
 @bench
 def block_queue(run: Run) -> str:
-    """Full, with the speeds of the backward pass; a block that is replaced; one that stops."""
+    """Full, with its speeds; a block that is replaced; one that stops."""
     dut = BlockQueue(depth=4, words=4, word=3, width=5)
 
     async def write(ctx, address, value, last=0):

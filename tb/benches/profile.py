@@ -36,7 +36,7 @@ def square_root(run: Run) -> str:
 
 @bench
 def speed_profile(run: Run) -> str:
-    """Two blocks without a stop between them, a hold in the second, and nothing lost."""
+    """Two blocks without a stop between, and a hold in the second."""
     dut = SpeedProfile(speed_bits=6, fraction_bits=4, most_ticks_log2=8, brake_bits=20)
     ticks, fast = [64, 128], 20
 

@@ -279,7 +279,7 @@ def realtime_filter(run: Run) -> str:
 
 @bench
 def line_buffer(run: Run) -> str:
-    """Lines while they come: ends of every kind, a framing error, silence, no room."""
+    """Ends of every kind, a framing error, silence, no room."""
     dut, items = LineBuffer(depth=4, silence=40), bytearray()
 
     async def consumer(ctx):

@@ -4,6 +4,7 @@ from amaranth import Module, Mux, Signal, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
 from .fixed_point import FixedPoint, fixed_point_layout
 from .line import LineEnd, LineItem
 
@@ -90,7 +91,8 @@ class GCodeReader(wiring.Component):
     """
 
     def __init__(self, *, width: int = 44, decimals: int = 6) -> None:
-        self._number = FixedPoint(width=width, decimals=decimals)
+        self.width = in_range("width of a value", width, 8, 64)
+        self.decimals = in_range("decimals of a value", decimals, 2, 9)
         super().__init__({
             "items": In(stream.Signature(LineItem)),
             "words": Out(stream.Signature(gcode_layout(width))),
@@ -98,7 +100,7 @@ class GCodeReader(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.number = number = self._number
+        m.submodules.number = number = FixedPoint(width=self.width, decimals=self.decimals)
 
         out = self.words.p
         finishing = Signal()  # a number has ended
@@ -129,7 +131,7 @@ class GCodeReader(wiring.Component):
             m.d.sync += [begun.eq(1), point.eq(point | char.point), digits.eq(digits | char.digit)]
             with m.If(char.sign):
                 m.d.sync += number.negative.eq(char.byte == ord("-"))
-        self._read_line(m, char, taken, visible, numeric, expects, passing)
+        self._read_line(m, number, char, taken, visible, numeric, expects, passing)
         letter = Signal(8)
         with m.If(number.clear):
             m.d.sync += [expects.eq(1), begun.eq(0), point.eq(0), number.negative.eq(0),
@@ -177,10 +179,10 @@ class GCodeReader(wiring.Component):
             ]
         return ~(parenthesis | rest | char.skipped)
 
-    def _read_line(self, m: Module, char, taken, visible, numeric, expects,
+    def _read_line(self, m: Module, number: FixedPoint, char, taken, visible, numeric, expects,
                    passing) -> None:
         """Judge the characters of a line, and offer its items other than words."""
-        out, number, byte = self.words.p, self._number, char.byte
+        out, byte = self.words.p, char.byte
         line_begun = Signal()  # it has a character
         place = Signal(2)  # characters of $J= that it begins with, as long as it may
         raw = Signal()
