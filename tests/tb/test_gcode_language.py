@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tb.models.gcode import (
+from tb.models.gcode_language import (
     Action,
     Arc,
     Coolant,
@@ -155,7 +155,8 @@ class TestOthers:
         ("G10 L2 P7 X1", 29), ("G10 L2 P1", 26), ("G92", 26), ("G2 F1", 26), ("G2 G53 X1 F1", 30),
         ("G80 X1", 31), ("G80 G92 X1", 31), ("G2 Z1 I1 F1", 32), ("G2 X0 Y0 R1 F1", 33),
         ("G2 X10 I4 F1", 33), ("G2 X10 R4 F1", 34), ("G2 X1 F1", 35), ("G1 X1 F1 I1", 36),
-        ("G4 P1 L2", 36), ("P1", 36), ("G43.1 X1", 37), ("G43.1", 37), ("X40000", 33),
+        ("G4 P1 L2", 36), ("P1", 36), ("G43.1 X1", 37), ("G43.1", 37), ("X40000", 38),
+        ("G20 X2000", 38),
         ("G93 G1 X1", 22),
     ])
     def test_refused(self, line, code):
@@ -170,6 +171,10 @@ class TestOthers:
     def test_accepted(self, line):
         _, (found,) = run(line)
         assert isinstance(found, list)
+
+    def test_out_of_reach(self):
+        _, found = run("G0 X34000", "G91 X34000", "G92 X-34000", "G10 L20 P1 X-34000", "X-1")
+        assert found[1:] == [33, 33, 33, [Line(mm(-1), None)]]
 
     def test_numbers_that_do_not_fit(self):
         for letter, code in [("G", 20), ("M", 23), ("N", 27), ("T", 38), ("X", 38), ("F", 38)]:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 from math import isqrt
 
 __all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Line", "Modes",
-           "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word"]
+           "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius",
+           "check_radii"]
 
 Vector = tuple[int, int, int]
 """X, Y and Z, in nm."""
@@ -21,6 +22,10 @@ MAX_LINE_NUMBER = 10_000_000
 MAX_TOOL = 255
 REACH = 1 << 35
 """Positions are below this, in nm: 36 bits with the sign."""
+
+
+TOP_FEED = (1 << 31) - 1
+"""In nm/s."""
 
 
 class RefusedLine(Exception):
@@ -47,9 +52,9 @@ class Word:
 
     @property
     def code(self) -> tuple[int, int]:
-        """Its whole part and hundredths, as of ``G38.2``: (38, 20); hundredths are rounded."""
+        """Its whole part and hundredths, as of ``G38.2``: (38, 20); 100 if there is more behind."""
         whole, rest = divmod(abs(self.value), 1_000_000)
-        return whole, (rest + 5000) // 10_000
+        return whole, 100 if rest % 10_000 else rest // 10_000
 
 
 @dataclass(frozen=True)
@@ -239,11 +244,11 @@ class Interpreter:
                     raise RefusedLine(38)
                 if word.letter in line.values:
                     raise RefusedLine(25)
-                if word.letter in "FNPTS" and word.value < 0:
+                if word.overflow and word.letter != "N":
+                    raise RefusedLine(38)
+                if word.letter in "FNPTS" and word.value < 0 and not word.overflow:
                     raise RefusedLine(4)
-                if word.overflow:
-                    raise RefusedLine(27 if word.letter == "N" else 38)
-                line.values[word.letter] = word.value
+                line.values[word.letter] = 1 << 60 if word.overflow else word.value
             else:
                 raise RefusedLine(20)
         return line
@@ -319,7 +324,7 @@ class Interpreter:
         values = line.values
         if not line.axes and any(axis in values for axis in AXES):
             line.axes = "motion"
-        if values.get("N", 0) > MAX_LINE_NUMBER * 1_000_000:
+        if values.get("N", 0) // 1_000_000 > MAX_LINE_NUMBER:
             raise RefusedLine(27)
         if line.modes.inverse and line.axes == "motion" and line.modes.motion not in (0, 80) \
                 and "F" not in values:
@@ -328,6 +333,22 @@ class Interpreter:
             raise RefusedLine(28)
         if line.tool_length == "set" and [axis for axis in AXES if axis in values] != ["Z"]:
             raise RefusedLine(37)
+        given = any(axis in values for axis in AXES)
+        if line.non_modal in ((10, 0), (92, 0)) and not given:
+            raise RefusedLine(26)
+        if line.non_modal == (10, 0):
+            if "P" not in values and "L" not in values:
+                raise RefusedLine(28)
+            if values.get("P", 0) // 1_000_000 > SYSTEMS:
+                raise RefusedLine(29)
+            kind = abs(values.get("L", 0)) // 1_000_000
+            if kind not in (2, 20) or (kind == 2 and "R" in values):
+                raise RefusedLine(20)
+        elif line.non_modal == (53, 0) and line.modes.motion not in (0, 1):
+            raise RefusedLine(30)
+        if any(not -REACH <= _length(value, line.modes.inches) < REACH
+               for letter, value in values.items() if letter in "IJKRXYZ"):
+            raise RefusedLine(38)
 
     def _feed(self, line: _Line) -> int:
         """Return F as it is from this line on."""
@@ -338,7 +359,7 @@ class Interpreter:
         if "F" not in line.values:
             return self.feed
         per_minute = _length(line.values["F"], line.modes.inches and not self.modes.inverse)
-        return max(per_minute // 60, 1) if per_minute else 0
+        return min(max(per_minute // 60, 1), TOP_FEED) if per_minute else 0
 
     def _check_and_run(self, line: _Line) -> list[Action]:
         values, modes = dict(line.values), line.modes
@@ -354,8 +375,6 @@ class Interpreter:
         if line.non_modal == (10, 0):
             coordinates = self._set_coordinates(line, values, words, given)
         elif line.non_modal == (92, 0):
-            if not any(given):
-                raise RefusedLine(26)
             origin = self.systems[modes.system]
             offset = _vector(
                 self.position[n] - origin[n] - words[n] - (self.tool_length if n == 2 else 0)
@@ -368,31 +387,22 @@ class Interpreter:
                 home = _vector(stored[n] if given[n] or not any(given) else self.position[n]
                                for n in range(3))
                 intermediate = target if any(given) else None
-            elif line.non_modal == (53, 0) and modes.motion not in (0, 1):
-                raise RefusedLine(30)
             elif line.non_modal == (92, 10):
                 offset = ORIGIN
 
+        if any(not -REACH <= place < REACH for place in
+               (*target, *(coordinates[1] if coordinates else offset))):
+            raise RefusedLine(33)
         moves, used = self._motion(line, words, given, target, feed)
         if any(letter not in f"NFST{used}" for letter in values
                if not (line.axes and letter in AXES)):
             raise RefusedLine(36)
-        if any(not -REACH <= place < REACH for place in target):
-            raise RefusedLine(33)
         return self._run(line, feed, moves, coordinates, offset, home, intermediate)
 
     def _set_coordinates(self, line: _Line, values: dict[str, int], words: Sequence[int],
                          given: Sequence[bool]) -> tuple[int, Vector]:
-        if not any(given):
-            raise RefusedLine(26)
-        if "P" not in values and "L" not in values:
-            raise RefusedLine(28)
         number = values.get("P", 0) // 1_000_000
-        if number > SYSTEMS:
-            raise RefusedLine(29)
         kind = abs(values.get("L", 0)) // 1_000_000
-        if kind not in (2, 20) or (kind == 2 and "R" in values):
-            raise RefusedLine(20)
         for letter in "PL":
             values.pop(letter, None)
         system = number - 1 if number else line.modes.system
@@ -437,13 +447,12 @@ class Interpreter:
             if target == self.position:
                 raise RefusedLine(33)
             radius = _length(line.values["R"], line.modes.inches)
-            return _by_radius(x, y, radius, line.modes.motion == 2), plane, "R"
+            return centre_by_radius(x, y, radius, clockwise=line.modes.motion == 2), plane, "R"
         letters = "IJK"
         if not (letters[a] in line.values or letters[b] in line.values):
             raise RefusedLine(35)
         i, j = (_length(line.values.get(letters[n], 0), line.modes.inches) for n in plane)
-        _check_radii(i * i + j * j, (x - i) ** 2 + (y - j) ** 2)
-        return (i, j), plane, letters
+        return check_radii(i, j, x, y), plane, letters
 
     def _run(self, line: _Line, feed: int, moves: list[Action],
              coordinates: tuple[int, Vector] | None, offset: Vector, home: Vector | None,
@@ -453,9 +462,7 @@ class Interpreter:
         actions: list[Action] = []
         self.feed = feed
         speed = line.values.get("S", self.spindle_speed)
-        changes = (modes.spindle != before.spindle
-                   or (speed != self.spindle_speed and modes.spindle != 0))
-        if changes:
+        if modes.spindle != before.spindle or ("S" in line.values and modes.spindle):
             actions.append(Spindle(modes.spindle, speed))
         self.spindle_speed = speed
         self.tool = line.values.get("T", self.tool * 1_000_000) // 1_000_000
@@ -514,10 +521,15 @@ def _length(value: int, inches: bool) -> int:
     return -size if value < 0 else size
 
 
-def _by_radius(x: int, y: int, radius: int, clockwise: bool) -> tuple[int, int]:
-    """Return the centre of an arc of a radius to (x, y); a negative one is that of more than half.
+def centre_by_radius(x: int, y: int, radius: int, *, clockwise: bool) -> tuple[int, int]:
+    """Return the centre of an arc of a radius to (x, y), within a nm of the exact one.
 
-    It is within a nm of the exact one.
+    A negative radius is that of the longer arc.
+
+    Raises
+    ------
+    RefusedLine
+        If the radius is less than half the chord.
     """
     chord = x * x + y * y
     rest = 4 * radius * radius - chord
@@ -532,8 +544,16 @@ def _by_radius(x: int, y: int, radius: int, clockwise: bool) -> tuple[int, int]:
         ((y << scale) + x * ratio + half) >> scale + 1
 
 
-def _check_radii(start: int, end: int) -> None:
-    """Refuse an arc that ends at another radius than it begins with; both are squares."""
-    difference = abs(isqrt(start) - isqrt(end))
-    if difference > 500_000 or (difference > 5_000 and 1000 * difference > isqrt(start)):
+def check_radii(i: int, j: int, x: int, y: int) -> tuple[int, int]:
+    """Return the centre (i, j) of an arc to (x, y).
+
+    Raises
+    ------
+    RefusedLine
+        If the arc ends at another radius than it begins with.
+    """
+    radius = isqrt(i * i + j * j)
+    difference = abs(isqrt((x - i) ** 2 + (y - j) ** 2) - radius)
+    if difference > 500_000 or (difference > 5_000 and 1000 * difference > radius):
         raise RefusedLine(33)
+    return i, j
