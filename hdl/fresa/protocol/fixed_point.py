@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["WHOLE", "FixedPoint", "fixed_point_layout"]
+__all__ = ["WHOLE", "FixedPoint", "fixed_point_format", "fixed_point_layout"]
 
 WHOLE = 24
 """Bits of the whole part beside the value: enough for every line number of GRBL."""
@@ -28,6 +28,12 @@ def fixed_point_layout(width: int) -> data.StructLayout:
     """
     return data.StructLayout({"value": signed(width), "overflow": 1, "whole": WHOLE,
                               "hundredths": 7, "exact": 1, "integer": 1})
+
+
+def fixed_point_format(width: object, decimals: object) -> tuple[int, int]:
+    """Return bits of a value, from 8 to 64, and decimals, from 2 to 9, else raise ValueError."""
+    return (in_range("width of a value", width, 8, 64),
+            in_range("decimals of a value", decimals, 2, 9))
 
 
 class FixedPoint(wiring.Component):
@@ -73,8 +79,7 @@ class FixedPoint(wiring.Component):
     """
 
     def __init__(self, *, width: int = 44, decimals: int = 6) -> None:
-        self.width = in_range("width of a value", width, 8, 64)
-        self.decimals = in_range("decimals of a value", decimals, 2, 9)
+        self.width, self.decimals = fixed_point_format(width, decimals)
         super().__init__({
             "clear": In(1), "take": In(1), "digit": In(4), "decimal": In(1), "negative": In(1),
             "finish": In(1), "done": Out(1), "number": Out(fixed_point_layout(width)),

@@ -4,8 +4,7 @@ from amaranth import Module, Mux, Signal, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from ..checks import in_range
-from .fixed_point import FixedPoint, fixed_point_layout
+from .fixed_point import FixedPoint, fixed_point_format, fixed_point_layout
 from .line import LineEnd, LineItem
 
 __all__ = ["GCodeKind", "GCodeReader", "GCodeStatus", "gcode_layout"]
@@ -91,8 +90,7 @@ class GCodeReader(wiring.Component):
     """
 
     def __init__(self, *, width: int = 44, decimals: int = 6) -> None:
-        self.width = in_range("width of a value", width, 8, 64)
-        self.decimals = in_range("decimals of a value", decimals, 2, 9)
+        self.width, self.decimals = fixed_point_format(width, decimals)
         super().__init__({
             "items": In(stream.Signature(LineItem)),
             "words": Out(stream.Signature(gcode_layout(width))),
