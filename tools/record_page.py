@@ -206,7 +206,8 @@ def _coverage(*runs: Facts) -> list[str]:
 
 
 def _size(*builds: Facts) -> list[str]:
-    capacity = builds[0]["capacity"]
+    capacity = {name: has for name, has in builds[0]["capacity"].items()
+                if name in builds[0]["resources"]}
     rows = [[_design(facts), *(facts["resources"][name] for name in capacity)] for facts in builds]
     rows.append(["*a XC3S500E has*", *capacity.values()])
     return [_table(["design", *(name.replace("_", " ") for name in capacity)], rows),

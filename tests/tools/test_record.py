@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from fresa_boards.nexys2 import NEXYS2_500
 from tb.registry import components
 from tools import fingerprints, record
 from tools.record import BEGUN, KEPT, Part, main, parts, run
@@ -263,6 +264,14 @@ class TestPage:
         found = facts["parts"][name]["facts"]["resources"]
         row = " | ".join(str(found[what]) for what in ("luts", "flip_flops", "block_rams"))
         assert f"| {row} |" in (DOCS / "evidence.md").read_text(encoding="utf-8")
+
+    def test_what_a_board_has_and_nothing_counts_is_no_column(self):
+        facts = json.loads((DOCS / "verification.json").read_text(encoding="utf-8"))
+        size = facts["parts"]["size-mill"]
+        for capacity in (size["facts"]["capacity"], vars(NEXYS2_500.capacity)):
+            size["facts"]["capacity"] = capacity
+            assert "| design | luts | flip flops | block rams | multipliers |" in page(
+                facts | {"parts": {"size-mill": size}})
 
     def test_every_part_has_its_place(self):
         text = page({"parts": {}, "cores": 2, "versions": [], "left_out": list(parts())})
