@@ -79,8 +79,9 @@ def describe(c: Contract, dut: CoordinateGenerator) -> None:
                 (milled <= 0) & (milled >= -dut.pixels_set), cover=milled == -1)
     c.implication("home-at-the-end", "When all are milled the way leads home.",
                   when=state("TRAVEL") & (milled == 0), then=(row == 0) & (column == 0))
-    c.implication("idle-at-home", "Idle, the walk is at home.", when=~dut.busy,
-                  then=(row == 0) & (column == 0) & (at_row == 0) & (at_column == 0) & ~down)
+    c.implication("idle-at-home", "Idle, and while it copies, the walk is at home.",
+                  when=~dut.busy | state("COPY"), then=(row == 0) & (column == 0)
+                  & (at_row == 0) & (at_column == 0) & ~down)
     c.implication("raised-first", "In the states that need it the tool is up, or down.",
                   when=state("TRAVEL", "LOWER", "WALK", "COPY", "MARK"),
                   then=down == state("WALK", "MARK"))

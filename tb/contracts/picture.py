@@ -75,6 +75,7 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
         c.write("picture_0", (Cat(given[n] if n < size else 0 for n in range(word, depth * banks,
                                                                              depth))
                               for word in range(depth)), when=~known)
+        c.assume(known | ~dut.start)  # what is read in the first clock is not what was given
         c.assume(_ones(Mux(known, Cat(picture), given)) == dut.pixels_set)
     here = [number == n for n in range(size)]
     at_pixel = [(at[0] == n // dut.columns) & (at[1] == n % dut.columns) for n in range(size)]
@@ -100,26 +101,33 @@ def watch_search(c: Contract, dut: CoordinateGenerator, *, down: Bits, at: tuple
     # What makes it so
     reading, writing = c.signal("reading"), c.signal("writing")
     c.implication("copies", "The copy is that of the picture, as far as it has come.",
-                  when=state("COPY") & (reading != 0), then=(writing == reading - 1)
-                  & (c.part("picture_0").read_ports[0].data == Array(words)[writing]) & ~_any(cut)
-                  & ~_any((word + 1 < reading) & (words_left[word] != words[word])
+                  when=state("COPY"), then=(reading == writing + 1) & (writing <= depth)
+                  & (c.part("picture_0").read_ports[0].data
+                     == Array(words)[writing[:len(writing) - 1]]) & ~_any(cut)
+                  & ~_any((word < writing) & (words_left[word] != words[word])
                           for word in range(depth)))
+    c.implication("copies-from-the-first", "Otherwise the first word is read next.",
+                  when=~state("COPY", "READ"), then=reading == 0)
     c.implication("begins", "A job begins with all pixels to mill, none milled, at the centre.",
                   when=state("COPY"), then=(milled == -dut.pixels_set) & ~_any(cut) & (visit == 0))
     at_work = state("READ", "SEARCH", "WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
-    found = (milled < 0) & state("WALK", "RAISE", "TRAVEL", "LOWER", "MARK")
+    found = (milled < 0) & state("WALK", "RAISE", "TRAVEL", "LOWER")
     c.implication("left-is-not-milled", "A set pixel is milled or left in the copy, and nothing "
                   "else is.", when=at_work,
                   then=~_any(
-        (left[n] != picture[n] & (~cut[n] | (state("MARK") & here[n])))
-        | (cut[n] & ~picture[n]) for n in range(size)))
-    c.implication("counts-what-is-left", "The count is that of the pixels left.",
-                  when=at_work, then=-milled == _ones(Cat(left)))
+        (left[n] != picture[n] & ~cut[n]) | (cut[n] & ~picture[n]) for n in range(size)))
+    c.implication("counts-what-is-left", "The count is that of the pixels left, and of the one "
+                  "that has just been milled.",
+                  when=at_work, then=-milled == _ones(Cat(left)) + state("MARK"))
+    word = Array(words_left)[number[:len(writing) - 1]]
     c.implication("reads-its-pixel", "The word read from the copy is that of the present pixel.",
-                  when=state("SEARCH") | found, then=c.part("to_mill").read_ports[0].data
-                  == Array(words_left)[number[:len(writing)]])
+                  when=state("READ"), then=c.part("to_mill").read_ports[0].data == word)
+    c.implication("holds-its-pixel", "That word is held until the pixel is milled.",
+                  when=state("SEARCH") | found, then=c.signal("held") == word)
     c.implication("found-is-left", "A found pixel is set, and not yet milled.",
                   when=found, then=_any(here[n] & left[n] for n in range(size)))
+    c.implication("marked-is-not-left", "A pixel just milled is not left.",
+                  when=state("MARK"), then=_any(here[n] & cut[n] for n in range(size)))
     order = {place[:2]: count for count, place in enumerate(places)}
 
     def ahead(n: int) -> Bits:

@@ -29,6 +29,8 @@ def describe(c: Contract, dut: SpiralWalk) -> None:
     c.implication("one-pixel", "An advance goes to one of the four neighbours.", when=moved,
                   then=((down == 0) & ((along == 1) | (along == -1)))
                   | ((along == 0) & ((down == 1) | (down == -1))))
+    c.implication("following", "An advance goes to the pixel of the following number.", when=moved,
+                  then=dut.number == c.past(dut.following))
     c.implication("stays", "Without an advance it stays.",
                   when=c.past(~dut.advance & ~dut.home & ~c.rst), then=(down == 0) & (along == 0))
     c.implication("home", "Home is pixel 0.", when=c.past(dut.home | c.rst),

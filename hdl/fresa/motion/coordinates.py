@@ -44,14 +44,15 @@ class CoordinateGenerator(wiring.Component):
     =======  ================================================================  ====================
     IDLE     waits for ``start``                                               COPY
     COPY     copies the picture, a word a clock                                READ
-    READ     reads a pixel of the copy                                         SEARCH
-    SEARCH   goes on to the next pixel, has found one, all are milled,         READ, WALK, RAISE or
-             or has seen all pixels and found none                             FAULT
-    WALK     orders the tool, which is down, to the pixel found                MARK
+    READ     takes the word of a pixel from the copy                           SEARCH
+    SEARCH   goes on to the next pixel, which is read, has found one, all are  READ, WALK, RAISE or
+             milled, or has seen all pixels and found none                     FAULT
+    WALK     orders the tool, which is down, to the pixel found, and clears    MARK
+             the pixel in the copy
     RAISE    orders the tool up                                                TRAVEL
     TRAVEL   orders the tool to the pixel found, or back to the origin         LOWER or IDLE
-    LOWER    orders the tool down                                              MARK
-    MARK     clears the pixel in the copy, begins a new spiral                 READ
+    LOWER    orders the tool down, and clears the pixel in the copy            MARK
+    MARK     counts the pixel, begins a new spiral                             READ
     FAULT    orders nothing, shows ``fault``                                   stays until reset
     =======  ================================================================  ====================
 
@@ -119,17 +120,19 @@ class CoordinateGenerator(wiring.Component):
         copy, sink = to_mill.read_port(), to_mill.write_port()
         pixel = walk.number[:self._depth_bits]
         bank = walk.number[self._depth_bits:][:(self._banks - 1).bit_length()]
-        here = Signal(self._banks)  # the pixel's bit of its word
+        held = Signal(self._banks)  # the word of the pixel, since reading takes long
+        here = Signal(self._banks)  # its bit of it
         found = Signal()
         m.d.comb += [
             here.eq(1 << bank),
-            found.eq(walk.inside & (copy.data & here).any()),
+            found.eq(walk.inside & (held & here).any()),
         ]
 
-        # Word n of the picture is read while word n - 1 is written.
+        # Word n of the picture is read while word n - 1 is written. At the end word 0 is written
+        # once more, and with that read, as it is the word of the first pixel.
         reading = Signal(self._depth_bits + 1)
-        writing = Signal(self._depth_bits)
-        m.d.sync += writing.eq(reading)
+        writing = Signal.like(reading)
+        m.d.sync += [reading.eq(0), writing.eq(reading)]
         picture = []
         most = 8 if self._banks % 8 != 1 else 7  # wider ones are split in ways that cost much logic
         for low in range(0, self._banks, most):
@@ -148,7 +151,7 @@ class CoordinateGenerator(wiring.Component):
             word.eq(pixel),
             copy.addr.eq(word),
             sink.addr.eq(word),
-            sink.data.eq(copy.data & ~here),
+            sink.data.eq(held & ~here),
             self.orders.p.x.eq(walk.row * self.pixel_steps),
             self.orders.p.y.eq(walk.column * self.pixel_steps),
         ]
@@ -156,20 +159,23 @@ class CoordinateGenerator(wiring.Component):
         with m.FSM(name="coordinates_state") as fsm:
             with m.State("IDLE"):
                 m.d.comb += walk.centre.eq(1)
-                m.d.sync += [milled.eq(milled.init), reading.eq(0)]
+                m.d.sync += milled.eq(milled.init)
                 with m.If(self.start):
+                    m.d.sync += reading.eq(1)
                     m.next = "COPY"
 
-            with m.State("COPY"):  # what it writes in the first clock is soon written over
+            with m.State("COPY"):
                 m.d.comb += [word.eq(writing), sink.en.eq(1), sink.data.eq(Cat(*picture))]
                 m.d.sync += reading.eq(reading + 1)
-                with m.If(reading[-1]):
+                with m.If(writing[-1]):
                     m.next = "READ"
 
             with m.State("READ"):
+                m.d.sync += held.eq(copy.data)
                 m.next = "SEARCH"
 
             with m.State("SEARCH"):
+                m.d.comb += word.eq(walk.following)
                 with m.If(milled >= 0):
                     m.next = "RAISE"
                 with m.Elif(found & walk.near & lowered):
@@ -185,6 +191,7 @@ class CoordinateGenerator(wiring.Component):
             with m.State("WALK"):
                 m.d.comb += self.orders.valid.eq(1)
                 with m.If(self.orders.ready):
+                    m.d.comb += sink.en.eq(1)
                     m.next = "MARK"
 
             with m.State("RAISE"):
@@ -204,11 +211,12 @@ class CoordinateGenerator(wiring.Component):
             with m.State("LOWER"):
                 m.d.comb += [self.orders.valid.eq(1), self.orders.p.down.eq(1)]
                 with m.If(self.orders.ready):
+                    m.d.comb += sink.en.eq(1)
                     m.d.sync += lowered.eq(1)
                     m.next = "MARK"
 
             with m.State("MARK"):
-                m.d.comb += [sink.en.eq(1), walk.centre.eq(1)]
+                m.d.comb += walk.centre.eq(1)
                 m.d.sync += milled.eq(milled + 1)
                 m.next = "READ"
 

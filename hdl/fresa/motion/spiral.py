@@ -40,6 +40,8 @@ class SpiralWalk(wiring.Component):
         Coordinates of the pixel, if ``inside``.
     number : Out(18)
         ``row * columns + column``, if ``inside``.
+    following : Out(18)
+        ``number`` of the next pixel, to which ``advance`` goes.
     inside : Out(1)
         The pixel is in the picture.
     near : Out(1)
@@ -59,6 +61,7 @@ class SpiralWalk(wiring.Component):
     row: Out(16)
     column: Out(16)
     number: Out(18)
+    following: Out(18)
     inside: Out(1)
     near: Out(1)
     last: Out(1)
@@ -97,6 +100,8 @@ class SpiralWalk(wiring.Component):
                         offset.eq(d_row * self.columns + d_column),
                     ]
 
+        m.d.comb += self.following.eq(number + offset)
+
         # Both count up to 0 from the length of the run, less one, below it.
         run = Signal(range(-2 * longest, 1))
         run_start = Signal.like(run)
@@ -111,7 +116,7 @@ class SpiralWalk(wiring.Component):
             m.d.sync += [
                 row.eq(row + down),
                 column.eq(column + along),
-                number.eq(number + offset),
+                number.eq(self.following),
                 run.eq(run + 1),
             ]
             with m.If(self.near):
