@@ -67,7 +67,7 @@ class CoilDriver(wiring.Component):
         else:
             # As in FrequencyDivider, but it stays where the time is over.
             rest = Signal(range(1 - self.period, 1), init=0, reset_less=True)
-            m.d.comb += rested.eq(rest >= 0)
+            m.d.comb += rested.eq(rest[-1] == 0)
             with m.If(self.moved):
                 m.d.sync += rest.eq(1 - self.period)
             with m.Elif(~rested):

@@ -63,7 +63,7 @@ class FrequencyDivider(wiring.Component):
 
         # Counts 1 - period ... -1, 0: the sign bit marks the end, so no comparator is needed.
         count = Signal(range(1 - self.period, 1), init=1 - self.period, reset_less=self.reset_less)
-        m.d.comb += self.tick.eq(self.enable & (count >= 0))
+        m.d.comb += self.tick.eq(self.enable & (count[-1] == 0))
         with m.If(self.enable):
             m.d.sync += count.eq(count + 1)
         with m.If(self.tick | self.clear):

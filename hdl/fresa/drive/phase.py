@@ -74,24 +74,25 @@ class PhaseDriver(wiring.Component):
             m.d.sync += rest.eq(-self.period)
         with m.Elif(self.moved):
             m.d.sync += rest.eq(1 - self.period)
-        with m.Elif(rest < 0):
+        with m.Elif(rest[-1]):
             m.d.sync += rest.eq(rest + 1)
 
         m.d.comb += [
-            self.ready.eq(self.enable & (rest >= 0) & ~ResetSignal()),
+            self.ready.eq(self.enable & (rest[-1] == 0) & ~ResetSignal()),
             self.moved.eq(self.step & self.ready),
         ]
 
         row = Signal(range(len(self.sequence)), reset_less=True)
-        goes_to = Signal.like(row)
+        other = Signal.like(row)
         coils = Signal(4, reset_less=True)
         m.d.comb += [
-            goes_to.eq(Mux(self.moved, row + Mux(self.direction, 1, -1), row)),
+            other.eq(row + Mux(self.direction, 1, -1)),
             self.coils.eq(coils),
         ]
-        m.d.sync += [
-            row.eq(goes_to),
-            coils.eq(Mux(self.enable, Array(self.sequence)[goes_to], 0)),
-        ]
+        with m.If(self.moved):
+            m.d.sync += row.eq(other)
+        # Both are looked up, since it is known last whether a step is made.
+        words = Array(self.sequence)
+        m.d.sync += coils.eq(Mux(self.enable, Mux(self.moved, words[other], words[row]), 0))
 
         return m

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from fractions import Fraction
 
-from amaranth import Cat, Const, Module, Value
+from amaranth import Cat, Const, Module, Signal, Value
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
@@ -153,13 +153,14 @@ class Single(MachineComponent):
             rates = ramp_rates(acceleration=ramp, top=top_speed * self.rpm, modulus=modulus,
                                clock=timing.clock)
             self._move = Ramp(rates=rates, max_rate=self.rpm * (SPEEDS - 1), width=width)
-            # The ramp limits the rate; a limit of all ones needs no comparison here.
-            most = (1 << rates[-1].bit_length()) - 1
-            self._rate = RateGenerator(modulus=modulus, max_rate=min(most, modulus))
+            highest = rates[-1]
         else:
-            self.rpm = timing.rate
+            self.rpm, modulus = timing.rate, timing.modulus
             self._move = MoveTo(width=width)
-            self._rate = RateGenerator(modulus=timing.modulus, max_rate=self.rpm * (SPEEDS - 1))
+            highest = self.rpm * (SPEEDS - 1)
+        # Rates are limited before; a limit of all ones needs no comparison here.
+        most = (1 << highest.bit_length()) - 1
+        self._rate = RateGenerator(modulus=modulus, max_rate=min(most, modulus))
         self._receiver = UARTReceiver(period=timing.bit)
         self._transmitter = UARTTransmitter(period=timing.bit)
         self._lines = LineReader(length=FRAME, start=b":")
@@ -186,8 +187,16 @@ class Single(MachineComponent):
         requested_rate = commands.speed * self.rpm
         if isinstance(move, Ramp):
             m.d.comb += [move.target.eq(commands.target), move.requested_rate.eq(requested_rate)]
+            step = move.step
         else:
             m.d.comb += move.target_n.eq(~Value.cast(Cat(commands.target, Const(0, 1))))
+            step = move.step
+            if driver.period > 1:
+                # Compared a clock ahead, since that takes long. A step that was made in that clock
+                # is not seen yet, but then no other is due.
+                wanted = Signal()
+                m.d.sync += wanted.eq(move.position != commands.next_target)
+                step = wanted & ~self.fault
         m.d.comb += [
             receiver.rx.eq(self.rx),
             self.tx.eq(transmitter.tx),
@@ -198,7 +207,7 @@ class Single(MachineComponent):
             commands.position.eq(move.position),
             rate.rate.eq(move.rate if isinstance(move, Ramp) else requested_rate),
             rate.moved.eq(driver.moved),
-            driver.step.eq(move.step & rate.due),
+            driver.step.eq(step & rate.due),
             driver.direction.eq(move.direction),
             driver.enable.eq(commands.enable),
 

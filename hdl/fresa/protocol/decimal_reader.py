@@ -1,6 +1,6 @@
 """Decimal digits to numbers."""
 
-from amaranth import Module, Mux, Shape, Signal, signed, unsigned
+from amaranth import Cat, Module, Mux, Shape, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -74,16 +74,20 @@ class DecimalReader(wiring.Component):
 
         is_digit = Signal()
         is_sign = Signal()
-        m.d.comb += is_digit.eq(~self.items.p.end & (byte >= ord("0")) & (byte <= ord("9")))
+        m.d.comb += is_digit.eq(~self.items.p.end & byte.matches("0011 0---", "0011 100-"))
         if self.shape.signed:
             m.d.comb += is_sign.eq(
                 ~self.items.p.end & ~begun & ((byte == ord("-")) | (byte == ord("+"))))
 
-        # A negative number accumulates downwards, so the lowest one needs no special case.
-        digit = byte[:4]
+        # A negative number accumulates downwards, so the lowest one needs no special case: less a
+        # digit is its bits inverted and 1, which has place in the lowest bit of the double.
+        double = Cat(negative, value)
+        if self.shape.signed:
+            double = double.as_signed()
+        digit = Cat(byte[:4] ^ negative.replicate(4), negative).as_signed()
         more = Signal(signed(self.shape.width + 5))
         m.d.comb += [
-            more.eq((value << 3) + (value << 1) + Mux(negative, -digit, digit)),
+            more.eq((value << 3) + double + digit),
             self.items.ready.eq(~self.numbers.valid & (is_digit | is_sign)),
             self.numbers.p.value.eq(value),
             self.numbers.p.error.eq(Mux(overflow, NumberError.OVERFLOW,

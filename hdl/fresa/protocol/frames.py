@@ -112,6 +112,8 @@ class FrameInterpreter(wiring.Component):
         Position of the motor.
     target : Out(14)
         Set-point. 0 after reset.
+    next_target : Out(14)
+        Set-point of the next clock, unless it is reset.
     speed : Out(16)
         Speed in rpm, ``START_SPEED`` after reset.
     enable : Out(1)
@@ -130,6 +132,7 @@ class FrameInterpreter(wiring.Component):
     items: In(stream.Signature(LineItem))
     position: In(range(POSITIONS))
     target: Out(range(POSITIONS))
+    next_target: Out(range(POSITIONS))
     speed: Out(range(SPEEDS), init=START_SPEED)
     enable: Out(1, init=1)
     bytes: Out(stream.Signature(8))
@@ -172,6 +175,9 @@ class FrameInterpreter(wiring.Component):
         value = Signal.like(self.speed)
         of_speed = (command == _Command.SPEED) | (command == _Command.ASK_SPEED)
         m.d.comb += writer.numbers.payload.eq(Mux(of_speed, self.speed, self.position))
+
+        m.d.comb += self.next_target.eq(self.target)
+        m.d.sync += self.target.eq(self.next_target)
 
         with m.FSM(name="interpreter_state", init="ANSWER") as fsm:
             with m.State("COMMAND"):
@@ -252,7 +258,7 @@ class FrameInterpreter(wiring.Component):
         """Execute a command whose number is valid."""
         with m.Switch(command):
             with m.Case(_Command.POSITION):
-                m.d.sync += self.target.eq(value)
+                m.d.comb += self.next_target.eq(value)
             with m.Case(_Command.SPEED):
                 m.d.sync += self.speed.eq(value)
             with m.Default():

@@ -236,8 +236,8 @@ class PositionerCommands(wiring.Component):
                         refuse(Answer.ARGUMENT)
 
             with m.State("DIGIT"):
-                with m.If(items.valid & ~items.p.end & (items.p.byte >= ord("1"))
-                          & (items.p.byte < ord("1") + MOTORS)):
+                with m.If(items.valid & ~items.p.end & items.p.byte.matches(
+                        *(ord("1") + motor for motor in range(MOTORS)))):
                     m.d.comb += items.ready.eq(1)
                     m.d.sync += order.motor.eq(items.p.byte - ord("1"))
                     proceed()

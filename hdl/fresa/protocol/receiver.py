@@ -104,7 +104,7 @@ class UARTReceiver(wiring.Component):
         bit = Signal()
         m.d.comb += [
             look.eq((time == high) | (time == -self.spread)),
-            decide.eq(time >= 0),
+            decide.eq(time[-1] == 0),
             bit.eq(looks.all() | (self.rx & looks.any())),
         ]
         with m.If(look):

@@ -119,6 +119,8 @@ def describe(c: Contract, dut: FrameInterpreter) -> None:
                                                                            init=after_reset))
         c.implication(f"{name}-after-reset", f"Reset sets the {name} to its initial value.",
                       when=c.past(c.rst), then=register == after_reset)
+    c.implication("next-target", "The set-point of a clock is given in the clock before.",
+                  when=c.past(~c.rst), then=dut.target == c.past(dut.next_target))
     c.invariant("in-range", "Set-point and speed are always in range.",
                 (dut.target < POSITIONS) & (dut.speed > 0) & (dut.speed < SPEEDS),
                 cover=dut.target == 9)

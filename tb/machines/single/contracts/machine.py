@@ -123,24 +123,30 @@ def _stands(c: Contract, move: MoveTo | Ramp) -> Bits:
 def _watch_times(c: Contract, dut: Single) -> None:
     """State that a step is made when it is due, and that it is due when the speed says."""
     driver, move, speed = c.part("driver"), c.part("move"), c.part("rate")
+    commands = c.part("commands")
     accumulator, rest = c.signal("rate.accumulator"), c.signal("driver.rest")
+    highest = min(speed.max_rate, dut.rpm * (SPEEDS - 1))
     rate = move.requested_rate if isinstance(move, Ramp) else speed.rate
     c.invariant("due-by-the-speed", "What makes a step due is the speed that a frame gave.",
-                rate == (c.part("commands").speed * dut.rpm)[:len(rate)],
+                rate == (commands.speed * dut.rpm)[:len(rate)],
                 cover=dut.position == 1)
     settled = c.keep(1, name="settled")  # since power came
     with c.m.If(~driver.enable):
         c.m.d.sync += settled.eq(0)
     with c.m.Elif(rest >= 0):
         c.m.d.sync += settled.eq(1)
+    if isinstance(move, MoveTo) and driver.period > 1:
+        c.implication("compared-ahead", "Where a step is due, the comparison of the clock before "
+                      "still holds: none was made in that.", when=speed.due,
+                      then=c.signal("wanted") == (move.position != commands.target))
     c.implication("in-time", "A step that is due is made at once, unless power has only just "
                   "come: what is on the line delays none.",
                   when=move.step & speed.due & settled & ~c.rst, then=driver.moved)
     c.implication("not-before", "No step is made that is not due.",
                   when=driver.moved, then=speed.due)
     c.invariant("ready-before-due", "The motor is ready before the next step can be due.",
-                (accumulator < speed.max_rate) & (~settled | (rest >= 0)
-                | (accumulator < (rest + driver.period + 1) * speed.max_rate - speed.modulus)),
+                (accumulator < highest) & (~settled | (rest >= 0)
+                | (accumulator < (rest + driver.period + 1) * highest - speed.modulus)),
                 cover=settled & (rest < 0) if driver.period > 1 else settled)
 
 
