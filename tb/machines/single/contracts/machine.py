@@ -81,8 +81,9 @@ def describe(c: Contract, dut: Single) -> None:
     c.implication("reset-moves-nothing", "Reset makes the present position 0, and no step.",
                   when=c.past(c.rst),
                   then=(place == 0) & (target == 0) & (row == came) & ~dut.moving)
-    c.invariant("in-range", "Position and set-point are always in range.",
+    c.invariant("in-range", "Position, set-point and speed are always in range.",
                 (at >= 0) & (at < POSITIONS) & (place == at) & (target < POSITIONS)
+                & (commands.speed < SPEEDS)
                 & (_stands(c, move) >= 0) & (_stands(c, move) < POSITIONS),
                 cover=place == 2)
     command, value, answer = (c.signal(f"commands.{name}")
