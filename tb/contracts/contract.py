@@ -325,11 +325,18 @@ class Contract:
         return words
 
     def write(self, path: str, words: Iterable[Bits], *, when: Bits) -> None:
-        """Write words to a memory inside, from address 0 on, all in one clock."""
-        for address, word in enumerate(words):
-            self._inside(path).write_port(
-                domain="sync", addr=Const(address, range(self.part(path).depth)), data=word,
-                en=when)
+        """Write words to a memory inside, from address 0 on, all in one clock.
+
+        What is read in that clock is what is written: in the first clock it is as if the memory
+        had held it from power-up.
+        """
+        memory = self._inside(path)
+        written = tuple(memory.write_port(
+            domain="sync", addr=Const(address, range(self.part(path).depth)), data=word, en=when)
+            for address, word in enumerate(words))
+        for port in memory._read_ports:
+            if port._domain != "comb":
+                port._transparent_for += written
 
     def any_code(self, path: str) -> State:
         """Return an FSM that starts with any code in a case with `upset`."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 from amaranth import Module, Signal
-from amaranth.lib import wiring
+from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.motion import StepCounter
@@ -186,6 +186,25 @@ class TestMachinery:
             describe=lambda c, _: c.keeps("inside", counter_with(describe_part))), tmp_path)
         assert {name: proof.verdict for name, proof in proofs.items()} == {
             "inside:clears": "proved", "inside:assumed-1": "proved" if well else "FAILED"}
+
+    def test_memory_written_at_first_has_held_it_from_power_up(self, tmp_path):
+        class Reader(wiring.Component):
+            data: Out(4)
+
+            def elaborate(self, platform) -> Module:
+                m = Module()
+                m.submodules.words = words = memory.Memory(shape=4, depth=2, init=[1, 2])
+                m.d.comb += self.data.eq(words.read_port().data)
+                return m
+
+        def describe(c: Contract, dut: Reader) -> None:
+            given, began = c.free(4, name="given"), c.past(1)
+            c.write("words", [given, given], when=~began)
+            c.implication("as-given", "All that is read is what is given.", when=began,
+                          then=dut.data == c.words("words")[0])
+
+        assert proofs_of(Component(make=lambda: Reader(), describe=describe, depth=4),
+                         tmp_path)["as-given"].verdict == "proved"
 
     def test_what_is_false_does_not_help(self, tmp_path):
         """A property that only follows from a false one is not proved."""
