@@ -73,7 +73,7 @@ def table(found: dict[str, dict[str, dict]]) -> str:
     for board, of in found.items():
         first = next(iter(of.values()))
         row = [f"`{board}`, {first['of']} cells", f"{first['clock_mhz']:g} MHz",
-               *(f"{of[name]['cells']} cells, {of[name]['fmax_mhz']:.0f} MHz, "
+               *(f"{of[name]['cells']} cells, {of[name]['fmax_mhz'] // 1:.0f} MHz, "
                  f"{of[name]['margin']:+.0%}" if name in of else "" for name in names)]
         lines.append(f"| {' | '.join(row)} |")
     return "\n".join(lines) + "\n"

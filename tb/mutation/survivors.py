@@ -8,9 +8,6 @@ from ..machines import machines
 
 __all__ = ["explained"]
 
-_COPY = ("The counter of the copy differs only outside it; the next start clears it. Until then it "
-         "is an address of words that the copy writes over: no pin shows it, but that takes the "
-         "whole content of the memory to prove.")
 _RESET_STEPS = ("The steps to go are computed anew in every clock and not read at rest: what a "
                 "reset leaves there is overwritten before. Of a word of 16 bits z3 does not prove "
                 "it in its time.")
@@ -33,16 +30,9 @@ _SHIFTED_OUT = ("The sample differs only in the first clock after a reset, in wh
                 "together proves it.")
 
 _GENERAL: Mapping[tuple[str, str], str] = {
-    ("coordinates", "mux 11: A[0] inverted where bit 4 is 1"): _COPY,
-    ("coordinates", "mux 11: A[1] inverted"): _COPY,
-    ("coordinates", "mux 11: A[3] inverted"): _COPY,
-    ("coordinates", "mux 11: A[4] inverted"): _COPY,
-    ("coordinates", "mux 11: S[0] stuck at 1"): _COPY,
-    ("coordinates", "reduce_bool 2: A[1] stuck at 1"): _COPY,
-    ("coordinates", "reduce_bool 2: Y[0] stuck at 1"): _COPY,
     ("sequencer", "eq 8: A[3] stuck at 0"): _UPSET,
-    ("controller", "mux 43: B[11] inverted"): _RESET_STEPS,
-    ("controller", "mux 43: B[15] inverted"): _RESET_STEPS,
+    ("controller", "mux 34: B[11] inverted"): _RESET_STEPS,
+    ("controller", "mux 34: B[15] inverted"): _RESET_STEPS,
     ("ramp", "gt 2: A[0] inverted where bit 6 is 0"): _LAST_STEP,
     ("ramp", "mux 9: S[0] stuck at 1"): _WAY_AT_REST,
     ("text", "mux 3: B[0] inverted"): _OTHER_PLACE,

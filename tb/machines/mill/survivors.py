@@ -11,9 +11,9 @@ _AFTER_RESET = ("It shows in the steps for a clock after reset, in which the seq
                 "none.")
 
 SURVIVORS = {
-    ("mill", "mux 1: A[0] stuck at 1"): _TAKEN,
-    ("mill", "mux 44: B[4] inverted"): _WHOLE_RUN,
-    ("mill", "mux 48: B[4] stuck at 1"): _WHOLE_RUN,
-    ("mill", "mux 48: B[13] stuck at 1"): _WHOLE_RUN,
-    ("mill", "mux 44: B[0] stuck at 1"): _AFTER_RESET,
+    ("mill", "mux 14: A[0] stuck at 1"): _TAKEN,
+    ("mill", "mux 29: B[4] inverted"): _WHOLE_RUN,
+    ("mill", "mux 43: B[4] stuck at 1"): _WHOLE_RUN,
+    ("mill", "mux 43: B[13] stuck at 1"): _WHOLE_RUN,
+    ("mill", "mux 29: B[0] stuck at 1"): _AFTER_RESET,
 }
