@@ -80,10 +80,10 @@ examples:
       The other Nexys 2, with motors that follow no more than 80 steps a second.
 
   python -m tools.build --orders square
-      The thesis's first test: BTN1 walks the four corners of a square in the air.
+      The thesis's first test: start walks the four corners of a square in the air.
 
   python -m tools.build --orders serial
-      Orders come over the RS-232 port: python -m tools.send JOB streams pictures to it, of any
+      Orders come over the serial port: python -m tools.send JOB streams pictures to it, of any
       number of pixels and without a new bitstream for each.
 
   python -m tools.build --board pins -o build/pins --no-report

@@ -74,6 +74,13 @@ class TestPins:
         assert not (tmp_path / "out").exists()
 
 
+def test_help_names_nothing_that_one_board_alone_has(capsys):
+    with pytest.raises(SystemExit):
+        run("--machine", "mill", "--help")
+    said = capsys.readouterr().out
+    assert "--orders" in said and "BTN" not in said and "RS-232" not in said
+
+
 def test_help_names_every_machine(capsys):
     with pytest.raises(SystemExit):
         run("--help")

@@ -35,7 +35,7 @@ from .job import BOARDS, Built, Job, Kind, Write, on_board, raw
 __all__ = ["KIND", "build_mill", "largest_square"]
 
 SQUARE_SIDE = 20 * PIXEL_STEPS
-"""Side of the square that BTN1 walks, in steps: 11 mm, the thesis gives none."""
+"""Side of the square that start walks, in steps: 11 mm, the thesis gives none."""
 
 
 def build_mill(board: str, *, timing: MillTiming, picture: Prepared | None = None,
@@ -53,7 +53,7 @@ def build_mill(board: str, *, timing: MillTiming, picture: Prepared | None = Non
     guard : bool
         Make position errors visible, see :class:`Mill`.
     serial : bool
-        Orders come over the RS-232 port of the board instead.
+        Orders come over the serial port of the board instead.
     """
     where = BOARDS[board]
     if where is None:
@@ -159,8 +159,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--image", metavar="FILE", type=Path,
                        help="picture to mill (default: examples/strawberry.png)")
     group.add_argument("--orders", metavar="SOURCE", choices=("image", "square", "serial"),
-                       help="what BTN1 starts: image (default) or square; or serial: orders come "
-                            "over the RS-232 port")
+                       help="what start begins: image (default) or square; or serial: orders come "
+                            "over the board's serial port")
     group.add_argument("--step-rate", metavar="HZ", type=step_rate, default=TOP_SPEED,
                        help="most steps a second that the motors follow (default: 101.376)")
     group.add_argument("--guard", action="store_true",

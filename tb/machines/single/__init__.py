@@ -99,7 +99,7 @@ DIAGRAMS = (
 
 MACHINE = Machine(
     name="single", order=1,
-    about="one stepper, commanded from a terminal on the board's RS-232 (docs/single.md)",
+    about="one stepper, commanded from a terminal on its serial port (docs/single.md)",
     make=Single,
     short={"timing": SingleTiming.real(clock=48_000, baud=3000), "greeting": b"!\r\n",
            "help_text": b"?\r\n"},
