@@ -142,8 +142,9 @@ _ALLOTMENTS = {
         number="position"),
 }
 
+# Seen from above, the upper row of a socket on the right edge, with pin 1, is the left one.
 _LAYOUTS = tuple(
-    Layout(f"J{letter}", "components up, the socket at the bottom",
+    Layout(f"J{letter}", "components up, the sockets at the right",
               " ".join(f"J{letter}{pin}" for pin in range(1, 5)) + " GND 3V3",
               " ".join(f"J{letter}{pin}" for pin in range(7, 11)) + " GND 3V3")
     for letter in "ABCD")

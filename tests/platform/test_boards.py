@@ -86,6 +86,14 @@ def test_each_pin_is_constrained_once(family, name):
     assert not any(name.endswith(".debug.v") for name in files)
 
 
+def test_sockets_of_the_nexys_2_are_seen_as_they_lie():
+    """On its right edge, where the page draws them too: pin 1 at the top of the left column."""
+    for layout in BOARDS["nexys2-500"].layouts:
+        assert layout.view == "components up, the sockets at the right"
+        assert layout.left.split()[0] == f"{layout.name}1"
+        assert layout.right.split()[0] == f"{layout.name}7"
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_layouts_show_each_header_pin_once(family):
     board = FAMILIES[family]
