@@ -41,8 +41,10 @@ For a board with an iCE40, ECP5 or Gowin, the open tools that pip installs make
   MACHINE.il  .ys  .pcf, .lpf or .cst    the design, what Yosys does with it, its pins
   build_MACHINE.sh                       the commands that were run
 
-and the exit status is 1 if the machine is too slow for the board's clock. For a Nexys 2 it is
-everything that Xilinx ISE 14.7 needs to make a bitstream:
+and the exit status is 1 if the machine is too slow for the board's clock, 2 if the FPGA does not
+hold it: of a picture that is known before any tool runs, of look-up tables and flip-flops once
+Yosys has counted them. A bitstream of an earlier build is removed before the tools run. For a
+Nexys 2 it is everything that Xilinx ISE 14.7 needs to make a bitstream:
 
   MACHINE.v  MACHINE.ucf  .prj  .xst     the design, its pins, what XST does with it
   build.sh  build.bat                    run one of them where ISE is: two bitstreams come out, one

@@ -149,15 +149,19 @@ sys.exit(build.main(sys.argv[1:]))
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no such signals")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_an_interrupted_build_leaves_no_program_and_no_passing_files(tmp_path, number, status):
-    passing = tmp_path / "passing"
+    passing, out = tmp_path / "passing", tmp_path / "out"
     passing.mkdir()
+    out.mkdir()
+    (out / "single.bin").write_bytes(b"of before")
+    (out / "report.json").write_text(json.dumps({"files": ["single.bin"]}))
     with subprocess.Popen(
             [sys.executable, "-c", WAITING, "--board", "icebreaker", "--machine", "single", "-o",
-             tmp_path / "out"], cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+             out], cwd=REPOSITORY, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True, env={**os.environ, "TMPDIR": str(passing)}) as build:
         assert build.stdout and build.stderr
         tool = next(int(line) for line in build.stdout if line.strip().isdecimal())
         assert any(passing.iterdir())
+        kept = (out / "single.bin").exists()
         build.send_signal(number)
         try:
             assert build.wait(60) == status
@@ -167,6 +171,7 @@ def test_an_interrupted_build_leaves_no_program_and_no_passing_files(tmp_path, n
             with suppress(ProcessLookupError):
                 os.kill(tool, signal.SIGKILL)
         assert "Traceback" not in build.stderr.read() and not [*passing.iterdir()]
+        assert not kept  # while the first tool ran
 
 
 @pytest.mark.parametrize(("board", "extra"), FAMILIES)
