@@ -1,6 +1,7 @@
 """What can go wrong with a machine at the other end of a line."""
 
-__all__ = ["LimitReached", "LineLost", "MachineError", "Refused", "Stalled", "TimedOut", "WasReset"]
+__all__ = ["JobStopped", "LimitReached", "LineLost", "MachineError", "Refused", "Stalled",
+           "TimedOut", "WasReset"]
 
 
 class MachineError(Exception):
@@ -20,10 +21,15 @@ class Stalled(MachineError):
 
 
 class WasReset(MachineError):
-    """The machine was switched off and on, or reset: it counts its position from 0 again."""
+    """The machine was switched off and on, or reset: it may count its position from 0 again."""
 
-    def __init__(self) -> None:
-        super().__init__("the machine was reset: it is at position 0 again, wherever that is")
+    def __init__(self, text: str = "the machine was reset: it is at position 0 again, wherever "
+                 "that is") -> None:
+        super().__init__(text)
+
+
+class JobStopped(MachineError):
+    """A job was stopped. One of the mill can be gone on with."""
 
 
 class Refused(MachineError):

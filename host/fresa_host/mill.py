@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Self
 
 from .delivery import ReopenedPort, deliver
-from .errors import LineLost, TimedOut
+from .errors import JobStopped, LineLost, TimedOut
 from .jobs import begin_raised, check_cuts
 from .order_lines import Answer, AnswerReader, Kind, Order, request
-from .orders import ANSWER_TIME, JobStopped, OrderRefused, Phase, Sender
+from .orders import ANSWER_TIME, OrderRefused, Phase, Sender
 from .port import Port
 
 __all__ = ["Mill"]

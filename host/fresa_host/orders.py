@@ -12,8 +12,7 @@ from enum import Enum, auto
 from .errors import MachineError, WasReset
 from .order_lines import LAST_NUMBER, Answer, AnswerReader, Kind, Order, Outcome, request
 
-__all__ = ["JobHalfDone", "JobRefused", "JobStopped", "NotReady", "Order",
-           "OrderRefused", "Phase", "Sender"]
+__all__ = ["JobHalfDone", "JobRefused", "NotReady", "Order", "OrderRefused", "Phase", "Sender"]
 
 ANSWER_TIME = 0.5
 """Seconds after which a request without an answer is sent again; both take 70 ms at 9600 baud."""
@@ -70,10 +69,6 @@ class JobHalfDone(JobRefused):
         super().__init__(f"the mill has done another job up to its order {done}, and that could "
                          "not be gone on with if this one began")
         self.done = done
-
-
-class JobStopped(MachineError):
-    """The job was stopped, and can be gone on with."""
 
 
 class Phase(Enum):

@@ -1,0 +1,238 @@
+"""`GCode`: a machine that speaks the GRBL 1.1 protocol behind a serial line, from Python."""
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Self, TypeVar
+
+from .errors import MachineError
+from .gcode_lines import BAUD, HOLD, RESUME, Position, Status, program
+from .gcode_session import GCodeSession
+from .port import Port
+from .session import Waiting
+
+__all__ = ["GCode"]
+
+T = TypeVar("T")
+
+#: Reads at most of what came before a call.
+STALE_READS = 16
+
+
+class GCode:
+    """A machine that carries out G-code, by the protocol of GRBL 1.1.
+
+    All may be called from several threads: `hold`, `resume` and `stop` act at once, the others
+    wait for each other. Opening resets nothing, so the machine must stand then. Closing lets go of
+    the port; what was sent is carried out. A ``with`` block that an exception ends, Ctrl-C for one,
+    stops the machine.
+
+    Parameters
+    ----------
+    port : str, path or Port
+        The serial port, such as ``/dev/ttyUSB0``; see `Port`.
+    baud : int
+        Bits a second, if `port` is not open yet.
+    timeout : float
+        Seconds within which the machine must send something when it is waited for.
+
+    Raises
+    ------
+    LineLost
+        If the port cannot be opened, here; in all methods if it is gone or closed.
+    TimedOut
+        If the machine is silent, or an answer was lost, here and in all methods.
+    BlockRefused
+        In all methods, if the machine refuses a line.
+    Alarmed
+        In all methods that send lines or wait, once, if it has raised an alarm.
+    WasReset
+        In the same, once, if it was reset since the last call by something else than `stop`.
+    JobStopped
+        In the same, if another thread calls `stop`.
+
+    Examples
+    --------
+    >>> with GCode("/dev/ttyUSB0") as machine:   # doctest: +SKIP
+    ...     machine.home()
+    ...     machine.stream(["G21 G90", "G1 X10 F600", "G2 X20 I5"])
+    ...     machine.wait()
+    ...     print(machine.position)
+    """
+
+    def __init__(self, port: str | os.PathLike[str] | Port, *, baud: int = BAUD,
+                 timeout: float = 5.0) -> None:
+        self._port = Port(port, baud) if isinstance(port, (str, os.PathLike)) else port
+        self._session = GCodeSession(name=self._port.name, baud=self._port.baud, timeout=timeout)
+        self._lock = threading.Lock()
+        try:
+            self._run(self._session.open())
+        except BaseException:
+            self.close()
+            raise
+
+    def __repr__(self) -> str:
+        return f"GCode({self._port.name!r})"
+
+    def close(self) -> None:
+        """Let go of the port. What the machine was sent is carried out: `stop` first."""
+        self._port.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            if kind is not None:
+                with suppress(MachineError):
+                    self.stop()
+        finally:
+            self.close()
+
+    @property
+    def status(self) -> Status:
+        """What the machine reports of itself."""
+        return self._run(self._session.report())
+
+    @property
+    def state(self) -> str:
+        """What it does: see `Status`."""
+        return self.status.state
+
+    @property
+    def position(self) -> Position:
+        """Where it is, in work coordinates: mm, or inches if it reports in them ($13)."""
+        return self._run(self._session.place())
+
+    @property
+    def machine_position(self) -> Position:
+        """Where it is, in the machine's coordinates, in the same unit."""
+        return self._run(self._session.place(work=False))
+
+    def command(self, line: str, timeout: float | None = None) -> list[str]:
+        """Send a line, such as ``$$``; return the lines of the answer before its ``ok``.
+
+        Parameters
+        ----------
+        line : str
+            The line. What is moved by it goes on after its answer: see `wait`.
+        timeout : float, optional
+            Seconds that the answer may take. None for as long as the machine reports its status.
+
+        Raises
+        ------
+        ValueError
+            If it cannot be sent as one line.
+        """
+        return self._run(self._session.ask(line, timeout))
+
+    def stream(self, source: str | os.PathLike[str] | Iterable[str],
+               progress: Callable[[int, int], None] = lambda done, total: None, *,
+               line_by_line: bool = False) -> None:
+        """Send a program; return when each of its lines is answered. It may move after: see `wait`.
+
+        Comments and empty lines are not sent. If a line is refused no more are sent, but up to 127
+        bytes of lines behind it, which the machine has by then, are carried out if they can be.
+
+        Parameters
+        ----------
+        source : path, or iterable of str
+            A file, or lines.
+        progress : callable
+            Called with the lines answered, and all, whenever that has changed. What it raises ends
+            the call; so does Ctrl-C. What was sent by then is carried out.
+        line_by_line : bool
+            Wait for the answer to each line before the next is sent. Then nothing behind one that
+            is refused is carried out, but short movements may falter.
+
+        Raises
+        ------
+        ValueError
+            If a line cannot be sent: it is too long, or has characters that are real-time commands.
+            Nothing was sent.
+        OSError
+            If the file cannot be read.
+        """
+        if isinstance(source, (str, os.PathLike)):
+            source = Path(source).read_text(encoding="ascii", errors="replace").splitlines()
+        blocks, shown = program(source), -1
+        session = self._session
+
+        def tell() -> None:
+            nonlocal shown
+            if session.total == len(blocks) and session.done != shown:
+                shown = session.done
+                progress(shown, session.total)
+
+        self._run(session.stream(blocks, line_by_line=line_by_line), tell)
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Wait until it stands, with all that it was sent done.
+
+        Parameters
+        ----------
+        timeout : float, optional
+            Seconds that it may take. None for as long as it takes, a hold included.
+
+        Raises
+        ------
+        TimedOut
+            If it moves or holds after that.
+        """
+        self._run(self._session.still(timeout))
+
+    def hold(self) -> None:
+        """Slow down and stand, at once. Do not wait for it."""
+        self._port.write(HOLD)
+
+    def resume(self) -> None:
+        """Go on after `hold`, ``M0``, or an open door."""
+        self._port.write(RESUME)
+
+    def stop(self) -> None:
+        """Slow down, stand, and forget what was sent (a soft reset). The position is kept.
+
+        What waits in other threads ends with a `JobStopped`. Modes are those of power-up then.
+        """
+        self._session.stopping = True
+        self.hold()
+        self._run(self._session.stop())
+
+    def home(self, timeout: float = 120.0) -> Position:
+        """Seek the home switches; return the machine's position then.
+
+        Parameters
+        ----------
+        timeout : float
+            Seconds that it may take.
+        """
+        self._run(self._session.ask("$H", timeout, clear=True))
+        return self.machine_position
+
+    def unlock(self) -> None:
+        """End an alarm, without homing: the position may be wrong."""
+        self._run(self._session.ask("$X", clear=True))
+
+    def _run(self, steps: Waiting[T], watch: Callable[[], None] = lambda: None) -> T:
+        """Carry out an operation of the session, and what came before it."""
+        with self._lock:
+            for _ in range(STALE_READS):
+                if self._port.waiting:
+                    self._session.receive(self._port.read(), time.monotonic())
+            operation = self._session.begin(steps, time.monotonic())
+            try:
+                while True:
+                    self._write()
+                    watch()
+                    if operation.done:
+                        return operation.result()
+                    self._session.receive(self._port.read(), time.monotonic())
+            finally:
+                operation.cancel()
+
+    def _write(self) -> None:
+        for data, _ in self._session.take_outputs():
+            self._port.write(data)
