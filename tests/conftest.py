@@ -10,6 +10,7 @@ import pytest
 from fresa_boards.flow import installed
 from tb.contracts import proof
 from tb.engines import ENGINES
+from tests.tb import linuxcnc
 
 ASKED_FOR = ("proof", "long")
 """Marks of tests that run only if ``-m`` names them: they take long."""
@@ -26,6 +27,7 @@ def place_and_route_missing() -> str | None:
 
 NO_COMPILER = ENGINES["cxxrtl"].missing()
 MISSING = {"compiler": NO_COMPILER, "prover": proof.missing(), "place": place_and_route_missing(),
+           "linuxcnc": linuxcnc.MISSING,
            **{name: ENGINES[name].missing() for name in ("icarus", "verilator", "ghdl")}}
 """What to install before tests with a mark can run, or None."""
 
