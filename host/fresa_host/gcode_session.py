@@ -219,6 +219,7 @@ class GCodeSession(Session):
             Send none before the one before it is answered.
         """
         self._begin()
+        self.total = 0
         yield from self._answered()
         self._refused, self.done, self.total = None, 0, len(blocks)
         for number, text in blocks:
@@ -232,16 +233,20 @@ class GCodeSession(Session):
             raise self._refused
 
     def still(self, timeout: float | None = None) -> Waiting[None]:
-        """Wait until it stands with all that it was sent done."""
+        """Wait until it stands with all that it was sent done.
+
+        Two reports in a row say so: the first may be from before the last line began.
+        """
         self._begin()
-        end = None if timeout is None else self.now + timeout
+        end, seen = None if timeout is None else self.now + timeout, 0
         while True:
             yield from self._answered(None if end is None else end - self.now)
             status = yield from self.report()
             self._check()
             if status.state == "Alarm":
                 raise Alarmed(0)
-            if status.state in STANDS:
+            seen = seen + 1 if status.state in STANDS else 0
+            if seen == 2:
                 return
             if end is not None and self.now >= end:
                 raise TimedOut(f"it is in state {status.state} after {timeout:g} s")
@@ -266,14 +271,18 @@ class GCodeSession(Session):
             self.stopping = False
 
     def _stand(self) -> Waiting[None]:
-        """Hold until it stands, or for the time of an answer."""
-        end = self.now + self._timeout
+        """Hold until it stands, or for the time of an answer.
+
+        Two reports in a row say so: the first may be from before the hold.
+        """
+        end, seen = self.now + self._timeout, 0
         self._send(HOLD)
         with suppress(TimedOut):  # it may answer nothing, as during homing
             while self.now < end:
                 status = yield from self.report()
                 held = status.state in ("Hold", "Door") and not status.substate
-                if held or status.state in STANDS:
+                seen = seen + 1 if held or status.state in STANDS else 0
+                if seen == 2:
                     return
                 yield from self._pause()
 

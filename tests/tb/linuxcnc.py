@@ -52,7 +52,7 @@ CODES = {
     "Diameter": "G7",
     "Radius": "G8",
     "Tool table": "G10 L1 P1 Z1",
-    "Rotated coordinates": "G10 L2 P1 R10",
+    "Rotated coordinates": "G10 L2 P1 X0 R10",
     "Further coordinate systems": "G59.1",
     "The same set": "G10 L20 P9 X1",
     "Arc of several turns": "G2 X0 Y0 I5 P2 F100",
