@@ -14,7 +14,7 @@ from amaranth.back import rtlil
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from fresa.arithmetic import line_formulas
+from fresa.arithmetic import arc_formulas, line_formulas
 from fresa.clock import CLOCK
 from fresa.drive import RateGenerator, StepDirDriver
 from fresa.machines import Mill
@@ -183,6 +183,7 @@ def parts() -> dict[str, Callable[[], wiring.Component]]:
     found["step-chain"] = lambda: StepChain(modulus=CLOCK, max_rate=2**18 - 1, width=95, low=95,
                                             setup=33, hold=33)
     found["formulas"] = line_formulas
+    found["arc-formulas"] = arc_formulas
     for name, machine in machines().items():
         values = values_of(argparse.Namespace(), machine.options)
         found[name] = lambda machine=machine, values=values: machine.make(

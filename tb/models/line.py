@@ -22,8 +22,8 @@ def root(value: Fraction | int) -> Fraction:
 
 
 def place(position: int, steps: int) -> int:
-    """Return a position in nm as so many 2**-8 of a step, to the nearest, of so many per metre."""
-    return (2 * position * steps * 256 + 10**9) // (2 * 10**9)
+    """Return a position in nm as so many 2**-8 of a step, rounded down, of so many per metre."""
+    return position * steps * 256 // 10**9
 
 
 @dataclass

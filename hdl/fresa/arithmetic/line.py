@@ -5,7 +5,7 @@ component has 35 bits, so that directions and ratios are as exact for a nanometr
 is rounded is rounded down, so limits are never exceeded.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ..checks import in_range
@@ -21,6 +21,9 @@ SQUARED = 62
 """Bits of a squared speed."""
 MAX_TICKS = 40
 """Highest exponent of the number of ticks."""
+
+MAX_SPEEDS, MAX_ACCELERATIONS = (
+    tuple(f"max_{name}_{axis}" for axis in AXES) for name in ("speed", "acceleration"))
 
 Rows = Iterator[tuple[str, str, str, str]]
 
@@ -71,9 +74,9 @@ class Line:
                                 ("steps", steps << 9)]}
 
 
-def _registers() -> Registers:
-    """Return the registers of all formulas, with their constants."""
-    registers = Registers()
+def line_registers(depth: int) -> Registers:
+    """Return so many registers, those of lines with their constants among them."""
+    registers = Registers(depth)
     for axis in AXES:  # the low words stay 0
         registers.pair(*(f"{name}_{axis}" for name in (
             "max_speed", "max_acceleration", "distance")))
@@ -84,19 +87,21 @@ def _registers() -> Registers:
                    "sum", "product", "scaled", "part", "largest", "numerator", "denominator")
     registers.pair("one", high=1 << 68 - WIDTH)
     registers.word(*(f"{name}_{axis}" for axis in AXES for name in (
-        "from", "to", "unit", "unit_before", "place", "place_before", "increment", "steps")))
-    registers.word("feed", "acceleration", "ticks", "clock", "deviation", "exponent", "a", "b",
-                   "flag", "zero")
-    for name, value in {"9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "40": MAX_TICKS,
+        "from", "to", "unit", "unit_end", "unit_before", "place", "place_before", "increment",
+        "steps", "steps_now", "position", "um")))
+    registers.word("path", "speed_now", "spindle", "feed", "acceleration", "ticks", "clock",
+                   "deviation", "exponent", "a", "b", "flag", "zero")
+    for name, value in {"1": 1, "60": 60, "1e3": 1000, "1e6": 10**6,
+                        "1e9": 10**9, "9": 9, "14": 14, "28": 28, "37": WIDTH + 1, "40": MAX_TICKS,
                         "ones": (1 << WIDTH) - 1, "half": 1 << WIDTH - 2,
                         "top": 1 << SQUARED - WIDTH, "below_top": (1 << SQUARED - WIDTH) - 1,
                         "most": (1 << WIDTH - 2) - 1, "corner": CORNER,
-                        "1e9": 10**9, "2e9": 2 * 10**9}.items():
+                        "2e9": 2 * 10**9}.items():
         registers.word(name, init=value)
     return registers
 
 
-def _least(a: str, b: str, to: str) -> Rows:
+def least(a: str, b: str, to: str) -> Rows:
     yield "SUBTRACT", a, b, "flag"
     yield "SELECT", a, b, to
 
@@ -115,13 +120,13 @@ def _saturate(pair: str) -> Rows:
     yield "SELECT", pair, "below_top", pair
 
 
-def _magnitude(a: str, b: str, to: str) -> Rows:
+def magnitude(a: str, b: str, to: str) -> Rows:
     """Take |a - b|, signed."""
     yield "DIFFERENCE", a, b, to
     yield "NEGATE", to, to, to
 
 
-def _vector() -> Rows:
+def vector() -> Rows:
     """Normalise the distances, of which none has a sign, and take their length.
 
     The ``component`` of an axis, a low word, is its distance x 2**(exponent - 1), rounded down; the
@@ -146,46 +151,47 @@ def _vector() -> Rows:
     yield "ROOT", "sum", "zero", "length"
 
 
-def _least_ratio(limit: str, to: str) -> Rows:
+def _least_ratio(limits: Iterable[str], to: str) -> Rows:
     """Take the least of limit x 2**36 / component of the axes."""
-    for axis in AXES:
-        yield "DIVIDE", f"{limit}_{axis}", f"component_{axis}.low", to if axis == "x" else "a"
+    for axis, limit in zip(AXES, limits, strict=False):
+        yield "DIVIDE", limit, f"component_{axis}.low", to if axis == "x" else "a"
         if axis != "x":
-            yield from _least("a", to, to)
+            yield from least("a", to, to)
 
 
 def _path() -> Rows:
     for axis in AXES:
-        yield from _magnitude(f"to_{axis}", f"from_{axis}", f"distance_{axis}")
-    yield from _vector()
+        yield from magnitude(f"to_{axis}", f"from_{axis}", f"distance_{axis}")
+    yield from vector()
+    yield "ADD", "largest", "zero", "path"
     for axis in AXES:
         yield "RATIO", f"component_{axis}.low", "length", "a"
         yield "DIFFERENCE", f"to_{axis}", f"from_{axis}", "flag"
-        yield "NEGATE", "a", "a", f"unit_{axis}"
+        for name in "unit", "unit_end":
+            yield "NEGATE", "a", "a", f"{name}_{axis}"
 
 
-def _speed() -> Rows:
-    """Take the top speed: by feed, axes and clock.
+def speed_rows(limits: Iterable[str]) -> Rows:
+    """Take the top speed: by feed, limits of the components, and clock.
 
     Length x clock is ``scaled`` / 2**(exponent + 7).
     """
-    yield from _least_ratio("max_speed", "speed")
+    yield from _least_ratio(limits, "speed")
     yield "MULTIPLY", "speed", "length", "product"
-    yield from _least("product", "feed", "speed")
+    yield from least("product", "feed", "speed")
     yield "MULTIPLY", "length", "clock", "scaled"
     yield "ADD", "exponent", "14", "a"
     yield "SHIFT_RIGHT_LONG", "scaled", "a", "product"
     yield "SUBTRACT", "zero", "product", "flag"
     yield "SELECT", "ones", "product.low", "a"
-    yield from _least("a", "speed", "speed")
-    yield "MULTIPLY", "speed", "speed", "nominal"
+    yield from least("a", "speed", "speed")
 
 
-def _acceleration() -> Rows:
+def acceleration_rows(limits: Iterable[str]) -> Rows:
     """Take the acceleration, and 2 x it x the length of the path."""
-    yield from _least_ratio("max_acceleration", "acceleration")
+    yield from _least_ratio(limits, "acceleration")
     yield "MULTIPLY", "acceleration", "length", "product"
-    yield from _least("product", "most", "acceleration")
+    yield from least("product", "most", "acceleration")
     yield "ADD", "acceleration", "acceleration", "a"
     yield "ADD", "a", "a", "a"
     yield "MULTIPLY", "a", "length", "product"
@@ -193,8 +199,9 @@ def _acceleration() -> Rows:
     yield from _saturate("gain")
 
 
-def _ticks() -> Rows:
+def tick_rows() -> Rows:
     """Split the path into 2**ticks: from the mantissas of length x clock and speed."""
+    yield "MULTIPLY", "speed", "speed", "nominal"
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"
     yield "ADD", "denominator.low", "28", "ticks"
@@ -202,7 +209,7 @@ def _ticks() -> Rows:
     yield "SUBTRACT", "ticks", "exponent", "ticks"
     yield "SUBTRACT", "numerator", "denominator", "flag"
     yield "SUBTRACT_BORROW", "ticks", "zero", "ticks"
-    yield from _least("ticks", "40", "ticks")
+    yield from least("ticks", "40", "ticks")
     yield "ADD", "ticks", "exponent", "a"
     yield "SUBTRACT", "a", "9", "a"
     yield "SHIFT_RIGHT_LONG", "scaled", "a", "modulus"
@@ -210,31 +217,36 @@ def _ticks() -> Rows:
     yield "SHIFT_LEFT", "energy", "ticks", "gain"
 
 
-def _increments() -> Rows:
-    """Take the end in 2**-8 step, and how far it is from the start; modulo 2**36.
+def _places() -> Rows:
+    """Take the end in 2**-8 step, rounded down, and modulo 2**36.
 
-    Counted from the corner, of which all axes are a multiple of 2e9 away, nothing is negative.
+    Half a step more, rounded down, is the nearest step. Counted from the corner, of which all axes
+    are a multiple of 2e9 away, nothing is negative.
     """
     for axis in AXES:
         yield "ADD", f"to_{axis}", "corner", "a"
         yield "MULTIPLY", "a", f"steps_{axis}", "product"
-        yield "ADD", "product.low", "1e9", "b"
-        yield "ADD_CARRY", "product", "zero", "whole.low"
+        yield "ADD", "product", "zero", "whole.low"
         yield "REMAINDER", "whole", "2e9", "part"
-        yield "ADD", "b", "zero", "part.low"
+        yield "ADD", "product.low", "zero", "part.low"
         yield "DIVIDE", "part", "2e9", f"place_{axis}"
+
+
+def increment_rows() -> Rows:
+    yield from _places()
+    for axis in AXES:
         yield "SUBTRACT", f"place_{axis}", f"place_before_{axis}", f"increment_{axis}"
 
 
-def _junction() -> Rows:
+def junction_rows() -> Rows:
     """Take the squared speed of the junction with the line before, and the limit at the entry.
 
     With d = unit - unit before, c = |d| and s = sqrt(1 - c²/4): 4 deviation s (1 + s) / c times the
     least acceleration / |d| of an axis. ``half`` is 1 in 2**-34.
     """
     for axis in AXES:
-        yield from _magnitude(f"unit_{axis}", f"unit_before_{axis}", f"distance_{axis}")
-    yield from _vector()
+        yield from magnitude(f"unit_{axis}", f"unit_before_{axis}", f"distance_{axis}")
+    yield from vector()
     yield "ADD", "exponent", "exponent", "exponent"
     yield "SHIFT_RIGHT_LONG", "sum", "exponent", "product"  # c²/4 in 2**-68
     yield "SUBTRACT", "one.low", "product.low", "product.low"
@@ -245,7 +257,7 @@ def _junction() -> Rows:
     yield "ADD", "a", "half", "b"
     yield "ADD", "a", "a", "a"
     yield "MULTIPLY", "a", "b", "part"  # s (1 + s), the high word in 2**-33
-    yield from _least_ratio("max_acceleration", "b")
+    yield from _least_ratio(MAX_ACCELERATIONS, "b")
     yield "MULTIPLY", "b", "deviation", "product"
     yield "NORMALISE", "product", "zero", "numerator"
     yield "NORMALISE", "length", "zero", "denominator"
@@ -262,25 +274,75 @@ def _junction() -> Rows:
 
 
 def _line() -> Rows:
-    for part in (_path, _speed, _acceleration, _ticks, _increments, _junction):
+    yield from _path()
+    yield from speed_rows(MAX_SPEEDS)
+    yield from acceleration_rows(MAX_ACCELERATIONS)
+    for part in (tick_rows, increment_rows, junction_rows):
         yield from part()
 
 
 def _accept() -> Rows:
     """Let the end be the next start."""
     for axis in AXES:
-        for name, to in ("to", "from"), ("unit", "unit_before"), ("place", "place_before"):
+        for name, to in ("to", "from"), ("unit_end", "unit_before"), ("place", "place_before"):
             yield "ADD", f"{name}_{axis}", "zero", f"{to}_{axis}"
     for word in "", ".low":
         yield "ADD", f"nominal{word}", "zero", f"nominal_before{word}"
 
 
-REGISTERS = _registers()
+def _nearest(sign: str, divisor: str, to: str) -> Rows:
+    """Take ``product`` / `divisor`, to the nearest, with the sign of another register."""
+    yield "SHIFT_RIGHT", divisor, "1", "part"
+    yield "ADD", "product.low", "part", "product.low"
+    yield "ADD_CARRY", "product", "zero", "product"
+    yield "DIVIDE", "product", divisor, "b"
+    yield "DIFFERENCE", sign, "zero", "flag"
+    yield "NEGATE", "b", "b", to
+
+
+def _report() -> Rows:
+    """Take the positions of the axes in nm, the speed in mm/min, and that of the spindle in rpm."""
+    for axis in AXES:
+        steps = f"steps_now_{axis}"
+        yield from magnitude(steps, "zero", "a")
+        yield "MULTIPLY", "a", "1e9", "product"
+        yield "SHIFT_LEFT", "product", "9", "product"
+        yield from _nearest(steps, f"steps_{axis}", f"position_{axis}")
+    for name, factor in ("speed_now", "60"), ("spindle", "1"):
+        yield "MULTIPLY", name, factor, "product"
+        yield from _nearest("zero", "1e6", name)
+
+
+def _round() -> Rows:
+    """Take the positions in um."""
+    for axis in AXES:
+        yield from magnitude(f"position_{axis}", "zero", "a")
+        yield "MULTIPLY", "a", "1", "product"
+        yield from _nearest(f"position_{axis}", "1e3", f"um_{axis}")
+
+
+def _begin() -> Rows:
+    """Let the position that was reported be the start of the next line, which begins at rest."""
+    for axis in AXES:
+        yield "ADD", f"position_{axis}", "zero", f"to_{axis}"
+    yield from _places()
+    for axis in AXES:
+        for name, to in ("to", "from"), ("zero", "unit_before"), ("place", "place_before"):
+            yield "ADD", name if name == "zero" else f"{name}_{axis}", "zero", f"{to}_{axis}"
+    for word in "", ".low":
+        yield "ADD", "zero", "zero", f"nominal_before{word}"
+
+
+REGISTERS = line_registers(128)
 """Registers of the formulas, by name."""
 
 TABLES = (FormulaTable.of("line", REGISTERS, _line()),
-          FormulaTable.of("accept", REGISTERS, _accept()))
-"""Tables of formulas: what a line needs, and what makes its end the next start."""
+          FormulaTable.of("accept", REGISTERS, _accept()),
+          FormulaTable.of("report", REGISTERS, _report()),
+          FormulaTable.of("begin", REGISTERS, _begin()),
+          FormulaTable.of("round", REGISTERS, _round()))
+"""Tables of formulas: what a line needs, what makes its end the next start, where the axes are,
+what makes that the next start, and positions in um."""
 
 
 def line_formulas(line: Line | None = None) -> Formulas:

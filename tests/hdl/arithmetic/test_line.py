@@ -4,6 +4,7 @@
 
 import random
 from fractions import Fraction
+from math import floor
 
 import pytest
 
@@ -16,7 +17,7 @@ from tb.models.line import BEYOND, ONE, Bounds, Path, junction, place
 
 AXES = "xyz"
 SIZE = 1 << 36
-LINE, ACCEPT = (
+LINE, ACCEPT, REPORT, BEGIN, ROUND = (
     [(row.operation.name, *row[1:]) for row in table.rows] for table in TABLES)
 
 
@@ -132,7 +133,8 @@ def check_junction(machine: Machine, unit: list[int], before: list[int]) -> None
 
 class TestTables:
     def test_take_their_clocks(self):
-        assert {table.name: table.clocks(36) for table in TABLES} == {"line": 2440, "accept": 59}
+        assert {table.name: table.clocks(36) for table in TABLES} == {
+            "line": 2445, "accept": 59, "report": 680, "begin": 440, "round": 373}
 
     @pytest.mark.parametrize("seed", range(4))
     def test_are_exact_for_random_programs(self, seed):
@@ -178,6 +180,42 @@ class TestTables:
             assert machine.pair("junction") == BEYOND
 
 
+class TestPositions:
+    def test_of_steps_and_what_begins_there(self):
+        rng = random.Random(3)
+        for _ in range(100):
+            machine = Machine(settings(rng))
+            per_metre = machine.line.steps
+            speed = number(rng, 31)
+            steps = [rng.choice([0, *(sign * min(34 * each, number(rng, 33)) for sign in (1, -1))])
+                     for each in per_metre]
+            spindle = number(rng, 36)
+            machine.set(speed_now=speed, spindle=spindle, **{f"steps_now_{axis}": count
+                                            for axis, count in zip(AXES, steps, strict=True)})
+            machine.run(REPORT)
+            nanometres = [(1 if count >= 0 else -1)
+                          * round_half_up(Fraction(abs(count) * 10**9, each))
+                          for count, each in zip(steps, per_metre, strict=True)]
+            assert machine.each("position") == nanometres
+            machine.run(ROUND)
+            assert machine.each("um") == [
+                (1 if each >= 0 else -1) * round_half_up(Fraction(abs(each), 1000))
+                for each in nanometres]
+            assert machine.get("speed_now") == round_half_up(Fraction(speed * 60, 10**6))
+            assert machine.get("spindle") == round_half_up(Fraction(spindle, 10**6))
+            machine.run(BEGIN)
+            assert machine.each("from") == nanometres
+            assert machine.each("unit_before") == [0, 0, 0]
+            assert machine.pair("nominal_before") == 0
+            assert [machine.get(f"place_before_{axis}") for axis in AXES] == [
+                (place(at, each) + 17 * 512 * each) % SIZE
+                for at, each in zip(nanometres, per_metre, strict=True)]
+
+
+def round_half_up(value: Fraction) -> int:
+    return floor(value + Fraction(1, 2))
+
+
 class Gateware:
     """The formulas on an engine."""
 
@@ -219,13 +257,13 @@ def compare(engine, rounds: int, seed: int) -> None:
     gateware.load(machine.words)
     for _ in range(rounds):
         position = machine.each("from")
-        machine.set(feed=number(rng, 31), **{
+        machine.set(feed=number(rng, 31), steps_now_x=rng.getrandbits(36), **{
             f"to_{axis}": min(CORNER, max(-CORNER, at + change))
             for axis, at, change in zip(AXES, position, moves(rng), strict=True)})
         if machine.each("to") == position:
             continue
         gateware.load(machine.words)
-        for each, rows in enumerate((LINE, ACCEPT)):
+        for each, rows in (0, LINE), (2, REPORT), (4, ROUND), (1, ACCEPT):
             gateware.run(each)
             machine.run(rows)
         assert gateware.words() == machine.words
