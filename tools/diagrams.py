@@ -125,6 +125,12 @@ DIAGRAMS = (
         "block: blocks_valid blocks_ready outputs: tick first speed standing inside: dut.phase",
         0, 230, radix=("speed=dec",)),
     Diagram(
+        "g-code-control",
+        "A feed hold (0x21): it is resumed (0x7E) only once the machine stands. Then a hard limit: "
+        "stopped in the next clock, until a reset (0x18); a lock stays after it.",
+        "inputs: moving standing hard_limit unlock command code outputs: hold stop reset enable "
+        "substate state: dut.control_state_state", 0, 17, radix=("code=hex", "substate=dec")),
+    Diagram(
         "backlash",
         "After each reversal 3 steps only take up backlash and are not counted; where 2 are taken "
         "up "
@@ -172,6 +178,22 @@ DIAGRAMS = (
         "A line of 3, -5 and 16 steps in 16 ticks.",
         "segment: segments_valid segments_ready inputs: tick last outputs: ready busy step "
         "direction", 30, 130),
+    Diagram(
+        "block-loader",
+        "The last words of a line, which is offered to walk and profile, and starts when the "
+        "profile takes it.",
+        "words: blocks_valid blocks_ready blocks_payload.last outputs: profile_valid "
+        "profile_ready segments_valid segments_ready take", 20, 50),
+    Diagram(
+        "block-motion",
+        "The first line begins: its steps come ever closer.",
+        "inputs: words_valid words_ready made outputs: still idle step direction", 0, 6000),
+    Diagram(
+        "g-code-planner",
+        "The words of a block, those of the plan first and last.",
+        "action: actions_valid actions_ready words: words_valid words_ready "
+        "words_payload.address words_payload.last", 2500, 2690,
+        radix=("words_payload.address=dec",)),
     Diagram(
         "point-store",
         "Points 1 and 3 are stored, 0 is not. Whether a point is stored is valid at "
@@ -328,6 +350,27 @@ DIAGRAMS = (
         "line: items_valid items_ready items_payload.byte words: words_valid words_ready "
         "words_payload.character words_payload.kind", 0, 30,
         radix=("items_payload.byte=hex", "words_payload.character=hex")),
+    Diagram(
+        "g-code-interpreter",
+        "After a reset three sums clear the offset of G92, the length of the tool, feed and speed, "
+        "and one sets the origin. Then a position is taken, and words of a line.",
+        "position: position_valid position_ready line: words_valid words_ready "
+        "words_payload.character outputs: actions_valid answers_valid "
+        "state: dut.interpreter_state_state",
+        94, 122, radix=("words_payload.character=hex",)),
+    Diagram(
+        "g-code-gate",
+        "A line of two words is passed; then the machine is locked, and the end of the same line "
+        "has status 9.",
+        "line: words_valid words_ready words_payload.kind words_payload.character passed: "
+        "passed_valid passed_payload.kind passed_payload.status inputs: locked outputs: unlock",
+        0, 14, radix=("words_payload.character=hex",)),
+    Diagram(
+        "g-code-reporter",
+        "`ok`, then `error:33`: the number comes out of the writer.",
+        "answers: answers_valid answers_ready answers_payload bytes: bytes_valid bytes_payload "
+        "state: dut.reporter_state_state inside: dut.item dut.full", 0, 60,
+        radix=("answers_payload=dec", "bytes_payload=hex", "dut.item=hex")),
     Diagram(
         "decimal-writer",
         "205: the powers of ten that are too large are skipped, then 100 is subtracted twice, "

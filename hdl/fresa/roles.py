@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 
 from amaranth.lib import wiring
 
-__all__ = ["BUTTON", "BUZZER", "COILS", "DIGITS", "DIRECTION", "ENABLE", "LIMIT", "NUMBER", "RX",
-           "SEGMENTS", "STATUS", "STEP", "STOP", "SWITCH", "TX", "MachineComponent", "Role"]
+__all__ = ["BUTTON", "BUZZER", "COILS", "COOLANT", "DIGITS", "DIRECTION", "ENABLE", "LIMIT",
+           "NUMBER", "RX", "SEGMENTS", "SPINDLE", "STATUS", "STEP", "STOP", "SWITCH", "TX",
+           "MachineComponent", "Role"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,8 @@ STEP = Role("STEP", registered=True)
 DIRECTION = Role("DIR", registered=True)
 ENABLE = Role("ENABLE", registered=True)
 COILS = Role("coils", registered=True)
+SPINDLE = Role("spindle", registered=True, optional=True)
+COOLANT = Role("coolant", registered=True, optional=True)
 BUZZER = Role("buzzer", registered=True, optional=True)
 LIMIT = Role("limit switch", to_ground=True)
 RX = Role("UART, to the FPGA", rest=1)

@@ -8,9 +8,11 @@ from ..machine import Machine
 from ..machines import machines
 from . import (
     axis,
+    blocks,
     board,
     control,
     drive,
+    gcode_control,
     guard,
     motion,
     order_ledger,
@@ -28,7 +30,7 @@ from . import (
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              profile, plan, walk, serial_line, protocol)
+              profile, plan, walk, blocks, gcode_control, serial_line, protocol)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

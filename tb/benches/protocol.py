@@ -4,8 +4,14 @@ from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
     FixedPoint,
+    GCodeActionKind,
+    GCodeGate,
+    GCodeInterpreter,
     GCodeKind,
+    GCodeMessage,
     GCodeReader,
+    GCodeReporter,
+    GCodeState,
     GCodeStatus,
     HexReader,
     HexWriter,
@@ -13,6 +19,7 @@ from fresa.protocol import (
     LineEnd,
     LineReader,
     NumberError,
+    Operand,
     RealtimeCode,
     RealtimeFilter,
     TextSource,
@@ -388,3 +395,133 @@ def g_code_reader(run: Run) -> str:
 
     run.simulate(dut, test, consumer)
     return "six lines: words, comments, an error each, a setting and a jog"
+
+
+@bench
+def g_code_interpreter(run: Run) -> str:
+    """A position, a motion from it, an offset, and two lines that are refused."""
+    dut = GCodeInterpreter()
+
+    async def line(ctx, text: str, *expected: tuple[GCodeActionKind, Operand, int]) -> None:
+        for word in text.split():
+            whole = int(word[1:])
+            await put(ctx, dut.words, {
+                "kind": GCodeKind.WORD, "character": ord(word[0]), "number": {
+                    "value": whole * 10**6, "whole": whole, "exact": 1, "integer": 1}})
+        await put(ctx, dut.words, {"kind": GCodeKind.END})
+        for kind, address, value in expected:
+            await run.until(ctx, dut.actions, valid=1)
+            ctx.set(dut.operand_address, address)
+            await ctx.tick()
+            run.expect(f"action of {text}", ctx.get(dut.actions.p.kind), kind)
+            run.expect(f"operand of {text}", ctx.get(dut.operand), value)
+            ctx.set(dut.actions.ready, 1)
+            await ctx.tick()
+            ctx.set(dut.actions.ready, 0)
+        await run.until(ctx, dut.answers, valid=1)
+        run.see(ctx, dut.actions, valid=0)
+
+    async def answer(ctx, code: int) -> None:
+        run.see(ctx, dut.answers, payload=code)
+        ctx.set(dut.answers.ready, 1)
+        await ctx.tick()
+        ctx.set(dut.answers.ready, 0)
+
+    async def test(ctx):
+        await put(ctx, dut.position, {"axis": 0, "value": 7 * 10**6})
+        await line(ctx, "G91 G0 X2", (GCodeActionKind.RAPID, Operand.TARGET, 9 * 10**6))
+        await answer(ctx, 0)
+        await line(ctx, "G92 X4", (GCodeActionKind.OFFSETS, Operand.ORIGIN, 5 * 10**6))
+        await answer(ctx, 0)
+        await line(ctx, "G90 G1 X1 F60", (GCodeActionKind.LINE, Operand.TARGET, 6 * 10**6))
+        await answer(ctx, 0)
+        await line(ctx, "X1 X2")
+        await answer(ctx, 25)
+        await line(ctx, "G80 X1")
+        await answer(ctx, 31)
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test)
+    return "three lines done, from the position that was set; two refused, with 25 and 31"
+
+
+@bench
+def g_code_reporter(run: Run) -> str:
+    """Answers, an alarm, a message, and two reports, one line after the other."""
+    dut, text = GCodeReporter(), bytearray()
+
+    async def consumer(ctx):
+        ctx.set(dut.bytes.ready, 1)
+        while True:
+            if ctx.get(dut.bytes.valid):
+                text.append(ctx.get(dut.bytes.payload))
+            await ctx.tick()
+
+    async def line(ctx) -> str:
+        while not text.endswith(b"\n"):
+            await ctx.tick()
+        found = text.decode("ascii")
+        text.clear()
+        return found.removesuffix("\r\n")
+
+    async def report(ctx) -> str:
+        ctx.set(dut.request, 1)
+        await ctx.tick()
+        ctx.set(dut.request, 0)
+        return await line(ctx)
+
+    async def test(ctx):
+        await put(ctx, dut.answers, 0)
+        run.expect("answer", await line(ctx), "ok")
+        await put(ctx, dut.answers, 33)
+        run.expect("answer", await line(ctx), "error:33")
+        await put(ctx, dut.alarms, 1)
+        run.expect("alarm", await line(ctx), "ALARM:1")
+        await put(ctx, dut.messages, GCodeMessage.UNLOCKED)
+        run.expect("message", await line(ctx), "[MSG:Caution: Unlocked]")
+        ctx.set(dut.state, GCodeState.RUN)
+        ctx.set(dut.position_x, -1)
+        ctx.set(dut.position_y, 12_345)
+        ctx.set(dut.free_bytes, 128)
+        ctx.set(dut.pins, 0b1010)
+        run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"
+                                                "|Pn:YP|WCO:0.000,0.000,0.000>")
+        ctx.set(dut.pins, 0)
+        run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"
+                                                "|Ov:100,100,100>")
+
+    run.simulate(dut, test, consumer)
+    return "six lines, each whole, the reports with what is due"
+
+
+@bench
+def g_code_gate(run: Run) -> str:
+    """A line that is passed, one that is refused while it is locked, and what unlocks."""
+    dut = GCodeGate()
+    ends = []
+
+    async def interpreter(ctx):
+        ctx.set(dut.passed.ready, 1)
+        while True:
+            if ctx.get(dut.passed.valid) and ctx.get(dut.passed.payload).kind == GCodeKind.END:
+                ends.append(ctx.get(dut.passed.payload).status.value)
+            await ctx.tick()
+
+    async def line(ctx, text, *, system=0):
+        for byte in text.encode():
+            kind = GCodeKind.CHARACTER if system else GCodeKind.WORD
+            await put(ctx, dut.words, {"kind": kind, "character": byte, "system": system})
+        await put(ctx, dut.words, {"kind": GCodeKind.END, "system": system})
+
+    async def test(ctx):
+        await line(ctx, "GX")
+        ctx.set(dut.locked, 1)
+        await line(ctx, "GX")
+        await line(ctx, "$H", system=1)
+        await line(ctx, "$X", system=1)
+        await line(ctx, "")
+        await ctx.tick()
+        run.expect("statuses", ends, [0, 9, 5, 0, 0])
+
+    run.simulate(dut, test, interpreter)
+    return "of five lines one is refused since the machine is locked, and one as it cannot be done"

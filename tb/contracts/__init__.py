@@ -15,6 +15,9 @@ from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
 from .fixed_point import FIXED_POINT
+from .gcode_control import GCODE_CONTROL
+from .gcode_coordinates import GCODE_COORDINATES
+from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_reader import GCODE_READER
 from .glitch import GLITCH
 from .guard import GUARD
@@ -48,6 +51,7 @@ from .step_ratio import STEP_RATIO
 from .text import TEXT
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
+from .unit_converter import UNIT_CONVERTER
 from .walk import WALK
 from .words import WORDS
 
@@ -86,6 +90,7 @@ GENERAL = {
     "step_ratio": STEP_RATIO,
     "rotator": ROTATOR,
     "walk": WALK,
+    "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
     "glitch": GLITCH,
@@ -102,6 +107,9 @@ GENERAL = {
     "fixed_point": FIXED_POINT,
     "gcode_reader": GCODE_READER,
     "text": TEXT,
+    "gcode_coordinates": GCODE_COORDINATES,
+    "unit_converter": UNIT_CONVERTER,
+    "gcode_interpreter": GCODE_INTERPRETER,
     "hex_reader": HEX_READER,
     "hex_writer": HEX_WRITER,
 }

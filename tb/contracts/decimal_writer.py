@@ -25,21 +25,24 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     offered = c.keep(range(dut.digits + 2), name="offered")  # bytes of it that were taken
     with c.m.If(taken | c.rst):
         c.m.d.sync += [number.eq(dut.numbers.payload), offered.eq(0)]
-    with c.m.Elif(given):
+    with c.m.Elif(given & (byte != ord("."))):
         c.m.d.sync += offered.eq(offered + 1)
     minus = number < 0
-    busy = state("COUNT", "DIGIT", *(["SIGN"] if dut.shape.signed else []))
+    point = ["POINT"] if dut.decimals else []
+    writes = state("COUNT", "DIGIT", *point)
+    busy = state("COUNT", "DIGIT", *point, *(["SIGN"] if dut.shape.signed else []))
     last = state("DIGIT") & (place == 0)
     digits = offered - minus  # taken so far, once the sign is
+    pointed = _watch_point(c, dut, digits, place) if dut.decimals else 0
 
     c.implication("ready-at-rest", "A number is taken at rest, and only there.",
                   when=state("REST") | dut.numbers.ready, then=state("REST") & dut.numbers.ready)
     c.implication("stable-until-ready", "A byte that is offered stays until it is taken.",
                   when=c.past(dut.bytes.valid & ~dut.bytes.ready & ~c.rst),
                   then=dut.bytes.valid & (byte == c.past(byte)))
-    c.implication("digits-only", "Behind the sign each byte is a digit.",
+    c.implication("digits-only", "Behind the sign each byte is a digit, or the point.",
                   when=dut.bytes.valid & ((offered > 0) | ~minus),
-                  then=(byte >= 0x30) & (byte <= 0x39))
+                  then=((byte >= 0x30) & (byte <= 0x39)) | state(*point))
     if dut.shape.signed:
         c.implication("sign-first", "A negative number begins with its sign.",
                       when=dut.bytes.valid & minus & (offered == 0), then=byte == ord("-"))
@@ -50,8 +53,9 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                       & (digit == 0) & (place == dut.digits - 1) & (left == number.as_unsigned()))
     c.implication("no-sign", "No other number has one.", when=dut.bytes.valid & ~minus,
                   then=byte != ord("-"))
-    c.implication("no-leading-zero", "The first digit is no 0 unless it is the only one.",
-                  when=dut.bytes.valid & (digits == 0) & (byte == 0x30), then=last)
+    c.implication("no-leading-zero", "The first digit is no 0 unless it is the only one, or stands "
+                  "before the point.", when=dut.bytes.valid & (digits == 0) & (byte == 0x30),
+                  then=last | (pointed & (place == dut.decimals)))
     c.implication("rest-after-last-digit", "After the last digit the next number can be taken.",
                   when=c.past(last & given), then=state("REST"))
     c.implication("busy-until-last-digit", "And not before.",
@@ -59,47 +63,70 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
                   then=~state("REST"))
     c.implication("reset-clears", "Reset ends it.", when=c.past(c.rst), then=state("REST"))
     c.implication("digit-fits", "The remainder fits into the digits still to come.",
-                  when=state("COUNT", "DIGIT"), then=(place < dut.digits) & (digit <= 9)
+                  when=writes, then=(place < dut.digits) & (digit <= 9)
                   & (left < power * (10 - digit)) & (~state("DIGIT") | (left < power)))
     counted = state("COUNT") & (left >= power)
     c.implication("count-subtracts", "What the digit counts is taken away.",
                   when=c.past(counted & ~c.rst),
                   then=(left == c.past((left - power)[:len(left)])) & (digit == c.past(digit + 1)))
     c.implication("count-only-subtracts", "Nothing else is, and no other digit is begun.",
-                  when=c.past(state("COUNT", "DIGIT") & ~counted & ~c.rst) & state("COUNT",
-                                                                                   "DIGIT"),
+                  when=c.past(writes & ~counted & ~c.rst) & writes,
                   then=(left == c.past(left)) & (digit == Mux(c.past(given), 0, c.past(digit))))
     c.implication("all-digits-sent", "The remainder starts as the absolute value.",
-                  when=~c.past(state("COUNT", "DIGIT")) & state("COUNT"),
+                  when=~c.past(writes) & state("COUNT"),
                   then=left == Mux(minus, -number, number)[:len(left)])
     c.implication("remainder-bounded", "The remainder never exceeds that.",
-                  when=state("COUNT", "DIGIT"), then=left <= Mux(minus, -number,
+                  when=writes, then=left <= Mux(minus, -number,
                                                                  number)[:len(left)])
     c.implication("written-counts", "The state agrees with whether a digit was written.",
-                  when=state("COUNT", "DIGIT"), then=(c.signal("written") == (digits > 0))
+                  when=writes, then=(c.signal("written") == (digits > 0))
                   & (digits + place < dut.digits))
+    if dut.decimals:
+        c.implication("point-before-decimals", "The point stands before the decimals.",
+                      when=state("POINT"), then=pointed & (byte == ord(".")) & (digits > 0)
+                      & (place == dut.decimals - 1) & (digit == 0))
     if dut.shape.width <= WATCHED:
-        _watch_value(c, dut, number, given, last, power)
+        _watch_value(c, dut, number, given, last, power, writes)
     c.leaves_unused_codes("writer_state", fault=dut.fault,
                           shows=~dut.bytes.valid & ~dut.numbers.ready)
 
 
+def _watch_point(c: Contract, dut: DecimalWriter, digits: Bits, place: Bits) -> Bits:
+    """State that the point is written once or not at all; return whether it is wanted."""
+    state = c.state("writer_state")
+    before = ["POINT", *(["SIGN"] if dut.shape.signed else [])]
+    wanted = c.keep(1, name="wanted")
+    there = c.keep(1, name="there")
+    with c.m.If(dut.numbers.ready | c.rst):
+        c.m.d.sync += [wanted.eq(dut.pointed), there.eq(0)]
+    with c.m.Elif(dut.bytes.ready & state("POINT")):
+        c.m.d.sync += there.eq(1)
+    c.implication("point-once", "A number that is to have a point has one before its decimals, "
+                  "and no other has any.", when=state("COUNT", "DIGIT"),
+                  then=there == (wanted & (place < dut.decimals)))
+    c.implication("point-kept", "Whether it has one is sampled with the number.",
+                  when=~dut.numbers.ready & ~state("FAULT"),
+                  then=(c.signal("pointed") == wanted) & (~state(*before) | ~there)
+                  & (~wanted | ~state("COUNT", "DIGIT") | (place >= dut.decimals) | (digits > 0)))
+    return wanted
+
+
 def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, last: Bits,
-                 power: Bits) -> None:
+                 power: Bits, writes: Bits) -> None:
     """State that the digits, put together again, are the number."""
     state, byte = c.state("writer_state"), dut.bytes.payload
     so_far = c.keep(dut.shape.width, name="so_far")
     shown = (so_far * 10 + byte[:4])[:dut.shape.width]
     with c.m.If(dut.numbers.ready | c.rst):
         c.m.d.sync += so_far.eq(0)
-    with c.m.Elif(given & (byte != ord("-"))):
+    with c.m.Elif(given & (byte != ord("-")) & (byte != ord("."))):
         c.m.d.sync += so_far.eq(shown)
     magnitude = Mux(number < 0, -number, number)[:dut.shape.width]
 
     c.implication("digits-are-the-number", "The digits are those of the number, its sign aside.",
                   when=last & given, then=shown == magnitude)
     c.implication("digits-and-remainder", "The digits so far, the one that is counted and what "
-                  "is left are all of it.", when=state("COUNT", "DIGIT"),
+                  "is left are all of it.", when=writes,
                   then=so_far * power * 10 + c.signal("digit") * power
                   + c.signal("left") == magnitude)
     c.invariant("empty-at-rest", "At rest nothing of the next number is written.",
@@ -110,5 +137,8 @@ def _watch_value(c: Contract, dut: DecimalWriter, number: Bits, given: Bits, las
 DECIMAL_WRITER = Component(
     make=DecimalWriter, describe=describe, depth=30,
     cases=(Case({"width": 7, "is_signed": True}), Case({"width": 5}),
+           Case({"width": 7, "is_signed": True, "decimals": 1}),
            Case({"width": 32, "is_signed": True}, real=True), Case({"width": 32}, real=True),
-           Case({"width": 7, "is_signed": True}, upset=True)))
+           Case({"width": 27, "is_signed": True, "decimals": 3}, real=True),
+           Case({"width": 7, "is_signed": True}, upset=True),
+           Case({"width": 7, "is_signed": True, "decimals": 1}, upset=True)))

@@ -212,6 +212,16 @@ class Interpreter:
         """That of the work coordinates in the machine's, in nm."""
         return self._origin(self.modes.system)
 
+    def set_position(self, axis: int, value: int) -> None:
+        """Set the position of an axis, in nm."""
+        self.position = _vector(value if n == axis else self.position[n] for n in range(3))
+
+    def reset(self) -> None:
+        """Keep the position, the coordinate systems, and the positions of G28 and G30 only."""
+        kept = self.position, self.systems, self.predefined
+        self.__init__()
+        self.position, self.systems, self.predefined = kept
+
     def line(self, words: Iterable[Word]) -> list[Action]:
         """Return what a line does, in order, and keep what it sets.
 

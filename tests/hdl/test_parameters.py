@@ -34,6 +34,9 @@ from fresa.protocol import (
     DecimalReader,
     DecimalWriter,
     FixedPoint,
+    GCodeCoordinates,
+    GCodeInterpreter,
+    GCodeLine,
     GCodeReader,
     HexReader,
     HexWriter,
@@ -41,6 +44,7 @@ from fresa.protocol import (
     LineReader,
     UARTReceiver,
     UARTTransmitter,
+    UnitConverter,
 )
 
 PERIOD = 2**26
@@ -80,6 +84,13 @@ LIMITS = [  # component, what it is made with, parameter, its name in the messag
     (DecimalWriter, {}, "width", "width of a number", 5, 32),
     (FixedPoint, {}, "width", "width of a value", 8, 64),
     (FixedPoint, {}, "decimals", "decimals of a value", 2, 9),
+    (GCodeInterpreter, {}, "width", "width", 40, 64),
+    *((part, {"reach": 2}, "width", "width", least, 64) for part, least in (
+        (GCodeCoordinates, 4), (GCodeLine, 8))),
+    (UnitConverter, {"reach": 2, "speed": 2}, "width", "width", 4, 64),
+    *((part, {}, "reach", "reach", 2, 44) for part in (
+        GCodeCoordinates, GCodeLine, UnitConverter)),
+    (UnitConverter, {}, "speed", "speed", 2, 43),
     (GCodeReader, {}, "width", "width of a value", 8, 64),
     (GCodeReader, {}, "decimals", "decimals of a value", 2, 9),
     (HexReader, {}, "digits", "digits of a message", 1, 64),

@@ -130,6 +130,21 @@ class TestArcs:
                          [Arc(mm(0, 10, 2), (0, 5_000_000), (0, 1), False, 10**6)]]
 
 
+class TestFromOutside:
+    def test_a_position_is_where_the_next_line_starts(self):
+        machine, _ = run("G92 X1", "G91")
+        machine.set_position(0, 5_000_000)
+        assert machine.line(words("G0 X1")) == [Line(mm(6), None)]
+
+    def test_a_reset_leaves_position_systems_and_predefined_positions(self):
+        machine, _ = run("G0 X3", "G28.1", "G10 L2 P1 Y2", "G92 X0", "G43.1 Z1", "G20 G91 G55 M3",
+                         "G1 F10 S5 T3")
+        machine.reset()
+        expected = Interpreter(mm(3))
+        expected.systems[0], expected.predefined[0] = mm(0, 2), mm(3)
+        assert vars(machine) == vars(expected)
+
+
 class TestOthers:
     def test_they_come_in_the_order_of_execution(self):
         _, found = run("M3 S1000 M8 G4 P.5", "S2000", "G1 X1 F60 M5", "M7", "M9", "M0", "M1",

@@ -58,8 +58,9 @@ class TestStates:
     def test_finds_the_state_machines_by_their_mark(self):
         found = coverage.with_state_machine()
         assert [name for name in found if name in GENERAL] == [
-            "profile", "order_control", "sequencer", "start", "coordinates", "square",
-            "uart_receiver", "decimal_writer"]
+            "profile", "order_control", "sequencer", "start", "coordinates",
+            "square", "gcode_control", "uart_receiver", "decimal_writer", "unit_converter",
+            "gcode_interpreter"]
 
     @pytest.mark.prover
     def test_tells_what_is_reached_and_when_from_what_is_not(self, tmp_path):

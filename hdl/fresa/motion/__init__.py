@@ -3,9 +3,13 @@
 from .automatic import AutomaticControl
 from .axis import Axis
 from .backlash import MAX_BACKLASH, Backlash
+from .block_loader import BlockLoader
+from .block_motion import BlockMotion
 from .controller import NumericalController
 from .coordinates import CoordinateGenerator
 from .counter import StepCounter
+from .gcode_control import AlarmCode, GCodeControl
+from .gcode_planner import GCodePlanner
 from .guard import GuardedController
 from .limits import Limits
 from .manual import ManualControl
@@ -29,10 +33,10 @@ from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
     "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS", "PICTURE_LIMIT", "WALK_DELAY",
-    "Answer", "AutomaticControl", "Axis", "Backlash", "BlockQueue", "CoordinateGenerator",
-    "GuardedController", "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo",
-    "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome", "PathWalk",
-    "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment", "SpeedProfile",
-    "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake", "StepAccumulator",
-    "StepCounter", "StepRatio", "ramp_rates",
+    "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BlockLoader", "BlockMotion",
+    "BlockQueue", "CoordinateGenerator", "GCodeControl", "GCodePlanner", "GuardedController",
+    "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order",
+    "OrderControl", "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request",
+    "RequestKind", "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator",
+    "SquareRoot", "StartHandshake", "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
 ]

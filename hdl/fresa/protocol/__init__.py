@@ -5,7 +5,13 @@ from .decimal_reader import DecimalReader, NumberError
 from .decimal_writer import DecimalWriter
 from .fixed_point import FixedPoint, fixed_point_layout
 from .frames import FrameInterpreter
+from .gcode_coordinates import CoordinateSum, GCodeCoordinates, Operand
+from .gcode_gate import GCodeGate
+from .gcode_interpreter import GCodeAction, GCodeActionKind, GCodeInterpreter
+from .gcode_line import GCodeLine
+from .gcode_modes import GCodeLineState, GCodeModes, GCodeMotion
 from .gcode_reader import GCodeKind, GCodeReader, GCodeStatus, gcode_layout
+from .gcode_reporter import GCodeMessage, GCodeReporter, GCodeState
 from .hex_reader import CHECK_DIGITS, HexReader
 from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
@@ -15,12 +21,16 @@ from .receiver import Received, UARTReceiver
 from .reporter import Reporter
 from .text import TextSource
 from .transmitter import UARTTransmitter
+from .unit_converter import UnitConverter
 from .words import WordReader
 
 __all__ = [
-    "BAUD", "CHECK_DIGITS", "DecimalReader", "DecimalWriter", "FixedPoint", "FrameInterpreter",
-    "GCodeKind", "GCodeReader", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer", "LineEnd",
-    "LineItem", "LineReader", "NumberError", "RealtimeCode", "RealtimeFilter", "Received",
-    "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "WordReader", "bit_period",
-    "fixed_point_layout", "gcode_layout",
+    "BAUD", "CHECK_DIGITS", "CoordinateSum", "DecimalReader", "DecimalWriter", "FixedPoint",
+    "FrameInterpreter", "GCodeAction", "GCodeActionKind", "GCodeCoordinates", "GCodeGate",
+    "GCodeInterpreter", "GCodeKind", "GCodeLine", "GCodeLineState", "GCodeMessage", "GCodeModes",
+    "GCodeMotion", "GCodeReader", "GCodeReporter", "GCodeState", "GCodeStatus", "HexReader",
+    "HexWriter", "LineBuffer", "LineEnd", "LineItem", "LineReader", "NumberError", "Operand",
+    "RealtimeCode", "RealtimeFilter", "Received", "Reporter", "TextSource", "UARTReceiver",
+    "UARTTransmitter", "UnitConverter", "WordReader", "bit_period", "fixed_point_layout",
+    "gcode_layout",
 ]

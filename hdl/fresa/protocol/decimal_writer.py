@@ -24,8 +24,9 @@ class DecimalWriter(wiring.Component):
     SIGN    offers the ``-``, and makes it positive; only if it is signed     COUNT
     COUNT   takes the power away and counts, or passes over a leading zero    DIGIT if it is too
                                                                               large
-    DIGIT   offers the digit                                                  COUNT, or REST after
-                                                                              the last
+    DIGIT   offers the digit                                                  COUNT, POINT, or REST
+                                                                              after the last
+    POINT   offers the ``.``; only if there can be decimals                   COUNT
     FAULT   shows ``fault``, offers nothing                                   stays until reset
     ======  ================================================================  ====================
 
@@ -35,11 +36,16 @@ class DecimalWriter(wiring.Component):
         Bits of a number, from 5 to 32.
     is_signed : bool
         It may be negative.
+    decimals : int
+        Decimals of a number with a point, less than digits of the largest; 0 if none has any.
 
     Members
     -------
     numbers : In(stream.Signature)
         Numbers to write.
+    pointed : In(1)
+        Write the number that is taken with a point before its last ``decimals`` digits, and at
+        least a digit before the point. Only if ``decimals`` is not 0.
     bytes : Out(stream.Signature(8))
         Their bytes.
     fault : Out(1)
@@ -48,14 +54,16 @@ class DecimalWriter(wiring.Component):
     Raises
     ------
     ValueError
-        If ``width`` is out of range.
+        If ``width`` or ``decimals`` is out of range.
     """
 
-    def __init__(self, *, width: int = 32, is_signed: bool = False) -> None:
+    def __init__(self, *, width: int = 32, is_signed: bool = False, decimals: int = 0) -> None:
         self.shape = number_shape(in_range("width of a number", width, 5, 32), is_signed)
         self.digits = len(str(2 ** (width - is_signed) - (not is_signed)))
+        self.decimals = in_range("decimals", decimals, 0, self.digits - 1)
         super().__init__({
             "numbers": In(stream.Signature(self.shape)),
+            **({"pointed": In(1)} if decimals else {}),
             "bytes": Out(stream.Signature(8)),
             "fault": Out(1),
         })
@@ -69,6 +77,11 @@ class DecimalWriter(wiring.Component):
         written = Signal()  # a digit, so that a zero now counts
         after = Signal(signed(self.shape.width + 1))
         m.d.comb += after.eq(left - Array(10**n for n in range(self.digits))[place])
+        counts = (digit != 0) | written | (place == 0)  # not a leading zero
+        pointed = None
+        if self.decimals:
+            pointed = Signal()
+            counts |= pointed & (place <= self.decimals)
 
         with m.FSM(name="writer_state") as fsm:
             with m.State("REST"):
@@ -79,6 +92,8 @@ class DecimalWriter(wiring.Component):
                     digit.eq(0),
                     written.eq(0),
                 ]
+                if pointed is not None:
+                    m.d.sync += pointed.eq(self.pointed)
                 with m.If(self.numbers.valid):
                     m.next = "COUNT"
                     if self.shape.signed:
@@ -95,7 +110,7 @@ class DecimalWriter(wiring.Component):
             with m.State("COUNT"):
                 with m.If(after >= 0):
                     m.d.sync += [left.eq(after), digit.eq(digit + 1)]
-                with m.Elif((digit != 0) | written | (place == 0)):
+                with m.Elif(counts):
                     m.next = "DIGIT"
                 with m.Else():
                     m.d.sync += place.eq(place - 1)
@@ -107,6 +122,15 @@ class DecimalWriter(wiring.Component):
                     m.next = "COUNT"
                     with m.If(place == 0):
                         m.next = "REST"
+                    if pointed is not None:
+                        with m.Elif(pointed & (place == self.decimals)):
+                            m.next = "POINT"
+
+            if self.decimals:
+                with m.State("POINT"):
+                    m.d.comb += [self.bytes.valid.eq(1), self.bytes.payload.eq(ord("."))]
+                    with m.If(self.bytes.ready):
+                        m.next = "COUNT"
 
             with m.State("FAULT"):
                 pass

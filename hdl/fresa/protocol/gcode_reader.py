@@ -30,6 +30,9 @@ class GCodeStatus(enum.Enum, shape=unsigned(4)):
     GOOD = 0
     NO_LETTER = 1  # another character stands where a letter must
     NO_NUMBER = 2  # no number follows a letter
+    UNSUPPORTED = 3  # a system command that is not known; this and the next two are of `GCodeGate`
+    NO_HOMING = 5  # homing is not enabled
+    LOCKED = 9  # G-code during an alarm
     DAMAGED = 11  # bytes were lost or damaged; GRBL's error of a line that is too long
 
 

@@ -1,0 +1,226 @@
+"""From words of blocks to ticks, segments and outputs."""
+
+from amaranth import Array, Module, Mux, Signal, signed
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from .blocks import BlockHeader, BlockKind, BlockWord, Outputs
+from .walk import Segment
+
+__all__ = ["BlockLoader"]
+
+WORD = 36
+
+REFRESH = 8
+"""Clocks from the last word of a block to its start, at least: the queue has its exit by then."""
+
+
+class BlockLoader(wiring.Component):
+    """Reads blocks from a queue, gives them to profile and walk, and does what is no motion.
+
+    A block of motion is offered to both once all of its words are read, 16 clocks after it became
+    the oldest and the walk had taken the one before it. It starts, ``take``, when the profile takes
+    it. Where its steps begin and by how much they go follows from the places at the ends of blocks.
+
+    Its outputs are set when the walk takes it. Those of an OUTPUTS block are set when nothing
+    moves, unless a block of motion comes first, whose own are newer. DWELL, PAUSE and END wait
+    until nothing moves; time and pause begin then.
+
+    Parameters
+    ----------
+    clock : int
+        Clock in Hz, from 2 000 000.
+    speed_bits, modulus_bits : int
+        Of the profile.
+
+    Members
+    -------
+    blocks : In(stream.Signature)
+        Words of the oldest block, with ``last``; see `BlockWord`.
+    take : Out(1)
+        Start that block.
+    profile : Out(stream.Signature)
+        For the profile.
+    segments : Out(stream.Signature(Segment))
+        For the walk.
+    idle : In(1)
+        Nothing moves: profile and walk have made all that they took, and all steps are made.
+    start : In(1)
+        End a pause.
+    paused : Out(1)
+        A pause waits.
+    waiting : Out(1)
+        A dwell is counted.
+    outputs, extra : Out(Outputs), Out(36)
+        Outputs, and the speed of the spindle in 10**-6 rev/min, as they are now.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``clock`` is out of range.
+    """
+
+    def __init__(self, *, clock: int = 50_000_000, speed_bits: int = 31,
+                 modulus_bits: int = 50) -> None:
+        self.clock = in_range("clock", clock, 2_000_000, (1 << 27) - 1)
+        squares = 2 * speed_bits
+        super().__init__({
+            "blocks": In(stream.Signature(data.StructLayout({"data": WORD, "last": 1}))),
+            "take": Out(1),
+            "profile": Out(stream.Signature(data.StructLayout({
+                "energy": squares, "modulus": modulus_bits, "nominal": squares,
+                "log2_ticks": range(41)}))),
+            "segments": Out(stream.Signature(Segment)),
+            "idle": In(1), "start": In(1), "paused": Out(1), "waiting": Out(1),
+            "outputs": Out(Outputs), "extra": Out(WORD), "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        word = self.blocks.p.data
+        header = Signal(BlockHeader)
+        number = Signal(4)
+        wanted = Signal()  # words of the profile, or those of the walk when it has taken the last
+        read = Signal()
+        profile = self.profile.p
+        m.d.comb += [
+            wanted.eq((number < BlockWord.PLACE) | ~self.segments.valid),
+            read.eq(self.blocks.valid & self.blocks.ready),
+            profile.log2_ticks.eq(header.log2_ticks),
+        ]
+
+        places = [Signal(WORD, name=f"place_{axis}") for axis in range(3)]
+        starts = [Signal(8, name=f"start_{axis}") for axis in range(3)]
+        ends = [Signal(10, name=f"end_{axis}") for axis in range(3)]  # place + 1/2 step
+        m.d.comb += [end.eq(place + 128) for end, place in zip(ends, places, strict=True)]
+        changes = [Signal(signed(34), name=f"change_{axis}") for axis in range(3)]
+        turns = Signal(42)
+        x, y = Signal(WORD), Signal(WORD)
+        residual = Signal(29)
+        extra = Signal(WORD)
+        new_extra = Signal(WORD)
+        segment_header = Signal(BlockHeader)
+        with m.If(read):
+            m.d.sync += number.eq(number + 1)
+            with m.Switch(number):
+                with m.Case(BlockWord.HEADER):
+                    m.d.sync += header.eq(word)
+                for high, field in ((BlockWord.ENERGY, profile.energy),
+                                    (BlockWord.MODULUS, profile.modulus),
+                                    (BlockWord.NOMINAL, profile.nominal),
+                                    (BlockWord.TURNS, turns)):
+                    with m.Case(high):
+                        m.d.sync += field[WORD:].eq(word)
+                    with m.Case(high + 1):
+                        m.d.sync += field[:WORD].eq(word)
+                for axis in range(3):
+                    with m.Case(BlockWord.PLACE + axis):
+                        with m.If((header.kind == BlockKind.MOTION)
+                                  | (header.kind == BlockKind.PLACE)):
+                            m.d.sync += [starts[axis].eq(ends[axis]), places[axis].eq(word),
+                                         changes[axis].eq(word - places[axis])]
+                with m.Case(BlockWord.X):
+                    m.d.sync += x.eq(word)
+                with m.Case(BlockWord.Y):
+                    m.d.sync += y.eq(word)
+                with m.Case(BlockWord.RESIDUAL):
+                    m.d.sync += residual.eq(word)
+                with m.Case(BlockWord.EXTRA):
+                    m.d.sync += [new_extra.eq(word), segment_header.eq(header)]
+                    with m.If(header.kind == BlockKind.MOTION):
+                        m.d.sync += self.segments.valid.eq(1)
+        self._segment(m, segment_header, starts, ends, changes)
+        segment = self.segments.p
+        m.d.comb += [segment.turns.eq(Mux(segment.arc, turns, 0)), segment.x.eq(x),
+                     segment.y.eq(y), segment.residual.eq(residual)]
+
+        pause = Signal(range(REFRESH))
+        microseconds = self._microseconds(m)
+        left = Signal(WORD)
+        due = Signal()  # outputs wait for the end of motion
+        due_outputs = Signal(Outputs)
+        with m.FSM(name="loader_state") as fsm:
+            with m.State("READ"):
+                m.d.comb += self.blocks.ready.eq(wanted)
+                m.d.sync += pause.eq(REFRESH - 1)
+                with m.If(read & self.blocks.p.last):
+                    m.next = "SETTLE"
+                    with m.If(header.kind == BlockKind.MOTION):
+                        m.next = "OFFER"
+            with m.State("OFFER"):
+                m.d.comb += [self.profile.valid.eq(1), self.take.eq(self.profile.ready)]
+                with m.If(self.profile.ready):
+                    m.next = "READ"
+            with m.State("SETTLE"):
+                m.d.sync += [pause.eq(pause - 1), left.eq(new_extra)]
+                with m.If(pause == 0):
+                    with m.Switch(header.kind):
+                        with m.Case(BlockKind.DWELL):
+                            with m.If(self.idle):
+                                m.next = "DWELL"
+                        with m.Case(BlockKind.PAUSE):
+                            with m.If(self.idle):
+                                m.next = "PAUSE"
+                        with m.Case(BlockKind.END):
+                            with m.If(self.idle):
+                                m.next = "TAKE"
+                        with m.Case(BlockKind.OUTPUTS):
+                            m.d.sync += [due.eq(1), due_outputs.eq(header.outputs),
+                                         extra.eq(new_extra)]
+                            m.next = "TAKE"
+                        with m.Default():
+                            m.next = "TAKE"
+                    m.d.sync += pause.eq(0)
+            with m.State("DWELL"):
+                m.d.comb += self.waiting.eq(1)
+                with m.If(left == 0):
+                    m.next = "TAKE"
+                with m.Elif(microseconds):
+                    m.d.sync += left.eq(left - 1)
+            with m.State("PAUSE"):
+                m.d.comb += self.paused.eq(1)
+                with m.If(self.start):
+                    m.next = "TAKE"
+            with m.State("TAKE"):
+                m.d.comb += self.take.eq(1)
+                m.next = "READ"
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+
+        with m.If(self.segments.valid & self.segments.ready):
+            m.d.sync += [self.segments.valid.eq(0), self.outputs.eq(segment_header.outputs),
+                         self.extra.eq(new_extra), due.eq(0)]
+        with m.Elif(due & self.idle):
+            m.d.sync += [self.outputs.eq(due_outputs), self.extra.eq(extra), due.eq(0)]
+        return m
+
+    def _segment(self, m: Module, header: Signal, starts: list, ends: list,
+                 changes: list) -> None:
+        """Give each channel what its axis has."""
+        segment = self.segments.p
+        m.d.comb += [segment.log2_ticks.eq(header.log2_ticks), segment.arc.eq(header.arc),
+                     segment.clockwise.eq(header.clockwise), segment.channel.eq(header.channel),
+                     segment.shift.eq(header.shift)]
+        for channel in range(3):
+            axis = Signal(2, name=f"axis_{channel}")
+            m.d.comb += axis.eq(Mux(header.channel[0] == channel, 0,
+                                    Mux(header.channel[1] == channel, 1, 2)))
+            m.d.comb += segment.start[channel].eq(Array(starts)[axis])
+            change = Array(changes)[axis] if channel == 2 else changes[channel]
+            m.d.comb += segment.increment[channel].eq(
+                Mux(header.arc & (channel < 2), 0, change))
+        m.d.comb += [segment.end[axis].eq(ends[axis][8:]) for axis in range(3)]
+
+    def _microseconds(self, m: Module) -> Signal:
+        """Return a signal that is 1 for a clock each microsecond, while a dwell is counted."""
+        phase = Signal(range(self.clock))
+        over = Signal()
+        m.d.comb += over.eq(phase >= self.clock - 10**6)
+        m.d.sync += phase.eq(Mux(self.waiting, Mux(over, phase - (self.clock - 10**6),
+                                                   phase + 10**6), 0))
+        return over & self.waiting

@@ -1,0 +1,135 @@
+"""Blocks to steps: a queue with look-ahead, the speed profile, and the walk along the path."""
+
+from collections.abc import Sequence
+
+from amaranth import Cat, Module, Mux, ResetInserter, Signal
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from ..checks import in_range
+from .block_loader import BlockLoader
+from .blocks import BLOCK_WORDS, Outputs
+from .plan import BlockQueue
+from .profile import SpeedProfile
+from .walk import WALK_DELAY, PathWalk
+
+__all__ = ["BlockMotion"]
+
+WORD = 36
+
+STEPS_FOLLOW = WALK_DELAY + 4
+"""Clocks after a tick in which its steps come, and one that corrects an end."""
+
+
+class BlockMotion(wiring.Component):
+    """Runs blocks as they come, each as fast as the blocks that are known allow.
+
+    ``flush`` drops all blocks, and what is left of the one that runs: only while the speed is 0.
+    Then the steps are those at ``position``, and a block that sets the place must come first.
+
+    Parameters
+    ----------
+    clock : int
+        Clock in Hz.
+    depth : int
+        Blocks that are looked ahead, see :class:`BlockQueue`.
+    steps : sequence of int
+        Steps per metre of each axis.
+
+    Members
+    -------
+    words : In(stream.Signature)
+        Words of blocks, see :class:`BlockQueue` and `BlockWord`.
+    hold : In(1)
+        Slow down and stand.
+    flush : In(1)
+        Drop all blocks.
+    position : In(2 bits an axis)
+        Steps of each axis, modulo 4, for `flush`.
+    made : In(1)
+        All steps are made.
+    start : In(1)
+        End a pause.
+    step, direction : Out(3)
+        A step of each axis; 1 is forward.
+    free : Out(range(depth + 1))
+        Places left in the queue.
+    speed : Out(31)
+        Speed along the path, in nm/s.
+    still : Out(1)
+        The speed is 0, and the steps that were due are made.
+    idle : Out(1)
+        Nothing moves or waits to move, no dwell is counted, and no pause waits.
+    paused : Out(1)
+        A pause waits.
+    outputs, extra : Out(Outputs), Out(36)
+        Outputs, and the speed of the spindle in 10**-6 rev/min.
+    starved : Out(1)
+        The speed was cut to 0 since no block followed. For one clock; it is never expected.
+    fault : Out(1)
+        A part has a fault. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, clock: int = 50_000_000, depth: int = 64,
+                 steps: Sequence[int] = (80_000,) * 3) -> None:
+        self._steps = [in_range("steps", each, 1, (1 << 27) - 1) for each in steps]
+        self._queue = BlockQueue(depth=depth, words=BLOCK_WORDS, word=WORD)
+        self._profile = SpeedProfile()
+        self._loader = BlockLoader(clock=clock, speed_bits=self._profile.speed_bits,
+                                   modulus_bits=self._profile.modulus_bits)
+        super().__init__({
+            "words": In(self._queue.write.signature.flip()), "hold": In(1), "flush": In(1),
+            "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1),
+            "step": Out(3), "direction": Out(3), "free": Out(range(depth + 1)),
+            "speed": Out(self._profile.speed_bits), "still": Out(1), "idle": Out(1),
+            "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WORD), "starved": Out(1),
+            "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.queue = queue = self._queue
+        profile, loader, walk = self._profile, self._loader, PathWalk()
+        for name, each in (("profile", profile), ("loader", loader), ("walk", walk)):
+            m.submodules[name] = ResetInserter(self.flush)(each)
+        connect(m, wiring.flipped(self.words), queue.write)
+        connect(m, queue.blocks, loader.blocks)
+        connect(m, loader.profile, profile.blocks)
+        connect(m, loader.segments, walk.segments)
+
+        flushed = Signal()
+        settled = Signal(STEPS_FOLLOW)  # it stood so long
+        m.d.sync += settled.eq(Mux(profile.standing, Cat(1, settled), 0))
+        m.d.sync += flushed.eq(self.flush)
+        m.d.comb += [
+            queue.take.eq(loader.take), queue.flush.eq(self.flush),
+            profile.exit.eq(queue.exit), profile.hold.eq(self.hold),
+            walk.tick.eq(profile.tick), walk.last.eq(profile.last),
+            walk.load.eq(flushed), walk.position.eq(self.position),
+            loader.idle.eq(self.still & ~loader.profile.valid & ~loader.segments.valid
+                           & ~walk.busy),
+            loader.start.eq(self.start),
+            self.step.eq(walk.step), self.direction.eq(walk.direction),
+            self.free.eq(queue.free), self.speed.eq(profile.speed),
+            self.still.eq(settled[-1] & profile.standing & self.made),
+            self.paused.eq(loader.paused),
+            self.idle.eq(loader.idle & queue.empty),
+            self.outputs.eq(loader.outputs), self.extra.eq(loader.extra),
+            self.starved.eq(profile.starved),
+        ]
+        m.d.sync += self.fault.eq(profile.fault | walk.fault | loader.fault)
+
+        # Steps per metre of the channels u and v, while an arc runs
+        for channel, port in enumerate((walk.fine, walk.coarse)):
+            chosen = Signal(27, name=f"steps_{channel}")
+            axes = loader.segments.p.channel
+            m.d.comb += chosen.eq(Mux(axes[0] == channel, self._steps[0],
+                                      Mux(axes[1] == channel, self._steps[1], self._steps[2])))
+            with m.If(loader.segments.ready):
+                m.d.sync += port.eq(chosen)
+        return m

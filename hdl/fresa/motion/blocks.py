@@ -1,0 +1,61 @@
+"""Words of the blocks that a planner writes into a queue, and a loader reads."""
+
+from enum import IntEnum
+
+from amaranth import unsigned
+from amaranth.lib import data, enum
+
+__all__ = ["BLOCK_WORDS", "BlockHeader", "BlockKind", "BlockWord", "Outputs"]
+
+
+class BlockKind(enum.Enum, shape=unsigned(3)):
+    """What a block does."""
+
+    MOTION = 0
+    OUTPUTS = 1  # sets the outputs, at the end of the motion before it
+    DWELL = 2
+    PAUSE = 3  # waits for a start
+    END = 4  # waits for the end of motion
+    PLACE = 5  # sets the place from which the next motion starts; nothing moves
+
+
+class Outputs(data.Struct):
+    """Outputs that a program switches."""
+
+    clockwise: unsigned(1)  # spindle
+    counter_clockwise: unsigned(1)
+    mist: unsigned(1)
+    flood: unsigned(1)
+
+
+class BlockHeader(data.Struct):
+    """First word of a block. What is said of ticks, arcs and channels is that of a `Segment`."""
+
+    kind: BlockKind
+    outputs: Outputs
+    log2_ticks: unsigned(6)
+    arc: unsigned(1)
+    clockwise: unsigned(1)
+    channel: data.ArrayLayout(unsigned(2), 3)
+    shift: unsigned(5)
+
+
+class BlockWord(IntEnum):
+    """Addresses of the words; where there are two, that of the high one, the low one follows.
+
+    Of a block that is no motion there are the header and ``EXTRA``, and of a PLACE the places.
+    """
+
+    HEADER = 0
+    ENERGY = 1
+    MODULUS = 3
+    NOMINAL = 5
+    PLACE = 7  # of each axis, at the end, in 2**-8 step and modulo 2**36
+    TURNS = 10
+    X = 12
+    Y = 13
+    RESIDUAL = 14
+    EXTRA = 15  # speed of the spindle in 10**-6 rev/min, or of a DWELL its time in us
+
+
+BLOCK_WORDS = 16

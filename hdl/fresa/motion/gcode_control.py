@@ -1,0 +1,346 @@
+"""States of a G-code machine: run, hold, jog, alarm, and what leads from one to another."""
+
+from amaranth import Cat, Module, Mux, Signal, Value
+from amaranth.lib import enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..fsm import leave_unused_codes
+from ..protocol import GCodeMessage, GCodeState, RealtimeCode
+
+__all__ = ["AlarmCode", "GCodeControl"]
+
+
+class AlarmCode(enum.Enum, shape=4):
+    """Number of an alarm, as GRBL 1.1 has them; that of the emergency stop is of others."""
+
+    NONE = 0
+    HARD_LIMIT = 1
+    SOFT_LIMIT = 2
+    ABORTED = 3
+    PROBE_INITIAL = 4
+    PROBE_CONTACT = 5
+    HOMING_RESET = 6
+    HOMING_DOOR = 7
+    HOMING_PULL_OFF = 8
+    HOMING_SEARCH = 9
+    EMERGENCY = 10
+
+
+STATES = {
+    "IDLE": GCodeState.IDLE, "RUN": GCodeState.RUN, "HOLD": GCodeState.HOLD,
+    "JOG": GCodeState.JOG, "ALARM": GCodeState.ALARM, "DOOR": GCodeState.DOOR,
+    "CHECK": GCodeState.CHECK, "HOME": GCodeState.HOME, "SLEEP": GCodeState.SLEEP,
+}
+MAY_MOVE = ("IDLE", "RUN", "JOG", "HOME")
+
+
+class GCodeControl(wiring.Component):
+    """Decides whether the machine may move, from real-time commands, inputs and alarms.
+
+    It holds the speed profile back, or stops the drivers at once, and says which state that is. The
+    motion itself begins by itself as soon as there are blocks and ``hold`` is 0.
+
+    =====  ==================================================  =====================================
+    state  meaning                                             next
+    =====  ==================================================  =====================================
+    START  after power-up and reset, one clock                 ALARM if locked, or IDLE
+    IDLE   nothing moves, blocks may begin                     RUN, JOG when it moves; HOME, CHECK
+    RUN    blocks are carried out                              IDLE when none is left
+    JOG    the same of a jog                                   IDLE, also after it was cancelled
+    HOLD   slows down and stands: feed hold, program pause     IDLE by a resume, once it stands
+    DOOR   the same, door open                                 IDLE by a resume, once it is closed
+    ALARM  slows down or is stopped, refuses to move           IDLE by `unlock`, HOME by `home`
+    CHECK  lines are checked, nothing moves                    IDLE
+    HOME   homing cycle; resets and alarms alone end it early  IDLE
+    SLEEP  nothing moves, motors off                           ALARM, by a reset
+    FAULT  a state register was upset: stopped                 stays until reset
+    =====  ==================================================  =====================================
+
+    **Hold** in IDLE, RUN; in JOG it cancels: it slows down, then ``flush`` discards the rest. A
+    resume while it still slows down does nothing, as with GRBL.
+
+    **Reset** slows down, whatever the state, and takes effect when the machine stands: ``reset`` is
+    1 for a clock, and position and alarm are kept. With `strict`, as with GRBL, it takes effect
+    at once, steps are stopped, and where it was moving the position counts as lost: alarm 3. During
+    homing it is alarm 6 in either case.
+
+    **Alarms** by a hard limit (an edge, so that it can be moved off again) or the emergency stop
+    set ``stop`` in the next clock, until a reset has taken effect and the emergency stop is off.
+    Before that reset neither `unlock` nor `home` does anything. Other alarms, `failure`, slow down,
+    and need no reset; ``flush`` then discards the blocks, and until then `unlock` does nothing. In
+    ALARM and SLEEP only an emergency stop is an alarm. An alarm while another waits to be
+    announced is not announced.
+
+    Members
+    -------
+    command : In(1)
+        A real-time command came: `RealtimeFilter`.
+    code : In(8)
+        Which.
+    moving : In(1)
+        There are blocks or parts of them to be carried out, or a dwell.
+    standing : In(1)
+        The profile stands, and no requested step is pending.
+    jogging : In(1)
+        What moves is a jog.
+    pause : In(1)
+        Program pause, for a clock, before the profile takes another block.
+    home : In(1)
+        Homing cycle: requested, and going on.
+    check : In(1)
+        Check mode, sampled in IDLE and CHECK.
+    sleep : In(1)
+        Go to sleep, for a clock, in IDLE and ALARM.
+    unlock : In(1)
+        End an alarm, for a clock.
+    door : In(1)
+        The door is open.
+    hard_limit, emergency : In(1)
+        A limit switch; the emergency stop.
+    failure : In(AlarmCode)
+        Another alarm, for a clock, or NONE.
+    strict : In(1)
+        Resets take effect at once.
+    locked_start : In(1)
+        ALARM after power-up: homing is required.
+    hold : Out(1)
+        To the profile.
+    stop : Out(1)
+        Steps must not begin.
+    state : Out(GCodeState)
+        State. HOLD while a reset slows down.
+    substate : Out(2)
+        Of HOLD 0 when it stands, otherwise 1; of DOOR 0 when it stands and the door is closed, 1
+        when it stands and it is open, otherwise 2.
+    report : Out(1)
+        A status report is requested.
+    reset : Out(1)
+        Reset everything else but the reporter, in this clock.
+    flush : Out(1)
+        Discard blocks and parts of them, in this clock.
+    enable : Out(1)
+        Power of the motors: from the first motion on, not in SLEEP nor after an emergency stop.
+    alarms : Out(stream.Signature(4))
+        Numbers of alarms, to be announced.
+    messages : Out(stream.Signature(GCodeMessage))
+        The greeting after START, and then the reminder of a lock; after an alarm that needs a reset
+        the reminder of that; that the door is open.
+    fault : Out(1)
+        The state register was upset: ``stop`` and ``hold`` are 1. Stays until the reset of all.
+    """
+
+    command: In(1)
+    code: In(8)
+    moving: In(1)
+    standing: In(1)
+    jogging: In(1)
+    pause: In(1)
+    home: In(1)
+    check: In(1)
+    sleep: In(1)
+    unlock: In(1)
+    door: In(1)
+    hard_limit: In(1)
+    emergency: In(1)
+    failure: In(AlarmCode)
+    strict: In(1)
+    locked_start: In(1)
+    hold: Out(1)
+    stop: Out(1)
+    state: Out(GCodeState)
+    substate: Out(2)
+    report: Out(1)
+    reset: Out(1)
+    flush: Out(1)
+    enable: Out(1)
+    alarms: Out(stream.Signature(4))
+    messages: Out(stream.Signature(GCodeMessage))
+    fault: Out(1)
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        def received(*codes: RealtimeCode) -> Value:
+            return self.command & Cat(self.code == code.value for code in codes).any()
+
+        asks_hold, asks_resume, asks_reset, asks_door = Signal(), Signal(), Signal(), Signal()
+        m.d.comb += [
+            self.report.eq(received(RealtimeCode.STATUS)),
+            asks_hold.eq(received(RealtimeCode.HOLD)),
+            asks_resume.eq(received(RealtimeCode.RESUME)),
+            asks_reset.eq(received(RealtimeCode.RESET)),
+            asks_door.eq(received(RealtimeCode.DOOR) | self.door),
+        ]
+
+        wants = self._announce(m)
+        stopped = Signal()  # from a clock after the alarm to the reset
+        critical = Signal()  # the alarm needs a reset
+        alarmed = Signal()  # also through a reset
+        powered = Signal()  # it has been in START
+        resetting = Signal()
+        cancelling = Signal()  # flush when it stands
+        door_next = Signal()  # after the jog
+        limit_before, emergency_before = Signal(), Signal()
+        m.d.sync += [limit_before.eq(self.hard_limit), emergency_before.eq(self.emergency)]
+        alarm = Signal(AlarmCode)  # that begins in this clock
+
+        def open_door() -> None:
+            m.d.sync += wants[GCodeMessage.CHECK_DOOR].eq(1)
+            m.next = "DOOR"
+
+        with m.FSM(name="control_state", init="START") as fsm:
+            with m.State("START"):
+                m.d.sync += [powered.eq(1), wants[GCodeMessage.GREETING].eq(1)]
+                m.next = "IDLE"
+                with m.If(alarmed | (self.locked_start & ~powered)):
+                    m.d.sync += [alarmed.eq(1), wants[GCodeMessage.LOCKED].eq(1)]
+                    m.next = "ALARM"
+
+            with m.State("IDLE"):
+                with m.If(asks_door):
+                    open_door()
+                with m.Elif(asks_hold | self.pause):
+                    m.next = "HOLD"
+                with m.Elif(self.sleep):
+                    m.next = "SLEEP"
+                with m.Elif(self.home):
+                    m.next = "HOME"
+                with m.Elif(self.check):
+                    m.next = "CHECK"
+                with m.Elif(self.moving & self.jogging):
+                    m.next = "JOG"
+                with m.Elif(self.moving):
+                    m.next = "RUN"
+
+            with m.State("RUN"):
+                with m.If(asks_door):
+                    open_door()
+                with m.Elif(asks_hold | self.pause):
+                    m.next = "HOLD"
+                with m.Elif(~self.moving):
+                    m.next = "IDLE"
+
+            with m.State("JOG"):
+                with m.If(asks_door):
+                    m.d.sync += door_next.eq(1)
+                with m.If(cancelling & self.standing):
+                    m.d.sync += door_next.eq(0)
+                    m.next = "IDLE"
+                    with m.If(door_next | asks_door):
+                        open_door()
+                with m.Elif(asks_door | asks_hold | received(RealtimeCode.JOG_CANCEL)):
+                    m.d.sync += cancelling.eq(1)
+                with m.Elif(~cancelling & ~self.moving):
+                    m.next = "IDLE"
+
+            with m.State("HOLD"):
+                with m.If(asks_door):
+                    open_door()
+                with m.Elif(asks_resume & self.standing):
+                    m.next = "IDLE"
+
+            with m.State("DOOR"):
+                with m.If(asks_resume & self.standing & ~self.door):
+                    m.next = "IDLE"
+
+            with m.State("ALARM"):
+                with m.If(~critical & ~cancelling):
+                    with m.If(self.sleep):
+                        m.next = "SLEEP"
+                    with m.Elif(self.home):
+                        m.next = "HOME"
+                    with m.Elif(self.unlock):
+                        m.d.sync += alarmed.eq(0)
+                        m.next = "IDLE"
+
+            with m.State("CHECK"):
+                with m.If(~self.check):
+                    m.next = "IDLE"
+
+            with m.State("HOME"):
+                with m.If(asks_door):
+                    m.d.comb += alarm.eq(AlarmCode.HOMING_DOOR)
+                with m.Elif(~self.home):
+                    m.d.sync += alarmed.eq(0)
+                    m.next = "IDLE"
+                with m.If(asks_reset):
+                    m.d.comb += alarm.eq(AlarmCode.HOMING_RESET)
+
+            with m.State("SLEEP"):
+                m.d.sync += alarmed.eq(1)
+
+            with m.State("FAULT"):
+                pass
+
+        def within(*names: str) -> Value:
+            return Cat(fsm.ongoing(name) for name in names).any()
+
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+
+        # In any state, the most urgent last.
+        with m.If(asks_reset):
+            m.d.sync += resetting.eq(1)
+        with m.If((within("JOG", "ALARM")) & cancelling & self.standing):
+            m.d.comb += self.flush.eq(1)
+            m.d.sync += cancelling.eq(0)
+        stops, breaks = Signal(), Signal()
+        with m.If(~within("START", "ALARM", "SLEEP")):
+            with m.If(self.failure != AlarmCode.NONE):
+                m.d.comb += alarm.eq(self.failure)
+            with m.If(asks_reset & self.strict & ~self.standing):
+                m.d.comb += stops.eq(1)
+                with m.If(~within("HOME")):
+                    m.d.comb += alarm.eq(AlarmCode.ABORTED)
+            with m.If(self.hard_limit & ~limit_before & ~within("HOME")):
+                m.d.comb += [alarm.eq(AlarmCode.HARD_LIMIT), breaks.eq(1)]
+        with m.If(self.emergency & (~emergency_before | within("START"))):
+            m.d.comb += [alarm.eq(AlarmCode.EMERGENCY), breaks.eq(1)]
+
+        m.d.comb += self.reset.eq(resetting & (self.standing | stopped) & ~self.fault)
+        with m.If(self.reset):
+            m.d.sync += [resetting.eq(0), stopped.eq(0), critical.eq(0), cancelling.eq(0),
+                         door_next.eq(0), fsm.state.eq(fsm.encoding["START"])]
+        with m.If((alarm != AlarmCode.NONE) & ~self.fault):
+            m.d.sync += [alarmed.eq(1), cancelling.eq(1), door_next.eq(0)]
+            with m.If(~self.reset):
+                m.d.sync += fsm.state.eq(fsm.encoding["ALARM"])
+            with m.If(~self.alarms.valid | self.alarms.ready):
+                m.d.sync += [self.alarms.valid.eq(1), self.alarms.payload.eq(alarm)]
+        with m.If(stops | breaks):
+            m.d.sync += stopped.eq(1)
+        with m.If(breaks):
+            m.d.sync += [critical.eq(1), wants[GCodeMessage.RESET_TO_CONTINUE].eq(1)]
+
+        m.d.comb += [
+            self.stop.eq(stopped | emergency_before | self.fault),
+            self.hold.eq(~within(*MAY_MOVE) | resetting | cancelling),
+            self.substate.eq(~self.standing),
+        ]
+        for name, state in STATES.items():
+            with m.If(within(name)):
+                m.d.comb += self.state.eq(state)
+        with m.If(within("DOOR")):
+            m.d.comb += self.substate.eq(Mux(self.standing, self.door, 2))
+        with m.If(within(*MAY_MOVE) & resetting):
+            m.d.comb += self.state.eq(GCodeState.HOLD)
+        with m.If(within("RUN", "JOG", "HOME")):
+            m.d.sync += self.enable.eq(1)
+        with m.If(within("SLEEP") | self.emergency):
+            m.d.sync += self.enable.eq(0)
+        return m
+
+    def _announce(self, m: Module) -> dict[GCodeMessage, Signal]:
+        """Send messages; return a register for each, to be set by what comes after."""
+        wants = {message: Signal(name=f"wants_{message.name.lower()}") for message in (
+            GCodeMessage.GREETING, GCodeMessage.LOCKED, GCodeMessage.RESET_TO_CONTINUE,
+            GCodeMessage.CHECK_DOOR)}
+        with m.If(self.alarms.ready):
+            m.d.sync += self.alarms.valid.eq(0)
+        with m.If(~self.messages.valid | self.messages.ready):
+            m.d.sync += self.messages.valid.eq(Cat(wants.values()).any())
+            first = True
+            for message, wanted in wants.items():
+                with m.If(wanted) if first else m.Elif(wanted):
+                    m.d.sync += [self.messages.payload.eq(message), wanted.eq(0)]
+                first = False
+        return wants

@@ -1,0 +1,526 @@
+"""Actions of a G-code program to blocks: copies between registers, and tables of formulas."""
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from amaranth import Array, Cat, Module, Mux, Signal, signed, unsigned
+from amaranth.lib import data, enum, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..arithmetic import Line
+from ..arithmetic.arc import REGISTERS, TABLES, arc_formulas
+from ..arithmetic.line import WIDTH
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from ..protocol import GCodeAction, GCodeActionKind, GCodeMotion, Operand
+from .blocks import BLOCK_WORDS, BlockHeader, BlockKind, BlockWord
+
+__all__ = ["GCodePlanner"]
+
+UM_BITS = 27
+"""Bits of a position in um, which reaches to 34 m, with its sign."""
+
+PLAN_GAIN, PLAN_LIMIT = BLOCK_WORDS, BLOCK_WORDS + 2
+
+
+class _Do(enum.Enum, shape=unsigned(4)):
+    """What a row of a procedure does; a register is one of the formulas."""
+
+    LOAD = 0  # operand -> register
+    FEED = 1  # operand -> register; of a rapid the highest number
+    INPUT = 2  # input -> register
+    CONSTANT = 3  # number of the source -> register
+    STORE = 4  # register -> word of the block
+    PUT = 5  # operand -> word of the block
+    HEADER = 6  # header -> word of the block
+    KEEP = 7  # register -> one of _Kept
+    RUN = 8  # a table
+    SKIP = 9  # end here if the register is 0
+    POSITION = 10  # register -> position of an axis of the interpreter
+    CENTRE_U = 11  # operand of the first axis of the plane -> register
+    CENTRE_V = 12
+    PLANE = 13  # that of the action -> register
+    CLOCKWISE = 14
+    RUN_INVERSE = 15  # a table, if the feed of the action is motions a minute
+
+
+class _Kept(enum.Enum, shape=unsigned(4)):
+    """Registers for what is not in a word of its own."""
+
+    LOG2_TICKS = 0
+    FEED = 1
+    SPINDLE = 2
+    VERDICT = 3
+    X = 4
+    Y = 5
+    Z = 6
+    ORIGIN_X = 8
+    ORIGIN_Y = 9
+    ORIGIN_Z = 10
+    ARC = 11
+    CLOCKWISE = 12
+    CHANNELS = 13
+    SHIFT = 14
+
+
+class _Row(NamedTuple):
+    do: _Do
+    source: int = 0
+    destination: int = 0
+
+
+ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1})
+
+_register = REGISTERS.__getitem__
+_TABLE = {table.name: number for number, table in enumerate(TABLES)}
+
+
+def _pair(name: str, word: int, *, high_first: bool) -> Iterable[_Row]:
+    names = (name, f"{name}.low")
+    for offset, each in enumerate(names if high_first else reversed(names)):
+        yield _Row(_Do.STORE, _register(each), word + offset)
+
+
+def _targets() -> Iterable[_Row]:
+    for axis, name in enumerate("xyz"):
+        yield _Row(_Do.LOAD, Operand.TARGET + axis, _register(f"to_{name}"))
+
+
+def _places() -> Iterable[_Row]:
+    for axis, name in enumerate("xyz"):
+        yield _Row(_Do.STORE, _register(f"place_{name}"), BlockWord.PLACE + axis)
+
+
+def _plan(limit: str) -> Iterable[_Row]:
+    """Commit the block."""
+    yield from _pair(limit, PLAN_LIMIT, high_first=False)
+
+
+def _zero_gain() -> Iterable[_Row]:
+    for word in range(2):
+        yield _Row(_Do.STORE, _register("zero"), PLAN_GAIN + word)
+
+
+def _zero_limit() -> Iterable[_Row]:
+    """Commit a block that begins at rest, as the next one will."""
+    for register in ("nominal_before", "nominal_before.low"):
+        yield _Row(_Do.CONSTANT, 0, _register(register))
+    for word in range(2):
+        yield _Row(_Do.STORE, _register("zero"), PLAN_LIMIT + word)
+
+
+def _block() -> Iterable[_Row]:
+    """Commit the block that tables have computed."""
+    yield _Row(_Do.KEEP, _register("ticks"), _Kept.LOG2_TICKS.value)
+    yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
+    for name, word in (("energy", BlockWord.ENERGY), ("modulus", BlockWord.MODULUS),
+                       ("nominal", BlockWord.NOMINAL)):
+        yield from _pair(name, word, high_first=True)
+    yield from _places()
+    yield _Row(_Do.PUT, Operand.SPEED, BlockWord.EXTRA)
+    yield from _pair("gain", PLAN_GAIN, high_first=False)
+    # The register of a limit is of before `accept`, which needs no block.
+    yield _Row(_Do.RUN, _TABLE["accept"])
+    yield from _plan("limit")
+
+
+def _line() -> Iterable[_Row]:
+    yield from _targets()
+    yield _Row(_Do.FEED, Operand.FEED, _register("feed"))
+    yield _Row(_Do.RUN_INVERSE, _TABLE["distance"])
+    yield _Row(_Do.RUN_INVERSE, _TABLE["inverse"])
+    yield from _rest_of_line()
+
+
+def _rest_of_line() -> Iterable[_Row]:
+    yield _Row(_Do.RUN, _TABLE["line"])
+    yield _Row(_Do.SKIP, _register("path"))
+    yield _Row(_Do.KEEP, _register("zero"), _Kept.ARC.value)
+    yield _Row(_Do.KEEP, _register("xyz_ahead"), _Kept.CHANNELS.value)
+    yield from _block()
+
+
+def _check(*, by_radius: bool) -> Iterable[_Row]:
+    yield from _targets()
+    yield _Row(_Do.PLANE, 0, _register("plane"))
+    yield _Row(_Do.CLOCKWISE, 0, _register("clockwise"))
+    if by_radius:
+        yield _Row(_Do.LOAD, Operand.RADIUS, _register("radius"))
+    else:
+        yield _Row(_Do.CENTRE_U, 0, _register("centre_u"))
+        yield _Row(_Do.CENTRE_V, 0, _register("centre_v"))
+    yield _Row(_Do.RUN, _TABLE["arc_plane"])
+    if by_radius:
+        yield _Row(_Do.RUN, _TABLE["arc_centre"])
+    yield _Row(_Do.RUN, _TABLE["arc_check"])
+    yield _Row(_Do.KEEP, _register("verdict"), _Kept.VERDICT.value)
+
+
+def _arc(*, by_radius: bool) -> Iterable[_Row]:
+    """Queue an arc, and a line to its end if that is not on the circle."""
+    yield from _check(by_radius=by_radius)
+    yield _Row(_Do.FEED, Operand.FEED, _register("feed"))
+    yield _Row(_Do.RUN, _TABLE["arc_path"])
+    yield _Row(_Do.RUN_INVERSE, _TABLE["inverse"])
+    yield _Row(_Do.RUN, _TABLE["arc_plan"])
+    for name, kept in (("1", _Kept.ARC), ("mirrored", _Kept.CLOCKWISE),
+                       ("channels", _Kept.CHANNELS), ("shift", _Kept.SHIFT)):
+        yield _Row(_Do.KEEP, _register(name), kept.value)
+    for name, word in (("zero", BlockWord.TURNS), ("turns", BlockWord.TURNS + 1),
+                       ("x", BlockWord.X), ("y", BlockWord.Y), ("residual", BlockWord.RESIDUAL)):
+        yield _Row(_Do.STORE, _register(name), word)
+    yield from _block()
+    yield _Row(_Do.SKIP, _register("apart"))
+    yield from _targets()
+    yield from _rest_of_line()
+
+
+def _event(extra: Operand, *, stops: bool) -> Iterable[_Row]:
+    """Queue what is no motion; without a stop it has the highest speed of the motion before it."""
+    yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
+    yield _Row(_Do.PUT, extra, BlockWord.EXTRA)
+    yield from _zero_gain()
+    if stops:
+        yield from _zero_limit()
+    else:
+        yield from _plan("nominal_before")
+
+
+def _keep_um(first: _Kept) -> Iterable[_Row]:
+    yield _Row(_Do.RUN, _TABLE["round"])
+    for axis, name in enumerate("xyz"):
+        yield _Row(_Do.KEEP, _register(f"um_{name}"), first.value + axis)
+
+
+def _steps() -> Iterable[_Row]:
+    for axis, name in enumerate("xyz"):
+        yield _Row(_Do.INPUT, axis, _register(f"steps_now_{name}"))
+
+
+def _report() -> Iterable[_Row]:
+    yield from _steps()
+    for number, name in enumerate(("speed_now", "spindle"), 3):
+        yield _Row(_Do.INPUT, number, _register(name))
+    yield _Row(_Do.RUN, _TABLE["report"])
+    for name, kept in ("speed_now", _Kept.FEED), ("spindle", _Kept.SPINDLE):
+        yield _Row(_Do.KEEP, _register(name), kept.value)
+    yield from _keep_um(_Kept.X)
+
+
+def _origins() -> Iterable[_Row]:
+    for axis, name in enumerate("xyz"):
+        yield _Row(_Do.LOAD, Operand.ORIGIN + axis, _register(f"position_{name}"))
+    yield from _keep_um(_Kept.ORIGIN_X)
+
+
+def _begin() -> Iterable[_Row]:
+    yield from _steps()
+    yield _Row(_Do.RUN, _TABLE["report"])
+    yield _Row(_Do.RUN, _TABLE["begin"])
+    for axis, name in enumerate("xyz"):
+        yield _Row(_Do.POSITION, _register(f"position_{name}"), axis)
+    yield from _origins()
+    yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
+    yield from _places()
+    yield from _zero_gain()
+    yield from _zero_limit()
+
+
+class _Procedure(enum.Enum, shape=unsigned(4)):
+    BEGIN = 0
+    REPORT = 1
+    LINE = 2
+    DWELL = 3
+    OUTPUTS = 4
+    STOPPED_OUTPUTS = 5
+    WAIT = 6
+    ORIGIN = 7
+    CHECK_CENTRE = 8
+    CHECK_RADIUS = 9
+    ARC_BY_CENTRE = 10
+    ARC_BY_RADIUS = 11
+
+
+_PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
+    _Procedure.BEGIN: (*_begin(),),
+    _Procedure.REPORT: (*_report(),),
+    _Procedure.LINE: (*_line(),),
+    _Procedure.DWELL: (*_event(Operand.DWELL, stops=True),),
+    _Procedure.OUTPUTS: (*_event(Operand.SPEED, stops=False),),
+    _Procedure.STOPPED_OUTPUTS: (*_event(Operand.SPEED, stops=True),),
+    _Procedure.WAIT: (*_event(Operand.SPEED, stops=True),),
+    _Procedure.ORIGIN: (*_origins(),),
+    _Procedure.CHECK_CENTRE: (*_check(by_radius=False),),
+    _Procedure.CHECK_RADIUS: (*_check(by_radius=True),),
+    _Procedure.ARC_BY_CENTRE: (*_arc(by_radius=False),),
+    _Procedure.ARC_BY_RADIUS: (*_arc(by_radius=True),),
+}
+
+_EVENTS = {
+    GCodeActionKind.DWELL: (_Procedure.DWELL, BlockKind.DWELL),
+    GCodeActionKind.PAUSE: (_Procedure.WAIT, BlockKind.PAUSE),
+    GCodeActionKind.END: (_Procedure.WAIT, BlockKind.END),
+}
+
+
+class GCodePlanner(wiring.Component):
+    """Makes blocks of actions, one after the other.
+
+    An action is done when all words of its block are written, and is taken then; one without a
+    block, such as a motion to where it starts, at once. Spindle and coolant go on while it moves: a
+    block of OUTPUTS has the highest speed of the motion before it, but the second of two without
+    motion between them stops it, so that blocks of motion are never far from each other. Dwell,
+    pause and end stop motion.
+
+    Between two actions, and before the first, it reports or begins when it is asked to: both
+    compute where the axes are, by their steps; to begin makes that the start of the next motion, in
+    the formulas, in the queue and in the interpreter.
+
+    Its procedures are rows without jumps, four clocks each; tables of formulas take their own time.
+
+    Parameters
+    ----------
+    line : Line
+        Settings of the machine.
+    width : int
+        Bits of an operand.
+
+    Members
+    -------
+    actions : In(stream.Signature(GCodeAction))
+        What is to be done.
+    operand_address, operand : Out(6), In(signed(width))
+        The operands of the action, a clock after their address.
+    verdict : Out(6)
+        Error of an arc, when its CHECK_ARC is taken.
+    words : Out(stream.Signature)
+        Words of blocks, for a queue of blocks of 16 words of 36 bits.
+    room : In(1)
+        There are two places in the queue; otherwise no action is begun.
+    steps, speed, spindle_speed : In(signed(36)) x 3, In(31), In(36)
+        Steps of each axis since power-up, the speed in nm/s and that of the spindle in 10**-6
+        rev/min: what is reported.
+    report, reported : In(1), Out(1)
+        Compute the report, until ``reported``, which is one clock.
+    position_um, feed, spindle : Out(signed(27)) x 3, Out(26), Out(26)
+        The last report: positions, the speed in mm/min, and that of the spindle in rev/min.
+    origin_um, origin_changed : Out(signed(27)) x 3, Out(1)
+        Origin of the work coordinates; it may be another from this clock on.
+    begin, begun : In(1), Out(1)
+        Begin, until ``begun``, which is one clock. Only while nothing moves and no block waits.
+    positions : Out(stream.Signature)
+        Position of each axis in nm, for the interpreter, when it begins.
+    fault : Out(1)
+        A state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``width`` is out of range.
+    """
+
+    def __init__(self, *, line: Line | None = None, width: int = 44) -> None:
+        self.line = line or Line()
+        self.width = in_range("width", width, WIDTH, 64)
+        super().__init__({
+            "actions": In(stream.Signature(GCodeAction)),
+            "operand_address": Out(6), "operand": In(signed(self.width)), "verdict": Out(6),
+            "words": Out(stream.Signature(data.StructLayout({
+                "address": range(BLOCK_WORDS + 4), "data": WIDTH, "last": 1}))),
+            "room": In(1), "steps": In(signed(WIDTH)).array(3), "speed": In(31),
+            "spindle_speed": In(WIDTH),
+            "report": In(1), "reported": Out(1),
+            "position_um": Out(signed(UM_BITS)).array(3),
+            "origin_um": Out(signed(UM_BITS)).array(3),
+            "origin_changed": Out(1), "feed": Out(UM_BITS - 1), "spindle": Out(UM_BITS - 1),
+            "begin": In(1), "begun": Out(1),
+            "positions": Out(stream.Signature(data.StructLayout({
+                "axis": 2, "value": signed(self.width)}))),
+            "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.formulas = formulas = arc_formulas(self.line)
+        rows, firsts = _rows()
+        m.submodules.rows = rom = memory.Memory(shape=ROW, depth=len(rows), init=rows)
+        following = rom.read_port()
+        place = Signal(range(len(rows)))
+        row = Signal(ROW)
+        value = Signal(WIDTH)
+        m.d.comb += following.addr.eq(place)
+
+        procedure = Signal(_Procedure)
+        header = Signal(BlockHeader)
+        committed = Signal()  # a block, by this procedure
+        outputs_last = Signal()  # the last block was one of outputs
+        rapid = Signal()
+        modes = self.actions.p.modes
+        inverse = modes.inverse & ~rapid
+        kept = {_Kept.LOG2_TICKS: header.log2_ticks, _Kept.FEED: self.feed,
+                _Kept.SPINDLE: self.spindle, _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
+                _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
+                _Kept.SHIFT: header.shift,
+                **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},
+                **{_Kept(_Kept.ORIGIN_X.value + axis): self.origin_um[axis]
+                   for axis in range(3)}}
+        inputs = Array([*self.steps, self.speed, self.spindle_speed])
+        from_operand = Cat(row.do == do for do in (
+            _Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)).any()
+        place_u, place_v = (Mux(modes.plane == 0, first, Mux(modes.plane == 1, second, third))
+                            for first, second, third in ((0, 2, 1), (1, 0, 2)))
+        into_register = Signal()
+        m.d.comb += [
+            self.operand_address.eq(Mux(
+                row.do == _Do.CENTRE_U, Operand.CENTRE + place_u,
+                Mux(row.do == _Do.CENTRE_V, Operand.CENTRE + place_v, row.source))),
+            formulas.address.eq(Mux(into_register, row.destination, row.source)),
+            formulas.value.eq(value), formulas.table.eq(row.source),
+            self.words.p.address.eq(row.destination), self.words.p.data.eq(value),
+            self.words.p.last.eq(row.destination == PLAN_LIMIT + 1),
+            self.positions.p.axis.eq(row.destination), self.positions.p.value.eq(
+                value.as_signed()),
+        ]
+
+        def begin(which: _Procedure, kind: BlockKind = BlockKind.MOTION) -> None:
+            m.d.sync += [procedure.eq(which), place.eq(firsts[which]), header.kind.eq(kind),
+                         committed.eq(0)]
+            m.next = "FETCH"
+
+        ends = Signal()  # the procedure is through
+        m.d.comb += [
+            self.actions.ready.eq(ends & (procedure != _Procedure.BEGIN)
+                                  & (procedure != _Procedure.REPORT)),
+            self.reported.eq(ends & (procedure == _Procedure.REPORT)),
+            self.begun.eq(ends & (procedure == _Procedure.BEGIN)),
+            self.origin_changed.eq(ends & ((procedure == _Procedure.BEGIN)
+                                           | (procedure == _Procedure.ORIGIN))),
+        ]
+
+        def finish() -> None:
+            m.next = "FETCH"
+            with m.If(row.last):
+                m.next = "END"
+
+        with m.FSM(name="planner_state") as fsm:
+            with m.State("IDLE"):
+                m.d.sync += [
+                    header.outputs.clockwise.eq(modes.clockwise),
+                    header.outputs.counter_clockwise.eq(modes.counter_clockwise),
+                    header.outputs.mist.eq(modes.mist), header.outputs.flood.eq(modes.flood),
+                    rapid.eq(self.actions.p.kind == GCodeActionKind.RAPID),
+                ]
+                with m.If(self.begin):
+                    begin(_Procedure.BEGIN, BlockKind.PLACE)
+                with m.Elif(self.report):
+                    begin(_Procedure.REPORT)
+                with m.Elif(self.actions.valid & self.room):
+                    with m.Switch(self.actions.p.kind):
+                        with m.Case(GCodeActionKind.RAPID, GCodeActionKind.LINE):
+                            begin(_Procedure.LINE)
+                        for kind, (which, block) in _EVENTS.items():
+                            with m.Case(kind):
+                                begin(which, block)
+                        with m.Case(GCodeActionKind.SPINDLE, GCodeActionKind.COOLANT):
+                            begin(_Procedure.OUTPUTS, BlockKind.OUTPUTS)
+                            with m.If(outputs_last):
+                                begin(_Procedure.STOPPED_OUTPUTS, BlockKind.OUTPUTS)
+                        with m.Case(GCodeActionKind.OFFSETS):
+                            begin(_Procedure.ORIGIN)
+                        for kind, by_centre, by_radius in (
+                                (GCodeActionKind.CHECK_ARC, _Procedure.CHECK_CENTRE,
+                                 _Procedure.CHECK_RADIUS),
+                                (GCodeActionKind.ARC, _Procedure.ARC_BY_CENTRE,
+                                 _Procedure.ARC_BY_RADIUS)):
+                            with m.Case(kind):
+                                begin(by_centre)
+                                with m.If(self.actions.p.by_radius):
+                                    begin(by_radius)
+            with m.State("FETCH"):
+                m.next = "ROW"
+            with m.State("ROW"):
+                m.d.sync += [row.eq(following.data), place.eq(place + 1)]
+                m.next = "ADDRESS"
+            with m.State("ADDRESS"):
+                m.next = "READ"
+                with m.If((row.do == _Do.RUN) | (row.do == _Do.RUN_INVERSE)):
+                    finish()
+                    with m.If((row.do == _Do.RUN) | inverse):
+                        m.d.comb += formulas.start.eq(1)
+                        m.next = "COMPUTE"
+            with m.State("READ"):
+                m.d.sync += value.eq(Mux(
+                    (row.do == _Do.FEED) & rapid, (1 << WIDTH) - 1, _saturated(self.operand)))
+                m.next = "ACT"
+                with m.If(~from_operand):
+                    with m.Switch(row.do):
+                        with m.Case(_Do.INPUT):
+                            m.d.sync += value.eq(inputs[row.source[:3]])
+                        with m.Case(_Do.CONSTANT):
+                            m.d.sync += value.eq(row.source)
+                        with m.Case(_Do.HEADER):
+                            m.d.sync += value.eq(header)
+                        with m.Case(_Do.PLANE):
+                            m.d.sync += value.eq(modes.plane)
+                        with m.Case(_Do.CLOCKWISE):
+                            m.d.sync += value.eq(modes.motion == GCodeMotion.CLOCKWISE)
+                        with m.Default():
+                            m.next = "WORD"
+            with m.State("WORD"):  # the register has come
+                m.d.sync += value.eq(formulas.word)
+                m.next = "ACT"
+            with m.State("ACT"):
+                with m.Switch(row.do):
+                    with m.Case(_Do.LOAD, _Do.FEED, _Do.INPUT, _Do.CONSTANT, _Do.CENTRE_U,
+                                _Do.CENTRE_V, _Do.PLANE, _Do.CLOCKWISE):
+                        m.d.comb += [formulas.write.eq(1), into_register.eq(1)]
+                        finish()
+                    with m.Case(_Do.STORE, _Do.PUT, _Do.HEADER):
+                        m.d.comb += [self.words.valid.eq(1)]
+                        with m.If(self.words.ready):
+                            m.d.sync += committed.eq(committed | self.words.p.last)
+                            finish()
+                    with m.Case(_Do.KEEP):
+                        with m.Switch(row.destination):
+                            for which, register in kept.items():
+                                with m.Case(which.value):
+                                    m.d.sync += register.eq(value)
+                        finish()
+                    with m.Case(_Do.SKIP):
+                        finish()
+                        with m.If(value == 0):
+                            m.next = "END"
+                    with m.Default():  # POSITION
+                        m.d.comb += self.positions.valid.eq(1)
+                        with m.If(self.positions.ready):
+                            finish()
+            with m.State("COMPUTE"):
+                with m.If(formulas.done):
+                    finish()
+            with m.State("END"):
+                m.d.comb += ends.eq(1)
+                outputs = ((procedure == _Procedure.OUTPUTS)
+                           | (procedure == _Procedure.STOPPED_OUTPUTS))
+                with m.If(committed):
+                    m.d.sync += outputs_last.eq(outputs)
+                m.next = "IDLE"
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | formulas.fault)
+        return m
+
+
+def _rows() -> tuple[list[dict[str, object]], dict[_Procedure, int]]:
+    """Return the rows of all procedures, and where each begins."""
+    rows: list[dict[str, object]] = []
+    firsts = {}
+    for procedure, steps in _PROCEDURES.items():
+        firsts[procedure] = len(rows)
+        rows += [{**row._asdict(), "last": int(row is steps[-1])} for row in steps]
+    return rows, firsts
+
+
+def _saturated(operand: Signal) -> Mux:
+    """Return the operand, or the highest number if it has more bits than a word."""
+    too_large = (operand[-1] == 0) & operand[WIDTH - 1:].any()
+    return Mux(too_large, (1 << WIDTH) - 1, operand[:WIDTH])

@@ -1,0 +1,415 @@
+"""Words of G-code to motions and other actions: modes, coordinates, and what GRBL refuses."""
+
+from amaranth import Cat, Const, Module, Signal, signed, unsigned
+from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from .gcode_coordinates import CoordinateSum, GCodeCoordinates, Operand
+from .gcode_line import GCodeLine
+from .gcode_modes import LETTERS, AxisUse, GCodeModes, GCodeMotion, NonModal, ProgramFlow
+from .gcode_reader import GCodeKind, gcode_layout
+from .unit_converter import UnitConverter
+
+__all__ = ["GCodeAction", "GCodeActionKind", "GCodeInterpreter"]
+
+SYSTEMS = 6
+"""Coordinate systems, G54 to G59."""
+
+
+class GCodeActionKind(enum.Enum, shape=unsigned(4)):
+    """What an action does."""
+
+    RAPID = 0  # a line to TARGET at the highest speed
+    LINE = 1  # to TARGET
+    ARC = 2  # to TARGET around CENTRE, or with RADIUS
+    CHECK_ARC = 3  # give the verdict on that; nothing is done
+    DWELL = 4
+    SPINDLE = 5
+    COOLANT = 6
+    OFFSETS = 7  # ORIGIN has changed
+    PAUSE = 8
+    END = 9
+
+
+class GCodeAction(data.Struct):
+    """An action, with the modes in which it is done."""
+
+    kind: GCodeActionKind
+    modes: GCodeModes
+    by_radius: unsigned(1)
+
+
+class GCodeInterpreter(wiring.Component):
+    """Interprets lines of G-code, one at a time.
+
+    Each word is checked as it comes, and the line as a whole at its end, in the order in which GRBL
+    does it: the first error is the answer. Then nothing of the line is done, and nothing has
+    changed. Of a line that is right the actions are offered in GRBL's order of execution, and then
+    it is answered with 0. So every line is answered once, in order.
+
+    The geometry of an arc is checked elsewhere. The arc is offered first as CHECK_ARC, and
+    `verdict` is the error, or 0, when that is taken.
+
+    What an action is about is read at ``operand``, by its address, an `Operand`: while an action is
+    offered these words stay.
+
+    Values are in nm, of millimetres and of inches, rounded half away from zero. A length is below
+    2 ** 35 nm, else error 38; a target or an origin beyond that is error 33. The feed is at least
+    1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
+
+    Coordinates are summed word by word from one memory, and a serial divider converts units: a line
+    takes some 250 clocks, and in inches 60 more for each word.
+
+    A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
+    power-up makes 0. It clears all modes, the offset of G92, the length of the tool, feed and
+    speed, as GRBL does, for which the first 100 clocks after it are needed; ORIGIN is then that of
+    G54, without an OFFSETS. POSITION is what it was, and has to be loaded. A line that a reset
+    interrupts is not answered; of the origin that it sets some axes may be new, and some not.
+
+    Parameters
+    ----------
+    width : int
+        Bits of values, from 40 to 64; those of the words.
+
+    Members
+    -------
+    words : In(stream.Signature)
+        Lines, see :func:`gcode_layout`, but those for the system.
+    position : In(stream.Signature)
+        Sets POSITION: ``value``, in nm, of ``axis``, 0 to 2. Taken before the first item of a line,
+        one a clock, and before that item.
+    actions : Out(stream.Signature(GCodeAction))
+        What is to be done.
+    verdict : In(6)
+        Error of an arc, 0 if it can be; sampled when a CHECK_ARC is taken.
+    operand_address : In(6)
+        An `Operand`, or one of the words that follow it.
+    operand : Out(signed(width))
+        That word, a clock later.
+    answers : Out(stream.Signature(unsigned(8)))
+        Error of each line, or 0.
+    modes : Out(GCodeModes)
+        The present modes.
+    fault : Out(1)
+        A state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``width`` is out of range.
+    """
+
+    def __init__(self, *, width: int = 44) -> None:
+        self.width = in_range("width", width, 40, 64)
+        super().__init__({
+            "words": In(stream.Signature(gcode_layout(self.width))),
+            "position": In(stream.Signature(
+                data.StructLayout({"axis": 2, "value": signed(self.width)}))),
+            "actions": Out(stream.Signature(GCodeAction)),
+            "verdict": In(6), "operand_address": In(6), "operand": Out(signed(self.width)),
+            "answers": Out(stream.Signature(unsigned(8))),
+            "modes": Out(GCodeModes), "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.line = collected = GCodeLine(width=self.width)
+        m.submodules.coordinates = store = GCodeCoordinates(width=self.width)
+        m.submodules.converter = converter = UnitConverter(width=self.width)
+        line = collected.line
+
+        error = Signal(8)
+        begun = Signal()  # a word of the line is there
+        ending = Signal()  # M2 or M30 is done, and resets the modes
+        starting = Signal(init=1)  # after a reset
+        total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
+        action = self.actions.p
+        m.d.comb += [
+            action.modes.eq(line.modes), collected.item.eq(self.words.p),
+            collected.modes.eq(self.modes),
+            converter.line.eq(line), converter.was_inverse.eq(self.modes.inverse),
+            converter.word.eq(store.word), store.line.eq(line), store.sum.eq(total),
+            store.address.eq(converter.address), store.write_address.eq(converter.address),
+            store.write.eq(converter.write), store.data.eq(converter.data),
+            store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
+        ]
+
+        def refuse(code) -> None:
+            m.d.sync += error.eq(code)
+            m.next = "ANSWER"
+
+        def offer(kind: GCodeActionKind, then: str) -> None:
+            m.d.comb += [self.actions.valid.eq(1), action.kind.eq(kind)]
+            with m.If(self.actions.ready):
+                m.next = then
+
+        def compute(which: CoordinateSum, state: str) -> None:
+            m.d.sync += total.eq(which)
+            m.next = state
+
+        def computed(state: str, then: str, following: CoordinateSum | None = None) -> None:
+            with m.State(state):
+                m.d.comb += store.run.eq(1)
+                with m.If(store.done):
+                    m.next = then
+                    if following is not None:
+                        m.d.sync += total.eq(following)
+
+        given, axes = line.given, line.axes
+        any_axis = given.any()
+        modes, motion = line.modes, line.modes.motion
+        is_arc = Signal()
+        moves = Signal()  # the line has a motion of its own
+        feed_zero = Signal(init=1)  # no line so far had a feed
+        line_feed_zero = Signal()
+        has = {letter: line.has(letter) for letter in LETTERS}
+        with m.If(has["F"]):
+            m.d.comb += line_feed_zero.eq(line.zero_feed)
+        with m.Elif(modes.inverse | self.modes.inverse):
+            m.d.comb += line_feed_zero.eq(1)
+        with m.Else():
+            m.d.comb += line_feed_zero.eq(feed_zero)
+        in_target = _in_plane(modes.plane, given)
+        in_plane = _in_plane(modes.plane, Cat(has["I"], has["J"], has["K"]))
+        m.d.comb += [
+            is_arc.eq((axes == AxisUse.MOTION) & ((motion == GCodeMotion.CLOCKWISE)
+                                                  | (motion == GCodeMotion.COUNTER_CLOCKWISE))),
+            moves.eq((axes == AxisUse.MOTION) & any_axis & (motion != GCodeMotion.NONE)),
+            action.by_radius.eq(has["R"]),
+        ]
+
+        with m.FSM(name="interpreter_state") as fsm:
+            computed("CLEAR_OFFSET", "CLEAR_LENGTH", CoordinateSum.CLEAR_LENGTH)
+            computed("CLEAR_LENGTH", "CLEAR_RATES", CoordinateSum.CLEAR_RATES)
+            computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
+            with m.State("READ"):
+                places = ~begun & self.position.valid
+                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(~places)]
+                with m.If(places):
+                    at = self.position.p.axis
+                    m.d.comb += [store.write.eq(at != 3),
+                                 store.write_address.eq(Operand.POSITION + at),
+                                 store.data.eq(self.position.p.value)]
+                with m.Elif(self.words.valid):
+                    m.d.sync += begun.eq(1)
+                    with m.If(self.words.p.kind == GCodeKind.WORD):
+                        m.d.comb += [collected.take.eq(1), store.write.eq(collected.has_value),
+                                     store.write_address.eq(collected.index),
+                                     store.data.eq(self.words.p.number.value)]
+                    with m.Elif(self.words.p.kind == GCodeKind.END):
+                        m.next = "CHECK_WORDS"
+                        with m.If(collected.error != 0):
+                            refuse(collected.error)
+                        with m.Elif(self.words.p.status.as_value() != 0):
+                            refuse(self.words.p.status.as_value())
+
+            # In the order of the codes that GRBL gives.
+            with m.State("CHECK_WORDS"):
+                m.next = "CONVERT"
+                with m.If(line.number_too_large):
+                    refuse(27)
+                with m.Elif(modes.inverse & (axes == AxisUse.MOTION) & ~has["F"]
+                            & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.NONE)):
+                    refuse(22)
+                with m.Elif((line.non_modal == NonModal.DWELL) & ~has["P"]):
+                    refuse(28)
+                with m.Elif((axes == AxisUse.LENGTH) & ~line.cancels & (given != 0b100)):
+                    refuse(37)
+                with m.Elif(line.non_modal == NonModal.COORDINATES):
+                    with m.If(~any_axis):
+                        refuse(26)
+                    with m.Elif(~has["P"] & ~has["L"]):
+                        refuse(28)
+                    with m.Elif(has["P"] & (line.p_whole > SYSTEMS)):
+                        refuse(29)
+                    with m.Elif(~has["L"] | ((line.l_whole != 2) & (line.l_whole != 20))
+                                | ((line.l_whole == 2) & has["R"])):
+                        refuse(20)
+                with m.Elif(line.non_modal == NonModal.OFFSET):
+                    with m.If(~any_axis):
+                        refuse(26)
+                with m.Elif((line.non_modal == NonModal.MACHINE)
+                            & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.LINE)):
+                    refuse(30)
+
+            with m.State("CONVERT"):
+                m.d.comb += converter.run.eq(~line.too_long)
+                with m.If(line.too_long | converter.too_long):
+                    refuse(38)
+                with m.Elif(converter.done):
+                    compute(CoordinateSum.TARGET, "COMPUTE")
+                    with m.If(line.non_modal == NonModal.COORDINATES):
+                        m.d.sync += total.eq(CoordinateSum.COORDINATES)
+                    with m.Elif(line.non_modal == NonModal.OFFSET):
+                        m.d.sync += total.eq(CoordinateSum.OFFSET)
+
+            # What the line would set; nothing of it stays if the line is refused.
+            with m.State("COMPUTE"):
+                m.d.comb += store.run.eq(1)
+                with m.If(store.done):
+                    m.next = "CHECK_LINE"
+                    with m.If(store.beyond):
+                        refuse(33)
+            with m.State("CHECK_LINE"):
+                m.next = "CHECK_UNUSED"
+                with m.If(motion == GCodeMotion.NONE):
+                    with m.If(any_axis):
+                        refuse(31)
+                with m.Elif((axes == AxisUse.MOTION) & (motion != GCodeMotion.RAPID)
+                            & line_feed_zero):
+                    refuse(22)
+                with m.Elif(is_arc):
+                    with m.If(~any_axis):
+                        refuse(26)
+                    with m.Elif(in_target == 0):
+                        refuse(32)
+                    with m.Elif(~has["R"] & (in_plane == 0)):
+                        refuse(35)
+                    with m.Else():
+                        compute(CoordinateSum.DISTANCE, "COMPARE")
+            with m.State("COMPARE"):
+                m.d.comb += store.run.eq(1)
+                with m.If(store.done):
+                    m.next = "CHECK_ARC"
+                    with m.If(has["R"] & ~store.changed):
+                        refuse(33)
+            with m.State("CHECK_ARC"):
+                offer(GCodeActionKind.CHECK_ARC, "CHECK_UNUSED")
+                with m.If(self.actions.ready & (self.verdict != 0)):
+                    refuse(self.verdict)
+            with m.State("CHECK_UNUSED"):
+                m.next = "SPINDLE"
+                with m.If(has["S"]):
+                    compute(CoordinateSum.SET_SPEED, "STORE_SPEED")
+                with m.If(_unused(line, is_arc).any()):
+                    refuse(36)
+
+            # The line is right: do it.
+            computed("STORE_SPEED", "SPINDLE")
+            spins = Cat(modes.clockwise, modes.counter_clockwise)
+            with m.State("SPINDLE"):
+                m.next = "COOLANT"
+                with m.If((spins != Cat(self.modes.clockwise, self.modes.counter_clockwise))
+                          | (has["S"] & spins.any())):
+                    m.next = "SPINDLE"
+                    offer(GCodeActionKind.SPINDLE, "COOLANT")
+            with m.State("COOLANT"):
+                m.next = "DWELL"
+                with m.If(Cat(modes.mist, modes.flood)
+                          != Cat(self.modes.mist, self.modes.flood)):
+                    m.next = "COOLANT"
+                    offer(GCodeActionKind.COOLANT, "DWELL")
+            with m.State("DWELL"):
+                m.next = "SET"
+                with m.If(line.non_modal == NonModal.DWELL):
+                    m.next = "DWELL"
+                    offer(GCodeActionKind.DWELL, "SET")
+            with m.State("SET"):
+                m.d.sync += self.modes.eq(modes)
+                m.next = "SET_NON_MODAL"
+                with m.If(~ending):
+                    m.d.sync += feed_zero.eq(line_feed_zero)
+                with m.If(has["F"]):
+                    compute(CoordinateSum.SET_FEED, "STORE_FEED")
+            computed("STORE_FEED", "SET_NON_MODAL")
+            with m.State("SET_NON_MODAL"):
+                compute(CoordinateSum.ORIGIN_CHANGE, "COMPARE_ORIGIN")
+                with m.Switch(line.non_modal):
+                    for non_modal, which in [
+                        (NonModal.COORDINATES, CoordinateSum.SET_COORDINATES),
+                        (NonModal.OFFSET, CoordinateSum.SET_OFFSET),
+                        (NonModal.CLEAR_OFFSET, CoordinateSum.CLEAR_OFFSET),
+                        (NonModal.SET_HOME, CoordinateSum.PREDEFINE),
+                    ]:
+                        with m.Case(non_modal):
+                            compute(which, "STORE_NON_MODAL")
+                    with m.Default():
+                        with m.If(axes == AxisUse.LENGTH):
+                            compute(CoordinateSum.SET_LENGTH, "STORE_NON_MODAL")
+                            with m.If(line.cancels):
+                                m.d.sync += total.eq(CoordinateSum.CLEAR_LENGTH)
+            computed("STORE_NON_MODAL", "COMPARE_ORIGIN", CoordinateSum.ORIGIN_CHANGE)
+            with m.State("COMPARE_ORIGIN"):
+                m.d.comb += store.run.eq(1)
+                with m.If(store.done):
+                    compute(CoordinateSum.SET_ORIGIN, "SET_ORIGIN")
+                    with m.If(~store.changed):
+                        m.next = "MOVE"
+            with m.State("SET_ORIGIN"):
+                m.d.comb += store.run.eq(1)
+                with m.If(store.done):
+                    m.d.sync += starting.eq(0)
+                    m.next = "OFFSETS"
+                    with m.If(starting):
+                        m.next = "READ"
+            with m.State("OFFSETS"):
+                offer(GCodeActionKind.OFFSETS, "MOVE")
+
+            with m.State("MOVE"):
+                m.next = "FLOW"
+                m.d.sync += total.eq(CoordinateSum.ARRIVE)
+                with m.If(line.non_modal == NonModal.HOME):
+                    m.next = "INTERMEDIATE"
+                    with m.If(~any_axis):
+                        compute(CoordinateSum.HOME, "FIND_HOME")
+                with m.Elif(moves):
+                    m.next = "MOTION"
+            with m.State("INTERMEDIATE"):
+                offer(GCodeActionKind.RAPID, "ARRIVE_INTERMEDIATE")
+            # G28 with axes leaves the others where the target has them, which is where they are.
+            computed("ARRIVE_INTERMEDIATE", "FIND_HOME", CoordinateSum.HOME)
+            computed("FIND_HOME", "TAKE_HOME", CoordinateSum.TAKE_HOME)
+            computed("TAKE_HOME", "GO_HOME", CoordinateSum.ARRIVE)
+            with m.State("GO_HOME"):
+                offer(GCodeActionKind.RAPID, "ARRIVE")
+            with m.State("MOTION"):
+                offer(GCodeActionKind.LINE, "ARRIVE")
+                with m.If(is_arc):
+                    m.d.comb += action.kind.eq(GCodeActionKind.ARC)
+                with m.Elif(motion == GCodeMotion.RAPID):
+                    m.d.comb += action.kind.eq(GCodeActionKind.RAPID)
+            computed("ARRIVE", "FLOW")
+
+            with m.State("FLOW"):
+                m.next = "ANSWER"
+                with m.If(ending):
+                    m.next = "FLOW"
+                    offer(GCodeActionKind.END, "ANSWER")
+                with m.Elif(line.flow == ProgramFlow.PAUSE):
+                    m.next = "FLOW"
+                    offer(GCodeActionKind.PAUSE, "ANSWER")
+                with m.Elif(line.flow == ProgramFlow.END):
+                    # The rest of a program's end is a line that sets these modes.
+                    m.d.comb += collected.end_program.eq(1)
+                    m.d.sync += ending.eq(1)
+                    m.next = "SPINDLE"
+
+            with m.State("ANSWER"):
+                m.d.comb += [self.answers.valid.eq(1), self.answers.payload.eq(error)]
+                with m.If(self.answers.ready):
+                    m.d.comb += collected.clear.eq(1)
+                    m.d.sync += [error.eq(0), ending.eq(0), begun.eq(0)]
+                    m.next = "READ"
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | converter.fault)
+        return m
+
+
+def _in_plane(plane, given):
+    """Return whether an axis of the plane is given."""
+    x, y, z = given
+    return Cat(x | y, z | x, y | z, Const(0)).bit_select(plane, 1)
+
+
+def _unused(line, is_arc: Signal):
+    """Return the letters with a value that nothing in the line uses."""
+    dwell, coordinates = (line.non_modal == kind for kind in (NonModal.DWELL, NonModal.COORDINATES))
+    by_radius = is_arc & line.has("R")
+    by_centre = is_arc & ~line.has("R")
+    used = {"P": dwell | coordinates, "L": coordinates, "R": by_radius,
+            **dict.fromkeys("IJK", by_centre),
+            **dict.fromkeys("XYZ", line.axes != AxisUse.NONE)}
+    return Cat(line.has(letter) & ~use for letter, use in used.items())

@@ -1,0 +1,328 @@
+"""Lines of a G-code machine to its host: answers, alarms, messages, status reports."""
+
+from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth.lib import enum, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from .decimal_writer import DecimalWriter
+from .text import TextSource
+
+__all__ = ["GCodeMessage", "GCodeReporter", "GCodeState"]
+
+
+class GCodeState(enum.Enum, shape=4):
+    """State of a G-code machine, as GRBL 1.1 names it."""
+
+    IDLE = 0
+    RUN = 1
+    HOLD = 2
+    JOG = 3
+    ALARM = 4
+    DOOR = 5
+    CHECK = 6
+    HOME = 7
+    SLEEP = 8
+
+
+class GCodeMessage(enum.Enum, shape=3):
+    """Line that a G-code machine sends of itself."""
+
+    GREETING = 0
+    LOCKED = 1
+    UNLOCKED = 2
+    ENABLED = 3
+    DISABLED = 4
+    RESET_TO_CONTINUE = 5
+    CHECK_DOOR = 6
+    PROGRAM_END = 7
+
+
+GREETINGS = {"grbl": b"Grbl 1.1h ['$' for help]", "thesis": b"start"}
+"""What a machine says after power-up and reset, by dialect."""
+
+NOTICES = {
+    GCodeMessage.LOCKED: b"'$H'|'$X' to unlock",
+    GCodeMessage.UNLOCKED: b"Caution: Unlocked",
+    GCodeMessage.ENABLED: b"Enabled",
+    GCodeMessage.DISABLED: b"Disabled",
+    GCodeMessage.RESET_TO_CONTINUE: b"Reset to continue",
+    GCodeMessage.CHECK_DOOR: b"Check Door",
+    GCodeMessage.PROGRAM_END: b"Pgm End",
+}
+
+# In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set; and 11xxxxxx for a
+# letter, without the highest bit, that is sent if the next of the pins is on.
+CODE, BLOCKS, BYTES, FEED, SPEED = range(0x80, 0x85)
+POSITION, ORIGIN = (0x88, 0x89, 0x8A), (0x8C, 0x8D, 0x8E)
+
+FIELDS = (
+    b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
+    b"|Pn:" + bytes(0x80 | letter for letter in b"XYZPDHRS"),
+    b"|WCO:%c,%c,%c" % ORIGIN,
+    b"|Ov:100,100,100",
+    b">\r\n",
+)
+"""Of a report, after its state; those between the first and the last are intermittent."""
+
+ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_END = range(len(FIELDS))
+OK, ERROR, ALARM = range(len(FIELDS), len(FIELDS) + 3)
+MESSAGES = ALARM + 1  # number of the first
+STATES = MESSAGES + len(GCodeMessage)
+
+REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
+"""Reports from one with that field to the next, in a state in which something may move; and in
+the others, of both."""
+
+AT_REST = (GCodeState.IDLE, GCodeState.ALARM, GCodeState.CHECK, GCodeState.SLEEP)
+
+
+class GCodeReporter(wiring.Component):
+    """Sends the lines of a G-code machine, one after the other, each ended by CR and LF.
+
+    A line that has begun is sent to its end. Then, of what waits, comes first an alarm, then a
+    message, a report, an answer; but an answer that waits comes before a second report. So no
+    rate of requests keeps answers back.
+
+    A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, with further fields before
+    its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
+    report, in the first after `origin_changed`, and in every 30th after that, every 10th in a state
+    in which nothing moves; ``Ov:`` in the next report, and then in every 20th or 10th that has no
+    ``WCO:``. Requests while one waits are dropped.
+
+    The texts are in one ROM, together with marks where numbers and letters of pins belong, and one
+    writer of decimal numbers serves them all. A number is sampled in the clock in which its digits
+    begin, so that none needs a register here: those that belong together, the positions, must hold
+    while ``reporting`` is 1. Pins and substate are sampled in the first clock of it.
+
+    ========  ================================================================  ===================
+    state     does                                                              next
+    ========  ================================================================  ===================
+    REST      chooses a line                                                    SAMPLE for a report,
+                                                                                or ASK
+    SAMPLE    samples the state, chooses the fields of the report               ASK
+    ASK       requests a text                                                   SEND
+    SEND      sends it with its numbers                                         ASK, or REST after
+                                                                                the last
+    FAULT     shows ``fault``, sends nothing                                    stays until reset
+    ========  ================================================================  ===================
+
+    Parameters
+    ----------
+    dialect : str
+        ``grbl`` or ``thesis``: the greeting.
+    position_bits : int
+        Bits of a position in um, from 12 to 32; the other numbers have at most one bit less.
+
+    Members
+    -------
+    answers : In(stream.Signature(8))
+        0 for ``ok``, or the number of an ``error``.
+    alarms : In(stream.Signature(4))
+        Numbers of alarms.
+    messages : In(stream.Signature(GCodeMessage))
+        Messages.
+    request : In(1)
+        Send a report. A request in the clock in which one begins is for the next.
+    reporting : Out(1)
+        A report is being sent.
+    state : In(GCodeState)
+        State of the machine, sampled in the first clock of ``reporting``.
+    substate : In(2)
+        Its digit, for HOLD and DOOR.
+    position_x, position_y, position_z : In(signed(position_bits))
+        Position of the machine in um.
+    origin_x, origin_y, origin_z : In(signed(position_bits))
+        Origin of the work coordinates in um.
+    origin_changed : In(1)
+        It is another from this clock on.
+    free_blocks, free_bytes : In(8)
+        Room in the queue of blocks and in the buffer of bytes.
+    feed : In(position_bits - 1)
+        Present feed in mm/min.
+    speed : In(position_bits - 1)
+        Speed of the spindle in rpm.
+    pins : In(8)
+        Pins that are on: X, Y and Z limits, probe, door, hold, reset, start.
+    bytes : Out(stream.Signature(8))
+        The bytes of all lines.
+    fault : Out(1)
+        A state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, dialect: str = "grbl", position_bits: int = 27) -> None:
+        if dialect not in GREETINGS:
+            raise ValueError(f"dialect must be {' or '.join(GREETINGS)}, not {dialect!r}")
+        in_range("position_bits", position_bits, 12, 32)
+        self.texts = TextSource(_texts(GREETINGS[dialect]))
+        self._writer = DecimalWriter(width=position_bits, is_signed=True, decimals=3)
+        super().__init__({
+            "answers": In(stream.Signature(8)),
+            "alarms": In(stream.Signature(4)),
+            "messages": In(stream.Signature(GCodeMessage)),
+            "request": In(1), "reporting": Out(1),
+            "state": In(GCodeState), "substate": In(2),
+            **{f"{name}_{axis}": In(signed(position_bits))
+               for name in ("position", "origin") for axis in "xyz"},
+            "origin_changed": In(1),
+            "free_blocks": In(8), "free_bytes": In(8), "feed": In(position_bits - 1),
+            "speed": In(position_bits - 1), "pins": In(8),
+            "bytes": Out(stream.Signature(8)),
+            "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+
+        m.submodules.texts = texts = self.texts
+        m.submodules.writer = writer = self._writer
+
+        text = Signal.like(texts.numbers.payload)
+        code = Signal(8)  # of an answer or an alarm, or the substate
+        pins = Signal(8)  # the lowest is the next
+        fields = Signal(len(FIELDS))  # of the report, still to be sent
+        waiting = Signal()  # a report
+        answer_first = Signal()
+        samples = Signal()
+        has_origin, has_overrides = self._intermittent(m, samples)
+        with m.If(self.request):
+            m.d.sync += waiting.eq(1)
+        m.d.comb += self.reporting.eq(samples | fields[HAS_END])
+
+        # A character, or what stands for one: a register behind the ROM.
+        item = Signal(8)
+        full = Signal()
+        done = Signal()
+        m.d.comb += texts.bytes.ready.eq(~full)
+        with m.If(texts.bytes.valid & ~full):
+            m.d.sync += [item.eq(texts.bytes.payload), full.eq(1)]
+        with m.If(done):
+            m.d.sync += full.eq(0)
+
+        is_pin, is_sent = Signal(), Signal()
+        m.d.comb += [
+            is_pin.eq(item[6:8] == 0b11),
+            is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
+            texts.numbers.payload.eq(text),
+            writer.numbers.payload.eq(self._number(m, item, code)),
+            writer.pointed.eq(item[3]),
+            writer.bytes.ready.eq(self.bytes.ready),
+            self.bytes.valid.eq(writer.bytes.valid),
+            self.bytes.payload.eq(Mux(writer.numbers.ready, item[:7], writer.bytes.payload)),
+        ]
+
+        with m.FSM(name="reporter_state") as fsm:
+            with m.State("REST"):
+                with m.If(self.alarms.valid):
+                    m.d.comb += self.alarms.ready.eq(1)
+                    m.d.sync += [text.eq(ALARM), code.eq(self.alarms.payload)]
+                    m.next = "ASK"
+                with m.Elif(self.messages.valid):
+                    m.d.comb += self.messages.ready.eq(1)
+                    m.d.sync += text.eq(MESSAGES + self.messages.payload.as_value())
+                    m.next = "ASK"
+                with m.Elif(waiting & ~(answer_first & self.answers.valid)):
+                    m.d.sync += [waiting.eq(self.request), answer_first.eq(1)]
+                    m.next = "SAMPLE"
+                with m.Elif(self.answers.valid):
+                    m.d.comb += self.answers.ready.eq(1)
+                    m.d.sync += [
+                        text.eq(Mux(self.answers.payload == 0, OK, ERROR)),
+                        code.eq(self.answers.payload),
+                        answer_first.eq(0),
+                    ]
+                    m.next = "ASK"
+
+            with m.State("SAMPLE"):
+                m.d.comb += samples.eq(1)
+                m.d.sync += [
+                    text.eq(STATES + self.state.as_value()),
+                    code.eq(self.substate),
+                    pins.eq(self.pins),
+                    fields.eq(1 << ALWAYS | self.pins.any() << HAS_PINS | has_origin << HAS_ORIGIN
+                              | has_overrides << HAS_OVERRIDES | 1 << HAS_END),
+                ]
+                m.next = "ASK"
+
+            with m.State("ASK"):
+                m.d.comb += texts.numbers.valid.eq(1)
+                m.next = "SEND"
+
+            with m.State("SEND"):
+                with m.If(full & writer.numbers.ready):
+                    m.d.comb += [
+                        self.bytes.valid.eq(is_sent),
+                        writer.numbers.valid.eq(item[7] & ~is_pin),
+                        done.eq(~is_sent | self.bytes.ready),
+                    ]
+                    with m.If(done & is_pin):
+                        m.d.sync += pins.eq(pins >> 1)
+                with m.Elif(texts.numbers.ready & writer.numbers.ready):
+                    m.d.sync += fields.eq(fields & (fields - 1))
+                    m.next = "REST"
+                    for number in reversed(range(len(FIELDS))):
+                        with m.If(fields[number]):
+                            m.d.sync += text.eq(number)
+                            m.next = "ASK"
+
+            with m.State("FAULT"):
+                pass
+
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | writer.fault)
+        return m
+
+    def _intermittent(self, m: Module, samples: Value) -> tuple[Value, Value]:
+        """Return whether a report that samples now has the origin, and the overrides."""
+        origin_left = Signal(range(REFRESH_ORIGIN))  # reports until the next that has it
+        overrides_left = Signal(range(REFRESH_OVERRIDES))
+        at_rest = Signal()
+        has_origin, has_overrides = Signal(), Signal()
+        m.d.comb += [
+            at_rest.eq(Cat(self.state == state for state in AT_REST).any()),
+            has_origin.eq(origin_left == 0),
+            has_overrides.eq((overrides_left == 0) & ~has_origin),
+        ]
+        with m.If(samples):
+            m.d.sync += origin_left.eq(origin_left - 1)
+            with m.If(has_origin):
+                m.d.sync += origin_left.eq(Mux(at_rest, REFRESH_AT_REST, REFRESH_ORIGIN) - 1)
+            with m.If(has_overrides):
+                m.d.sync += overrides_left.eq(
+                    Mux(at_rest, REFRESH_AT_REST, REFRESH_OVERRIDES) - 1)
+            with m.Elif(overrides_left != 0):
+                m.d.sync += overrides_left.eq(overrides_left - 1)
+        with m.If(self.origin_changed):
+            m.d.sync += origin_left.eq(0)
+        return has_origin, has_overrides
+
+    def _number(self, m: Module, item: Value, code: Value) -> Value:
+        """Return the number for which an item stands."""
+        number = Signal(self._writer.shape)
+        values = {CODE: code, BLOCKS: self.free_blocks, BYTES: self.free_bytes, FEED: self.feed,
+                  SPEED: self.speed}
+        for name, marks in (("position", POSITION), ("origin", ORIGIN)):
+            values |= {mark: getattr(self, f"{name}_{axis}")
+                       for mark, axis in zip(marks, "xyz", strict=True)}
+        with m.Switch(item[:4]):
+            for mark, value in values.items():
+                with m.Case(mark & 0xF):
+                    m.d.comb += number.eq(value)
+        return number
+
+
+def _texts(greeting: bytes) -> list[bytes]:
+    """Return all texts by their numbers."""
+    messages = {GCodeMessage.GREETING: greeting,
+                **{message: b"[MSG:%b]" % notice for message, notice in NOTICES.items()}}
+    states = {state: b"<" + state.name.capitalize().encode() for state in GCodeState}
+    for state in (GCodeState.HOLD, GCodeState.DOOR):
+        states[state] += b":%c" % CODE
+    return [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE,
+            *(messages[message] + b"\r\n" for message in GCodeMessage),
+            *(states[state] for state in GCodeState)]

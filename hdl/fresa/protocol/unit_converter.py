@@ -1,0 +1,148 @@
+"""Values of a line of G-code to nm and nm/s."""
+
+from amaranth import Cat, Const, Module, Mux, Signal, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+from ..fsm import leave_unused_codes
+from .gcode_modes import LETTERS, GCodeLineState
+
+__all__ = ["UnitConverter"]
+
+
+class UnitConverter(wiring.Component):
+    """Converts the values of a line in their memory, one after the other, to nm and nm/s.
+
+    Lengths in inches are multiplied by 127 and divided by 5, rounded half away from zero. A feed is
+    divided by 60, towards zero, but is at least 1 if it was not 0, and at most
+    ``2**speed - 1``. A centre that is not given becomes 0. One divider serves all, a bit of the
+    quotient a clock: a conversion takes ``width + 11`` clocks, a letter without one takes one.
+
+    Parameters
+    ----------
+    width : int
+        Bits of values.
+    reach : int
+        Bits of a length, with its sign.
+    speed : int
+        Bits of a feed.
+
+    Members
+    -------
+    run : In(1)
+        Convert; stays 1 until the clock with ``done`` or ``too_long``.
+    line : In(GCodeLineState)
+        The line; constant while ``run`` is 1.
+    was_inverse : In(1)
+        The mode before the line was one of feed in motions per minute: its F is in mm.
+    address : Out(4)
+        Of the value, in the order of `LETTERS`.
+    word : In(signed(width))
+        The value there, a clock later.
+    write : Out(1)
+        Store ``data`` at ``address``.
+    data : Out(signed(width))
+        The converted value.
+    done : Out(1)
+        All are converted.
+    too_long : Out(1)
+        A length has more than ``reach`` bits.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range.
+    """
+
+    def __init__(self, *, width: int = 44, reach: int = 36, speed: int = 31) -> None:
+        self.width = in_range("width", width, 4, 64)
+        self.reach = in_range("reach", reach, 2, width)
+        self.speed = in_range("speed", speed, 2, width - 1)
+        super().__init__({
+            "run": In(1), "line": In(GCodeLineState), "was_inverse": In(1), "address": Out(4),
+            "word": In(signed(width)), "write": Out(1), "data": Out(signed(width)),
+            "done": Out(1), "too_long": Out(1), "fault": Out(1),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        modes = self.line.modes
+        bits = self.width + 7
+        letter = Signal(range(len(LETTERS) + 1))
+        minutes = Signal()  # F is in nm per minute
+        number = Signal(bits)
+        rest = Signal(6)
+        negative = Signal()
+        zero = Signal()
+        count = Signal(range(bits))
+        is_feed = letter == LETTERS.index("F")
+        is_length = Signal()
+        is_offset = Signal()
+        with m.Switch(letter):
+            for index, name in enumerate(LETTERS):
+                if name in "IJKRXYZ":
+                    with m.Case(index):
+                        m.d.comb += [is_length.eq(1), is_offset.eq(name in "IJK")]
+        given = self.line.letters.bit_select(letter, 1)
+        wanted = given & Mux(is_feed, ~modes.inverse, is_length & modes.inches)
+
+        remainder = Signal(7)
+        divisor = Mux(minutes, 60, 5)
+        m.d.comb += remainder.eq(Cat(number[-1], rest))
+        fits = remainder >= divisor
+        size = Signal(self.width - 1)
+        m.d.comb += [self.address.eq(letter), size.eq(number),
+                     self.data.eq(Mux(negative, -size, size))]
+        with m.If(minutes):
+            with m.If(number[self.speed:].any()):
+                m.d.comb += size.eq((1 << self.speed) - 1)
+            with m.Elif(number == 0):
+                m.d.comb += size.eq(~zero)
+        with m.Elif(number[self.width - 1:].any()):  # a feed; a length is refused
+            m.d.comb += size.eq(-1)
+
+        with m.FSM(name="converter_state") as fsm:
+            with m.State("SELECT"):
+                with m.If(self.run):
+                    with m.If(letter == len(LETTERS)):
+                        m.d.comb += self.done.eq(1)
+                        m.d.sync += letter.eq(0)
+                    with m.Elif(wanted):
+                        m.d.sync += minutes.eq(
+                            minutes | (is_feed & ~(modes.inches & ~self.was_inverse)))
+                        m.next = "FETCH"
+                    with m.Else():
+                        m.d.sync += letter.eq(letter + 1)
+                        with m.If(is_offset & ~given):
+                            m.d.comb += [self.write.eq(1), self.data.eq(0)]
+            with m.State("FETCH"):
+                m.d.sync += [negative.eq(self.word[-1]), zero.eq(self.word == 0),
+                             number.eq(Mux(self.word[-1], -self.word, self.word))]
+                m.next = "MULTIPLY"
+            with m.State("MULTIPLY"):
+                m.d.sync += [rest.eq(0), count.eq(0)]
+                with m.If(~minutes):  # 2 rounds, since no half is ever left
+                    m.d.sync += number.eq(Cat(Const(2, 7), number) - number)
+                m.next = "DIVIDE"
+            with m.State("DIVIDE"):
+                m.d.sync += [number.eq(Cat(fits, number)),
+                             rest.eq(Mux(fits, remainder - divisor, remainder)),
+                             count.eq(count + 1)]
+                with m.If(count == bits - 1):
+                    m.next = "STORE"
+            with m.State("STORE"):
+                m.d.comb += self.write.eq(1)
+                m.d.sync += minutes.eq(is_feed & ~minutes)
+                m.next = "SELECT"
+                with m.If(~is_feed | minutes):
+                    m.d.sync += letter.eq(letter + 1)
+                with m.If(is_length & number[self.reach - 1:].any()):
+                    m.d.comb += self.too_long.eq(1)
+                    m.d.sync += letter.eq(0)
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        return m

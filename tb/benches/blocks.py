@@ -1,0 +1,170 @@
+"""What is between actions and steps: the planner, the loader, and the motion of blocks."""
+
+from fresa.arithmetic import Line
+from fresa.motion import BlockLoader, BlockMotion, GCodePlanner
+from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
+from fresa.protocol import GCodeAction, GCodeActionKind, Operand
+
+from ..bench import Run, bench, put
+from ..models.gcode_plan import MotionBlock, Planner, PlanSettings
+
+CLOCK = 2_000_000
+LINE = Line(clock=CLOCK, speeds=(200_000_000,) * 3, accelerations=(16_000_000_000,) * 3)
+WORD = (1 << 36) - 1
+
+
+def model() -> Planner:
+    return Planner(PlanSettings(LINE.clock, LINE.speeds, LINE.accelerations, LINE.steps,
+                                LINE.deviation))
+
+
+def header(kind: BlockKind = BlockKind.MOTION, log2_ticks: int = 0, flood: int = 0) -> int:
+    return BlockHeader.const({"kind": kind, "log2_ticks": log2_ticks, "channel": (0, 1, 2),
+                              "outputs": {"flood": flood}}).as_bits()
+
+
+def block_words(block: MotionBlock) -> dict[int, int]:
+    """Return the words of a block, by their addresses; the last one commits it."""
+    words = {BlockWord.HEADER: header(log2_ticks=block.log2_ticks)}
+    for address, number in ((BlockWord.ENERGY, block.energy), (BlockWord.MODULUS, block.modulus),
+                            (BlockWord.NOMINAL, block.nominal)):
+        words |= {address: number >> 36, address + 1: number & WORD}
+    words |= {BlockWord.PLACE + axis: place for axis, place in enumerate(block.place)}
+    for address, number in ((16, block.gain), (18, block.limit)):
+        words |= {address: number & WORD, address + 1: number >> 36}
+    return words
+
+
+def place_words(places: tuple[int, ...]) -> dict[int, int]:
+    """Return the words of a block that sets a place."""
+    return {BlockWord.HEADER: header(BlockKind.PLACE), **{
+        BlockWord.PLACE + axis: place for axis, place in enumerate(places)},
+        16: 0, 17: 0, 18: 0, 19: 0}
+
+
+@bench
+def block_loader(run: Run) -> str:
+    """A place, a line from there, outputs, and a dwell."""
+    dut = BlockLoader(clock=CLOCK)
+
+    async def send(ctx, words):
+        for number in range(16):
+            await put(ctx, dut.blocks, {"data": words.get(number, 0), "last": number == 15})
+
+    async def taken(ctx):
+        await run.until(ctx, dut, take=1)
+        await ctx.tick()
+
+    async def test(ctx):
+        planner = model()
+        await send(ctx, place_words(planner.places((0, 0, 0))))
+        await taken(ctx)
+        block = planner.line((1_000_000, 0, -3_000), None)
+        await send(ctx, block_words(block))
+        await run.until(ctx, dut.profile, valid=1)
+        run.expect("energy", ctx.get(dut.profile.p.energy), block.energy)
+        run.expect("modulus", ctx.get(dut.profile.p.modulus), block.modulus)
+        run.expect("nominal", ctx.get(dut.profile.p.nominal), block.nominal)
+        run.see(ctx, dut.segments, valid=1)
+        run.expect("increments", [ctx.get(each) for each in dut.segments.p.increment],
+                   [80 * 256, 0, -62])
+        run.expect("start", [ctx.get(each) for each in dut.segments.p.start], [128, 128, 128])
+        ctx.set(dut.profile.ready, 1)
+        run.see(ctx, dut, take=1)
+        await ctx.tick()
+        ctx.set(dut.profile.ready, 0)
+        ctx.set(dut.segments.ready, 1)
+        await ctx.tick()
+        ctx.set(dut.segments.ready, 0)
+        await send(ctx, {BlockWord.HEADER: header(BlockKind.OUTPUTS, flood=1)})
+        await taken(ctx)
+        run.expect("outputs", ctx.get(dut.outputs).flood, 0)
+        ctx.set(dut.idle, 1)
+        await ctx.tick()
+        run.expect("outputs", ctx.get(dut.outputs).flood, 1)
+        await send(ctx, {BlockWord.HEADER: header(BlockKind.DWELL, flood=1), BlockWord.EXTRA: 9})
+        await run.until(ctx, dut, waiting=1)
+        begun = run.clock
+        await taken(ctx)
+        run.expect("clocks of 9 us", run.clock - begun, 20)
+
+    run.simulate(dut, test)
+    return "what profile and walk get is what was planned; 9 us are 18 clocks, and 2 more"
+
+
+@bench
+def block_motion(run: Run) -> str:
+    """Two lines to steps, with a corner between them."""
+    dut = BlockMotion(clock=CLOCK)
+    position = [0, 0, 0]
+
+    async def count(ctx):
+        while True:
+            for axis in range(3):
+                if ctx.get(dut.step) >> axis & 1:
+                    position[axis] += 1 if ctx.get(dut.direction) >> axis & 1 else -1
+            await ctx.tick()
+
+    async def write(ctx, words):
+        for number, (address, word) in enumerate(words.items(), 1):
+            await put(ctx, dut.words, {"address": address, "data": word,
+                                       "last": number == len(words)})
+
+    async def test(ctx):
+        ctx.set(dut.made, 1)
+        planner = model()
+        await write(ctx, place_words(planner.places((0, 0, 0))))
+        for target in ((200_000, 0, 50_000), (200_000, -150_000, 50_000)):
+            await write(ctx, block_words(planner.line(target, None)))
+        await run.until(ctx, dut, still=0, within=400)
+        await run.until(ctx, dut, idle=1, within=40_000)
+        run.expect("steps", position, [16, -12, 4])
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, count, deadline=60_000)
+    return "0.2 mm and 0.15 mm are 16 and 12 steps; Z makes 4 of them meanwhile"
+
+
+@bench
+def g_code_planner(run: Run) -> str:
+    """A line to the words of its block, and a dwell."""
+    dut = GCodePlanner(line=LINE)
+    operands = {Operand.TARGET: 200_000, Operand.TARGET + 1: -7, Operand.FEED: 10_000_000,
+                Operand.DWELL: 1500}
+    words = {}
+
+    async def interpreter(ctx):
+        while True:
+            ctx.set(dut.operand, operands.get(ctx.get(dut.operand_address), 0))
+            await ctx.tick()
+
+    async def queue(ctx):
+        ctx.set(dut.words.ready, 1)
+        while True:
+            if ctx.get(dut.words.valid):
+                word = ctx.get(dut.words.payload)
+                words[word.address] = word.data
+            await ctx.tick()
+
+    async def act(ctx, kind):
+        words.clear()
+        ctx.set(dut.actions.payload, GCodeAction.const({"kind": kind}))
+        ctx.set(dut.actions.valid, 1)
+        await run.until(ctx, dut.actions, ready=1, within=4000)
+        await ctx.tick()
+        ctx.set(dut.actions.valid, 0)
+        await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.room, 1)
+        await act(ctx, GCodeActionKind.LINE)
+        block = model().line((200_000, -7, 0), 10_000_000)
+        run.expect("words", {address: word for address, word in words.items()
+                             if address != BlockWord.EXTRA}, block_words(block))
+        await act(ctx, GCodeActionKind.DWELL)
+        run.expect("kind", BlockHeader.from_bits(words[0]).kind, BlockKind.DWELL)
+        run.expect("time", words[BlockWord.EXTRA], 1500)
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, interpreter, queue)
+    return "the block of a line is that of the model, and that of a dwell has its time"

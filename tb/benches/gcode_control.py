@@ -1,0 +1,65 @@
+"""Bench of the states of a G-code machine."""
+
+from fresa.motion import AlarmCode, GCodeControl
+from fresa.protocol import GCodeState, RealtimeCode
+
+from ..bench import Run, bench
+
+
+@bench
+def g_code_control(run: Run) -> str:
+    """A feed hold and its resume, then a hard limit, its reset and its unlock."""
+    dut = GCodeControl()
+
+    async def pulse(ctx, port, value=1):
+        ctx.set(port, value)
+        await ctx.tick()
+        ctx.set(port, 0)
+
+    async def command(ctx, code):
+        ctx.set(dut.code, code.value)
+        await pulse(ctx, dut.command)
+
+    async def test(ctx):
+        ctx.set(dut.standing, 1)
+        ctx.set(dut.messages.ready, 1)
+        await ctx.tick()
+        run.see(ctx, dut, state=GCodeState.IDLE.value, hold=0)
+        ctx.set(dut.moving, 1)
+        await ctx.tick()
+        run.see(ctx, dut, state=GCodeState.RUN.value)
+        ctx.set(dut.standing, 0)
+        await command(ctx, RealtimeCode.HOLD)
+        run.see(ctx, dut, state=GCodeState.HOLD.value, substate=1, hold=1)
+        await command(ctx, RealtimeCode.RESUME)
+        run.see(ctx, dut, state=GCodeState.HOLD.value, hold=1)
+        ctx.set(dut.standing, 1)
+        await ctx.tick()
+        run.see(ctx, dut, state=GCodeState.HOLD.value, substate=0)
+        await command(ctx, RealtimeCode.RESUME)
+        await ctx.tick()
+        run.see(ctx, dut, state=GCodeState.RUN.value, hold=0)
+        ctx.set(dut.standing, 0)
+        await ctx.tick()
+        run.see(ctx, dut, enable=1, stop=0)
+
+        ctx.set(dut.hard_limit, 1)
+        await ctx.tick()
+        run.see(ctx, dut, state=GCodeState.ALARM.value, stop=1, hold=1)
+        run.expect("alarm", ctx.get(dut.alarms.payload), AlarmCode.HARD_LIMIT.value)
+        ctx.set(dut.alarms.ready, 1)
+        await pulse(ctx, dut.unlock)
+        run.see(ctx, dut, state=GCodeState.ALARM.value, stop=1)
+        await command(ctx, RealtimeCode.RESET)
+        run.see(ctx, dut, reset=1, stop=1)
+        ctx.set(dut.moving, 0)
+        ctx.set(dut.standing, 1)
+        await ctx.tick().repeat(2)
+        run.see(ctx, dut, state=GCodeState.ALARM.value, reset=0, stop=0, hold=1)
+        await pulse(ctx, dut.unlock)
+        run.see(ctx, dut, state=GCodeState.IDLE.value, hold=0)
+        await ctx.tick().repeat(4)
+
+    run.simulate(dut, test)
+    return ("held in the next clock, resumed once it stood; stopped by a limit in the next clock, "
+            "and until a reset")

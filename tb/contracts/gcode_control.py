@@ -1,0 +1,133 @@
+"""Contract of the states of a G-code machine."""
+
+from amaranth import Cat, Value
+
+from fresa.motion import AlarmCode, GCodeControl
+from fresa.protocol import GCodeMessage, GCodeState
+
+from .contract import Bits, Case, Component, Contract
+
+__all__ = ["GCODE_CONTROL"]
+
+RESET, HOLD, RESUME, STATUS, DOOR = 0x18, 0x21, 0x7E, 0x3F, 0x84
+
+
+def describe(c: Contract, dut: GCodeControl) -> None:
+    """Nothing moves but in the states in which it may, and every request has its effect."""
+    state = c.state("control_state")
+    stopped, resetting, cancelling, critical, alarmed = (c.signal(name) for name in (
+        "stopped", "resetting", "cancelling", "critical", "alarmed"))
+    known = c.past(~c.rst)  # no reset of all in the clock before
+
+    def came(code: int) -> Bits:
+        return dut.command & (dut.code == code)
+
+    c.implication("moves-in-few-states", "Blocks may begin or go on only in IDLE, RUN, JOG, HOME.",
+                  when=~dut.hold, then=state("IDLE", "RUN", "JOG", "HOME") & ~resetting)
+    c.implication("rest-of-them-hold", "In those, only a reset or a cancelled jog slows down.",
+                  when=state("IDLE", "RUN", "JOG", "HOME") & ~resetting & ~cancelling,
+                  then=~dut.hold)
+    c.implication("state-shown", "What is shown as RUN, JOG or HOME may move.",
+                  when=Cat(dut.state == shown for shown in (
+                      GCodeState.RUN, GCodeState.JOG, GCodeState.HOME)).any(),
+                  then=~dut.hold | cancelling)
+    c.implication("hold-in-a-clock", "A feed hold holds in the next clock.",
+                  when=known & c.past(came(HOLD) & state("IDLE", "RUN") & ~dut.reset),
+                  then=dut.hold & state("HOLD", "DOOR", "ALARM"))
+    c.implication("door-in-a-clock", "So does an open door.",
+                  when=known & c.past(dut.door & state("IDLE", "RUN", "HOLD", "JOG", "HOME")),
+                  then=dut.hold | c.past(cancelling))
+    c.implication("door-stays", "With the door open nothing resumes.",
+                  when=known & c.past(dut.door & state("DOOR") & ~dut.reset),
+                  then=state("DOOR", "ALARM"))
+    c.implication("hold-stays", "A hold lasts until a resume while it stands, or a reset.",
+                  when=known & c.past(state("HOLD") & ~(came(RESUME) & dut.standing) & ~dut.reset),
+                  then=state("HOLD", "DOOR", "ALARM"))
+    c.implication("resumes", "Then it ends.",
+                  when=known & c.past(state("HOLD") & came(RESUME) & dut.standing & ~dut.door),
+                  then=state("IDLE", "ALARM", "START"))
+    c.implication("emergency-stops", "The emergency stop stops in the next clock.",
+                  when=known & c.past(dut.emergency), then=dut.stop)
+    c.implication("limit-stops", "So does a hard limit, outside of homing.",
+                  when=known & c.past(dut.hard_limit & ~c.past(dut.hard_limit | c.rst)
+                                      & state("IDLE", "RUN", "HOLD", "JOG", "DOOR", "CHECK")),
+                  then=dut.stop & critical)
+    c.implication("stop-until-reset", "What is stopped stays so until a reset takes effect.",
+                  when=known & c.past(stopped & ~dut.reset), then=stopped & dut.stop)
+    c.implication("stops-for-a-reason", "Nothing else stops.",
+                  when=dut.stop & ~stopped & ~dut.fault, then=c.past(dut.emergency))
+    c.implication("critical-is-stopped", "An alarm that needs a reset holds and stops.",
+                  when=critical, then=stopped & alarmed & state("ALARM", "START") & dut.hold)
+    c.implication("alarm-holds", "An alarm lasts until unlock, homing, sleep, or a reset.",
+                  when=known & c.past(state("ALARM") & ~dut.reset & ~(
+                      (dut.unlock | dut.home | dut.sleep) & ~critical & ~cancelling)),
+                  then=state("ALARM"))
+    c.implication("alarm-is-remembered", "It is there again after a reset.",
+                  when=state("ALARM") | (known & c.past(state("SLEEP"))), then=alarmed)
+    c.implication("locked-after-start", "And nothing moves then.",
+                  when=known & c.past(state("START") & alarmed), then=state("ALARM"))
+    c.implication("no-block-survives-an-alarm", "Before an alarm ends, the blocks are discarded.",
+                  when=known & c.past(state("ALARM")) & ~state("ALARM", "START"),
+                  then=c.past(~cancelling))
+    c.implication("flush-at-a-stand", "Blocks are discarded only where it stands.",
+                  when=dut.flush, then=dut.standing & cancelling)
+    c.implication("reset-taken", "A reset takes effect as soon as it stands, or is stopped.",
+                  when=resetting & (dut.standing | stopped), then=dut.reset)
+    c.implication("reset-only-then", "And neither sooner nor unless it was requested.",
+                  when=dut.reset, then=(dut.standing | stopped) & resetting)
+    c.implication("reset-requested", "A request waits, and holds.",
+                  when=known & c.past(came(RESET) & ~dut.reset), then=resetting & dut.hold)
+    c.implication("reset-waits", "It waits until it takes effect.",
+                  when=known & c.past(resetting & ~dut.reset), then=resetting)
+    c.implication("no-other-reset", "Nothing else makes one.",
+                  when=resetting, then=c.past(resetting | came(RESET)))
+    c.implication("strict-reset", "A strict one that comes while it moves stops in the next clock.",
+                  when=known & c.past(came(RESET) & dut.strict & ~dut.standing
+                                      & state("RUN", "JOG", "HOME", "HOLD", "DOOR", "IDLE")),
+                  then=dut.stop & alarmed)
+    c.implication("starts-after-reset", "A reset starts anew: with the greeting.",
+                  when=known & c.past(dut.reset),
+                  then=state("START") & ~resetting & (critical == c.past(
+                      c.signal("breaks"))))
+    c.implication("greets", "The greeting follows a start.",
+                  when=known & c.past(state("START")), then=c.signal("wants_greeting"))
+    c.implication("says-it", "A message that is wanted is offered as soon as there is room.",
+                  when=known & c.past(c.signal("wants_greeting")
+                                      & (~dut.messages.valid | dut.messages.ready)),
+                  then=dut.messages.valid & (dut.messages.payload == GCodeMessage.GREETING))
+    c.implication("report-requested", "Each request for a report is passed on at once.",
+                  when=came(STATUS) | dut.report, then=came(STATUS) & dut.report)
+    alarm = c.signal("alarm")
+    c.implication("alarm-announced", "An alarm is announced, unless another waits.",
+                  when=known & c.past((alarm != AlarmCode.NONE)
+                                      & (~dut.alarms.valid | dut.alarms.ready)),
+                  then=dut.alarms.valid & (dut.alarms.payload == c.past(alarm)))
+    c.implication("alarm-begins", "And is there in the next clock.",
+                  when=known & c.past((alarm != AlarmCode.NONE) & ~dut.reset),
+                  then=state("ALARM") & alarmed)
+    c.implication("no-other-alarm", "Nothing else is announced.",
+                  when=dut.alarms.valid & known & c.past(~dut.alarms.valid),
+                  then=c.past(alarm != AlarmCode.NONE))
+    c.implication("announced-once", "An alarm that is taken is not announced again.",
+                  when=known & c.past(dut.alarms.valid & dut.alarms.ready
+                                      & (alarm == AlarmCode.NONE)), then=~dut.alarms.valid)
+    for name in ("alarms", "messages"):
+        stream = getattr(dut, name)
+        payload = Value.cast(stream.payload)
+        c.implication(f"{name}-stable-until-ready", "What is offered stays until it is taken.",
+                      when=known & c.past(stream.valid & ~stream.ready),
+                      then=stream.valid & (payload == c.past(payload)))
+    c.implication("motors-off", "Asleep, or with the emergency stop, the motors are off.",
+                  when=known & c.past(state("SLEEP") | dut.emergency), then=~dut.enable)
+    c.implication("motors-on", "What moves has its motors on.",
+                  when=known & c.past(state("RUN", "JOG", "HOME") & ~dut.emergency),
+                  then=dut.enable)
+    c.implication("reset-clears", "The reset of all starts anew.", when=c.past(c.rst),
+                  then=state("START") & ~resetting & ~stopped & ~dut.enable & ~dut.alarms.valid
+                  & ~dut.messages.valid & ~alarmed)
+    c.leaves_unused_codes("control_state", fault=dut.fault,
+                          shows=dut.stop & dut.hold & ~dut.reset & ~dut.flush)
+
+
+GCODE_CONTROL = Component(make=GCodeControl, describe=describe, depth=16,
+                          cases=(Case(), Case(upset=True)))

@@ -1,0 +1,182 @@
+"""Contract of the interpreter of G-code: an answer a line, and nothing of one that is refused."""
+
+from unittest.mock import patch
+
+from amaranth import Module, Value
+
+from fresa.protocol import GCodeActionKind, GCodeInterpreter, GCodeKind, Operand, gcode_interpreter
+
+from .contract import Bits, Case, Component, Contract, Unknown
+
+__all__ = ["GCODE_INTERPRETER"]
+
+PARTS = {"line": "GCodeLine", "coordinates": "GCodeCoordinates", "converter": "UnitConverter"}
+"""What reads words, and what computes."""
+
+STARTS = ["CLEAR_OFFSET", "CLEAR_LENGTH", "CLEAR_RATES", "SET_ORIGIN"]
+"""States after a reset."""
+
+CHECKS = ["READ", "CHECK_WORDS", "CONVERT", "COMPUTE", "CHECK_LINE", "COMPARE", "CHECK_ARC",
+          "CHECK_UNUSED"]
+"""States in which a line may still be refused."""
+
+
+def describe(c: Contract, dut: GCodeInterpreter) -> None:
+    """Each line is answered once, and what is refused has done nothing and changed no mode."""
+    short = isinstance(c.part("converter"), Unknown)
+    for path in PARTS if short else ():
+        c.unknown(path)
+    state, error = c.state("interpreter_state"), c.signal("error")
+    actions, answers, words, position = dut.actions, dut.answers, dut.words, dut.position
+    kept = c.past(~c.rst)
+    answered = answers.valid & answers.ready
+    acts = actions.valid & actions.ready & (actions.p.kind != GCodeActionKind.CHECK_ARC)
+    ends = words.valid & words.ready & (words.p.kind == GCodeKind.END)
+
+    ended = c.keep(1, name="ended")  # the end of a line is taken, and it is not answered yet
+    acted = c.keep(1, name="acted")  # this line has done something
+    begun = c.keep(1, name="begun")  # an item of a line is taken, and it is not answered yet
+    before = c.keep(len(dut.modes.as_value()), name="modes_before")
+    c.m.d.sync += [ended.eq(~c.rst & (ended | ends) & ~answered),
+                   acted.eq(~c.rst & (acted | acts) & ~answered),
+                   begun.eq(~c.rst & (begun | (words.valid & words.ready)) & ~answered)]
+    same = dut.modes.as_value() == before
+    with c.m.If(answered):
+        c.m.d.sync += before.eq(dut.modes.as_value())
+    with c.m.If(c.rst):
+        c.m.d.sync += before.eq(0)
+
+    starting = c.signal("starting")
+    c.invariant("line-at-a-time", "Words are taken only before the end of their line, and it is "
+                "answered only after it.", ~(words.ready & ended) & ~(answers.valid & ~ended)
+                & (ended == ~(state("READ", "FAULT") | starting)), cover=ended)
+    c.invariant("starts", "After a reset nothing is offered or taken until the origin is set.",
+                ~starting | (state(*STARTS) & ~begun & ~acted & ~words.ready & ~position.ready
+                             & ~actions.valid & same & (error == 0)), cover=starting)
+    c.invariant("starts-once", "What a reset clears is cleared once.",
+                starting | ~state(*STARTS[:3]), cover=~starting, lemma=True)
+    c.implication("refused-line-does-nothing", "A line that is refused has done nothing, and the "
+                  "modes are as before.", when=answers.valid & (answers.payload != 0),
+                  then=~acted & same)
+    c.implication("nothing-before-the-checks", "Until a line is right it does nothing, and no mode "
+                  "changes.", when=state(*CHECKS), then=~acted & same, lemma=True)
+    c.invariant("right-line-has-no-error", "Only a line with an error is refused.",
+                (error == 0) | state("ANSWER", "FAULT"), cover=state("FLOW"))
+    c.invariant("nothing-with-an-error", "A line with an error has done nothing.",
+                (error == 0) | (~acted & same), cover=error != 0, lemma=True)
+    c.implication("first-error-answers", "A line with a wrong word is answered with its error.",
+                  when=c.past(ends & ~c.rst & (c.part("line").error != 0)),
+                  then=answers.valid & (answers.payload == c.past(c.part("line").error)))
+    c.implication("status-answers", "A line whose words are right is answered with its status.",
+                  when=c.past(ends & ~c.rst & (c.part("line").error == 0)
+                              & (words.p.status.as_value() != 0)),
+                  then=answers.valid & (answers.payload == c.past(words.p.status.as_value())))
+    c.invariant("position-first", "A position is taken before an item of a line, and only where "
+                "none of the line was.", position.ready == (state("READ") & ~begun),
+                cover=position.ready & position.valid & words.valid)
+    c.implication("position-before-item", "No item is taken in the clock of a position.",
+                  when=position.valid & position.ready, then=~words.ready)
+    store = c.part("coordinates")
+    c.implication("position-is-stored", "It is stored as that of its axis.",
+                  when=position.valid & position.ready,
+                  then=(store.write == (position.p.axis != 3)) & (
+                      (store.write_address == Operand.POSITION + position.p.axis)
+                      & (store.data == position.p.value)))
+    _line(c, dut, state, begun)
+    _streams(c, dut, kept)
+    _parts(c)
+    if short:
+        c.assume(~c.part("converter").fault)
+        _let_lines_be_any(c, dut)
+        if not c.upset:
+            c.restrict_covers(~c.rst & ~dut.words.p.system)
+    else:
+        converter = c.state("converter.converter_state")
+        c.invariant("converter-codes-in-use", "The converter has a state of its own.",
+                    ~converter("FAULT") & ~converter.is_unused(), cover=c.rst, lemma=True)
+    c.leaves_unused_codes("interpreter_state", fault=dut.fault,
+                          shows=~actions.valid & ~answers.valid & ~words.ready & ~position.ready)
+
+
+def _line(c: Contract, dut: GCodeInterpreter, state, begun: Bits) -> None:
+    """State that a line begins with the present modes, and that modes are some."""
+    line = c.part("line").line
+    c.implication("line-begins-with-modes", "A line begins with the modes of the one before.",
+                  when=~begun, then=Value.cast(line.modes) == Value.cast(dut.modes))
+    c.invariant("begun", "Words belong to the line that has begun.",
+                (c.signal("begun") == begun)
+                & (begun | state("READ", "FAULT") | c.signal("starting"))
+                & (~c.signal("starting") | (Value.cast(dut.modes) == 0)), cover=begun, lemma=True)
+    for name, modes in [("modes", dut.modes), ("line-modes", line.modes)]:
+        c.invariant(f"{name}-are-some", "Motion, plane and system are of those that there are; the "
+                    "spindle turns in one direction.", _some(modes),
+                    cover=modes.motion.as_value() == 4)
+
+
+def _some(modes) -> Bits:
+    return ((modes.motion.as_value() <= 4) & (modes.plane <= 2) & (modes.system <= 5)
+            & ~(modes.clockwise & modes.counter_clockwise))
+
+
+def _streams(c: Contract, dut: GCodeInterpreter, kept: Bits) -> None:
+    """State that what is offered stays until it is taken."""
+    for name, stream in [("action", dut.actions), ("answer", dut.answers)]:
+        payload = Value.cast(stream.payload)
+        c.implication(f"{name}-stays", "It is offered until it is taken, and does not change.",
+                      when=kept & c.past(stream.valid & ~stream.ready),
+                      then=stream.valid & (payload == c.past(payload)))
+
+
+def _parts(c: Contract) -> None:
+    """State what the contracts of the parts assume."""
+    store, converter, line = (c.part(name) for name in ("coordinates", "converter", "line"))
+    text = Value.cast(line.line)
+    computes = store.run & ~store.done
+    c.implication("sum-undisturbed", "A sum runs until it is done, of the same words.",
+                  when=c.past(computes & ~c.rst),
+                  then=store.run & (Value.cast(store.sum) == c.past(Value.cast(store.sum)))
+                  & (text == c.past(text)), lemma=True)
+    converts = converter.run & ~converter.done & ~converter.too_long
+    c.implication("conversion-undisturbed", "A conversion runs until it is over, of the same line.",
+                  when=c.past(converts & ~c.rst), then=converter.run & (text == c.past(text)),
+                  lemma=True)
+    c.invariant("line-undisturbed", "A line is cleared, ended and added to in different clocks.",
+                ~(line.take & line.clear) & ~(line.end_program & (line.take | line.clear)),
+                cover=line.end_program, lemma=True)
+
+
+def _let_lines_be_any(c: Contract, dut: GCodeInterpreter) -> None:
+    """Let the line be what its own contract states, and anything else."""
+    part = c.part("line")
+    line = Value.cast(part.line)
+    modes = Value.cast(part.line.modes)
+    changes = part.take | part.clear | part.end_program
+    c.assume(_some(part.line.modes))
+    c.assume(c.past(changes | c.rst, init=1)
+             | ((line == c.past(line)) & (part.error == c.past(part.error))))
+    c.assume(~c.past(part.clear & ~c.rst)
+             | ((modes == c.past(Value.cast(dut.modes))) & (part.error == 0)))
+    c.assume(c.past(~c.rst) | ((modes == 0) & (part.error == 0)))
+
+
+class _Short(GCodeInterpreter):
+    """Without what computes: results come when, and as, the contract likes."""
+
+    def elaborate(self, platform) -> Module:
+        def instead(real):
+            return lambda **parameters: Unknown(real(**parameters))
+
+        with patch.dict(vars(gcode_interpreter), {
+                name: instead(getattr(gcode_interpreter, name)) for name in PARTS.values()}):
+            return super().elaborate(platform)
+
+
+def make(*, width: int, computes: bool = True) -> GCodeInterpreter:
+    """Make it, or without what computes."""
+    return (GCodeInterpreter if computes else _Short)(width=width)
+
+
+GCODE_INTERPRETER = Component(
+    make=make, describe=describe, depth=18,
+    cases=(Case({"width": 40, "computes": False}), Case({"width": 44}, real=True),
+           Case({"width": 40, "computes": False}, upset=True)))

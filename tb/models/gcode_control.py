@@ -1,0 +1,160 @@
+"""States of a G-code machine, clock by clock, from the description of `GCodeControl`."""
+
+from dataclasses import dataclass, field
+
+__all__ = ["ControlModel"]
+
+STATES = ("IDLE", "RUN", "HOLD", "JOG", "ALARM", "DOOR", "CHECK", "HOME", "SLEEP")
+GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR = 0, 1, 5, 6
+HARD_LIMIT, ABORTED, HOMING_RESET, HOMING_DOOR, EMERGENCY = 1, 3, 6, 7, 10
+RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL = 0x18, 0x21, 0x7E, 0x3F, 0x84, 0x85
+
+
+@dataclass
+class ControlModel:
+    """Call it once a clock, with the inputs by name; it returns the outputs in that clock."""
+
+    state: str = "START"
+    locked: bool = False
+    first: bool = True
+    stopped: bool = False
+    critical: bool = False
+    resetting: bool = False
+    cancelling: bool = False
+    door_next: bool = False
+    enabled: bool = False
+    limit_before: int = 0
+    emergency_before: int = 0
+    alarm_line: int | None = None
+    message: int | None = None
+    to_say: list[int] = field(default_factory=list)
+
+    def __call__(self, *, rst: int, command: int, code: int, alarms_ready: int,
+                 messages_ready: int, **inputs: int) -> dict[str, int | None]:
+        came = code if command else None
+        standing = inputs["standing"]
+        reset = self.resetting and (standing or self.stopped)
+        flush = self.state in ("JOG", "ALARM") and self.cancelling and standing
+        shown = "HOLD" if self.resetting and self.state in ("IDLE", "RUN", "JOG", "HOME") \
+            else self.state
+        outputs = {
+            "hold": int(self.state not in ("IDLE", "RUN", "JOG", "HOME") or self.resetting
+                        or self.cancelling),
+            "stop": int(self.stopped or self.emergency_before),
+            "state": STATES.index(shown) if shown in STATES else None,
+            "substate": {"DOOR": inputs["door"] if standing else 2,
+                         "HOLD": 1 - standing}.get(shown),
+            "report": int(came == STATUS), "reset": int(reset), "flush": int(flush),
+            "enable": int(self.enabled), "fault": 0,
+            "alarms_valid": int(self.alarm_line is not None), "alarms_payload": self.alarm_line,
+            "messages_valid": int(self.message is not None), "messages_payload": self.message,
+        }
+        if rst:
+            self.__init__()
+            return outputs
+
+        if alarms_ready:
+            self.alarm_line = None
+        if self.message is None or messages_ready:
+            self.to_say.sort(key=(GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR).index)
+            self.message = self.to_say.pop(0) if self.to_say else None
+        was = self.state
+        self._follow(came, bool(reset), bool(flush), inputs)
+        if self.state == "DOOR" and was != "DOOR":
+            self._say(CHECK_DOOR)
+        alarm, critical = self._alarm(came, was, inputs)
+        if came == RESET:
+            self.resetting = True
+        if flush:
+            self.cancelling = False
+        if reset:
+            self.state = "START"
+            self.resetting = self.stopped = self.critical = False
+            self.cancelling = self.door_next = False
+        if alarm:
+            self.locked, self.cancelling, self.door_next = True, True, False
+            self.state = "START" if reset else "ALARM"
+            if self.alarm_line is None:
+                self.alarm_line = alarm
+        if critical or (came == RESET and inputs["strict"] and not standing
+                        and was not in ("START", "ALARM", "SLEEP")):
+            self.stopped = True
+        if critical:
+            self.critical = True
+            self._say(RESET_TO_CONTINUE)
+        if was in ("RUN", "JOG", "HOME"):
+            self.enabled = True
+        if was == "SLEEP" or inputs["emergency"]:
+            self.enabled = False
+        self.limit_before, self.emergency_before = inputs["hard_limit"], inputs["emergency"]
+        return outputs
+
+    def _follow(self, came: int | None, reset: bool, flush: bool, inputs: dict[str, int]) -> None:
+        """Go to the next state, alarms and resets aside."""
+        door = came == DOOR or inputs["door"]
+        standing, moving = inputs["standing"], inputs["moving"]
+        if self.state == "START":
+            self._say(GREETING)
+            if self.locked or (self.first and inputs["locked_start"]):
+                self._say(LOCKED)
+                self.locked = True
+            self.state, self.first = "ALARM" if self.locked else "IDLE", False
+        elif self.state in ("IDLE", "RUN", "HOLD") and door:
+            self.state = "DOOR"
+        elif self.state in ("IDLE", "RUN") and (came == HOLD or inputs["pause"]):
+            self.state = "HOLD"
+        elif self.state == "IDLE":
+            for state, wanted in (("SLEEP", inputs["sleep"]), ("HOME", inputs["home"]),
+                                  ("CHECK", inputs["check"]),
+                                  ("JOG", moving and inputs["jogging"]), ("RUN", moving)):
+                if wanted:
+                    self.state = state
+                    break
+        elif self.state == "RUN" and not moving:
+            self.state = "IDLE"
+        elif self.state == "JOG":
+            self.door_next = bool(self.door_next or door)
+            if flush:
+                self.state, self.door_next = "DOOR" if self.door_next else "IDLE", False
+            elif door or came in (HOLD, JOG_CANCEL):
+                self.cancelling = True
+            elif not moving and not self.cancelling:
+                self.state = "IDLE"
+        elif (self.state == "HOLD" or (self.state == "DOOR" and not inputs["door"])) \
+                and came == RESUME and standing:
+            self.state = "IDLE"
+        elif self.state == "ALARM" and not self.critical and not self.cancelling:
+            if inputs["sleep"]:
+                self.state = "SLEEP"
+            elif inputs["home"]:
+                self.state = "HOME"
+            elif inputs["unlock"]:
+                self.state, self.locked = "IDLE", False
+        elif (self.state == "CHECK" and not inputs["check"]) or (
+                self.state == "HOME" and not inputs["home"] and not door):
+            self.locked = self.locked and self.state == "CHECK"
+            self.state = "IDLE"
+        elif self.state == "SLEEP":
+            self.locked = True
+
+    def _alarm(self, came: int | None, was: str, inputs: dict[str, int]) -> tuple[int, bool]:
+        """Return the alarm that begins, 0 for none, and whether it is one that needs a reset."""
+        if inputs["emergency"] and (was == "START" or not self.emergency_before):
+            return EMERGENCY, True
+        if was in ("START", "ALARM", "SLEEP"):
+            return 0, False
+        if inputs["hard_limit"] and not self.limit_before and was != "HOME":
+            return HARD_LIMIT, True
+        if came == RESET and inputs["strict"] and not inputs["standing"] and was != "HOME":
+            return ABORTED, False
+        if inputs["failure"]:
+            return inputs["failure"], False
+        if was == "HOME" and came == RESET:
+            return HOMING_RESET, False
+        if was == "HOME" and (came == DOOR or inputs["door"]):
+            return HOMING_DOOR, False
+        return 0, False
+
+    def _say(self, message: int) -> None:
+        if message not in self.to_say:
+            self.to_say.append(message)

@@ -1,0 +1,84 @@
+"""Lines of a G-code machine, as GRBL 1.1's interface documents them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+__all__ = ["MESSAGES", "STATES", "Reports", "Sample", "alarm", "answer"]
+
+STATES = ("Idle", "Run", "Hold", "Jog", "Alarm", "Door", "Check", "Home", "Sleep")
+
+MESSAGES: Mapping[str, bytes] = {
+    "GREETING": b"Grbl 1.1h ['$' for help]\r\n",
+    "LOCKED": b"[MSG:'$H'|'$X' to unlock]\r\n",
+    "UNLOCKED": b"[MSG:Caution: Unlocked]\r\n",
+    "ENABLED": b"[MSG:Enabled]\r\n",
+    "DISABLED": b"[MSG:Disabled]\r\n",
+    "RESET_TO_CONTINUE": b"[MSG:Reset to continue]\r\n",
+    "CHECK_DOOR": b"[MSG:Check Door]\r\n",
+    "PROGRAM_END": b"[MSG:Pgm End]\r\n",
+}
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What a report shows: positions in um, feed in mm/min, speed in rpm, letters of pins."""
+
+    state: str = "Idle"
+    substate: int = 0
+    position: Sequence[int] = (0, 0, 0)
+    origin: Sequence[int] = (0, 0, 0)
+    blocks: int = 0
+    room: int = 0
+    feed: int = 0
+    speed: int = 0
+    pins: str = ""
+
+
+@dataclass
+class Reports:
+    """Status reports one after the other: which of them have offsets and overrides."""
+
+    since_origin: int = field(default=0)
+    since_overrides: int = field(default=0)
+    every_origin: int = 0
+    every_overrides: int = 0
+
+    def change_origin(self) -> None:
+        """Have the offsets in the next report."""
+        self.since_origin = self.every_origin
+
+    def line(self, sample: Sample) -> bytes:
+        """Return the next report."""
+        moves = sample.state in ("Run", "Hold", "Jog", "Door", "Home")
+        state = sample.state
+        if state in ("Hold", "Door"):
+            state += f":{sample.substate}"
+        fields = [state, f"MPos:{_vector(sample.position)}", f"Bf:{sample.blocks},{sample.room}",
+                  f"FS:{sample.feed},{sample.speed}"]
+        if sample.pins:
+            fields.append(f"Pn:{sample.pins}")
+        self.since_overrides += 1
+        if self.since_origin >= self.every_origin:
+            self.since_origin, self.every_origin = 1, 30 if moves else 10
+            fields.append(f"WCO:{_vector(sample.origin)}")
+        else:
+            self.since_origin += 1
+            if self.since_overrides > self.every_overrides:
+                self.since_overrides, self.every_overrides = 0, 19 if moves else 9
+                fields.append("Ov:100,100,100")
+        return f"<{'|'.join(fields)}>\r\n".encode()
+
+
+def answer(number: int) -> bytes:
+    """Return the answer to a line: accepted with 0, or refused with an error."""
+    return b"error:%d\r\n" % number if number else b"ok\r\n"
+
+
+def alarm(number: int) -> bytes:
+    """Return the line of an alarm."""
+    return b"ALARM:%d\r\n" % number
+
+
+def _vector(values: Sequence[int]) -> str:
+    return ",".join(f"{'-' if value < 0 else ''}{abs(value) // 1000}.{abs(value) % 1000:03}"
+                    for value in values)

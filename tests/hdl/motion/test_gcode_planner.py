@@ -1,0 +1,167 @@
+# amaranth: UnusedElaboratable=no
+
+"""Actions to blocks: the words of each against the model of planning."""
+
+import random
+from collections.abc import Mapping, Sequence
+
+import pytest
+
+from fresa.arithmetic import Line
+from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
+from fresa.motion.gcode_planner import GCodePlanner
+from fresa.protocol import GCodeAction, GCodeActionKind, Operand
+from tb.boards import component
+from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
+from tb.models.gcode_plan import Planner, PlanSettings
+
+WORD = 1 << 36
+LINE = Line(clock=2_000_000, speeds=(50_000_000, 40_000_000, 10_000_000),
+            accelerations=(1_000_000_000, 800_000_000, 2_000_000_000),
+            steps=(80_000, 40_000, 250_000), deviation=20_000)
+SETTINGS = PlanSettings(LINE.clock, LINE.speeds, LINE.accelerations, LINE.steps, LINE.deviation)
+
+
+class Machine:
+    """The gateware between an interpreter and a queue."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        self.operands: Mapping[int, int] = {}
+        self.words: dict[int, int] = {}
+        self.positions: list[int] = []
+        engine.set(words_ready=1, positions_ready=1, room=1)
+        engine.run(1)
+
+    def clock(self) -> None:
+        """Go to the next clock: take what is offered, and read an operand."""
+        valid, word, position_valid, position, address = self.engine.get(
+            "words_valid", "words_payload", "positions_valid", "positions_payload",
+            "operand_address")
+        if valid:
+            self.words[word & 31] = word >> 5 & WORD - 1
+            self.committed |= word >> 41
+        if position_valid:
+            assert position & 3 == len(self.positions)
+            self.positions.append((position >> 2 ^ 1 << 43) - (1 << 43))
+        self.engine.run(1)
+        self.engine.set(operand=self.operands.get(address, 0) % (1 << 44))
+
+    def do(self, kind: GCodeActionKind, operands: Mapping[int, int], **modes: int
+           ) -> dict[int, int] | None:
+        """Do an action; return the words of its block, if it has one."""
+        self.operands, self.committed = operands, 0
+        self.engine.set(actions_valid=1, actions_payload=GCodeAction.const(
+            {"kind": kind, "modes": modes}).as_bits())
+        return self._wait("actions_ready")
+
+    def begin(self, steps: Sequence[int]) -> dict[int, int] | None:
+        """Begin at a place."""
+        self.committed = 0
+        self.positions = []
+        self.engine.set(begin=1, **{f"steps_{axis}": each % WORD
+                                    for axis, each in enumerate(steps)})
+        return self._wait("begun")
+
+    def _wait(self, name: str) -> dict[int, int] | None:
+        while not self.engine.get(name):
+            self.clock()
+        self.clock()
+        self.engine.set(actions_valid=0, begin=0)
+        self.clock()
+        words, self.words = self.words, {}
+        return words if self.committed else None
+
+
+def pair(words: Mapping[int, int], high: int) -> int:
+    return words[high] * WORD + words[high + 1]
+
+
+def check(engine: Engine, seed: int, count: int) -> None:
+    """Do random actions, and compare all blocks."""
+    rng = random.Random(seed)
+    machine = Machine(engine)
+    steps = [rng.randint(-10**5, 10**5) for _ in range(3)]
+    begin = machine.begin(steps)
+    model = Planner(SETTINGS, machine.positions)
+    for at, count_steps, per_metre in zip(machine.positions, steps, LINE.steps, strict=True):
+        assert abs(at * per_metre - count_steps * 10**9) <= per_metre
+    assert begin and BlockHeader.from_bits(begin[0]).kind == BlockKind.PLACE
+    assert tuple(begin[BlockWord.PLACE + axis] for axis in range(3)) == model.places(
+        model.position)
+    outputs_before = False
+    for _ in range(count):
+        feed = rng.randint(1, 2 << 29)
+        size = rng.choice([0, 1, 1000, 10**6, 10**9])
+        target = [at + rng.choice([0, rng.randint(-size, size)]) for at in model.position]
+        operands = {Operand.FEED: feed, Operand.SPEED: rng.getrandbits(30),
+                    Operand.DWELL: rng.choice([0, 1, 10**6, 1 << 40])}
+        operands |= {Operand.TARGET + axis: each for axis, each in enumerate(target)}
+        operands |= {Operand.ORIGIN + axis: rng.randint(-1 << 34, 1 << 34) for axis in range(3)}
+        kind = rng.choice([GCodeActionKind.LINE] * 3 + [
+            GCodeActionKind.RAPID, GCodeActionKind.DWELL, GCodeActionKind.SPINDLE,
+            GCodeActionKind.COOLANT, GCodeActionKind.PAUSE, GCodeActionKind.OFFSETS])
+        modes = {name: rng.getrandbits(1) for name in ("clockwise", "mist", "flood")}
+        inverse = rng.random() < 0.2
+        words = machine.do(kind, operands, inverse=inverse, **modes)
+        if kind == GCodeActionKind.OFFSETS:
+            assert words is None
+            for axis in range(3):
+                origin = (engine.get(f"origin_um_{axis}") ^ 1 << 26) - (1 << 26)
+                assert abs(origin * 1000 - operands[Operand.ORIGIN + axis]) <= 500
+            continue
+        if kind in {GCodeActionKind.LINE, GCodeActionKind.RAPID}:
+            before = model.nominal
+            block = model.line(target, None if kind == GCodeActionKind.RAPID else feed,
+                               inverse=inverse)
+            if block is None:
+                assert words is None
+                assert model.nominal == before
+                continue
+            outputs_before = False
+        assert words
+        header = BlockHeader.from_bits(words[BlockWord.HEADER])
+        assert {name: header.outputs[name] for name in modes} == modes
+        limit = words[18] + words[19] * WORD
+        if kind in {GCodeActionKind.LINE, GCodeActionKind.RAPID}:
+            assert header.kind == BlockKind.MOTION
+            assert [header.channel[axis] for axis in range(3)] == [0, 1, 2]
+            assert not header.arc
+            assert block == type(block)(
+                pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS),
+                pair(words, BlockWord.NOMINAL), header.log2_ticks,
+                words[16] + words[17] * WORD, limit,
+                tuple(words[BlockWord.PLACE + axis] for axis in range(3)))
+            assert words[BlockWord.EXTRA] == operands[Operand.SPEED]
+        elif kind in {GCodeActionKind.SPINDLE, GCodeActionKind.COOLANT}:
+            if outputs_before:
+                model.stop()
+            outputs_before = True
+            assert (header.kind, limit) == (BlockKind.OUTPUTS, model.nominal)
+            assert words[BlockWord.EXTRA] == operands[Operand.SPEED]
+        else:
+            model.stop()
+            outputs_before = False
+            assert limit == 0
+            if kind == GCodeActionKind.DWELL:
+                assert header.kind == BlockKind.DWELL
+                assert words[BlockWord.EXTRA] == min(operands[Operand.DWELL], WORD - 1)
+            else:
+                assert header.kind == BlockKind.PAUSE
+    assert not engine.get("fault")
+
+
+def planner():
+    return component("gcode_planner", GCodePlanner(line=LINE))
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("seed", range(3))
+def test_blocks_are_those_of_the_model(seed):
+    with CXXRTLEngine(planner()) as engine:
+        check(engine, seed, 60)
+
+
+def test_blocks_are_those_of_the_model_without_a_compiler():
+    with AmaranthEngine(planner()) as engine:
+        check(engine, 7, 3)
