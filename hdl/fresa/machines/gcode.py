@@ -1,0 +1,368 @@
+"""`gcode`: a CNC controller for three axes, from G-code on a serial line to steps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil
+
+from amaranth import Cat, Module, Mux, ResetInserter, Signal, signed
+from amaranth.lib.wiring import In, Out, connect
+
+from ..arithmetic import Line
+from ..checks import in_range
+from ..clock import CLOCK
+from ..drive import MAX_PULSE, PendingSteps, StepDirDriver
+from ..motion import BlockMotion, GCodeControl, GCodePlanner
+from ..panel import GlitchFilter
+from ..protocol import (
+    GCodeGate,
+    GCodeInterpreter,
+    GCodeReader,
+    GCodeReporter,
+    GCodeState,
+    LineBuffer,
+    RealtimeCode,
+    RealtimeFilter,
+    UARTReceiver,
+    UARTTransmitter,
+    bit_period,
+)
+from ..roles import (
+    BUTTON,
+    COOLANT,
+    DIRECTION,
+    ENABLE,
+    LIMIT,
+    RX,
+    SPINDLE,
+    STATUS,
+    STEP,
+    STOP,
+    TX,
+    MachineComponent,
+)
+
+__all__ = ["AXES", "BAUD", "GCode", "GCodeSettings"]
+
+AXES = 3
+
+BAUD = 115_200
+"""Bits a second on the line, as GRBL has them."""
+
+TICK = 4
+"""Clocks by which two steps may be closer than the speed says, in a line: a tick."""
+
+
+@dataclass(frozen=True)
+class GCodeSettings:
+    """What a machine is: its motors, its drivers and its limits.
+
+    Attributes
+    ----------
+    clock : int
+        Clock in Hz, from 2 000 000.
+    baud : int
+        Bits a second on the line.
+    steps_per_mm : sequence of Fraction
+        Steps per mm of each axis: $100 to $102.
+    max_rate : sequence of Fraction
+        Highest speed of each axis in mm/min: $110 to $112.
+    acceleration : sequence of Fraction
+        Of each axis in mm/s²: $120 to $122.
+    deviation : Fraction
+        Junction deviation in mm: $11.
+    width_ns, low_ns, setup_ns, hold_ns : int
+        Times of the driver modules, see :class:`StepDirDriver`; by default those of an A4988.
+    filter_us : int
+        Least time for which a limit switch must be on: $201.
+    depth : int
+        Blocks that are looked ahead.
+    receive : int
+        Bytes of the receive buffer.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range, or pulses cannot make the highest speed.
+    """
+
+    clock: int = CLOCK
+    baud: int = BAUD
+    steps_per_mm: Sequence[Fraction] = (Fraction(250),) * AXES
+    max_rate: Sequence[Fraction] = (Fraction(500),) * AXES
+    acceleration: Sequence[Fraction] = (Fraction(10),) * AXES
+    deviation: Fraction = Fraction(1, 100)
+    width_ns: int = 1000
+    low_ns: int = 1000
+    setup_ns: int = 200
+    hold_ns: int = 200
+    filter_us: int = 10
+    depth: int = 64
+    receive: int = 128
+
+    def __post_init__(self) -> None:
+        if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
+            raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
+        self.line()  # checks its ranges
+        shortest = self.driver["width"] + max(self.driver["low"], self.driver["hold"])
+        for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
+            # A tick lies up to 4 clocks from where its step should be.
+            most = Fraction(self.clock, shortest + TICK) * 60 / steps
+            if rate > most:
+                raise ValueError(f"max_rate of {axis} must be at most {float(most):.3f} mm/min "
+                                 f"with {float(steps):g} steps/mm, not {float(rate):g}: pulses "
+                                 f"are {shortest} clocks apart")
+
+    @property
+    def driver(self) -> dict[str, int]:
+        """Times of the driver modules in clocks."""
+        times = {"width": self.width_ns, "low": self.low_ns, "setup": self.setup_ns,
+                 "hold": self.hold_ns}
+        return {name: -(-in_range(f"{name}_ns", time, 1, MAX_PULSE * 10**9 // self.clock)
+                        * self.clock // 10**9) for name, time in times.items()}
+
+    def line(self) -> Line:
+        """Return the settings of the formulas."""
+        return Line(clock=self.clock, speeds=[int(each * 10**6 / 60) for each in self.max_rate],
+                    accelerations=[int(each * 10**6) for each in self.acceleration],
+                    steps=[round(each * 1000) for each in self.steps_per_mm],
+                    deviation=ceil(self.deviation * 10**6))
+
+
+class GCode(MachineComponent):
+    """CNC controller: programs of G-code come in, steps of three axes go out.
+
+    There is no processor in it, and no computer has to keep up with it. All inputs are synchronous
+    to the clock. Each line that comes on ``rx`` is answered once, and in order, with ``ok`` or
+    ``error:N``, with the codes of GRBL 1.1; ``?`` is answered with a status report, ``!`` holds,
+    ``~`` goes on, and byte 0x18 resets, see :class:`GCodeControl`.
+
+    Lines are planned as they come, ``depth`` blocks ahead: each is made as fast as its feed, the
+    limits of the axes and the corners ahead allow, at an acceleration that is never exceeded.
+
+    Parameters
+    ----------
+    settings : GCodeSettings
+        Motors, drivers and limits.
+
+    Members
+    -------
+    rx : In(1)
+        The line from the host.
+    limits : In(3)
+        Limit switches, 1 where one is on.
+    stop : In(1)
+        Emergency stop: no step is made while it is 1, nor until a reset.
+    hold, start, abort : In(1)
+        Buttons, 1 while pressed: as ``!``, ``~`` and byte 0x18.
+    tx : Out(1)
+        The line to the host.
+    step, direction : Out(3)
+        STEP and DIR of the motors; DIR is on for the way to higher positions.
+    enable : Out(1)
+        Power of the motors.
+    spindle, reverse : Out(1)
+        The spindle turns; counter-clockwise.
+    mist, flood : Out(1)
+        Coolant.
+    moving : Out(1)
+        Something moves, or waits to move.
+    alarm : Out(1)
+        Nothing moves until a reset and ``$X``.
+    fault : Out(1)
+        A register was upset, or steps were lost: never expected. No step is made until reset.
+
+    Raises
+    ------
+    ValueError
+        If a setting is out of range.
+    """
+
+    rx: In(1)
+    limits: In(AXES)
+    stop: In(1)
+    hold: In(1)
+    start: In(1)
+    abort: In(1)
+    tx: Out(1)
+    step: Out(AXES)
+    direction: Out(AXES)
+    enable: Out(1)
+    spindle: Out(1)
+    reverse: Out(1)
+    mist: Out(1)
+    flood: Out(1)
+    moving: Out(1)
+    alarm: Out(1)
+    fault: Out(1)
+
+    def __init__(self, *, settings: GCodeSettings | None = None) -> None:
+        self.settings = settings = settings or GCodeSettings()
+        self._bit = bit_period(settings.clock, settings.baud)
+        self.roles = {
+            "rx": RX, "tx": TX, "step": STEP, "direction": DIRECTION, "enable": ENABLE,
+            "limits": LIMIT, "stop": STOP, "hold": BUTTON, "start": BUTTON, "abort": BUTTON,
+            "spindle": SPINDLE, "reverse": SPINDLE, "mist": COOLANT, "flood": COOLANT,
+            "moving": STATUS, "alarm": STATUS, "fault": STATUS,
+        }
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        settings = self.settings
+        m.submodules.control = control = GCodeControl()
+        anew = ResetInserter(control.reset | control.flush)
+        faults = [control.fault]
+
+        # From the line to actions
+        m.submodules.receiver = receiver = UARTReceiver(period=self._bit)
+        m.submodules.realtime = realtime = RealtimeFilter()
+        buffer, reader = LineBuffer(depth=settings.receive), GCodeReader()
+        gate, interpreter = GCodeGate(), GCodeInterpreter()
+        planner = GCodePlanner(line=settings.line())
+        for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
+                           ("interpreter", interpreter), ("planner", planner)):
+            m.submodules[name] = anew(part)
+        connect(m, receiver.bytes, realtime.bytes)
+        connect(m, realtime.rest, buffer.bytes)
+        connect(m, buffer.items, reader.items)
+        connect(m, reader.words, gate.words)
+        connect(m, interpreter.actions, planner.actions)
+        connect(m, planner.positions, interpreter.position)
+        m.d.comb += [
+            receiver.rx.eq(self.rx),
+            gate.locked.eq((control.state == GCodeState.ALARM)
+                           | (control.state == GCodeState.SLEEP)),
+            control.unlock.eq(gate.unlock),
+            # Lines wait until it is known where they begin.
+            interpreter.words.payload.eq(gate.passed.payload),
+            interpreter.words.valid.eq(gate.passed.valid & ~planner.begin),
+            gate.passed.ready.eq(interpreter.words.ready & ~planner.begin),
+            planner.operand.eq(interpreter.operand),
+            interpreter.operand_address.eq(planner.operand_address),
+            interpreter.verdict.eq(planner.verdict),
+        ]
+        faults += [receiver.fault, interpreter.fault, planner.fault]
+
+        # From blocks to steps
+        m.submodules.motion = motion = BlockMotion(
+            clock=settings.clock, depth=settings.depth, steps=planner.line.steps)
+        connect(m, planner.words, motion.words)
+        positions = self._drivers(m, control, motion, planner, faults)
+        m.d.comb += [
+            planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
+            planner.spindle_speed.eq(motion.extra),
+            motion.hold.eq(control.hold), motion.flush.eq(control.reset | control.flush),
+            control.moving.eq(~motion.idle), control.standing.eq(motion.still),
+        ]
+        m.d.comb += [motion.position[axis].eq(positions[axis][:2]) for axis in range(AXES)]
+        faults += [motion.fault]
+        begins = Signal(init=1)
+        with m.If(control.reset | control.flush):
+            m.d.sync += begins.eq(1)
+        with m.Elif(planner.begun):
+            m.d.sync += begins.eq(0)
+        m.d.comb += planner.begin.eq(begins)
+        pausing = Signal()  # the control holds since the program pauses
+        m.d.sync += pausing.eq(motion.paused & ~control.reset)
+        m.d.comb += [control.pause.eq(motion.paused & ~pausing),
+                     motion.start.eq(motion.paused & pausing & ~control.hold)]
+
+        self._inputs(m, control, realtime)
+
+        # What is said
+        m.submodules.reporter = reporter = GCodeReporter()
+        m.submodules.transmitter = transmitter = UARTTransmitter(period=self._bit)
+        connect(m, interpreter.answers, reporter.answers)
+        connect(m, control.messages, reporter.messages)
+        connect(m, control.alarms, reporter.alarms)
+        connect(m, reporter.bytes, transmitter.bytes)
+        self._reports(m, control, planner, motion, reporter)
+        m.d.comb += [
+            reporter.free_blocks.eq(motion.free), reporter.free_bytes.eq(buffer.free),
+            self.tx.eq(transmitter.tx),
+        ]
+        faults += [reporter.fault]
+
+        m.d.sync += [
+            self.spindle.eq(motion.outputs.clockwise | motion.outputs.counter_clockwise),
+            self.reverse.eq(motion.outputs.counter_clockwise),
+            self.mist.eq(motion.outputs.mist), self.flood.eq(motion.outputs.flood),
+            self.moving.eq(~motion.idle), self.alarm.eq(control.state == GCodeState.ALARM),
+        ]
+        with m.If(Cat(faults).any()):
+            m.d.sync += self.fault.eq(1)
+        return m
+
+    def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
+                 planner: GCodePlanner, faults: list) -> list[Signal]:
+        """Make the steps at the pins, and count them there; return the counts."""
+        driver_times = self.settings.driver
+        made, positions, powered = [], [], []
+        for axis, name in enumerate("xyz"):
+            pending = PendingSteps()
+            driver = StepDirDriver(**driver_times)
+            m.submodules[f"pending_{name}"] = ResetInserter(control.stop)(pending)
+            m.submodules[f"driver_{name}"] = driver
+            position = Signal(signed(36), name=f"position_{name}")
+            m.d.comb += [
+                pending.step.eq(motion.step[axis] & ~self.fault),
+                pending.direction.eq(motion.direction[axis]),
+                pending.moved.eq(driver.moved),
+                driver.step.eq(pending.driver_step & ~control.stop & ~self.fault),
+                driver.direction.eq(pending.driver_direction), driver.enable.eq(control.enable),
+                self.step[axis].eq(driver.step_pin), self.direction[axis].eq(driver.direction_pin),
+                planner.steps[axis].eq(position),
+            ]
+            with m.If(driver.moved):
+                m.d.sync += position.eq(position + Mux(driver.direction, 1, -1))
+            made.append(~pending.driver_step)
+            powered.append(driver.enable_pin)
+            positions.append(position)
+            faults.append(pending.fault)
+        m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powered).all())]
+        return positions
+
+    def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter) -> None:
+        """Give the control commands, buttons as such, and switches that are filtered."""
+        buttons = {RealtimeCode.RESET: self.abort, RealtimeCode.HOLD: self.hold,
+                   RealtimeCode.RESUME: self.start}
+        pressed = Signal(len(buttons))
+        waiting = Signal(len(buttons))
+        levels = Cat(buttons.values())
+        left = Mux(realtime.command, waiting, waiting & (waiting - 1))  # without the lowest
+        m.d.sync += [pressed.eq(levels), waiting.eq(left | (levels & ~pressed))]
+        m.d.comb += [
+            control.command.eq(realtime.command | waiting.any()), control.code.eq(realtime.code)]
+        with m.If(~realtime.command):
+            for number, code in reversed([*enumerate(buttons)]):
+                with m.If(waiting[number]):
+                    m.d.comb += control.code.eq(code)
+        period = max(1, self.settings.clock * self.settings.filter_us // 10**6)
+        for name, pin, port in (("limit", self.limits.any(), control.hard_limit),
+                                ("emergency", self.stop, control.emergency)):
+            m.submodules[name] = each = GlitchFilter(period=period)
+            m.d.comb += [each.i.eq(pin), port.eq(each.o)]
+
+    def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
+                 motion: BlockMotion, reporter: GCodeReporter) -> None:
+        """Compute each report that is wanted, then have it sent; the numbers stay meanwhile."""
+        wanted = Signal()
+        computed = Signal()  # and the reporter has not begun yet
+        with m.If(control.report):
+            m.d.sync += wanted.eq(1)
+        with m.If(planner.reported):
+            m.d.sync += [wanted.eq(control.report), computed.eq(1)]
+        with m.If(reporter.reporting):
+            m.d.sync += computed.eq(0)
+        m.d.comb += [
+            planner.report.eq(wanted & ~computed & ~reporter.reporting),
+            reporter.request.eq(planner.reported),
+            reporter.state.eq(control.state), reporter.substate.eq(control.substate),
+            reporter.origin_changed.eq(planner.origin_changed),
+            reporter.feed.eq(planner.feed), reporter.speed.eq(planner.spindle),
+            reporter.pins.eq(Cat(self.limits, 0, 0, self.hold, self.abort, self.start)),
+        ]
+        for axis, name in enumerate("xyz"):
+            m.d.comb += [getattr(reporter, f"position_{name}").eq(planner.position_um[axis]),
+                         getattr(reporter, f"origin_{name}").eq(planner.origin_um[axis])]

@@ -1,0 +1,107 @@
+"""`gcode`: three axes that are programmed in G-code, over a serial line."""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from fresa.machines.gcode import AXES, BAUD, GCode, GCodeSettings
+from fresa.motion import MAX_BLOCKS
+
+from ...diagram import Diagram
+from ...machine import Machine, Option, Options, Recorded, Serve, parts
+
+__all__ = ["MACHINE"]
+
+
+def _directed(seed: int, clocks: int, *, settings: GCodeSettings):
+    from .stimulus import directed
+
+    return directed(settings, seed, clocks)
+
+
+def _random(seed: int, block: int, rows: int, *, settings: GCodeSettings):
+    from .stimulus import random_rows
+
+    return random_rows(settings, seed, block, rows)
+
+
+def _number(name: str, text: str) -> Fraction:
+    try:
+        value = Fraction(text)
+    except (ValueError, ZeroDivisionError) as error:
+        raise ValueError(f"{name} must be a number such as 250 or 26.667, not {text!r}") from error
+    if value <= 0:
+        raise ValueError(f"{name} must be above 0, not {text}")
+    return value
+
+
+def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
+          deviation: str, **values: int):
+    each = {name: tuple(_number(f"--{name}", text) for text in texts)
+            for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
+    return {"settings": GCodeSettings(
+        clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
+        acceleration=each["acceleration"], deviation=_number("--deviation", deviation), **values)}
+
+
+def _inverted(**options: Any):
+    return ["enable"]  # a driver module is on where its ENABLE is low
+
+
+def _figures(clock: int, made: Options, **values: Any):
+    settings: GCodeSettings = made["settings"]
+    fastest = max(float(rate * steps) / 60 for rate, steps in zip(
+        settings.max_rate, settings.steps_per_mm, strict=True))
+    return {**values, "clock": clock, "most_steps_per_s": round(fastest)}, (
+        f"clock {clock / 1e6:g} MHz; {settings.baud} baud; up to {fastest:.0f} steps/s; "
+        f"{settings.depth} blocks of look-ahead")
+
+
+OPTIONS = (
+    Option("baud", "bits a second of the serial line (default: %(default)s)", BAUD, least=1,
+           metavar="N"),
+    Option("steps", "steps per mm of each axis, $100 to $102 of GRBL (default: 250 250 250)",
+           ("250",) * AXES, metavar=("X", "Y", "Z"), serve=True),
+    Option("rate", "highest speed of each axis in mm/min, $110 to $112 (default: 500 500 500)",
+           ("500",) * AXES, metavar=("X", "Y", "Z"), serve=True),
+    Option("acceleration", "of each axis in mm/s², $120 to $122 (default: 10 10 10)",
+           ("10",) * AXES, metavar=("X", "Y", "Z"), serve=True),
+    Option("deviation", "junction deviation in mm, $11: how far a corner may be cut to be passed "
+           "without a stop; it is not cut (default: %(default)s)", "0.01", metavar="MM",
+           serve=True),
+    *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
+             metavar="NS")
+      for name, time, says in (
+          ("width_ns", GCodeSettings.width_ns, "STEP is high"),
+          ("low_ns", GCodeSettings.low_ns, "STEP is low"),
+          ("setup_ns", GCodeSettings.setup_ns, "DIR is still before STEP"),
+          ("hold_ns", GCodeSettings.hold_ns, "DIR is still after STEP"))),
+    Option("depth", "blocks that are looked ahead, a power of two (default: %(default)s)",
+           GCodeSettings.depth, least=4, most=MAX_BLOCKS, metavar="N"),
+)
+
+SHORT = GCodeSettings(
+    clock=2_000_000, baud=125_000, steps_per_mm=(Fraction(80),) * AXES,
+    max_rate=(Fraction(12_000),) * AXES, acceleration=(Fraction(16_000),) * AXES)
+
+DIAGRAMS = (
+    Diagram(
+        "gcode",
+        "A line of G-code has been read, `ok` begins, and the first steps are made.",
+        "line: rx tx outputs: moving enable step direction", 7_600, 14_000),
+)
+
+MACHINE = Machine(
+    name="gcode", order=3,
+    about="a CNC controller: G-code on the serial line, three axes (docs/gcode.md)",
+    make=GCode,
+    short={"settings": SHORT},
+    directed=_directed, random=_random,
+    without=dict.fromkeys(("netlist", "netlist-icarus"),
+                          "it takes block RAMs, of which Yosys has no model"),
+    options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
+    serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
+                switches=lambda **options: ("X-", "Y-", "Z-")),
+    diagrams=DIAGRAMS,
+    recorded=Recorded(unmutated="Its parts are mutated one by one."),
+    **parts(__name__, "scenarios"))

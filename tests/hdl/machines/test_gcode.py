@@ -1,0 +1,244 @@
+# amaranth: UnusedElaboratable=no
+
+"""`gcode` from the bytes of its line to the steps at its pins."""
+
+import random
+import re
+from fractions import Fraction
+from math import hypot
+
+import pytest
+
+from fresa.machines.gcode import GCode, GCodeSettings
+from fresa.protocol import bit_period
+from tb.boards import component
+from tb.engines import CXXRTLEngine, Engine
+from tb.models.gcode_language import Interpreter, RefusedLine
+from tb.models.protocol import bits
+from tb.uart import Decoder
+from tests.tb.linuxcnc import words
+
+pytestmark = pytest.mark.compiler
+
+GREETING = "Grbl 1.1h ['$' for help]"
+STEPS = 80
+SETTINGS = GCodeSettings(
+    clock=2_500_000, baud=125_000, steps_per_mm=(Fraction(STEPS), Fraction(40), Fraction(250)),
+    max_rate=(Fraction(6000),) * 3, acceleration=(Fraction(1000),) * 3)
+
+
+class Session:
+    """A terminal, and what the motors have made of the steps."""
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        self.bit = bit_period(SETTINGS.clock, SETTINGS.baud)
+        self.decoder = Decoder(self.bit)
+        self.waiting = [1] * 10  # levels of the line, a bit each
+        self.text = ""
+        self.position = [0, 0, 0]
+        self.path: list[tuple[int, tuple[int, ...]]] = []
+        self.high = 0
+        self.run(20_000)
+        assert self.read() == [GREETING]
+
+    def run(self, clocks: int) -> None:
+        """Let time pass, on the line as well."""
+        end = self.engine.clock + clocks
+        while self.engine.clock < end:
+            self.engine.set(rx=self.waiting[0] if self.waiting else 1)
+            span = self.bit if self.waiting else end - self.engine.clock
+            self.waiting = self.waiting[1:]
+            seen = self.engine.run(span, ("step", "direction", "tx"))
+            for clock, step, direction, tx in zip(
+                    seen.clock.tolist(), seen["step"].tolist(), seen["direction"].tolist(),
+                    seen["tx"].tolist(), strict=True):
+                self.text += self.decoder.feed(clock, tx).decode()
+                rises, self.high = step & ~self.high, step
+                for axis in range(3):
+                    if rises >> axis & 1:
+                        self.position[axis] += 1 if direction >> axis & 1 else -1
+                if rises:
+                    self.path.append((clock, tuple(self.position)))
+        self.text += self.decoder.feed(self.engine.clock, self.engine.get("tx")).decode()
+
+    def read(self) -> list[str]:
+        """Return the lines that have come."""
+        *lines, self.text = self.text.split("\r\n")
+        return lines
+
+    def send(self, text: str, *, wait: bool = True) -> list[str]:
+        """Send text, wait until nothing moves, and return the lines that came."""
+        self.waiting += [level for byte in text.encode("latin-1") for level in bits(byte)]
+        while self.waiting:
+            self.run(self.bit)
+        self.run(12_000)
+        while wait and self.engine.get("moving"):
+            self.run(10_000)
+        self.run(5_000)
+        return self.read()
+
+    def state(self) -> tuple[str, list[float]]:
+        """Request a report; return the state, and the position in mm."""
+        (report,) = self.send("?", wait=False)
+        found = re.match(r"<(\w+(?::\d)?)\|MPos:([-\d.]+),([-\d.]+),([-\d.]+)\|", report)
+        assert found, report
+        return found[1], [float(each) for each in found.groups()[1:]]
+
+    def at(self, *millimetres: float) -> bool:
+        """Return whether the motors are at a place."""
+        return self.position == [
+            round(each * float(steps))
+            for each, steps in zip(millimetres, SETTINGS.steps_per_mm, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def design():
+    return component("gcode", GCode(settings=SETTINGS))
+
+
+@pytest.fixture
+def session(design):
+    with CXXRTLEngine(design) as engine:
+        yield Session(engine)
+        assert not engine.get("fault")
+
+
+def steps(target) -> list[int]:
+    """Return a position in steps, to the nearest, of two the higher."""
+    return [(2 * at * round(per_mm * 1000) + 10**9) // (2 * 10**9)
+            for at, per_mm in zip(target, SETTINGS.steps_per_mm, strict=True)]
+
+
+def program(rng: random.Random, count: int) -> list[str]:
+    """Return lines and arcs, right and wrong ones."""
+    lines = []
+    for _ in range(count):
+        x, y, z = (f"{axis}{rng.uniform(-2, 2):.3f}" for axis in "XYZ")
+        arc = rng.choice(["G2", "G3"])
+        radius = rng.uniform(0.2, 2)
+        lines.append(rng.choice([
+            f"G1{x}{y}F{rng.randint(500, 9000)}", f"G0{x}{z}", f"G1{x}{y}{z}", f"G1{x}{y}",
+            f"G91{arc}X0Y0I{radius:.3f}F4000 G90", f"G91G17{arc}X{radius:.3f}Y0R{radius:.3f}",
+            f"G91 G18 {arc} X{radius:.3f} Z{radius / 2:.3f} R{radius:.3f}", "G90 G17",
+            f"G91G17{arc}X{2 * radius:.3f}Y0I{radius:.3f}Z0.1", f"{arc}{x}{y}I1", "G21 G94",
+            f"G20 X{rng.uniform(-0.05, 0.05):.4f} G21", f"G93 G1 {x} F{rng.randint(300, 3000)}",
+            f"G92 {x}", "G92.1", f"G10 L2 P1 {y}", "X1 X2", "M8", "M3 S100", "G4 P0.002", "M5"]))
+    return [*lines, "G94 G90 G21", "G53 G0 X0 Y0 Z0"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_programs_end_where_the_language_says_and_each_line_is_answered(session, seed):
+    model = Interpreter()
+    for line in program(random.Random(seed), 40):
+        try:
+            actions = model.line(words(line))
+            expected = "ok"
+        except RefusedLine as refused:
+            actions, expected = [], f"error:{refused.args[0]}"
+        assert session.send(line + "\n") == [expected], line
+        assert session.position == steps(model.position), (line, actions)
+
+
+def test_a_program_that_is_sent_at_once_is_looked_ahead(session):
+    """Of 60 short lines in one direction none is slow but those at the ends."""
+    lines = ["G1F3000", *(f"X{n / 20:.2f}" for n in range(1, 61))]
+    assert session.send("".join(f"{line}\n" for line in lines)) == ["ok"] * 61
+    assert session.at(3, 0, 0)
+    times = [clock for clock, _ in session.path]
+    gaps = [b - a for a, b in zip(times, times[1:], strict=False)]
+    # 50 mm/s are reached after 1.25 mm.
+    assert max(gaps[110:130]) <= 1.05 * SETTINGS.clock / 50 / STEPS + 40
+
+
+def test_an_arc_stays_on_its_circle(session):
+    assert session.send("G1X2F5000\nG3X2Y0I-2J0Z0.4\n") == ["ok", "ok"]
+    assert session.at(2, 0, 0.4)
+    begin = next(n for n, (_, at) in enumerate(session.path) if at == (160, 0, 0))
+    off = [abs(hypot(x / STEPS, y / 40) - 2) for _, (x, y, _) in session.path[begin:]]
+    assert max(off) < 1 / 40
+
+
+@pytest.mark.parametrize("line", ["G1X4Y1F6000", "G2X0Y0I1.5J1F6000"])
+def test_a_hold_goes_on_exactly(session, line):
+    session.send(line + "\n", wait=False)
+    session.run(20_000)
+    session.send("!", wait=False)
+    session.run(400_000)
+    stands = list(session.position)
+    state, _ = session.state()
+    assert state == "Hold:0"
+    session.run(200_000)
+    assert session.position == stands != steps((4 * 10**6, 10**6, 0))
+    session.send("~")
+    assert session.position == ([320, 40, 0] if "G1" in line else [0, 0, 0])
+    assert session.state()[0] == "Idle"
+
+
+def test_a_reset_brakes_and_knows_the_place(session):
+    session.send("G1X4Y-1F6000\nG1X0\n", wait=False)
+    session.run(60_000)
+    assert session.send("\x18") == [GREETING]
+    state, place = session.state()
+    assert state == "Idle"
+    assert 0 < session.position[0] < 320
+    assert place[:2] == [pytest.approx(at / float(steps), abs=5.1e-4) for at, steps in zip(
+        session.position[:2], SETTINGS.steps_per_mm[:2], strict=True)]
+    assert session.send("G0X0Y0Z0\n") == ["ok"]
+    assert session.at(0, 0, 0)
+
+
+@pytest.mark.parametrize(("pin", "alarm"), [("limits", 1), ("stop", 10)])
+def test_switches_stop_at_once(session, pin, alarm):
+    session.send("G1X4F6000\n", wait=False)
+    session.run(100_000)
+    session.engine.set(**{pin: 1})
+    session.run(100)
+    stands = list(session.position)
+    session.run(100_000)
+    assert abs(session.position[0] - stands[0]) <= 1
+    assert f"ALARM:{alarm}" in session.read()
+    assert session.engine.get("alarm") == 1
+    session.engine.set(**{pin: 0})
+    assert session.send("G0X0\n$X\n", wait=False) == ["error:9", "ok"]
+    assert session.engine.get("alarm") == 1  # a reset is wanted first
+    session.send("\x18", wait=False)
+    assert session.send("G0X0\n$X\nG0X0\n") == ["error:9", "ok", "ok"]
+    assert session.at(0, 0, 0)
+
+
+def test_a_pause_waits_for_a_start_and_a_dwell_takes_its_time(session):
+    session.send("G0X1\nM0\nG0X2\n", wait=False)
+    session.run(800_000)
+    assert session.at(1, 0, 0)
+    assert session.state()[0] == "Hold:0"
+    session.send("~")
+    assert session.at(2, 0, 0)
+    session.path.clear()
+    session.send("G4P0.25\nG0X2.0125\n")
+    sent = session.engine.clock
+    assert session.at(2.0125, 0, 0)
+    assert sent - session.path[0][0] < 0.3 * SETTINGS.clock
+
+
+def test_outputs_change_in_motion_without_a_stop(session):
+    session.send("G1X1F3000\nM3S1000\nX2\nM8\nX3\nM5M9\n")
+    times = [clock for clock, _ in session.path]
+    gaps = [b - a for a, b in zip(times, times[1:], strict=False)]
+    assert max(gaps[60:180]) < 3 * SETTINGS.clock / 50 / STEPS
+    assert session.engine.get("spindle", "flood") == (0, 0)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_every_line_of_rubbish_is_answered_once(session, seed):
+    rng = random.Random(seed)
+    for _ in range(40):
+        line = "".join(chr(rng.choice([*b"GMXYZFSIJKR0123456789.-+ ()$;", rng.randrange(32, 127)]))
+                       for _ in range(rng.randint(1, 60)))
+        line = line.translate({ord(each): "_" for each in "!?~"})
+        # A pause or an end would wait.
+        if re.search("M *0*[0126]|M *30", line, re.I):
+            continue
+        answers = session.send(line + "\n")
+        assert len(answers) == 1, (line, answers)
+        assert re.fullmatch(r"ok|error:\d+", answers[0])
