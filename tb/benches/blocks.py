@@ -23,6 +23,13 @@ def header(kind: BlockKind = BlockKind.MOTION, log2_ticks: int = 0, flood: int =
                               "outputs": {"flood": flood}}).as_bits()
 
 
+def line(planner: Planner, target: tuple[int, int, int], feed: int | None = None) -> MotionBlock:
+    """Plan a line that has a length."""
+    block = planner.line(target, feed)
+    assert block
+    return block
+
+
 def block_words(block: MotionBlock) -> dict[int, int]:
     """Return the words of a block, by their addresses; the last one commits it."""
     words = {BlockWord.HEADER: header(log2_ticks=block.log2_ticks)}
@@ -59,7 +66,7 @@ def block_loader(run: Run) -> str:
         planner = model()
         await send(ctx, place_words(planner.places((0, 0, 0))))
         await taken(ctx)
-        block = planner.line((1_000_000, 0, -3_000), None)
+        block = line(planner, (1_000_000, 0, -3_000))
         await send(ctx, block_words(block))
         await run.until(ctx, dut.profile, valid=1)
         run.expect("energy", ctx.get(dut.profile.p.energy), block.energy)
@@ -115,7 +122,7 @@ def block_motion(run: Run) -> str:
         planner = model()
         await write(ctx, place_words(planner.places((0, 0, 0))))
         for target in ((200_000, 0, 50_000), (200_000, -150_000, 50_000)):
-            await write(ctx, block_words(planner.line(target, None)))
+            await write(ctx, block_words(line(planner, target)))
         await run.until(ctx, dut, still=0, within=400)
         await run.until(ctx, dut, idle=1, within=40_000)
         run.expect("steps", position, [16, -12, 4])
@@ -158,7 +165,7 @@ def g_code_planner(run: Run) -> str:
     async def test(ctx):
         ctx.set(dut.room, 1)
         await act(ctx, GCodeActionKind.LINE)
-        block = model().line((200_000, -7, 0), 10_000_000)
+        block = line(model(), (200_000, -7, 0), 10_000_000)
         run.expect("words", {address: word for address, word in words.items()
                              if address != BlockWord.EXTRA}, block_words(block))
         await act(ctx, GCodeActionKind.DWELL)

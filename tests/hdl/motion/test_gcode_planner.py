@@ -13,7 +13,7 @@ from fresa.motion.gcode_planner import GCodePlanner
 from fresa.protocol import GCodeAction, GCodeActionKind, Operand
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
-from tb.models.gcode_plan import Planner, PlanSettings
+from tb.models.gcode_plan import MotionBlock, Planner, PlanSettings
 
 WORD = 1 << 36
 LINE = Line(clock=2_000_000, speeds=(50_000_000, 40_000_000, 10_000_000),
@@ -110,6 +110,7 @@ def check(engine: Engine, seed: int, count: int) -> None:
                 origin = (engine.get(f"origin_um_{axis}") ^ 1 << 26) - (1 << 26)
                 assert abs(origin * 1000 - operands[Operand.ORIGIN + axis]) <= 500
             continue
+        block = None
         if kind in {GCodeActionKind.LINE, GCodeActionKind.RAPID}:
             before = model.nominal
             block = model.line(target, None if kind == GCodeActionKind.RAPID else feed,
@@ -123,11 +124,11 @@ def check(engine: Engine, seed: int, count: int) -> None:
         header = BlockHeader.from_bits(words[BlockWord.HEADER])
         assert {name: header.outputs[name] for name in modes} == modes
         limit = words[18] + words[19] * WORD
-        if kind in {GCodeActionKind.LINE, GCodeActionKind.RAPID}:
+        if block:
             assert header.kind == BlockKind.MOTION
             assert [header.channel[axis] for axis in range(3)] == [0, 1, 2]
             assert not header.arc
-            assert block == type(block)(
+            assert block == MotionBlock(
                 pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS),
                 pair(words, BlockWord.NOMINAL), header.log2_ticks,
                 words[16] + words[17] * WORD, limit,

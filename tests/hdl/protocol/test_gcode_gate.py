@@ -3,6 +3,7 @@
 """Which lines reach the interpreter, and with which error."""
 
 import random
+from typing import Any
 
 import pytest
 
@@ -41,14 +42,15 @@ def passed(text: str, *, locked: bool, seed: int = 0) -> tuple[list[str], list[i
             engine.set(words_valid=1, words_payload=LAYOUT.const({
                 "kind": GCodeKind[item.kind].value, "status": item.status, "system": item.system,
                 "character": ord(item.character) if item.character else 0}).as_bits())
-            ready = 0
-            while not ready:
+            while True:
                 engine.set(passed_ready=rng.getrandbits(1))
                 ready, valid, payload, unlock = engine.get(
                     "words_ready", "passed_valid", "passed_payload", "unlock")
                 unlocks += unlock
                 engine.run(1)
-            out = LAYOUT.from_bits(payload)
+                if ready:
+                    break
+            out: Any = LAYOUT.from_bits(payload)
             if valid and out.kind == GCodeKind.END:
                 statuses.append(out.status.value)
             elif valid:
