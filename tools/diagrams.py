@@ -359,6 +359,21 @@ DIAGRAMS = (
         "state: dut.interpreter_state_state",
         94, 122, radix=("words_payload.character=hex",)),
     Diagram(
+        "g-code-line",
+        "G91, X, and then G90, a second word of the group of G91: error 21.",
+        "word: take item.character outputs: has_value line.axes error", 0, 5,
+        radix=("item.character=hex", "error=dec")),
+    Diagram(
+        "g-code-coordinates",
+        "The words of the line are stored, and their sums computed: 24 clocks.",
+        "inputs: write write_address run outputs: done changed beyond", 0, 42,
+        radix=("write_address=dec",)),
+    Diagram(
+        "unit-converter",
+        "A feed in inches a minute, then a length: a quotient takes a clock a bit.",
+        "inputs: run outputs: address write done too_long state: dut.converter_state_state",
+        0, 190, radix=("address=dec",)),
+    Diagram(
         "g-code-gate",
         "A line of two words is passed; then the machine is locked, and the end of the same line "
         "has status 9.",

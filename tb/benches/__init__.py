@@ -13,6 +13,7 @@ from . import (
     control,
     drive,
     gcode_control,
+    gcode_parts,
     guard,
     motion,
     order_ledger,
@@ -30,7 +31,8 @@ from . import (
 __all__ = ["benches", "groups"]
 
 COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              profile, plan, walk, blocks, gcode_control, serial_line, protocol)
+              profile, plan, walk, blocks, gcode_control, serial_line, protocol,
+              gcode_parts)
 
 
 def groups() -> Mapping[str, Sequence[Bench]]:

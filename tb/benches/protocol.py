@@ -496,7 +496,7 @@ def g_code_reporter(run: Run) -> str:
 
 @bench
 def g_code_gate(run: Run) -> str:
-    """A line that is passed, one that is refused while it is locked, and what unlocks."""
+    """A line that is passed, one that is refused, and what unlocks."""
     dut = GCodeGate()
     ends = []
 

@@ -1,0 +1,125 @@
+"""Parts of the interpreter of G-code: its line, its coordinates, and its units."""
+
+from fresa.protocol import (
+    CoordinateSum,
+    GCodeCoordinates,
+    GCodeKind,
+    GCodeLine,
+    Operand,
+    UnitConverter,
+)
+from fresa.protocol.gcode_modes import LETTERS
+
+from ..bench import Run, bench
+
+
+def letters(text: str) -> int:
+    """Return the flags of letters that have a value."""
+    return sum(1 << LETTERS.index(letter) for letter in text)
+
+
+@bench
+def g_code_line(run: Run) -> str:
+    """Words that are taken, and one of a group that has another already."""
+    dut = GCodeLine()
+
+    async def word(ctx, letter, whole, value=0):
+        ctx.set(dut.item, {"kind": GCodeKind.WORD, "character": ord(letter), "number": {
+            "value": value or whole * 10**6, "whole": whole, "exact": 1, "integer": 1}})
+        ctx.set(dut.take, 1)
+        await ctx.tick()
+        ctx.set(dut.take, 0)
+
+    async def test(ctx):
+        ctx.set(dut.clear, 1)
+        await ctx.tick()
+        ctx.set(dut.clear, 0)
+        await word(ctx, "G", 91)
+        await word(ctx, "X", 7)
+        run.expect("letters", ctx.get(dut.line).letters, letters("X"))
+        run.expect("relative", ctx.get(dut.line).modes.relative, 1)
+        run.see(ctx, dut, error=0)
+        await word(ctx, "G", 90)
+        run.see(ctx, dut, error=21)
+        await word(ctx, "X", 8)
+        run.see(ctx, dut, error=21)
+
+    run.simulate(dut, test)
+    return "a mode and a value are taken; a second mode of the group is error 21, which stays"
+
+
+@bench
+def g_code_coordinates(run: Run) -> str:
+    """The target of a line, in a system with an offset."""
+    dut = GCodeCoordinates()
+
+    async def store(ctx, address, value):
+        ctx.set(dut.write_address, address)
+        ctx.set(dut.data, value)
+        ctx.set(dut.write, 1)
+        await ctx.tick()
+        ctx.set(dut.write, 0)
+
+    async def test(ctx):
+        for axis in range(3):
+            await store(ctx, LETTERS.index("X") + axis, 1000 * (axis + 1))
+            await store(ctx, Operand.SYSTEM + axis, -10)
+            await store(ctx, Operand.OFFSET + axis, 7)
+            await store(ctx, Operand.POSITION + axis, 55)
+        await store(ctx, Operand.LENGTH, 0)
+        ctx.set(dut.line.letters, letters("XY"))
+        ctx.set(dut.sum, CoordinateSum.TARGET)
+        ctx.set(dut.run, 1)
+        await run.until(ctx, dut, done=1, within=40)
+        run.see(ctx, dut, beyond=0)
+        await ctx.tick()
+        ctx.set(dut.run, 0)
+        for axis, expected in enumerate((997, 1997, 55)):
+            ctx.set(dut.operand_address, Operand.TARGET + axis)
+            await ctx.tick()
+            run.expect("target", ctx.get(dut.operand), expected)
+
+    run.simulate(dut, test)
+    return "X and Y go to their values, shifted by both origins; Z stays"
+
+
+@bench
+def unit_converter(run: Run) -> str:
+    """A length in inches and a feed, and one that is too long."""
+    dut = UnitConverter()
+    values = {letter: 0 for letter in LETTERS}
+    written = {}
+
+    async def memory(ctx):
+        while True:
+            ctx.set(dut.word, values[LETTERS[min(ctx.get(dut.address), len(LETTERS) - 1)]])
+            if ctx.get(dut.write):
+                letter = LETTERS[ctx.get(dut.address)]
+                written[letter] = values[letter] = ctx.get(dut.data)
+            await ctx.tick()
+
+    async def convert(ctx, **named):
+        values.update(named)
+        written.clear()
+        ctx.set(dut.line.letters, letters("".join(named)))
+        ctx.set(dut.line.modes.inches, 1)
+        ctx.set(dut.run, 1)
+        for _ in range(400):
+            if ctx.get(dut.done) or ctx.get(dut.too_long):
+                break
+            await ctx.tick()
+        long = ctx.get(dut.too_long)
+        await ctx.tick()
+        ctx.set(dut.run, 0)
+        await ctx.tick()
+        return long
+
+    async def test(ctx):
+        run.expect("too long", await convert(ctx, X=1_000_000, F=60_000_000), 0)
+        run.expect("inch in nm", written["X"], 25_400_000)
+        run.expect("inches a minute in nm/s", written["F"], 25_400_000)
+        run.expect("too long", await convert(ctx, X=1 << 40), 1)
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, memory)
+    return "an inch is 25.4 mm, 60 inches a minute are 25.4 mm/s; 2**40 is too long"
