@@ -366,7 +366,7 @@ DIAGRAMS = (
     Diagram(
         "g-code-coordinates",
         "The words of the line are stored, and their sums computed: 24 clocks.",
-        "inputs: write write_address run outputs: done changed beyond", 0, 42,
+        "inputs: write write_address run outputs: done changed beyond", 0, 40,
         radix=("write_address=dec",)),
     Diagram(
         "unit-converter",
