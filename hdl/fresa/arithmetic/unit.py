@@ -229,8 +229,9 @@ class ArithmeticUnit(wiring.Component):
             with m.State("IDLE"):
                 m.d.comb += sign.eq(self.operation == of.DIFFERENCE)
                 with m.If(self.start):
-                    m.d.sync += [is_one.eq(Cat(self.operation == each for each in those).any())
-                                 for is_one, those in decoded]
+                    m.d.sync += [
+                        is_one.eq(Cat(self.operation == each for each in of if each in those).any())
+                        for is_one, those in decoded]
                     with m.Switch(self.operation):
                         for each in of:
                             with m.Case(each):
