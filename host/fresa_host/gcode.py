@@ -1,28 +1,20 @@
 """`GCode`: a machine that speaks the GRBL 1.1 protocol behind a serial line, from Python."""
 
 import os
-import threading
-import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Self, TypeVar
 
 from .errors import MachineError
 from .gcode_lines import BAUD, HOLD, RESUME, Position, Status, program
 from .gcode_session import GCodeSession
 from .port import Port
-from .session import Waiting
+from .serial_machine import SerialMachine
 
 __all__ = ["GCode"]
 
-T = TypeVar("T")
 
-#: Reads at most of what came before a call.
-STALE_READS = 16
-
-
-class GCode:
+class GCode(SerialMachine[GCodeSession]):
     """A machine that carries out G-code, by the protocol of GRBL 1.1.
 
     All may be called from several threads: `hold`, `resume` and `stop` act at once, the others
@@ -65,32 +57,13 @@ class GCode:
 
     def __init__(self, port: str | os.PathLike[str] | Port, *, baud: int = BAUD,
                  timeout: float = 5.0) -> None:
-        self._port = Port(port, baud) if isinstance(port, (str, os.PathLike)) else port
-        self._session = GCodeSession(name=self._port.name, baud=self._port.baud, timeout=timeout)
-        self._lock = threading.Lock()
-        try:
-            self._run(self._session.open())
-        except BaseException:
-            self.close()
-            raise
+        port = Port(port, baud) if isinstance(port, (str, os.PathLike)) else port
+        session = GCodeSession(name=port.name, baud=port.baud, timeout=timeout)
+        super().__init__(port, session, session.open())
 
-    def __repr__(self) -> str:
-        return f"GCode({self._port.name!r})"
-
-    def close(self) -> None:
-        """Let go of the port. What the machine was sent is carried out: `stop` first."""
-        self._port.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        try:
-            if kind is not None:
-                with suppress(MachineError):
-                    self.stop()
-        finally:
-            self.close()
+    def _stop_somehow(self) -> None:
+        with suppress(MachineError):
+            self.stop()
 
     @property
     def status(self) -> Status:
@@ -215,24 +188,3 @@ class GCode:
     def unlock(self) -> None:
         """End an alarm, without homing: the position may be wrong."""
         self._run(self._session.ask("$X", clear=True))
-
-    def _run(self, steps: Waiting[T], watch: Callable[[], None] = lambda: None) -> T:
-        """Carry out an operation of the session, and what came before it."""
-        with self._lock:
-            for _ in range(STALE_READS):
-                if self._port.waiting:
-                    self._session.receive(self._port.read(), time.monotonic())
-            operation = self._session.begin(steps, time.monotonic())
-            try:
-                while True:
-                    self._write()
-                    watch()
-                    if operation.done:
-                        return operation.result()
-                    self._session.receive(self._port.read(), time.monotonic())
-            finally:
-                operation.cancel()
-
-    def _write(self) -> None:
-        for data, _ in self._session.take_outputs():
-            self._port.write(data)

@@ -1,20 +1,17 @@
 """`single`: one motor behind a serial line, from Python."""
 
 import os
-import threading
 import time
 from contextlib import suppress
-from typing import Self, SupportsIndex, TypeVar
+from typing import SupportsIndex
 
 from .errors import LineLost, MachineError, Stalled, TimedOut, WasReset
 from .port import Port, opened
-from .session import Waiting
+from .serial_machine import SerialMachine
 from .single_lines import frame
 from .single_session import SingleSession
 
 __all__ = ["Single"]
-
-T = TypeVar("T")
 
 #: Seconds from one look at the position to the next, while it waits.
 POLL_S = 0.05
@@ -25,11 +22,8 @@ STALLED_AFTER_S = 5.0
 #: The same, times rpm: a turn of it, so a step of a motor with any number of them.
 TURN_S = 60.0
 
-#: Reads at most of what came before a question.
-STALE_READS = 16
 
-
-class Single:
+class Single(SerialMachine[SingleSession]):
     """A motor, its position in steps and its speed in rpm of full steps.
 
     A machine built for half steps, which is the default, makes twice as many steps a turn
@@ -69,31 +63,9 @@ class Single:
     """
 
     def __init__(self, port: str | os.PathLike[str] | Port, *, timeout: float = 2.0) -> None:
-        self._port = opened(port)
-        self._session = SingleSession(name=self._port.name, baud=self._port.baud, timeout=timeout)
-        self._lock = threading.Lock()
-        try:
-            self._run(self._session.open())
-        except BaseException:
-            self.close()
-            raise
-
-    def __repr__(self) -> str:
-        return f"Single({self._port.name!r})"
-
-    def close(self) -> None:
-        """Let go of the port. The motor goes on to where it was sent: `stop` first."""
-        self._port.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        try:
-            if kind is not None:
-                self._stop_somehow()
-        finally:
-            self.close()
+        port = opened(port)
+        session = SingleSession(name=port.name, baud=port.baud, timeout=timeout)
+        super().__init__(port, session, session.open())
 
     def _stop_somehow(self) -> None:
         """Stop the motor; if that is not answered, take its power."""
@@ -222,26 +194,6 @@ class Single:
             time.sleep(POLL_S)
 
     wait_move = wait
-
-    def _run(self, steps: Waiting[T]) -> T:
-        """Carry out an operation of the session, and what came before it."""
-        with self._lock:
-            for _ in range(STALE_READS):
-                if self._port.waiting:
-                    self._session.receive(self._port.read(), time.monotonic())
-            operation = self._session.begin(steps, time.monotonic())
-            try:
-                while True:
-                    self._write()
-                    if operation.done:
-                        return operation.result()
-                    self._session.receive(self._port.read(), time.monotonic())
-            finally:
-                operation.cancel()
-
-    def _write(self) -> None:
-        for data, _ in self._session.take_outputs():
-            self._port.write(data)
 
 
 class _Stands:
