@@ -17,6 +17,7 @@ from .line import (
     Line,
     Rows,
     acceleration_rows,
+    distance_rows,
     increment_rows,
     junction_rows,
     least,
@@ -375,13 +376,6 @@ def _turn_speed() -> Rows:
     yield from least("a", "speed", "speed")
 
 
-def _distance() -> Rows:
-    """Take the length of a line."""
-    for axis in AXES:
-        yield from magnitude(f"to_{axis}", f"from_{axis}", f"distance_{axis}")
-    yield from vector()
-
-
 def _inverse() -> Rows:
     """Take the feed at which a path takes its time, of motions in 10**-6 a minute.
 
@@ -413,7 +407,7 @@ def _arc_plan() -> Rows:
 TABLES = LINE_TABLES + tuple(
     FormulaTable.of(name, REGISTERS, rows) for name, rows in [
         ("arc_plane", _plane()), ("arc_centre", _centre()), ("arc_check", _check()),
-        ("arc_path", _arc_path()), ("arc_plan", _arc_plan()), ("distance", _distance()),
+        ("arc_path", _arc_path()), ("arc_plan", _arc_plan()), ("distance", distance_rows()),
         ("inverse", _inverse())])
 """Tables of formulas: those of lines, and those of arcs.
 

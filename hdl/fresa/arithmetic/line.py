@@ -159,10 +159,15 @@ def _least_ratio(limits: Iterable[str], to: str) -> Rows:
             yield from least("a", to, to)
 
 
-def _path() -> Rows:
+def distance_rows() -> Rows:
+    """Take the length of a line."""
     for axis in AXES:
         yield from magnitude(f"to_{axis}", f"from_{axis}", f"distance_{axis}")
     yield from vector()
+
+
+def _path() -> Rows:
+    yield from distance_rows()
     yield "ADD", "largest", "zero", "path"
     for axis in AXES:
         yield "RATIO", f"component_{axis}.low", "length", "a"

@@ -9,8 +9,7 @@ from amaranth import Cat, Module, Mux, ResetInserter, Signal, signed
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
-from ..checks import in_range
-from ..clock import CLOCK
+from ..clock import CLOCK, clocks_of
 from ..drive import MAX_PULSE, PendingSteps, StepDirDriver
 from ..motion import BlockMotion, GCodeControl, GCodePlanner
 from ..panel import GlitchFilter
@@ -103,8 +102,9 @@ class GCodeSettings:
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
             raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
-        self.line()  # checks its ranges
-        shortest = self.driver["width"] + max(self.driver["low"], self.driver["hold"])
+        _ = self.line(), self.filter  # which check their ranges
+        times = self.driver
+        shortest = times["width"] + max(times["low"], times["hold"])
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             # A tick lies up to 4 clocks from where its step should be.
             most = Fraction(self.clock, shortest + TICK) * 60 / steps
@@ -118,8 +118,13 @@ class GCodeSettings:
         """Times of the driver modules in clocks."""
         times = {"width": self.width_ns, "low": self.low_ns, "setup": self.setup_ns,
                  "hold": self.hold_ns}
-        return {name: -(-in_range(f"{name}_ns", time, 1, MAX_PULSE * 10**9 // self.clock)
-                        * self.clock // 10**9) for name, time in times.items()}
+        return {name: clocks_of(f"{name}_ns", time, 10**9, clock=self.clock, most=MAX_PULSE)
+                for name, time in times.items()}
+
+    @property
+    def filter(self) -> int:
+        """Least time for which a limit switch must be on, in clocks."""
+        return clocks_of("filter_us", self.filter_us, 10**6, clock=self.clock, most=MAX_PULSE)
 
     def line(self) -> Line:
         """Return the settings of the formulas."""
@@ -271,7 +276,8 @@ class GCode(MachineComponent):
         self._inputs(m, control, realtime)
 
         # What is said
-        m.submodules.reporter = reporter = GCodeReporter()
+        m.submodules.reporter = reporter = GCodeReporter(
+            position_bits=len(planner.position_um[0]))
         m.submodules.transmitter = transmitter = UARTTransmitter(period=self._bit)
         connect(m, interpreter.answers, reporter.answers)
         connect(m, control.messages, reporter.messages)
@@ -297,11 +303,11 @@ class GCode(MachineComponent):
     def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
                  planner: GCodePlanner, faults: list) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
-        driver_times = self.settings.driver
+        times = self.settings.driver
         made, positions, powered = [], [], []
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
-            driver = StepDirDriver(**driver_times)
+            driver = StepDirDriver(**times)
             m.submodules[f"pending_{name}"] = ResetInserter(control.stop)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
@@ -338,10 +344,10 @@ class GCode(MachineComponent):
             for number, code in reversed([*enumerate(buttons)]):
                 with m.If(waiting[number]):
                     m.d.comb += control.code.eq(code)
-        period = max(1, self.settings.clock * self.settings.filter_us // 10**6)
         for name, pin, port in (("limit", self.limits.any(), control.hard_limit),
                                 ("emergency", self.stop, control.emergency)):
-            m.submodules[name] = each = GlitchFilter(period=period)
+            m.submodules[name] = each = GlitchFilter(
+                period=self.settings.filter)
             m.d.comb += [each.i.eq(pin), port.eq(each.o)]
 
     def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,

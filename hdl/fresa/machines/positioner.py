@@ -8,7 +8,7 @@ from amaranth import Cat, Const, Module, Signal
 from amaranth.lib.wiring import In, Out, connect
 
 from ..checks import in_range
-from ..clock import CLOCK
+from ..clock import CLOCK, clocks_of
 from ..drive import MAX_PERIOD, MAX_PULSE, RateGenerator, StepDirDriver
 from ..motion import MAX_BACKLASH, Axis, Limits
 from ..motion.positioner import Positioning
@@ -105,15 +105,12 @@ class PositionerTiming:
         """
         in_range("clock", clock, 1, 10**9)
 
-        def clocks(name: str, time: int, units: int, most: int) -> int:
-            in_range(name, time, 1, most * units // clock)
-            return -(-time * clock // units)
-
-        driver = {name: clocks(f"{name}_ns", time, 10**9, MAX_PULSE) for name, time in [
-            ("width", width_ns), ("low", low_ns), ("setup", setup_ns), ("hold", hold_ns)]}
-        return cls(clock=clock, baud=baud, top_speed=top_speed, **driver,
-                   settle=clocks("settle_us", settle_us, 10**6, MAX_PERIOD),
-                   report=clocks("report_us", report_us, 10**6, MAX_PERIOD))
+        times = [("width", width_ns), ("low", low_ns), ("setup", setup_ns), ("hold", hold_ns)]
+        driver = {name: clocks_of(f"{name}_ns", time, 10**9, clock=clock, most=MAX_PULSE)
+                  for name, time in times}
+        waits = {name: clocks_of(f"{name}_us", time, 10**6, clock=clock, most=MAX_PERIOD)
+                 for name, time in [("settle", settle_us), ("report", report_us)]}
+        return cls(clock=clock, baud=baud, top_speed=top_speed, **driver, **waits)
 
 
 def _check_report(timing: PositionerTiming, bit: int) -> None:

@@ -4,14 +4,13 @@ from amaranth import Array, Module, Mux, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..arithmetic.line import WIDTH
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .blocks import BlockHeader, BlockKind, BlockWord, Outputs
 from .walk import Segment
 
 __all__ = ["BlockLoader"]
-
-WORD = 36
 
 REFRESH = 8
 """Clocks from the last word of a block to its start, at least: the queue has its exit by then."""
@@ -20,8 +19,8 @@ REFRESH = 8
 class BlockLoader(wiring.Component):
     """Reads blocks from a queue, gives them to profile and walk, and does what is no motion.
 
-    A block of motion is offered to both once all of its words are read, 16 clocks after it became
-    the oldest and the walk had taken the one before it. It starts, ``take``, when the profile takes
+    A block of motion is offered to both once all of its words are read, those from the places on
+    after the walk has taken the one before it. It starts, ``take``, when the profile takes
     it. Where its steps begin and by how much they go follows from the places at the ends of blocks.
 
     Its outputs are set when the walk takes it. Those of an OUTPUTS block are set when nothing
@@ -69,14 +68,14 @@ class BlockLoader(wiring.Component):
         self.clock = in_range("clock", clock, 2_000_000, (1 << 27) - 1)
         squares = 2 * speed_bits
         super().__init__({
-            "blocks": In(stream.Signature(data.StructLayout({"data": WORD, "last": 1}))),
+            "blocks": In(stream.Signature(data.StructLayout({"data": WIDTH, "last": 1}))),
             "take": Out(1),
             "profile": Out(stream.Signature(data.StructLayout({
                 "energy": squares, "modulus": modulus_bits, "nominal": squares,
                 "log2_ticks": range(41)}))),
             "segments": Out(stream.Signature(Segment)),
             "idle": In(1), "start": In(1), "paused": Out(1), "waiting": Out(1),
-            "outputs": Out(Outputs), "extra": Out(WORD), "fault": Out(1),
+            "outputs": Out(Outputs), "extra": Out(WIDTH), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -93,16 +92,15 @@ class BlockLoader(wiring.Component):
             profile.log2_ticks.eq(header.log2_ticks),
         ]
 
-        places = [Signal(WORD, name=f"place_{axis}") for axis in range(3)]
+        places = [Signal(WIDTH, name=f"place_{axis}") for axis in range(3)]
         starts = [Signal(8, name=f"start_{axis}") for axis in range(3)]
         ends = [Signal(10, name=f"end_{axis}") for axis in range(3)]  # place + 1/2 step
         m.d.comb += [end.eq(place + 128) for end, place in zip(ends, places, strict=True)]
         changes = [Signal(signed(34), name=f"change_{axis}") for axis in range(3)]
         turns = Signal(42)
-        x, y = Signal(WORD), Signal(WORD)
+        x, y = Signal(WIDTH), Signal(WIDTH)
         residual = Signal(29)
-        extra = Signal(WORD)
-        new_extra = Signal(WORD)
+        new_extra = Signal(WIDTH)
         segment_header = Signal(BlockHeader)
         with m.If(read):
             m.d.sync += number.eq(number + 1)
@@ -114,9 +112,9 @@ class BlockLoader(wiring.Component):
                                     (BlockWord.NOMINAL, profile.nominal),
                                     (BlockWord.TURNS, turns)):
                     with m.Case(high):
-                        m.d.sync += field[WORD:].eq(word)
+                        m.d.sync += field[WIDTH:].eq(word)
                     with m.Case(high + 1):
-                        m.d.sync += field[:WORD].eq(word)
+                        m.d.sync += field[:WIDTH].eq(word)
                 for axis in range(3):
                     with m.Case(BlockWord.PLACE + axis):
                         with m.If((header.kind == BlockKind.MOTION)
@@ -140,9 +138,10 @@ class BlockLoader(wiring.Component):
 
         pause = Signal(range(REFRESH))
         microseconds = self._microseconds(m)
-        left = Signal(WORD)
+        left = Signal(WIDTH)
         due = Signal()  # outputs wait for the end of motion
         due_outputs = Signal(Outputs)
+        due_extra = Signal(WIDTH)
         with m.FSM(name="loader_state") as fsm:
             with m.State("READ"):
                 m.d.comb += self.blocks.ready.eq(wanted)
@@ -170,7 +169,7 @@ class BlockLoader(wiring.Component):
                                 m.next = "TAKE"
                         with m.Case(BlockKind.OUTPUTS):
                             m.d.sync += [due.eq(1), due_outputs.eq(header.outputs),
-                                         extra.eq(new_extra)]
+                                         due_extra.eq(new_extra)]
                             m.next = "TAKE"
                         with m.Default():
                             m.next = "TAKE"
@@ -196,7 +195,7 @@ class BlockLoader(wiring.Component):
             m.d.sync += [self.segments.valid.eq(0), self.outputs.eq(segment_header.outputs),
                          self.extra.eq(new_extra), due.eq(0)]
         with m.Elif(due & self.idle):
-            m.d.sync += [self.outputs.eq(due_outputs), self.extra.eq(extra), due.eq(0)]
+            m.d.sync += [self.outputs.eq(due_outputs), self.extra.eq(due_extra), due.eq(0)]
         return m
 
     def _segment(self, m: Module, header: Signal, starts: list, ends: list,

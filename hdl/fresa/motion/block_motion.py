@@ -6,6 +6,7 @@ from amaranth import Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out, connect
 
+from ..arithmetic.line import WIDTH
 from ..checks import in_range
 from .block_loader import BlockLoader
 from .blocks import BLOCK_WORDS, Outputs
@@ -14,8 +15,6 @@ from .profile import SpeedProfile
 from .walk import WALK_DELAY, PathWalk
 
 __all__ = ["BlockMotion"]
-
-WORD = 36
 
 STEPS_FOLLOW = WALK_DELAY + 4
 """Clocks after a tick in which its steps come, and one that corrects an end."""
@@ -78,7 +77,7 @@ class BlockMotion(wiring.Component):
     def __init__(self, *, clock: int = 50_000_000, depth: int = 64,
                  steps: Sequence[int] = (80_000,) * 3) -> None:
         self._steps = [in_range("steps", each, 1, (1 << 27) - 1) for each in steps]
-        self._queue = BlockQueue(depth=depth, words=BLOCK_WORDS, word=WORD)
+        self._queue = BlockQueue(depth=depth, words=BLOCK_WORDS, word=WIDTH)
         self._profile = SpeedProfile()
         self._loader = BlockLoader(clock=clock, speed_bits=self._profile.speed_bits,
                                    modulus_bits=self._profile.modulus_bits)
@@ -87,7 +86,7 @@ class BlockMotion(wiring.Component):
             "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1),
             "step": Out(3), "direction": Out(3), "free": Out(range(depth + 1)),
             "speed": Out(self._profile.speed_bits), "still": Out(1), "idle": Out(1),
-            "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WORD), "starved": Out(1),
+            "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WIDTH), "starved": Out(1),
             "fault": Out(1),
         })
 

@@ -26,11 +26,6 @@ class AlarmCode(enum.Enum, shape=4):
     EMERGENCY = 10
 
 
-STATES = {
-    "IDLE": GCodeState.IDLE, "RUN": GCodeState.RUN, "HOLD": GCodeState.HOLD,
-    "JOG": GCodeState.JOG, "ALARM": GCodeState.ALARM, "DOOR": GCodeState.DOOR,
-    "CHECK": GCodeState.CHECK, "HOME": GCodeState.HOME, "SLEEP": GCodeState.SLEEP,
-}
 MAY_MOVE = ("IDLE", "RUN", "JOG", "HOME")
 
 
@@ -316,8 +311,8 @@ class GCodeControl(wiring.Component):
             self.hold.eq(~within(*MAY_MOVE) | resetting | cancelling),
             self.substate.eq(~self.standing),
         ]
-        for name, state in STATES.items():
-            with m.If(within(name)):
+        for state in GCodeState:
+            with m.If(within(state.name)):
                 m.d.comb += self.state.eq(state)
         with m.If(within("DOOR")):
             m.d.comb += self.substate.eq(Mux(self.standing, self.door, 2))

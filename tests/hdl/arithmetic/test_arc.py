@@ -13,48 +13,19 @@ from fresa.arithmetic.line import CORNER
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.arc import PLANES, ArcPath, verdict
-from tb.models.arithmetic import run_table
 from tb.models.gcode_language import centre_by_radius
 from tb.models.line import BEYOND, ONE, junction, place
 from tb.models.walk import Walked, segment_steps
+from tests.hdl.arithmetic.registers import AXES, SIZE, FormulaGateware, FormulaModel
 
-AXES = "xyz"
-SIZE = 1 << 36
-ROWS = {table.name: [(row.operation.name, *row[1:]) for row in table.rows] for table in TABLES}
-NUMBERS = {table.name: number for number, table in enumerate(TABLES)}
 MM = 1_000_000
 
 
-class Machine:
-    """The registers, which the tables are carried out on."""
+class Machine(FormulaModel):
+    """The registers of lines and arcs."""
 
     def __init__(self, line: Line) -> None:
-        self.line = line
-        self.words = REGISTERS.image(line.values())
-
-    def set(self, **values: int) -> None:
-        for name, value in values.items():
-            self.words[REGISTERS[name]] = value % SIZE
-
-    def set_each(self, name: str, values) -> None:
-        self.set(**{f"{name}_{axis}": value for axis, value in zip(AXES, values, strict=True)})
-
-    def get(self, name: str) -> int:
-        return self.words[REGISTERS[name]]
-
-    def signed(self, name: str) -> int:
-        word = self.get(name)
-        return word - SIZE if word >= SIZE // 2 else word
-
-    def pair(self, name: str) -> int:
-        return self.get(name) * SIZE + self.get(f"{name}.low")
-
-    def each(self, name: str) -> list[int]:
-        return [self.signed(f"{name}_{axis}") for axis in AXES]
-
-    def run(self, *names: str) -> None:
-        for name in names:
-            self.words = run_table(ROWS[name], self.words, width=36)
+        super().__init__(REGISTERS, TABLES, line)
 
     def begin(self, position) -> None:
         self.set_each("position", position)
@@ -170,39 +141,10 @@ def compare(machine: Machine, path: ArcPath, feed: int, before: list[int]) -> No
                                         machine.pair("nominal_before"))
 
 
-class Gateware:
-    """The formulas on an engine."""
-
-    def __init__(self, engine) -> None:
-        self.engine = engine
-        engine.run(1)
-
-    def run(self, words: list[int], *names: str) -> list[int]:
-        """Carry out tables, and check that they take their clocks."""
-        for address, word in enumerate(words):
-            self.engine.set(address=address, write=1, value=word)
-            self.engine.run(1)
-        self.engine.set(write=0)
-        for name in names:
-            self.engine.set(start=1, table=NUMBERS[name])
-            self.engine.run(1)
-            self.engine.set(start=0)
-            self.engine.run(TABLES[NUMBERS[name]].clocks(36) - 2)
-            assert self.engine.get("busy", "done") == (1, 0)
-            self.engine.run(1)
-            assert self.engine.get("busy", "done") == (0, 1)
-        seen = []
-        for address in range(len(words)):
-            self.engine.set(address=address)
-            self.engine.run(2)
-            seen.append(self.engine.get("word"))
-        return seen
-
-
 def compare_gateware(engine, rounds: int, seed: int) -> None:
     """Carry out arcs, by their centre and by their radius."""
     rng = random.Random(seed)
-    gateware = Gateware(engine)
+    gateware = FormulaGateware(engine, TABLES)
     for _ in range(rounds):
         machine = Machine(settings(rng))
         drawn = Drawn(rng)

@@ -12,41 +12,15 @@ from fresa.arithmetic import Line, line_formulas
 from fresa.arithmetic.line import CORNER, REGISTERS, TABLES
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
-from tb.models.arithmetic import run_table
 from tb.models.line import BEYOND, ONE, Bounds, Path, junction, place
-
-AXES = "xyz"
-SIZE = 1 << 36
-LINE, ACCEPT, REPORT, BEGIN, ROUND = (
-    [(row.operation.name, *row[1:]) for row in table.rows] for table in TABLES)
+from tests.hdl.arithmetic.registers import AXES, SIZE, FormulaGateware, FormulaModel
 
 
-def signed(word: int) -> int:
-    return word - SIZE if word >= SIZE // 2 else word
-
-
-class Machine:
-    """The registers, which the tables are carried out on."""
+class Machine(FormulaModel):
+    """The registers of lines."""
 
     def __init__(self, line: Line) -> None:
-        self.line = line
-        self.words = REGISTERS.image(line.values())
-
-    def set(self, **values: int) -> None:
-        for name, value in values.items():
-            self.words[REGISTERS[name]] = value % SIZE
-
-    def get(self, name: str) -> int:
-        return self.words[REGISTERS[name]]
-
-    def pair(self, name: str) -> int:
-        return self.get(name) * SIZE + self.get(f"{name}.low")
-
-    def each(self, name: str) -> list[int]:
-        return [signed(self.get(f"{name}_{axis}")) for axis in AXES]
-
-    def run(self, rows) -> None:
-        self.words = run_table(rows, self.words, width=36)
+        super().__init__(REGISTERS, TABLES, line)
 
 
 def number(rng: random.Random, bits: int) -> int:
@@ -153,10 +127,10 @@ class TestTables:
                 machine.set(feed=feed, **{f"to_{axis}": word
                                           for axis, word in zip(AXES, to, strict=True)})
                 before = machine.each("unit_before")
-                machine.run(LINE)
+                machine.run("line")
                 check(machine, at, to, before, feed)
                 if at != to:
-                    machine.run(ACCEPT)
+                    machine.run("accept")
                     at = to
 
     @pytest.mark.parametrize("turned", [(0, 0, 0), (1, 0, 0), (0, -1, 0), (2, 2, 1), (-40, 0, 9)])
@@ -168,13 +142,13 @@ class TestTables:
         machine = Machine(Line(speeds=[2**31 - 1, 10**6, 2], steps=[80_000, 250_000, 2**27 - 1]))
         ends = dict(zip(("to_x", "to_y", "to_z"), end, strict=True))
         machine.set(feed=10**7, **ends)
-        machine.run(LINE)  # for its direction
+        machine.run("line")  # for its direction
         before = [way * a + b for a, b in zip(machine.each("unit"), turned, strict=True)]
         machine.set(**{f"unit_before_{axis}": word
                        for axis, word in zip(AXES, before, strict=True)},
                     **{f"place_before_{axis}": 17 * 512 * steps
                        for axis, steps in zip(AXES, machine.line.steps, strict=True)})
-        machine.run(LINE)
+        machine.run("line")
         check(machine, [0, 0, 0], list(end), before, 10**7)
         if way == 1 and not any(turned):
             assert machine.pair("junction") == BEYOND
@@ -192,18 +166,18 @@ class TestPositions:
             spindle = number(rng, 36)
             machine.set(speed_now=speed, spindle=spindle, **{f"steps_now_{axis}": count
                                             for axis, count in zip(AXES, steps, strict=True)})
-            machine.run(REPORT)
+            machine.run("report")
             nanometres = [(1 if count >= 0 else -1)
                           * round_half_up(Fraction(abs(count) * 10**9, each))
                           for count, each in zip(steps, per_metre, strict=True)]
             assert machine.each("position") == nanometres
-            machine.run(ROUND)
+            machine.run("round")
             assert machine.each("um") == [
                 (1 if each >= 0 else -1) * round_half_up(Fraction(abs(each), 1000))
                 for each in nanometres]
             assert machine.get("speed_now") == round_half_up(Fraction(speed * 60, 10**6))
             assert machine.get("spindle") == round_half_up(Fraction(spindle, 10**6))
-            machine.run(BEGIN)
+            machine.run("begin")
             assert machine.each("from") == nanometres
             assert machine.each("unit_before") == [0, 0, 0]
             assert machine.pair("nominal_before") == 0
@@ -216,45 +190,11 @@ def round_half_up(value: Fraction) -> int:
     return floor(value + Fraction(1, 2))
 
 
-class Gateware:
-    """The formulas on an engine."""
-
-    def __init__(self, engine) -> None:
-        self.engine = engine
-        engine.run(1)
-
-    def load(self, words: list[int]) -> None:
-        for address, word in enumerate(words):
-            self.engine.set(address=address, write=1, value=word)
-            self.engine.run(1)
-        self.engine.set(write=0)
-
-    def run(self, number: int) -> None:
-        """Carry out a table, and check that it takes its clocks."""
-        self.engine.set(start=1, table=number)
-        self.engine.run(1)
-        self.engine.set(start=0)
-        clocks = TABLES[number].clocks(36)
-        self.engine.run(clocks - 2)
-        assert self.engine.get("busy", "done") == (1, 0)
-        self.engine.run(1)
-        assert self.engine.get("busy", "done") == (0, 1)
-
-    def words(self) -> list[int]:
-        seen = []
-        for address in range(128):
-            self.engine.set(address=address)
-            self.engine.run(2)
-            seen.append(self.engine.get("word"))
-        return seen
-
-
 def compare(engine, rounds: int, seed: int) -> None:
     """Carry out lines, each from the registers that the one before has left."""
     rng = random.Random(seed)
-    gateware = Gateware(engine)
+    gateware = FormulaGateware(engine, TABLES)
     machine = Machine(settings(rng))
-    gateware.load(machine.words)
     for _ in range(rounds):
         position = machine.each("from")
         machine.set(feed=number(rng, 31), steps_now_x=rng.getrandbits(36), **{
@@ -262,11 +202,10 @@ def compare(engine, rounds: int, seed: int) -> None:
             for axis, at, change in zip(AXES, position, moves(rng), strict=True)})
         if machine.each("to") == position:
             continue
-        gateware.load(machine.words)
-        for each, rows in (0, LINE), (2, REPORT), (4, ROUND), (1, ACCEPT):
-            gateware.run(each)
-            machine.run(rows)
-        assert gateware.words() == machine.words
+        tables = "line", "report", "round", "accept"
+        found = gateware.run(machine.words, *tables)
+        machine.run(*tables)
+        assert found == machine.words
 
 
 class TestGateware:
