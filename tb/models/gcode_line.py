@@ -5,7 +5,8 @@ from collections import deque
 from dataclasses import dataclass, field
 from decimal import ROUND_HALF_UP, Decimal, localcontext
 
-__all__ = ["GOOD", "DAMAGED", "GCodeReaderModel", "Item", "LineBufferModel", "number"]
+__all__ = ["GOOD", "DAMAGED", "GCodeReaderModel", "Item", "LineBufferModel", "number",
+           "read_lines"]
 
 GOOD, DAMAGED = 0x100, 0x102
 """Ends of lines, as items of a line."""
@@ -234,3 +235,19 @@ class GCodeReaderModel:
             if self.line != "$J=":
                 self.status = 1 if self.letter is None else 2
             self.letter = None
+
+
+def read_lines(text: str) -> list[Item]:
+    """Return what the reader makes of lines, which are good; each ends with a line feed."""
+    reader, found = GCodeReaderModel(), []
+    waiting = [GOOD if byte == ord("\n") else byte for byte in text.encode("latin-1")]
+    ends = waiting.count(GOOD)
+    while ends:
+        if reader.offered is not None:
+            found.append(reader.offered)
+            ends -= reader.offered.kind == "END"
+        takes = bool(waiting) and reader.ready
+        reader.clock(waiting[0] if waiting else None, True)
+        if takes:
+            waiting.pop(0)
+    return found

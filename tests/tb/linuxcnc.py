@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from fresa_host.gcode_lines import ERRORS
 from tb.models.gcode_language import Arc, Interpreter, Line, RefusedLine, Word
-from tb.models.gcode_line import GOOD, GCodeReaderModel
+from tb.models.gcode_line import read_lines
 
 __all__ = ["MISSING", "Expanded", "Move", "expand", "packaged", "page", "run", "written"]
 
@@ -135,21 +135,11 @@ def words(line: str) -> list[Word]:
     RefusedLine
         If it cannot be read, with GRBL's code.
     """
-    reader, found = GCodeReaderModel(), []
-    items: list[int] = [*line.encode("latin-1"), GOOD]
-    while True:
-        item = reader.offered
-        if item is not None and item.kind == "END":
-            if item.status:
-                raise RefusedLine(item.status)
-            return found
-        if item is not None:
-            found.append(Word(item.character, item.number["value"],
-                              bool(item.number["overflow"])))
-        takes = bool(items) and reader.ready
-        reader.clock(items[0] if items else None, True)
-        if takes:
-            items.pop(0)
+    *items, end = read_lines(line.rstrip("\n") + "\n")
+    if end.status:
+        raise RefusedLine(end.status)
+    return [Word(item.character, item.number["value"], bool(item.number["overflow"]))
+            for item in items]
 
 
 def run(lines: Iterable[str]) -> Expanded:

@@ -3,12 +3,12 @@
 """Blocks to steps: queue, profile and walk together, against the models of each."""
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import pytest
 
 from fresa.motion import BlockMotion
-from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
+from tb.benches.blocks import block_words, place_words
 from tb.boards import component
 from tb.design import Design
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
@@ -17,39 +17,9 @@ from tb.models.plan import plan
 from tb.models.profile import Block, ProfileModel
 from tb.models.walk import Walked, segment_steps
 
-WORD = 36
 SETTINGS = PlanSettings(clock=2_000_000, speeds=(50_000_000,) * 3,
                         accelerations=(1_000_000_000, 800_000_000, 2_000_000_000),
                         steps=(80_000, 40_000, 250_000), deviation=20_000)
-CHANNELS = (0, 1, 2)
-
-
-def header(kind: BlockKind = BlockKind.MOTION, log2_ticks: int = 0, outputs: int = 0) -> int:
-    """Return the first word of a block."""
-    return BlockHeader.const({
-        "kind": kind, "log2_ticks": log2_ticks, "channel": CHANNELS,
-        "outputs": {"flood": outputs},
-    }).as_bits()
-
-
-def motion_words(block: MotionBlock, outputs: int = 0) -> list[tuple[int, int]]:
-    """Return the words of a block, with their addresses; the last commits it."""
-    words = [(BlockWord.HEADER, header(log2_ticks=block.log2_ticks, outputs=outputs))]
-    for address, number in ((BlockWord.ENERGY, block.energy), (BlockWord.MODULUS, block.modulus),
-                            (BlockWord.NOMINAL, block.nominal)):
-        words += [(address, number >> WORD), (address + 1, number % (1 << WORD))]
-    words += [(BlockWord.PLACE + axis, place) for axis, place in enumerate(block.place)]
-    for address, number in ((16, block.gain), (18, block.limit)):
-        words += [(address, number % (1 << WORD)), (address + 1, number >> WORD)]
-    return words
-
-
-def other_words(kind: BlockKind, extra: int = 0, limit: int = 0, outputs: int = 0,
-                places: Sequence[int] = ()) -> list[tuple[int, int]]:
-    """Return the words of a block that is no motion."""
-    words = [(BlockWord.HEADER, header(kind, outputs=outputs)), (BlockWord.EXTRA, extra)]
-    words += [(BlockWord.PLACE + axis, place) for axis, place in enumerate(places)]
-    return [*words, (16, 0), (17, 0), (18, limit % (1 << WORD)), (19, limit >> WORD)]
 
 
 class Machine:
@@ -62,9 +32,9 @@ class Machine:
         self.steps: list[list[tuple[int, int]]] = [[], [], []]  # clock and way, of each axis
         self.starved = 0
 
-    def write(self, words: Sequence[tuple[int, int]]) -> None:
+    def write(self, words: Mapping[int, int]) -> None:
         """Write a block, waiting for room."""
-        for number, (address, word) in enumerate(words, 1):
+        for number, (address, word) in enumerate(words.items(), 1):
             self.engine.set(words_valid=1, words_payload=address | word << 5
                             | (number == len(words)) << 41)
             while not self.engine.get("words_ready"):
@@ -127,9 +97,9 @@ def run_known(machine: Machine, blocks: Sequence[MotionBlock]) -> None:
     """Run blocks that are all known before the first begins, from 0."""
     engine = machine.engine
     engine.set(hold=1)
-    machine.write(other_words(BlockKind.PLACE, places=Planner(SETTINGS).places((0, 0, 0))))
+    machine.write(place_words(Planner(SETTINGS).places((0, 0, 0))))
     for block in blocks:
-        machine.write(motion_words(block))
+        machine.write(block_words(block))
     machine.run(2000)
     engine.set(hold=0)
     while not engine.get("idle"):

@@ -10,26 +10,10 @@ import pytest
 from fresa.protocol import GCodeGate, GCodeKind, gcode_layout
 from tb.boards import component
 from tb.engines import AmaranthEngine
-from tb.models.gcode_line import GOOD, GCodeReaderModel, Item
+from tb.models.gcode_line import read_lines
 
 WIDTH = 12
 LAYOUT = gcode_layout(WIDTH)
-
-
-def items(text: str) -> list[Item]:
-    """Return what the reader makes of lines."""
-    reader, found = GCodeReaderModel(), []
-    waiting: list[int] = [GOOD if byte == ord("\n") else byte for byte in text.encode()]
-    ends = waiting.count(GOOD)
-    while ends:
-        if reader.offered is not None:
-            found.append(reader.offered)
-            ends -= reader.offered.kind == "END"
-        takes = bool(waiting) and reader.ready
-        reader.clock(waiting[0] if waiting else None, True)
-        if takes:
-            waiting.pop(0)
-    return found
 
 
 def passed(text: str, *, locked: bool, seed: int = 0) -> tuple[list[str], list[int], int]:
@@ -38,7 +22,7 @@ def passed(text: str, *, locked: bool, seed: int = 0) -> tuple[list[str], list[i
     letters, statuses, unlocks = [], [], 0
     with AmaranthEngine(component("gate", GCodeGate(width=WIDTH))) as engine:
         engine.set(locked=locked)
-        for item in items(text):
+        for item in read_lines(text):
             engine.set(words_valid=1, words_payload=LAYOUT.const({
                 "kind": GCodeKind[item.kind].value, "status": item.status, "system": item.system,
                 "character": ord(item.character) if item.character else 0}).as_bits())
