@@ -9,38 +9,25 @@ from hypothesis import strategies as st
 from fresa_host import Alarmed, BlockRefused, JobStopped, TimedOut, WasReset
 from fresa_host.gcode_lines import BUFFER, program
 from fresa_host.gcode_session import MOST_LINES, GCodeSession
-from fresa_host.session import Operation, Waiting
+from fresa_host.session import Operation
+from tests.host.session_line import SessionLine
 
 IDLE = b"<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>\r\n"
 GREETING = b"Grbl 1.1h ['$' for help]\r\n"
 
 
-class Line:
-    """A session that is open, what it sends, and the time."""
+class Line(SessionLine):
+    """A session that is open."""
 
     def __init__(self) -> None:
-        self.session, self.now = GCodeSession(name="tty", timeout=5.0), 10.0
-        opened = self.session.begin(self.session.open(), self.now)
+        super().__init__(GCodeSession(name="tty", timeout=5.0))
+        opened = self.begin(self.session.open())
         assert self.sent == b"?"
         self.hear(IDLE)
         opened.result()
 
-    @property
-    def sent(self) -> bytes:
-        return b"".join(output.data for output in self.session.take_outputs())
-
-    def begin(self, steps: Waiting) -> Operation:
-        return self.session.begin(steps, self.now)
-
     def stream(self, *lines: str, line_by_line: bool = False) -> Operation:
         return self.begin(self.session.stream(program(lines), line_by_line=line_by_line))
-
-    def hear(self, data: bytes) -> None:
-        self.session.receive(data, self.now)
-
-    def tick(self, seconds: float) -> None:
-        self.now += seconds
-        self.session.tick(self.now)
 
 
 @pytest.fixture

@@ -3,35 +3,21 @@
 import pytest
 
 from fresa_host import Refused, TimedOut, WasReset
-from fresa_host.session import Operation, Waiting
 from fresa_host.single_lines import frame
 from fresa_host.single_session import SILENCE_S, SingleSession
+from tests.host.session_line import SessionLine
 
 
-class Line:
-    """A session that is open, what it sends, and the time."""
+class Line(SessionLine):
+    """A session that is open."""
 
     def __init__(self) -> None:
-        self.session, self.now = SingleSession(name="tty", timeout=2.0), 10.0
-        opened = self.session.begin(self.session.open(), self.now)
+        super().__init__(SingleSession(name="tty", timeout=2.0))
+        opened = self.begin(self.session.open())
         self.tick(SILENCE_S)
         assert self.sent == b":v?\r"
         self.hear(b"v:100\r\nok\r\n")
         opened.result()
-
-    @property
-    def sent(self) -> bytes:
-        return b"".join(output.data for output in self.session.take_outputs())
-
-    def begin(self, steps: Waiting) -> Operation:
-        return self.session.begin(steps, self.now)
-
-    def hear(self, data: bytes) -> None:
-        self.session.receive(data, self.now)
-
-    def tick(self, seconds: float) -> None:
-        self.now += seconds
-        self.session.tick(self.now)
 
 
 @pytest.fixture
