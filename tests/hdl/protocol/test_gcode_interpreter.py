@@ -348,6 +348,19 @@ def test_a_program():
     run(AmaranthEngine, [words(line) for line in PROGRAM.splitlines()])
 
 
+@pytest.mark.parametrize(("line", "clocks"), [
+    ("G4 P1", 78), ("X2", 103), ("G28", 153), ("G1 X1 Y2 F100", 185), ("G20 X2", 103 + 55),
+    ("G20 X1 Y1 Z1", 103 + 3 * 55)])
+def test_clocks_of_a_line(line, clocks):
+    with AmaranthEngine(component("interpreter", Narrow())) as engine:
+        pair = Pair(engine)
+        engine.run(RESET)
+        pair.line(words("G1 F100"))
+        pair.longest = 0
+        pair.line(words(line))
+        assert pair.longest == clocks
+
+
 def test_what_is_refused():
     with AmaranthEngine(component("interpreter", Narrow())) as engine:
         pair = Pair(engine)
