@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from tb.contracts import GENERAL
 from tb.contracts.proof import VERSION
@@ -42,10 +43,10 @@ Runs the commands that check the machine, one after the other, and writes their 
 and as JSON: docs/verification.md, docs/verification.json, and docs/properties.json with the mutant
 that breaks each property. Nothing in them is typed by hand.
 
-What a command found is kept in build/record. It is not run again while the command, the versions of
-the tools, and the designs, properties, models, stimulus and benches that it looks at are the same,
-unless it is named; so a record that was interrupted goes on where it was. How a file is written
-does not matter: designs and properties are compared as RTLIL without names, models and stimulus by
+What a command found is kept in build/record and in the record itself. It is not run again while
+the command, the versions of the tools, and the designs, properties, models, stimulus and benches
+that it looks at are the same, unless it is named; so a record that was interrupted goes on where it
+was. How a file is written does not matter: designs and properties are compared as RTLIL without names, models and stimulus by
 what they give, benches by what they drive and expect.
 """
 
@@ -222,7 +223,8 @@ def main(argv: list[str] | None = None) -> int:
     if args.output is not None and not output.is_dir():
         raise UserError(f"cannot write to {output}: there is no such folder")
     chosen = [part for part in every.values() if part.name not in args.leave_out]
-    facts = run(chosen, work, again=args.parts, quick=args.quick)
+    facts = run(chosen, work, again=args.parts, quick=args.quick,
+                written={} if args.quick else _read(ROOT / "docs" / "verification.json"))
     if facts is None:
         return 1
     facts["left_out"] = [name for name in every if name in args.leave_out]
@@ -236,8 +238,8 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: bool = False
-        ) -> dict | None:
+def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick: bool = False,
+        written: Mapping = MappingProxyType({})) -> dict | None:
     """Run what is not there yet; give the facts of the record, or None if a command found fault.
 
     Parameters
@@ -250,6 +252,8 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
         Parts to run even if their figures are there.
     quick : bool
         With less to do.
+    written : mapping
+        A record. A part of it that is of what is here is taken from it, if it was never run here.
     """
     chosen = list(chosen)
     now = fingerprints.take(name for part in chosen for name in part.depends())
@@ -261,7 +265,10 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
         words = part.arguments(folder.relative_to(ROOT) if folder.is_relative_to(ROOT) else folder,
                                quick=quick)
         key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
-        found = _kept(folder / KEPT, key) if part.name not in again else None
+        found = None
+        if part.name not in again:
+            found = _kept(folder / KEPT, key) if folder.exists() else _written(
+                written, part, _spelt(words), of)
         if found is None:
             say(f"\n== {_spelt(words)}")
             before = _read(folder / BEGUN)
@@ -298,6 +305,15 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None
     return record | {"versions": versions()}
+
+
+def _written(record: Mapping, part: Part, command: str, of: Mapping) -> Mapping | None:
+    """Return what a record says of a part, if that is of what is here."""
+    there = record.get("parts", {}).get(part.name, {})
+    if (there.get("command"), there.get("of")) != (command, dict(of)) or tuple(
+            record.get("versions", ())) != versions():
+        return None
+    return there
 
 
 def stale(record: Mapping) -> dict[str, list[str]]:

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -151,6 +152,17 @@ class TestRun:
     def test_a_command_that_fails_stops_it(self, check, tmp_path):
         with pytest.raises(record.UserError, match="could not be carried out"):
             run([check(2)], tmp_path / "build")
+
+    def test_what_a_record_says_of_what_is_here_is_not_run_again(self, check, tmp_path, prints):
+        work = tmp_path / "build"
+        written = run([check(0)], work) or {}
+        shutil.rmtree(work)
+        assert run([check(0)], work, written=written) == written
+        assert not work.exists()
+        prints["run it"] = "89ab"
+        again = run([check(0)], work, written=written) or {}
+        assert again["parts"]["some"]["of"] == {"run it": "89ab"}
+        assert calls(work) == 1
 
     def test_quick_is_another_command(self, check, tmp_path):
         part = replace(check(1), quick="its_check {folder} 0")
