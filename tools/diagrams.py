@@ -374,6 +374,16 @@ DIAGRAMS = (
         "inputs: run outputs: address write done too_long state: dut.converter_state_state",
         0, 190, radix=("address=dec",)),
     Diagram(
+        "g-code-settings-store",
+        "$100 is read; while `trial` is 1 it reads as what may become of it; then it is written.",
+        "inputs: address write_address data trial write outputs: number value", 0, 5,
+        radix=("address=dec", "write_address=dec", "data=dec", "number=dec", "value=dec")),
+    Diagram(
+        "g-code-homing",
+        "Z seeks its switch, the place of which is asked for; then it pulls off.",
+        "inputs: switches moving homed outputs: request_kind request_axis request_back brake "
+        "latch place restart", 0, 130),
+    Diagram(
         "g-code-gate",
         "A line of two words is passed; then the machine is locked, and the end of the same line "
         "has status 9.",

@@ -46,8 +46,8 @@ that breaks each property. Nothing in them is typed by hand.
 What a command found is kept in build/record and in the record itself. It is not run again while
 the command, the versions of the tools, and the designs, properties, models, stimulus and benches
 that it looks at are the same, unless it is named; so a record that was interrupted goes on where it
-was. How a file is written does not matter: designs and properties are compared as RTLIL without names, models and stimulus by
-what they give, benches by what they drive and expect.
+was. How a file is written does not matter: designs and properties are compared as RTLIL without
+names, models and stimulus by what they give, benches by what they drive and expect.
 """
 
 EPILOG = """\

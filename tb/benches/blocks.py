@@ -1,7 +1,7 @@
 """What is between actions and steps: the planner, the loader, and the motion of blocks."""
 
 from fresa.arithmetic import Line
-from fresa.motion import BlockLoader, BlockMotion, GCodePlanner
+from fresa.motion import BlockLoader, BlockMotion, GCodeHoming, GCodePlanner, HomingRequest
 from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
 from fresa.protocol import GCodeAction, GCodeActionKind, Operand
 
@@ -119,6 +119,8 @@ def block_motion(run: Run) -> str:
 
     async def test(ctx):
         ctx.set(dut.made, 1)
+        for axis in range(3):
+            ctx.set(dut.steps[axis], LINE.steps[axis])
         planner = model()
         await write(ctx, place_words(planner.places((0, 0, 0))))
         for target in ((200_000, 0, 50_000), (200_000, -150_000, 50_000)):
@@ -175,3 +177,41 @@ def g_code_planner(run: Run) -> str:
 
     run.simulate(dut, test, interpreter, queue)
     return "the block of a line is that of the model, and that of a dwell has its time"
+
+
+@bench
+def g_code_homing(run: Run) -> str:
+    """An axis after the other to its switch and away."""
+    dut = GCodeHoming()
+    lines = []
+
+    async def planner(ctx):
+        while True:
+            kind, axis = ctx.get(dut.request.kind), ctx.get(dut.request.axis)
+            seeks = ctx.get(dut.request.thousandths) != 1000
+            if kind != HomingRequest.NONE:
+                ctx.set(dut.homed, 1)
+                await ctx.tick()
+                ctx.set(dut.homed, 0)
+            if kind == HomingRequest.MOVE:
+                lines.append(axis)
+                ctx.set(dut.moving, 1)
+                await ctx.tick().repeat(50)
+                ctx.set(dut.switches, seeks << axis)
+                await ctx.tick().repeat(5)
+                ctx.set(dut.moving, 0)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.standing, 1)
+        ctx.set(dut.allowed, 1)
+        ctx.set(dut.start, 1)
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        await run.until(ctx, dut, done=1, within=2000)
+        run.expect("lines", lines, [2] * 4 + [0] * 4 + [1] * 4)
+        await ctx.tick()
+        run.see(ctx, dut, active=0, fault=0)
+
+    run.simulate(dut, test, planner)
+    return "Z, X and Y are homed, by four lines each"

@@ -1,6 +1,7 @@
 """Benches of the protocol: lines, words, numbers and texts."""
 
 from fresa.protocol import (
+    SETTINGS,
     DecimalReader,
     DecimalWriter,
     FixedPoint,
@@ -11,6 +12,7 @@ from fresa.protocol import (
     GCodeMessage,
     GCodeReader,
     GCodeReporter,
+    GCodeSettingsStore,
     GCodeState,
     GCodeStatus,
     HexReader,
@@ -24,6 +26,8 @@ from fresa.protocol import (
     RealtimeFilter,
     TextSource,
     WordReader,
+    setting_index,
+    setting_values,
 )
 
 from ..bench import Run, bench, put
@@ -496,32 +500,77 @@ def g_code_reporter(run: Run) -> str:
 
 @bench
 def g_code_gate(run: Run) -> str:
-    """A line that is passed, one that is refused, and what unlocks."""
+    """Lines that are passed, refused and carried out, and a setting that is changed."""
     dut = GCodeGate()
-    ends = []
+    ends, written = [], []
 
-    async def interpreter(ctx):
+    async def around(ctx):
         ctx.set(dut.passed.ready, 1)
+        values = setting_values({})
         while True:
-            if ctx.get(dut.passed.valid) and ctx.get(dut.passed.payload).kind == GCodeKind.END:
+            ended = ctx.get(dut.passed.valid) and ctx.get(dut.passed.payload).kind == GCodeKind.END
+            if ended:
                 ends.append(ctx.get(dut.passed.payload).status.value)
+            if ctx.get(dut.write):
+                written.append((SETTINGS[ctx.get(dut.write_address)].number, ctx.get(dut.data)))
+            configure, address = ctx.get(dut.configure), ctx.get(dut.address)
             await ctx.tick()
+            ctx.set(dut.answered, ended)
+            ctx.set(dut.configured, configure)
+            each = SETTINGS[min(address, len(SETTINGS) - 1)]
+            ctx.set(dut.value, values[min(address, len(SETTINGS) - 1)])
+            for name in ("number", "decimal", "least", "most"):
+                ctx.set(getattr(dut, name), getattr(each, name))
 
-    async def line(ctx, text, *, system=0):
-        for byte in text.encode():
+    async def line(ctx, text, *, system=0, values=()):
+        values = dict(values)
+        for place, byte in enumerate(text.encode()):
             kind = GCodeKind.CHARACTER if system else GCodeKind.WORD
             await put(ctx, dut.words, {"kind": kind, "character": byte, "system": system})
+            if place in values:  # a number has ended
+                whole = values[place]
+                await put(ctx, dut.words, {
+                    "kind": GCodeKind.WORD, "system": 1,
+                    "number": {"value": whole * 10**6, "whole": whole, "integer": 1}})
         await put(ctx, dut.words, {"kind": GCodeKind.END, "system": system})
 
     async def test(ctx):
+        ctx.set(dut.resting, 1)
         await line(ctx, "GX")
         ctx.set(dut.locked, 1)
         await line(ctx, "GX")
         await line(ctx, "$H", system=1)
         await line(ctx, "$X", system=1)
-        await line(ctx, "")
+        await line(ctx, "$100=80", system=1, values={3: 100, 6: 80})
         await ctx.tick()
         run.expect("statuses", ends, [0, 9, 5, 0, 0])
+        run.expect("written", written, [(100, 80_000)])
+        run.see(ctx, dut, fault=0)
 
-    run.simulate(dut, test, interpreter)
-    return "of five lines one is refused since the machine is locked, and one as it cannot be done"
+    run.simulate(dut, test, around)
+    return "of five lines two are refused, as the machine is locked and has no homing; $100 is 80"
+
+
+@bench
+def g_code_settings_store(run: Run) -> str:
+    """A setting that is read, tried and written."""
+    dut = GCodeSettingsStore(values={100: 80_000})
+
+    async def test(ctx):
+        at = setting_index(100)
+        ctx.set(dut.address, at)
+        ctx.set(dut.write_address, at)
+        ctx.set(dut.data, 160_000)
+        await ctx.tick()
+        run.see(ctx, dut, number=100, decimal=1, value=80_000)
+        ctx.set(dut.trial, 1)
+        run.see(ctx, dut, value=160_000)
+        ctx.set(dut.trial, 0)
+        ctx.set(dut.write, 1)
+        await ctx.tick()
+        ctx.set(dut.write, 0)
+        await ctx.tick()
+        run.see(ctx, dut, value=160_000)
+
+    run.simulate(dut, test)
+    return "$100 is 80, then 160 while that is tried, and when it is written"

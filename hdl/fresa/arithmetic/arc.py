@@ -29,7 +29,7 @@ from .line import (
 )
 from .line import TABLES as LINE_TABLES
 
-__all__ = ["arc_formulas"]
+__all__ = ["arc_formulas", "arc_registers"]
 
 MAX_EXPONENT = 21
 """Of the unit of the rotator, 2 to this many steps."""
@@ -41,7 +41,7 @@ TERMS = [round(4 / (2 * pi) * (1 << WIDTH) / (2 * n + 1)) for n in range(7)]
 """Of 4 atan(t) / t, in 2**-36 turns, by powers of -t²; for t below tan(pi / 16)."""
 
 
-def _registers() -> Registers:
+def arc_registers() -> Registers:
     """Return the registers of lines and arcs, with their constants; lines' have the same numbers.
 
     Names with a u, v or w are by the axes as an arc takes them, but for ``centre``, which is by the
@@ -79,7 +79,7 @@ def _registers() -> Registers:
     return registers
 
 
-REGISTERS = _registers()
+REGISTERS = arc_registers()
 """Registers of the formulas of lines and arcs, by name."""
 
 

@@ -295,7 +295,7 @@ def _accept() -> Rows:
         yield "ADD", f"nominal{word}", "zero", f"nominal_before{word}"
 
 
-def _nearest(sign: str, divisor: str, to: str) -> Rows:
+def nearest(sign: str, divisor: str, to: str) -> Rows:
     """Take ``product`` / `divisor`, to the nearest, with the sign of another register."""
     yield "SHIFT_RIGHT", divisor, "1", "part"
     yield "ADD", "product.low", "part", "product.low"
@@ -312,10 +312,10 @@ def _report() -> Rows:
         yield from magnitude(steps, "zero", "a")
         yield "MULTIPLY", "a", "1e9", "product"
         yield "SHIFT_LEFT", "product", "9", "product"
-        yield from _nearest(steps, f"steps_{axis}", f"position_{axis}")
+        yield from nearest(steps, f"steps_{axis}", f"position_{axis}")
     for name, factor in ("speed_now", "60"), ("spindle", "1"):
         yield "MULTIPLY", name, factor, "product"
-        yield from _nearest("zero", "1e6", name)
+        yield from nearest("zero", "1e6", name)
 
 
 def _round() -> Rows:
@@ -323,7 +323,7 @@ def _round() -> Rows:
     for axis in AXES:
         yield from magnitude(f"position_{axis}", "zero", "a")
         yield "MULTIPLY", "a", "1", "product"
-        yield from _nearest(f"position_{axis}", "1e3", f"um_{axis}")
+        yield from nearest(f"position_{axis}", "1e3", f"um_{axis}")
 
 
 def _begin() -> Rows:

@@ -5,19 +5,21 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
 
-from amaranth import Cat, Module, Mux, ResetInserter, Signal, signed
+from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
 from ..clock import CLOCK, clocks_of
 from ..drive import MAX_PULSE, PendingSteps, StepDirDriver
-from ..motion import BlockMotion, GCodeControl, GCodePlanner
+from ..motion import AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePlanner
 from ..panel import GlitchFilter
 from ..protocol import (
+    SETTINGS,
     GCodeGate,
     GCodeInterpreter,
     GCodeReader,
     GCodeReporter,
+    GCodeSettingsStore,
     GCodeState,
     LineBuffer,
     RealtimeCode,
@@ -25,6 +27,7 @@ from ..protocol import (
     UARTReceiver,
     UARTTransmitter,
     bit_period,
+    setting_values,
 )
 from ..roles import (
     BUTTON,
@@ -74,6 +77,8 @@ class GCodeSettings:
         Times of the driver modules, see :class:`StepDirDriver`; by default those of an A4988.
     filter_us : int
         Least time for which a limit switch must be on: $201.
+    others : sequence of tuple
+        Further settings: the number that GRBL gives it, and a value, see `SETTINGS`.
     depth : int
         Blocks that are looked ahead.
     receive : int
@@ -96,22 +101,20 @@ class GCodeSettings:
     setup_ns: int = 200
     hold_ns: int = 200
     filter_us: int = 10
+    others: Sequence[tuple[int, Fraction]] = ()
     depth: int = 64
     receive: int = 128
 
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
             raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
-        _ = self.line(), self.filter  # which check their ranges
-        times = self.driver
-        shortest = times["width"] + max(times["low"], times["hold"])
+        _ = self.line(), self.filter, setting_values(self.store)  # which check their ranges
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
-            # A tick lies up to 4 clocks from where its step should be.
-            most = Fraction(self.clock, shortest + TICK) * 60 / steps
+            most = self.most_rate * 60 / steps
             if rate > most:
                 raise ValueError(f"max_rate of {axis} must be at most {float(most):.3f} mm/min "
                                  f"with {float(steps):g} steps/mm, not {float(rate):g}: pulses "
-                                 f"are {shortest} clocks apart")
+                                 f"are {self.interval} clocks apart")
 
     @property
     def driver(self) -> dict[str, int]:
@@ -122,9 +125,34 @@ class GCodeSettings:
                 for name, time in times.items()}
 
     @property
+    def interval(self) -> int:
+        """Least clocks from a pulse to the next."""
+        times = self.driver
+        return times["width"] + max(times["low"], times["hold"])
+
+    @property
+    def most_rate(self) -> Fraction:
+        """Steps/s that can be made; a tick lies up to 4 clocks from where its step should be."""
+        return Fraction(self.clock, self.interval + TICK)
+
+    @property
     def filter(self) -> int:
         """Least time for which a limit switch must be on, in clocks."""
         return clocks_of("filter_us", self.filter_us, 10**6, clock=self.clock, most=MAX_PULSE)
+
+    @property
+    def store(self) -> dict[int, int]:
+        """Settings by their numbers, as the store has them."""
+        values: dict[int, Fraction] = {11: self.deviation, **dict(self.others)}
+        for first, of_axes in ((100, self.steps_per_mm), (110, self.max_rate),
+                               (120, self.acceleration)):
+            values |= {first + axis: value for axis, value in enumerate(of_axes)}
+        decimal = {each.number for each in SETTINGS if each.decimal}
+        for number, value in values.items():
+            if number not in decimal and value != int(value):
+                raise ValueError(f"${number} must be a whole number, not {float(value):g}")
+        return {number: round(value * 1000) if number in decimal else int(value)
+                for number, value in values.items()}
 
     def line(self) -> Line:
         """Return the settings of the formulas."""
@@ -216,17 +244,25 @@ class GCode(MachineComponent):
         m = Module()
         settings = self.settings
         m.submodules.control = control = GCodeControl()
-        anew = ResetInserter(control.reset | control.flush)
+        renewed = Signal()
+        m.d.comb += renewed.eq(control.reset | control.flush)
+        anew = ResetInserter(renewed)
         faults = [control.fault]
+
+        restart = Signal()
+        begins, configures = Signal(init=1), Signal(init=1)
+        settling, moving = Signal(), Signal()
 
         # From the line to actions
         m.submodules.receiver = receiver = UARTReceiver(period=self._bit)
         m.submodules.realtime = realtime = RealtimeFilter()
         buffer, reader = LineBuffer(depth=settings.receive), GCodeReader()
         gate, interpreter = GCodeGate(), GCodeInterpreter()
-        planner = GCodePlanner(line=settings.line())
+        planner = GCodePlanner(line=settings.line(), most_rate=settings.most_rate)
+        homing = GCodeHoming()
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
-                           ("interpreter", interpreter), ("planner", planner)):
+                           ("interpreter", interpreter), ("planner", planner),
+                           ("homing", homing)):
             m.submodules[name] = anew(part)
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
@@ -241,39 +277,61 @@ class GCode(MachineComponent):
             control.unlock.eq(gate.unlock),
             # Lines wait until it is known where they begin.
             interpreter.words.payload.eq(gate.passed.payload),
-            interpreter.words.valid.eq(gate.passed.valid & ~planner.begin),
-            gate.passed.ready.eq(interpreter.words.ready & ~planner.begin),
+            interpreter.words.valid.eq(gate.passed.valid & ~settling),
+            gate.passed.ready.eq(interpreter.words.ready & ~settling),
+            gate.answered.eq(interpreter.answers.valid & interpreter.answers.ready),
             planner.operand.eq(interpreter.operand),
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
         ]
-        faults += [receiver.fault, interpreter.fault, planner.fault]
+        faults += [receiver.fault, gate.fault, interpreter.fault, planner.fault, homing.fault]
 
         # From blocks to steps
         m.submodules.motion = motion = BlockMotion(
-            clock=settings.clock, depth=settings.depth, steps=planner.line.steps)
+            clock=settings.clock, depth=settings.depth)
         connect(m, planner.words, motion.words)
-        positions = self._drivers(m, control, motion, planner, faults)
+        m.submodules.settings = store = GCodeSettingsStore(
+            values=settings.store)
+        flags = store.flags
+        positions = self._drivers(m, control, motion, planner, homing, flags, faults)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
-            motion.hold.eq(control.hold), motion.flush.eq(control.reset | control.flush),
-            control.moving.eq(~motion.idle), control.standing.eq(motion.still),
+            motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart),
+            control.moving.eq(moving), control.standing.eq(motion.still),
         ]
-        m.d.comb += [motion.position[axis].eq(positions[axis][:2]) for axis in range(AXES)]
+        for axis in range(AXES):
+            m.d.comb += [motion.position[axis].eq(positions[axis][:2]),
+                         motion.steps[axis].eq(planner.steps_per_metre[axis])]
         faults += [motion.fault]
-        begins = Signal(init=1)
-        with m.If(control.reset | control.flush):
+
+        # Settings, then where the axes are
+        with m.If(renewed):
+            m.d.sync += configures.eq(1)
+        with m.Elif(planner.configured):
+            m.d.sync += configures.eq(0)
+        with m.If(restart):
             m.d.sync += begins.eq(1)
         with m.Elif(planner.begun):
             m.d.sync += begins.eq(0)
-        m.d.comb += planner.begin.eq(begins)
+        placing = Signal()  # the block that sets the place is under way
+        m.d.sync += placing.eq((planner.begun | (placing & ~motion.idle)) & ~restart)
+        m.d.comb += [
+            moving.eq(~motion.idle & ~settling),
+            restart.eq(renewed | planner.configured | homing.restart),
+            settling.eq(configures | begins | placing),
+            planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
+        ]
+        self._system(m, control, gate, planner, motion, homing, store)
+        m.d.comb += [gate.settling.eq(settling), homing.begins.eq(settling),
+                     homing.moving.eq(moving)]
         pausing = Signal()  # the control holds since the program pauses
         m.d.sync += pausing.eq(motion.paused & ~control.reset)
         m.d.comb += [control.pause.eq(motion.paused & ~pausing),
                      motion.start.eq(motion.paused & pausing & ~control.hold)]
 
-        self._inputs(m, control, realtime)
+        switches = self._inputs(m, control, realtime, flags)
+        m.d.comb += homing.switches.eq(switches)
 
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
@@ -283,7 +341,8 @@ class GCode(MachineComponent):
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
         connect(m, reporter.bytes, transmitter.bytes)
-        self._reports(m, control, planner, motion, reporter)
+        connect(m, gate.listed, reporter.settings)
+        self._reports(m, control, planner, motion, reporter, switches)
         m.d.comb += [
             reporter.free_blocks.eq(motion.free), reporter.free_bytes.eq(buffer.free),
             self.tx.eq(transmitter.tx),
@@ -294,17 +353,45 @@ class GCode(MachineComponent):
             self.spindle.eq(motion.outputs.clockwise | motion.outputs.counter_clockwise),
             self.reverse.eq(motion.outputs.counter_clockwise),
             self.mist.eq(motion.outputs.mist), self.flood.eq(motion.outputs.flood),
-            self.moving.eq(~motion.idle), self.alarm.eq(control.state == GCodeState.ALARM),
+            self.moving.eq(moving), self.alarm.eq(control.state == GCodeState.ALARM),
         ]
         with m.If(Cat(faults).any()):
             m.d.sync += self.fault.eq(1)
         return m
 
+    def _system(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
+                motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingsStore) -> None:
+        """Carry out what system lines want: settings, and the homing cycle."""
+        m.d.comb += [
+            gate.resting.eq(motion.idle & ((control.state == GCodeState.IDLE)
+                                           | (control.state == GCodeState.ALARM))),
+            store.address.eq(Mux(planner.configure, planner.setting_address,
+                                 Mux(homing.active, homing.setting_address, gate.address))),
+            store.write_address.eq(gate.write_address), store.data.eq(gate.data),
+            store.trial.eq(gate.trial), store.write.eq(gate.write),
+            planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
+            gate.configured.eq(planner.configured), gate.refused.eq(planner.verdict != 0),
+            gate.homed.eq(homing.done), homing.start.eq(gate.home),
+            homing.allowed.eq(control.state == GCodeState.HOME),
+            homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),
+            homing.homed.eq(planner.homed),
+            homing.standing.eq(motion.still),
+            control.home.eq(homing.active), control.strict.eq(store.flags.strict),
+            control.locked_start.eq(store.flags.homing), control.failure.eq(homing.failure),
+        ]
+        m.d.comb += [getattr(gate, name).eq(getattr(store, name))
+                     for name in ("value", "number", "decimal", "least", "most")]
+        connect(m, homing.request, planner.homing)
+        with m.If(planner.beyond):
+            m.d.comb += control.failure.eq(AlarmCode.SOFT_LIMIT)
+
     def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
-                 planner: GCodePlanner, faults: list) -> list[Signal]:
+                 planner: GCodePlanner, homing: GCodeHoming, flags: Value,
+                 faults: list) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
         times = self.settings.driver
         made, positions, powered = [], [], []
+        latched = Signal(signed(36))
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             driver = StepDirDriver(**times)
@@ -317,11 +404,17 @@ class GCode(MachineComponent):
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~control.stop & ~self.fault),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(control.enable),
-                self.step[axis].eq(driver.step_pin), self.direction[axis].eq(driver.direction_pin),
+                self.step[axis].eq(driver.step_pin),
+                self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
                 planner.steps[axis].eq(position),
             ]
             with m.If(driver.moved):
                 m.d.sync += position.eq(position + Mux(driver.direction, 1, -1))
+            with m.If(homing.axis == axis):
+                with m.If(homing.latch):
+                    m.d.sync += latched.eq(position)
+                with m.If(homing.place):
+                    m.d.sync += position.eq(position - latched + planner.switch)
             made.append(~pending.driver_step)
             powered.append(driver.enable_pin)
             positions.append(position)
@@ -329,8 +422,9 @@ class GCode(MachineComponent):
         m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powered).all())]
         return positions
 
-    def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter) -> None:
-        """Give the control commands, buttons as such, and switches that are filtered."""
+    def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
+                flags: Value) -> Value:
+        """Give the control commands, buttons as such, and switches; return the limit switches."""
         buttons = {RealtimeCode.RESET: self.abort, RealtimeCode.HOLD: self.hold,
                    RealtimeCode.RESUME: self.start}
         pressed = Signal(len(buttons))
@@ -344,14 +438,19 @@ class GCode(MachineComponent):
             for number, code in reversed([*enumerate(buttons)]):
                 with m.If(waiting[number]):
                     m.d.comb += control.code.eq(code)
-        for name, pin, port in (("limit", self.limits.any(), control.hard_limit),
-                                ("emergency", self.stop, control.emergency)):
-            m.submodules[name] = each = GlitchFilter(
-                period=self.settings.filter)
-            m.d.comb += [each.i.eq(pin), port.eq(each.o)]
+        switches = []
+        for name, pin in (*((f"limit_{axis}", self.limits[number] ^ flags.open)
+                            for number, axis in enumerate("xyz")), ("emergency", self.stop)):
+            m.submodules[name] = each = GlitchFilter(period=self.settings.filter)
+            m.d.comb += each.i.eq(pin)
+            switches.append(each.o)
+        *limits, emergency = switches
+        m.d.comb += [control.hard_limit.eq(Cat(limits).any() & flags.hard),
+                     control.emergency.eq(emergency)]
+        return Cat(limits)
 
     def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
-                 motion: BlockMotion, reporter: GCodeReporter) -> None:
+                 motion: BlockMotion, reporter: GCodeReporter, switches: Value) -> None:
         """Compute each report that is wanted, then have it sent; the numbers stay meanwhile."""
         wanted = Signal()
         computed = Signal()  # and the reporter has not begun yet
@@ -367,7 +466,7 @@ class GCode(MachineComponent):
             reporter.state.eq(control.state), reporter.substate.eq(control.substate),
             reporter.origin_changed.eq(planner.origin_changed),
             reporter.feed.eq(planner.feed), reporter.speed.eq(planner.spindle),
-            reporter.pins.eq(Cat(self.limits, 0, 0, self.hold, self.abort, self.start)),
+            reporter.pins.eq(Cat(switches, 0, 0, self.hold, self.abort, self.start)),
         ]
         for axis, name in enumerate("xyz"):
             m.d.comb += [getattr(reporter, f"position_{name}").eq(planner.position_um[axis]),

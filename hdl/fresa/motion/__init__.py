@@ -9,7 +9,8 @@ from .controller import NumericalController
 from .coordinates import CoordinateGenerator
 from .counter import StepCounter
 from .gcode_control import AlarmCode, GCodeControl
-from .gcode_planner import GCodePlanner
+from .gcode_homing import GCodeHoming
+from .gcode_planner import HOMING, GCodePlanner, HomingRequest
 from .guard import GuardedController
 from .limits import Limits
 from .manual import ManualControl
@@ -32,11 +33,13 @@ from .step_ratio import StepRatio
 from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
-    "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS", "PICTURE_LIMIT", "WALK_DELAY",
+    "HOMING", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS", "PICTURE_LIMIT",
+    "WALK_DELAY",
     "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BlockLoader", "BlockMotion",
-    "BlockQueue", "CoordinateGenerator", "GCodeControl", "GCodePlanner", "GuardedController",
-    "Limits", "ManualControl", "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order",
-    "OrderControl", "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request",
-    "RequestKind", "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator",
-    "SquareRoot", "StartHandshake", "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
+    "BlockQueue", "CoordinateGenerator", "GCodeControl", "GCodeHoming", "GCodePlanner",
+    "GuardedController", "HomingRequest", "Limits", "ManualControl", "MotionSequencer",
+    "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
+    "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
+    "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
+    "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
 ]

@@ -1,13 +1,10 @@
 """Blocks to steps: a queue with look-ahead, the speed profile, and the walk along the path."""
 
-from collections.abc import Sequence
-
 from amaranth import Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic.line import WIDTH
-from ..checks import in_range
 from .block_loader import BlockLoader
 from .blocks import BLOCK_WORDS, Outputs
 from .plan import BlockQueue
@@ -32,11 +29,11 @@ class BlockMotion(wiring.Component):
         Clock in Hz.
     depth : int
         Blocks that are looked ahead, see :class:`BlockQueue`.
-    steps : sequence of int
-        Steps per metre of each axis.
 
     Members
     -------
+    steps : In(27) x 3
+        Steps per metre of each axis, at least 1. Constant while there are blocks.
     words : In(stream.Signature)
         Words of blocks, see :class:`BlockQueue` and `BlockWord`.
     hold : In(1)
@@ -74,15 +71,14 @@ class BlockMotion(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, clock: int = 50_000_000, depth: int = 64,
-                 steps: Sequence[int] = (80_000,) * 3) -> None:
-        self._steps = [in_range("steps", each, 1, (1 << 27) - 1) for each in steps]
+    def __init__(self, *, clock: int = 50_000_000, depth: int = 64) -> None:
         self._queue = BlockQueue(depth=depth, words=BLOCK_WORDS, word=WIDTH)
         self._profile = SpeedProfile()
         self._loader = BlockLoader(clock=clock, speed_bits=self._profile.speed_bits,
                                    modulus_bits=self._profile.modulus_bits)
         super().__init__({
-            "words": In(self._queue.write.signature.flip()), "hold": In(1), "flush": In(1),
+            "steps": In(27).array(3), "words": In(self._queue.write.signature.flip()),
+            "hold": In(1), "flush": In(1),
             "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1),
             "step": Out(3), "direction": Out(3), "free": Out(range(depth + 1)),
             "speed": Out(self._profile.speed_bits), "still": Out(1), "idle": Out(1),
@@ -127,8 +123,8 @@ class BlockMotion(wiring.Component):
         for channel, port in enumerate((walk.fine, walk.coarse)):
             chosen = Signal(27, name=f"steps_{channel}")
             axes = loader.segments.p.channel
-            m.d.comb += chosen.eq(Mux(axes[0] == channel, self._steps[0],
-                                      Mux(axes[1] == channel, self._steps[1], self._steps[2])))
+            m.d.comb += chosen.eq(Mux(axes[0] == channel, self.steps[0],
+                                      Mux(axes[1] == channel, self.steps[1], self.steps[2])))
             with m.If(loader.segments.ready):
                 m.d.sync += port.eq(chosen)
         return m

@@ -1,6 +1,7 @@
 """Actions of a G-code program to blocks: copies between registers, and tables of formulas."""
 
 from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from typing import NamedTuple
 
 from amaranth import Array, Cat, Module, Mux, Signal, signed, unsigned
@@ -8,14 +9,21 @@ from amaranth.lib import data, enum, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..arithmetic import Line
-from ..arithmetic.arc import REGISTERS, TABLES, arc_formulas
+from ..arithmetic.gcode import REGISTERS, TABLES, gcode_formulas
 from ..arithmetic.line import WIDTH
 from ..checks import in_range
 from ..fsm import leave_unused_codes
-from ..protocol import GCodeAction, GCodeActionKind, GCodeMotion, Operand
+from ..protocol import (
+    SETTING_BITS,
+    GCodeAction,
+    GCodeActionKind,
+    GCodeMotion,
+    Operand,
+    setting_index,
+)
 from .blocks import BLOCK_WORDS, BlockHeader, BlockKind, BlockWord
 
-__all__ = ["GCodePlanner"]
+__all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 
 UM_BITS = 27
 """Bits of a position in um, which reaches to 34 m, with its sign."""
@@ -23,7 +31,28 @@ UM_BITS = 27
 PLAN_GAIN, PLAN_LIMIT = BLOCK_WORDS, BLOCK_WORDS + 2
 
 
-class _Do(enum.Enum, shape=unsigned(4)):
+class HomingRequest(enum.Enum, shape=unsigned(2)):
+    """What a homing cycle wants of the planner."""
+
+    NONE = 0
+    MOVE = 1  # a line of one axis
+    PLACE = 2  # the place of a switch
+
+
+HOMING = wiring.Signature({
+    "kind": Out(HomingRequest), "axis": Out(2), "distance": Out(SETTING_BITS),
+    "thousandths": Out(13), "back": Out(1), "from_switch": Out(1), "feed": Out(SETTING_BITS),
+    "steps": Out(SETTING_BITS)})
+"""A request of a homing cycle.
+
+``distance`` is in um, and is taken as often as ``thousandths`` says; ``back`` is the way to lower
+positions. A line goes with ``feed``, in um/min, and begins where the axis is, or with
+``from_switch`` is reckoned from the place that a PLACE gave. With that ``distance`` is from 0 to
+the switch, and ``steps`` are those per metre.
+"""
+
+
+class _Do(enum.Enum, shape=unsigned(5)):
     """What a row of a procedure does; a register is one of the formulas."""
 
     LOAD = 0  # operand -> register
@@ -42,9 +71,12 @@ class _Do(enum.Enum, shape=unsigned(4)):
     PLANE = 13  # that of the action -> register
     CLOCKWISE = 14
     RUN_INVERSE = 15  # a table, if the feed of the action is motions a minute
+    SETTING = 16  # setting -> register
+    RUN_SOFT = 17  # a table, if there are soft limits
+    GUARD = 18  # wait for a reset if the register is not 0 and there are soft limits
 
 
-class _Kept(enum.Enum, shape=unsigned(4)):
+class _Kept(enum.Enum, shape=unsigned(5)):
     """Registers for what is not in a word of its own."""
 
     LOG2_TICKS = 0
@@ -61,6 +93,10 @@ class _Kept(enum.Enum, shape=unsigned(4)):
     CLOCKWISE = 12
     CHANNELS = 13
     SHIFT = 14
+    SWITCH = 15
+    STEPS_X = 16
+    STEPS_Y = 17
+    STEPS_Z = 18
 
 
 class _Row(NamedTuple):
@@ -68,6 +104,9 @@ class _Row(NamedTuple):
     source: int = 0
     destination: int = 0
 
+
+_INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "speed_now", "spindle",
+           "distance", "thousandths", "back", "from_switch", "feed", "steps")
 
 ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1})
 
@@ -84,6 +123,13 @@ def _pair(name: str, word: int, *, high_first: bool) -> Iterable[_Row]:
 def _targets() -> Iterable[_Row]:
     for axis, name in enumerate("xyz"):
         yield _Row(_Do.LOAD, Operand.TARGET + axis, _register(f"to_{name}"))
+
+
+def _guarded_targets() -> Iterable[_Row]:
+    """Go no further if a target is out of the travel."""
+    yield from _targets()
+    yield _Row(_Do.RUN_SOFT, _TABLE["travel"])
+    yield _Row(_Do.GUARD, _register("beyond"))
 
 
 def _places() -> Iterable[_Row]:
@@ -125,7 +171,7 @@ def _block() -> Iterable[_Row]:
 
 
 def _line() -> Iterable[_Row]:
-    yield from _targets()
+    yield from _guarded_targets()
     yield _Row(_Do.FEED, Operand.FEED, _register("feed"))
     yield _Row(_Do.RUN_INVERSE, _TABLE["distance"])
     yield _Row(_Do.RUN_INVERSE, _TABLE["inverse"])
@@ -158,6 +204,7 @@ def _check(*, by_radius: bool) -> Iterable[_Row]:
 
 def _arc(*, by_radius: bool) -> Iterable[_Row]:
     """Queue an arc, and a line to its end if that is not on the circle."""
+    yield from _guarded_targets()
     yield from _check(by_radius=by_radius)
     yield _Row(_Do.FEED, Operand.FEED, _register("feed"))
     yield _Row(_Do.RUN, _TABLE["arc_path"])
@@ -186,6 +233,38 @@ def _event(extra: Operand, *, stops: bool) -> Iterable[_Row]:
         yield from _plan("nominal_before")
 
 
+def _configure() -> Iterable[_Row]:
+    """Take all settings of motion; steps per metre are thousandths of those per mm."""
+    for axis, name in enumerate("xyz"):
+        for first, register in ((100, "steps"), (110, "max_speed"), (120, "max_acceleration"),
+                                (130, "travel")):
+            yield _Row(_Do.SETTING, setting_index(first + axis), _register(f"{register}_{name}"))
+        yield _Row(_Do.KEEP, _register(f"steps_{name}"), _Kept.STEPS_X.value + axis)
+    yield _Row(_Do.SETTING, setting_index(11), _register("deviation"))
+    yield _Row(_Do.RUN, _TABLE["configure"])
+    yield _Row(_Do.KEEP, _register("verdict"), _Kept.VERDICT.value)
+
+
+def _offset(*names: str) -> Iterable[_Row]:
+    for name in ("distance", "thousandths", "back", *names):
+        yield _Row(_Do.INPUT, _INPUTS.index(name), _register(
+            {"thousandths": "a", "from_switch": "from_home"}.get(name, name)))
+    yield _Row(_Do.RUN, _TABLE["offset"])
+
+
+def _home(axis: str) -> Iterable[_Row]:
+    yield from _offset("from_switch", "feed")
+    yield _Row(_Do.RUN, _TABLE[f"offset_{axis}"])
+    yield from _rest_of_line()
+
+
+def _home_place() -> Iterable[_Row]:
+    yield from _offset()
+    yield _Row(_Do.INPUT, _INPUTS.index("steps"), _register("a"))
+    yield _Row(_Do.RUN, _TABLE["home"])
+    yield _Row(_Do.KEEP, _register("a"), _Kept.SWITCH.value)
+
+
 def _keep_um(first: _Kept) -> Iterable[_Row]:
     yield _Row(_Do.RUN, _TABLE["round"])
     for axis, name in enumerate("xyz"):
@@ -194,13 +273,13 @@ def _keep_um(first: _Kept) -> Iterable[_Row]:
 
 def _steps() -> Iterable[_Row]:
     for axis, name in enumerate("xyz"):
-        yield _Row(_Do.INPUT, axis, _register(f"steps_now_{name}"))
+        yield _Row(_Do.INPUT, axis, _register(f"steps_now_{name}"))  # the first of _INPUTS
 
 
 def _report() -> Iterable[_Row]:
     yield from _steps()
-    for number, name in enumerate(("speed_now", "spindle"), 3):
-        yield _Row(_Do.INPUT, number, _register(name))
+    for name in "speed_now", "spindle":
+        yield _Row(_Do.INPUT, _INPUTS.index(name), _register(name))
     yield _Row(_Do.RUN, _TABLE["report"])
     for name, kept in ("speed_now", _Kept.FEED), ("spindle", _Kept.SPINDLE):
         yield _Row(_Do.KEEP, _register(name), kept.value)
@@ -226,7 +305,7 @@ def _begin() -> Iterable[_Row]:
     yield from _zero_limit()
 
 
-class _Procedure(enum.Enum, shape=unsigned(4)):
+class _Procedure(enum.Enum, shape=unsigned(5)):
     BEGIN = 0
     REPORT = 1
     LINE = 2
@@ -239,6 +318,11 @@ class _Procedure(enum.Enum, shape=unsigned(4)):
     CHECK_RADIUS = 9
     ARC_BY_CENTRE = 10
     ARC_BY_RADIUS = 11
+    CONFIGURE = 12
+    HOME_X = 13
+    HOME_Y = 14
+    HOME_Z = 15
+    HOME_PLACE = 16
 
 
 _PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
@@ -254,6 +338,11 @@ _PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
     _Procedure.CHECK_RADIUS: (*_check(by_radius=True),),
     _Procedure.ARC_BY_CENTRE: (*_arc(by_radius=False),),
     _Procedure.ARC_BY_RADIUS: (*_arc(by_radius=True),),
+    _Procedure.CONFIGURE: (*_configure(),),
+    _Procedure.HOME_X: (*_home("x"),),
+    _Procedure.HOME_Y: (*_home("y"),),
+    _Procedure.HOME_Z: (*_home("z"),),
+    _Procedure.HOME_PLACE: (*_home_place(),),
 }
 
 _EVENTS = {
@@ -274,7 +363,12 @@ class GCodePlanner(wiring.Component):
 
     Between two actions, and before the first, it reports or begins when it is asked to: both
     compute where the axes are, by their steps; to begin makes that the start of the next motion, in
-    the formulas, in the queue and in the interpreter.
+    the formulas, in the queue and in the interpreter. It also takes the settings, and serves a
+    homing cycle.
+
+    With soft limits a motion that would leave the travel, which is from 0 down, is not made, but
+    ``beyond`` becomes 1, and nothing is done from then on but a reset. That the circle of an arc
+    stays within is not looked at.
 
     Its procedures are rows without jumps, four clocks each; tables of formulas take their own time.
 
@@ -282,6 +376,8 @@ class GCodePlanner(wiring.Component):
     ----------
     line : Line
         Settings of the machine.
+    most_rate : Fraction
+        Steps/s that the drivers can make.
     width : int
         Bits of an operand.
 
@@ -293,6 +389,21 @@ class GCodePlanner(wiring.Component):
         The operands of the action, a clock after their address.
     verdict : Out(6)
         Error of an arc, when its CHECK_ARC is taken.
+    configure, configured : In(1), Out(1)
+        Take the settings, until ``configured``, which is one clock; ``verdict`` is then 0, or 1 if
+        the drivers cannot make the highest speed of an axis. Only while nothing moves and no block
+        waits, and then it has to begin.
+    setting_address, setting : Out(5), In(27)
+        A setting, a clock after its address in the store.
+    steps_per_metre : Out(27) x 3
+        As the settings have them.
+    homing, homed : In(HOMING), Out(1)
+        Serve a homing cycle, until ``homed``, which is one clock: the block of a line is
+        committed, or ``switch`` is the place.
+    switch : Out(signed(36))
+        Steps from 0 to a switch.
+    soft, beyond : In(1), Out(1)
+        Soft limits; a motion would have left the travel.
     words : Out(stream.Signature)
         Words of blocks, for a queue of blocks of 16 words of 36 bits.
     room : In(1)
@@ -316,15 +427,22 @@ class GCodePlanner(wiring.Component):
     Raises
     ------
     ValueError
-        If ``width`` is out of range.
+        If a parameter is out of range.
     """
 
-    def __init__(self, *, line: Line | None = None, width: int = 44) -> None:
+    def __init__(self, *, line: Line | None = None, most_rate: Fraction = Fraction(10**6),
+                 width: int = 44) -> None:
         self.line = line or Line()
+        self.most_rate = most_rate
         self.width = in_range("width", width, WIDTH, 64)
         super().__init__({
             "actions": In(stream.Signature(GCodeAction)),
             "operand_address": Out(6), "operand": In(signed(self.width)), "verdict": Out(6),
+            "configure": In(1), "configured": Out(1),
+            "setting_address": Out(5), "setting": In(SETTING_BITS),
+            "steps_per_metre": Out(SETTING_BITS).array(3),
+            "homing": In(HOMING), "homed": Out(1), "switch": Out(signed(WIDTH)),
+            "soft": In(1), "beyond": Out(1),
             "words": Out(stream.Signature(data.StructLayout({
                 "address": range(BLOCK_WORDS + 4), "data": WIDTH, "last": 1}))),
             "room": In(1), "steps": In(signed(WIDTH)).array(3), "speed": In(31),
@@ -341,7 +459,8 @@ class GCodePlanner(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.formulas = formulas = arc_formulas(self.line)
+        m.submodules.formulas = formulas = gcode_formulas(
+            self.line, most_rate=self.most_rate)
         rows, firsts = _rows()
         m.submodules.rows = rom = memory.Memory(shape=ROW, depth=len(rows), init=rows)
         following = rom.read_port()
@@ -360,11 +479,14 @@ class GCodePlanner(wiring.Component):
         kept = {_Kept.LOG2_TICKS: header.log2_ticks, _Kept.FEED: self.feed,
                 _Kept.SPINDLE: self.spindle, _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
-                _Kept.SHIFT: header.shift,
+                _Kept.SHIFT: header.shift, _Kept.SWITCH: self.switch,
+                **{_Kept(_Kept.STEPS_X.value + axis): self.steps_per_metre[axis]
+                   for axis in range(3)},
                 **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},
                 **{_Kept(_Kept.ORIGIN_X.value + axis): self.origin_um[axis]
                    for axis in range(3)}}
-        inputs = Array([*self.steps, self.speed, self.spindle_speed])
+        inputs = Array([*self.steps, self.speed, self.spindle_speed,
+                        *(getattr(self.homing, name) for name in _INPUTS[5:])])
         from_operand = Cat(row.do == do for do in (
             _Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)).any()
         place_u, place_v = (Mux(modes.plane == 0, first, Mux(modes.plane == 1, second, third))
@@ -390,7 +512,11 @@ class GCodePlanner(wiring.Component):
         ends = Signal()  # the procedure is through
         m.d.comb += [
             self.actions.ready.eq(ends & (procedure != _Procedure.BEGIN)
-                                  & (procedure != _Procedure.REPORT)),
+                                  & (procedure != _Procedure.REPORT)
+                                  & (procedure.as_value() < _Procedure.CONFIGURE.value)),
+            self.configured.eq(ends & (procedure == _Procedure.CONFIGURE)),
+            self.homed.eq(ends & (procedure.as_value() > _Procedure.CONFIGURE.value)),
+            self.setting_address.eq(row.source),
             self.reported.eq(ends & (procedure == _Procedure.REPORT)),
             self.begun.eq(ends & (procedure == _Procedure.BEGIN)),
             self.origin_changed.eq(ends & ((procedure == _Procedure.BEGIN)
@@ -410,10 +536,20 @@ class GCodePlanner(wiring.Component):
                     header.outputs.mist.eq(modes.mist), header.outputs.flood.eq(modes.flood),
                     rapid.eq(self.actions.p.kind == GCodeActionKind.RAPID),
                 ]
-                with m.If(self.begin):
+                with m.If(self.configure):
+                    begin(_Procedure.CONFIGURE)
+                with m.Elif(self.begin):
                     begin(_Procedure.BEGIN, BlockKind.PLACE)
                 with m.Elif(self.report):
                     begin(_Procedure.REPORT)
+                with m.Elif(self.homing.kind == HomingRequest.PLACE):
+                    begin(_Procedure.HOME_PLACE)
+                with m.Elif(self.homing.kind == HomingRequest.MOVE):
+                    m.d.sync += rapid.eq(0)
+                    begin(_Procedure.HOME_X)
+                    for axis, which in (1, _Procedure.HOME_Y), (2, _Procedure.HOME_Z):
+                        with m.If(self.homing.axis == axis):
+                            begin(which)
                 with m.Elif(self.actions.valid & self.room):
                     with m.Switch(self.actions.p.kind):
                         with m.Case(GCodeActionKind.RAPID, GCodeActionKind.LINE):
@@ -443,9 +579,11 @@ class GCodePlanner(wiring.Component):
                 m.next = "ADDRESS"
             with m.State("ADDRESS"):
                 m.next = "READ"
-                with m.If((row.do == _Do.RUN) | (row.do == _Do.RUN_INVERSE)):
+                with m.If(Cat(row.do == do for do in (
+                        _Do.RUN, _Do.RUN_INVERSE, _Do.RUN_SOFT)).any()):
                     finish()
-                    with m.If((row.do == _Do.RUN) | inverse):
+                    with m.If(Mux(row.do == _Do.RUN_INVERSE, inverse,
+                                  (row.do == _Do.RUN) | self.soft)):
                         m.d.comb += formulas.start.eq(1)
                         m.next = "COMPUTE"
             with m.State("READ"):
@@ -455,7 +593,9 @@ class GCodePlanner(wiring.Component):
                 with m.If(~from_operand):
                     with m.Switch(row.do):
                         with m.Case(_Do.INPUT):
-                            m.d.sync += value.eq(inputs[row.source[:3]])
+                            m.d.sync += value.eq(inputs[row.source[:4]])
+                        with m.Case(_Do.SETTING):
+                            m.d.sync += value.eq(self.setting)
                         with m.Case(_Do.CONSTANT):
                             m.d.sync += value.eq(row.source)
                         with m.Case(_Do.HEADER):
@@ -472,7 +612,7 @@ class GCodePlanner(wiring.Component):
             with m.State("ACT"):
                 with m.Switch(row.do):
                     with m.Case(_Do.LOAD, _Do.FEED, _Do.INPUT, _Do.CONSTANT, _Do.CENTRE_U,
-                                _Do.CENTRE_V, _Do.PLANE, _Do.CLOCKWISE):
+                                _Do.CENTRE_V, _Do.PLANE, _Do.CLOCKWISE, _Do.SETTING):
                         m.d.comb += [formulas.write.eq(1), into_register.eq(1)]
                         finish()
                     with m.Case(_Do.STORE, _Do.PUT, _Do.HEADER):
@@ -490,6 +630,10 @@ class GCodePlanner(wiring.Component):
                         finish()
                         with m.If(value == 0):
                             m.next = "END"
+                    with m.Case(_Do.GUARD):
+                        finish()
+                        with m.If((value != 0) & self.soft):
+                            m.next = "BEYOND"
                     with m.Default():  # POSITION
                         m.d.comb += self.positions.valid.eq(1)
                         with m.If(self.positions.ready):
@@ -504,6 +648,8 @@ class GCodePlanner(wiring.Component):
                 with m.If(committed):
                     m.d.sync += outputs_last.eq(outputs)
                 m.next = "IDLE"
+            with m.State("BEYOND"):
+                m.d.comb += self.beyond.eq(1)
             with m.State("FAULT"):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | formulas.fault)

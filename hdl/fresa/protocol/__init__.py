@@ -12,6 +12,14 @@ from .gcode_line import GCodeLine
 from .gcode_modes import GCodeLineState, GCodeModes, GCodeMotion
 from .gcode_reader import GCodeKind, GCodeReader, GCodeStatus, gcode_layout
 from .gcode_reporter import GCodeMessage, GCodeReporter, GCodeState
+from .gcode_settings import (
+    SETTING_BITS,
+    SETTINGS,
+    GCodeFlags,
+    GCodeSettingsStore,
+    setting_index,
+    setting_values,
+)
 from .hex_reader import CHECK_DIGITS, HexReader
 from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
@@ -25,12 +33,13 @@ from .unit_converter import UnitConverter
 from .words import WordReader
 
 __all__ = [
-    "BAUD", "CHECK_DIGITS", "CoordinateSum", "DecimalReader", "DecimalWriter", "FixedPoint",
-    "FrameInterpreter", "GCodeAction", "GCodeActionKind", "GCodeCoordinates", "GCodeGate",
-    "GCodeInterpreter", "GCodeKind", "GCodeLine", "GCodeLineState", "GCodeMessage", "GCodeModes",
-    "GCodeMotion", "GCodeReader", "GCodeReporter", "GCodeState", "GCodeStatus", "HexReader",
-    "HexWriter", "LineBuffer", "LineEnd", "LineItem", "LineReader", "NumberError", "Operand",
-    "RealtimeCode", "RealtimeFilter", "Received", "Reporter", "TextSource", "UARTReceiver",
-    "UARTTransmitter", "UnitConverter", "WordReader", "bit_period", "fixed_point_layout",
-    "gcode_layout",
+    "BAUD", "CHECK_DIGITS", "SETTINGS", "SETTING_BITS", "CoordinateSum", "DecimalReader",
+    "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction", "GCodeActionKind",
+    "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine",
+    "GCodeLineState", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
+    "GCodeSettingsStore", "GCodeState", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer",
+    "LineEnd", "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
+    "Received", "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "UnitConverter",
+    "WordReader", "bit_period", "fixed_point_layout", "gcode_layout", "setting_index",
+    "setting_values",
 ]

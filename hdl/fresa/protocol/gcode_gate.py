@@ -1,24 +1,49 @@
-"""Lines that a G-code machine does not pass on to its interpreter."""
+"""Lines for the system: those of a G-code machine that do not reach its interpreter."""
 
-from amaranth import Module, Mux, Signal
-from amaranth.lib import stream, wiring
+from amaranth import Cat, Module, Mux, Signal
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
+from ..fsm import leave_unused_codes
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
+from .gcode_settings import SETTING_BITS, SETTINGS, setting_index
 
 __all__ = ["GCodeGate"]
+
+NEEDS_HOMING = setting_index(20)
+HOMING = setting_index(22)
+THOUSANDTH = 1000
+"""Units of a value in a thousandth: values have six decimals."""
+
+SETTING_LINE = data.StructLayout({"number": 8, "decimal": 1, "value": SETTING_BITS})
 
 
 class GCodeGate(wiring.Component):
     """Carries out system lines, refuses lines while the machine is locked, and passes the others.
 
     A line that is not passed is passed as an empty one whose end has its error as status, so that
-    lines are answered by one part, in their order. An error of the reader comes first. Of system
-    lines there are ``$X``, which unlocks, and ``$H``, which is refused as homing is not enabled.
+    lines are answered by one part, in their order. An error of the reader comes first. System lines
+    are
 
-    A line is judged by whether the machine is locked when its end comes; its words are passed on
-    before, and only the end makes them a line. So nothing of it is done either way. An empty line
-    is never refused.
+    =========  =================================  ===============================================
+    line       does                               is refused
+    =========  =================================  ===============================================
+    $X         unlocks
+    $H         carries out a homing cycle         with 5 if $22 is 0, 8 unless at rest
+    $$         lists all settings                 with 8 unless at rest
+    $n=value   changes a setting                  with 8 unless at rest; see below
+    =========  =================================  ===============================================
+
+    and any other is refused with 3. Settings are refused, and stay as they were: with 3 if there is
+    none of that number, 4 if the value is too low, 38 if it is too high, or not whole where it has
+    to be, 10 for soft limits without homing, and 12 if the drivers could not make the highest
+    speed. A value is rounded to thousandths. Without homing, $22=0, there are no soft limits.
+
+    A line of G-code is judged by whether the machine is locked when its end comes; its words are
+    passed on before, and only the end makes them a line. So nothing of it is done either way. An
+    empty line is never refused. A system line is judged when all lines before it are answered, and
+    it is done before its end is passed.
 
     Parameters
     ----------
@@ -29,51 +54,246 @@ class GCodeGate(wiring.Component):
     -------
     words, passed : In(stream.Signature), Out(stream.Signature)
         Items of lines, see :func:`gcode_layout`.
+    answered : In(1)
+        A line that was passed is answered, for one clock.
     locked : In(1)
         Refuse lines of G-code.
+    resting : In(1)
+        Nothing moves, or will by lines that are answered, and it is in IDLE or ALARM.
+    settling : In(1)
+        What was done before is not complete: `resting` says nothing yet.
     unlock : Out(1)
         ``$X``. For one clock, in which its end is passed.
+    home, homed : Out(1), In(1)
+        Begin a homing cycle, one clock; it is through, one clock.
+    address, value, number, decimal, least, most : Out(5), In(27), In(8), In(1), In(1), In(27)
+        The store of settings, for reading, see :class:`GCodeSettingsStore`.
+    write_address, data, trial, write : Out(5), Out(27), Out(1), Out(1)
+        For writing.
+    configure, configured, refused : Out(1), In(1), In(1)
+        Take all settings, until ``configured``, in which clock they are ``refused`` or not.
+    listed : Out(stream.Signature)
+        Settings, each until its line is sent.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``width`` is out of range.
     """
 
     def __init__(self, *, width: int = 44) -> None:
+        self.width = in_range("width", width, 8, 64)
+        index = range(len(SETTINGS))
         super().__init__({
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
-            "locked": In(1), "unlock": Out(1),
+            "answered": In(1), "locked": In(1), "resting": In(1), "settling": In(1),
+            "unlock": Out(1), "home": Out(1), "homed": In(1),
+            "address": Out(index), "value": In(SETTING_BITS), "number": In(8), "decimal": In(1),
+            "least": In(1), "most": In(SETTING_BITS),
+            "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
+            "write": Out(1), "configure": Out(1), "configured": In(1), "refused": In(1),
+            "listed": Out(stream.Signature(SETTING_LINE)), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
         m = Module()
         item, passed = self.words.p, self.passed.p
-        ends = Signal()
-        count = Signal(2)  # characters of a system line so far; 3 are too many
-        letter = Signal(8)  # the second
-        named = Signal()
+        ends, taken = Signal(), Signal()
+        line = self._line(m, ends, taken)
         filled = Signal()  # the line has a word
+        open_ = Signal()  # a line is not answered
+        status = Signal(GCodeStatus)  # of a system line
+        done = Signal()  # it has its status
+        waits = Signal()  # for that
         swallowed = Signal()
         m.d.comb += [
             ends.eq(item.kind == GCodeKind.END),
-            named.eq(count == 2),
             swallowed.eq(item.system & ~ends),
+            waits.eq(item.system & ends & (item.status == GCodeStatus.GOOD) & ~done),
+            taken.eq(self.words.valid & self.words.ready),
             passed.eq(item),
-            self.passed.valid.eq(self.words.valid & ~swallowed),
-            self.words.ready.eq(self.passed.ready | swallowed),
-            self.unlock.eq(self.words.valid & self.passed.ready & ends & item.system & named
-                           & (letter == ord("X")) & (item.status == GCodeStatus.GOOD)),
+            self.passed.valid.eq(self.words.valid & ~swallowed & ~waits),
+            self.words.ready.eq((self.passed.ready | swallowed) & ~waits),
+            self.unlock.eq(taken & ends & done & line.unlocks),
         ]
         with m.If(ends & (item.status == GCodeStatus.GOOD)):
             with m.If(item.system):
-                m.d.comb += passed.status.eq(GCodeStatus.UNSUPPORTED)
-                with m.If(named & (letter == ord("H"))):
-                    m.d.comb += passed.status.eq(GCodeStatus.NO_HOMING)
-                with m.If(named & (letter == ord("X"))):
-                    m.d.comb += passed.status.eq(GCodeStatus.GOOD)
+                m.d.comb += passed.status.eq(status)
             with m.Elif(self.locked & filled):
                 m.d.comb += passed.status.eq(GCodeStatus.LOCKED)
-        with m.If(self.words.valid & self.words.ready):
+        with m.If(self.answered):
+            m.d.sync += open_.eq(0)
+        with m.If(taken):
             m.d.sync += filled.eq(~ends)
             with m.If(ends):
-                m.d.sync += count.eq(0)
-            with m.Elif(item.system & (item.kind == GCodeKind.CHARACTER)):
-                m.d.sync += [letter.eq(item.character), count.eq(Mux(count == 3, 3, count + 1))]
+                m.d.sync += [done.eq(0), open_.eq(1)]
+
+        index = Signal(range(len(SETTINGS) + 1))
+        value = Signal(self.width - 1)  # then its quotient, which comes from below
+        remainder = Signal(range(2 * THOUSANDTH))
+        count = Signal(range(self.width))
+        changed = Signal(SETTING_BITS)
+        left = Signal(range(2 * THOUSANDTH))
+        fits = Signal()
+        m.d.comb += [
+            self.address.eq(index), self.write_address.eq(index), self.data.eq(changed),
+            self.listed.p.number.eq(self.number), self.listed.p.decimal.eq(self.decimal),
+            self.listed.p.value.eq(self.value),
+            left.eq(Cat(value[-1], remainder)), fits.eq(left >= THOUSANDTH),
+        ]
+
+        def answer(code: GCodeStatus) -> None:
+            m.d.sync += [status.eq(code), done.eq(1)]
+            m.next = "PASS"
+
+        with m.FSM(name="gate_state") as fsm:
+            with m.State("PASS"):
+                m.d.sync += index.eq(0)
+                with m.If(self.words.valid & waits & ~open_ & ~self.settling):
+                    with m.If(line.unlocks):
+                        answer(GCodeStatus.GOOD)
+                    with m.Elif(~(line.homes | line.lists | line.sets)):
+                        answer(GCodeStatus.UNSUPPORTED)
+                    with m.Elif(~self.resting):
+                        answer(GCodeStatus.NOT_IDLE)
+                    with m.Elif(line.homes):
+                        m.next = "ASK"
+                    with m.Else():
+                        m.next = "READ"
+
+            # A homing cycle, if it is allowed: $22 is read.
+            with m.State("ASK"):
+                m.d.comb += self.address.eq(HOMING)
+                m.next = "HOME"
+            with m.State("HOME"):
+                with m.If(self.value == 0):
+                    answer(GCodeStatus.NO_HOMING)
+                with m.Else():
+                    m.d.comb += self.home.eq(1)
+                    m.next = "HOMING"
+            with m.State("HOMING"):
+                with m.If(self.homed):
+                    answer(GCodeStatus.GOOD)
+
+            # Settings, one after the other: to be listed, or for the one of that number.
+            with m.State("READ"):
+                m.next = "FOUND"
+                with m.If(line.lists):
+                    m.next = "LIST"
+                with m.If(index == len(SETTINGS)):
+                    answer(Mux(line.lists, GCodeStatus.GOOD, GCodeStatus.UNSUPPORTED))
+            with m.State("LIST"):
+                m.d.comb += self.listed.valid.eq(1)
+                with m.If(self.listed.ready):
+                    m.d.sync += index.eq(index + 1)
+                    m.next = "READ"
+            with m.State("FOUND"):
+                m.d.sync += [
+                    value.eq(Mux(self.decimal, line.value, line.whole)), remainder.eq(0),
+                    count.eq(self.width - 2),
+                ]
+                with m.If(line.number != self.number):
+                    m.d.sync += index.eq(index + 1)
+                    m.next = "READ"
+                with m.Elif(line.negative):
+                    answer(GCodeStatus.NEGATIVE)
+                with m.Elif(line.overflow | ~(self.decimal | line.integer)):
+                    answer(GCodeStatus.TOO_LARGE)
+                with m.Elif(self.decimal):
+                    m.next = "DIVIDE"
+                with m.Else():
+                    m.next = "CHECK"
+            with m.State("DIVIDE"):
+                m.d.sync += [value.eq(Cat(fits, value)), count.eq(count - 1),
+                             remainder.eq(Mux(fits, left - THOUSANDTH, left))]
+                with m.If(count == 0):
+                    m.next = "ROUND"
+            with m.State("ROUND"):
+                m.d.sync += value.eq(value + (remainder >= THOUSANDTH // 2))
+                m.next = "CHECK"
+            with m.State("CHECK"):
+                m.d.sync += changed.eq(value)
+                m.next = "NEEDS"
+                with m.If(value > self.most):
+                    answer(GCodeStatus.TOO_LARGE)
+                with m.Elif(value < self.least):
+                    answer(GCodeStatus.NEGATIVE)
+
+            # Soft limits need homing; then all is computed as if it were so.
+            with m.State("NEEDS"):
+                m.d.comb += self.address.eq(HOMING)
+                m.next = "HAS"
+            with m.State("HAS"):
+                m.next = "CONFIGURE"
+                with m.If((index == NEEDS_HOMING) & (changed != 0) & (self.value == 0)):
+                    answer(GCodeStatus.NEEDS_HOMING)
+            with m.State("CONFIGURE"):
+                m.d.comb += [self.trial.eq(1), self.configure.eq(1)]
+                with m.If(self.configured):
+                    m.next = "WRITE"
+                    with m.If(self.refused):
+                        m.next = "RESTORE"
+            with m.State("WRITE"):
+                m.d.comb += self.write.eq(1)
+                with m.If((index == HOMING) & (changed == 0)):
+                    m.d.sync += index.eq(NEEDS_HOMING)
+                with m.Else():
+                    answer(GCodeStatus.GOOD)
+            with m.State("RESTORE"):
+                m.d.comb += self.configure.eq(1)
+                with m.If(self.configured):
+                    answer(GCodeStatus.TOO_FAST)
+
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
+
+    def _line(self, m: Module, ends: Signal, taken: Signal) -> data.View:
+        """Read a system line: what it is, its number and its value."""
+        item = self.words.p
+        number = item.number
+        line = Signal(data.StructLayout({
+            "unlocks": 1, "homes": 1, "lists": 1, "sets": 1, "number": 8, "value": self.width - 1,
+            "whole": SETTING_BITS, "negative": 1, "overflow": 1, "integer": 1}))
+        # How far it is: nothing, $, a letter behind it, digits, =, a number; or something else
+        place = Signal(3)
+        character = item.character
+        digit = (character >= ord("0")) & (character <= ord("9"))
+        numeric = digit | Cat(character == ord(each) for each in "+-.").any()
+        with m.If(taken & item.system):
+            with m.If(ends):
+                m.d.sync += [line.eq(0), place.eq(0)]
+            with m.Elif(item.kind == GCodeKind.CHARACTER):
+                m.d.sync += [place.eq(6), line.unlocks.eq(0), line.homes.eq(0), line.lists.eq(0),
+                             line.sets.eq(0)]
+                with m.Switch(place):
+                    with m.Case(0):
+                        m.d.sync += place.eq(1)
+                    with m.Case(1):
+                        m.d.sync += [
+                            place.eq(Mux(digit, 3, 2)), line.unlocks.eq(character == ord("X")),
+                            line.homes.eq(character == ord("H")),
+                            line.lists.eq(character == ord("$")),
+                        ]
+                    with m.Case(3):
+                        with m.If(digit):
+                            m.d.sync += place.eq(3)
+                        with m.If(character == ord("=")):
+                            m.d.sync += place.eq(4)
+                    with m.Case(4, 5):
+                        with m.If(numeric):
+                            m.d.sync += place.eq(5)
+            with m.Elif(place == 3):  # the number has ended
+                m.d.sync += line.number.eq(Mux(number.whole[8:].any(), 0, number.whole))
+            with m.Elif(place == 5):
+                m.d.sync += [
+                    line.sets.eq(1), line.value.eq(number.value), line.whole.eq(number.whole),
+                    line.negative.eq(number.value[-1] & ~number.overflow),
+                    line.overflow.eq(number.overflow | number.whole.all()),
+                    line.integer.eq(number.integer),
+                ]
+        return line

@@ -24,16 +24,24 @@ class GCodeKind(enum.Enum, shape=unsigned(2)):
     END = 2  # of a line
 
 
-class GCodeStatus(enum.Enum, shape=unsigned(4)):
-    """Status of a line, given at its end: the error with which it is answered, or 0."""
+class GCodeStatus(enum.Enum, shape=unsigned(6)):
+    """Status of a line, given at its end: the error with which it is answered, or 0.
+
+    Those between NO_NUMBER and DAMAGED, and the last, are of `GCodeGate`.
+    """
 
     GOOD = 0
     NO_LETTER = 1  # another character stands where a letter must
     NO_NUMBER = 2  # no number follows a letter
-    UNSUPPORTED = 3  # a system command that is not known; this and the next two are of `GCodeGate`
+    UNSUPPORTED = 3  # a system command, or a setting, that is not known
+    NEGATIVE = 4  # a setting that is too low
     NO_HOMING = 5  # homing is not enabled
+    NOT_IDLE = 8  # a system command that has to wait until nothing moves
     LOCKED = 9  # G-code during an alarm
+    NEEDS_HOMING = 10  # soft limits without homing
     DAMAGED = 11  # bytes were lost or damaged; GRBL's error of a line that is too long
+    TOO_FAST = 12  # the drivers cannot make the highest speed
+    TOO_LARGE = 38  # a setting that is too high
 
 
 def gcode_layout(width: int) -> data.StructLayout:

@@ -1,12 +1,13 @@
 """Lines of a G-code machine to its host: answers, alarms, messages, status reports."""
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed
-from amaranth.lib import enum, stream, wiring
+from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
+from .gcode_settings import SETTING_BITS
 from .text import TextSource
 
 __all__ = ["GCodeMessage", "GCodeReporter", "GCodeState"]
@@ -54,8 +55,8 @@ NOTICES = {
 
 # In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set; and 11xxxxxx for a
 # letter, without the highest bit, that is sent if the next of the pins is on.
-CODE, BLOCKS, BYTES, FEED, SPEED = range(0x80, 0x85)
-POSITION, ORIGIN = (0x88, 0x89, 0x8A), (0x8C, 0x8D, 0x8E)
+CODE, BLOCKS, BYTES, FEED, SPEED, WHOLE = range(0x80, 0x86)
+POSITION, DECIMAL, ORIGIN = (0x88, 0x89, 0x8A), 0x8B, (0x8C, 0x8D, 0x8E)
 
 FIELDS = (
     b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
@@ -67,8 +68,8 @@ FIELDS = (
 """Of a report, after its state; those between the first and the last are intermittent."""
 
 ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_END = range(len(FIELDS))
-OK, ERROR, ALARM = range(len(FIELDS), len(FIELDS) + 3)
-MESSAGES = ALARM + 1  # number of the first
+OK, ERROR, ALARM, WHOLE_SETTING, DECIMAL_SETTING = range(len(FIELDS), len(FIELDS) + 5)
+MESSAGES = DECIMAL_SETTING + 1  # number of the first
 STATES = MESSAGES + len(GCodeMessage)
 
 REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
@@ -82,8 +83,8 @@ class GCodeReporter(wiring.Component):
     """Sends the lines of a G-code machine, one after the other, each ended by CR and LF.
 
     A line that has begun is sent to its end. Then, of what waits, comes first an alarm, then a
-    message, a report, an answer; but an answer that waits comes before a second report. So no
-    rate of requests keeps answers back.
+    message, a report, an answer or a setting; but an answer or setting that waits comes before a
+    second report. So no rate of requests keeps them back.
 
     A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, with further fields before
     its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
@@ -123,6 +124,9 @@ class GCodeReporter(wiring.Component):
         Numbers of alarms.
     messages : In(stream.Signature(GCodeMessage))
         Messages.
+    settings : In(stream.Signature)
+        Settings, each taken when its line, ``$number=value``, is sent: a number, a value, and
+        whether that has decimals.
     request : In(1)
         Send a report. A request in the clock in which one begins is for the next.
     reporting : Out(1)
@@ -161,11 +165,14 @@ class GCodeReporter(wiring.Component):
             raise ValueError(f"dialect must be {' or '.join(GREETINGS)}, not {dialect!r}")
         in_range("position_bits", position_bits, 12, 32)
         self.texts = TextSource(_texts(GREETINGS[dialect]))
-        self._writer = DecimalWriter(width=position_bits, is_signed=True, decimals=3)
+        self._writer = DecimalWriter(width=max(position_bits, SETTING_BITS + 1), is_signed=True,
+                                     decimals=3)
         super().__init__({
             "answers": In(stream.Signature(8)),
             "alarms": In(stream.Signature(4)),
             "messages": In(stream.Signature(GCodeMessage)),
+            "settings": In(stream.Signature(data.StructLayout({
+                "number": 8, "decimal": 1, "value": SETTING_BITS}))),
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2),
             **{f"{name}_{axis}": In(signed(position_bits))
@@ -189,6 +196,7 @@ class GCodeReporter(wiring.Component):
         fields = Signal(len(FIELDS))  # of the report, still to be sent
         waiting = Signal()  # a report
         answer_first = Signal()
+        is_setting = Signal()
         samples = Signal()
         has_origin, has_overrides = self._intermittent(m, samples)
         with m.If(self.request):
@@ -227,7 +235,8 @@ class GCodeReporter(wiring.Component):
                     m.d.comb += self.messages.ready.eq(1)
                     m.d.sync += text.eq(MESSAGES + self.messages.payload.as_value())
                     m.next = "ASK"
-                with m.Elif(waiting & ~(answer_first & self.answers.valid)):
+                with m.Elif(waiting & ~(answer_first
+                                        & (self.answers.valid | self.settings.valid))):
                     m.d.sync += [waiting.eq(self.request), answer_first.eq(1)]
                     m.next = "SAMPLE"
                 with m.Elif(self.answers.valid):
@@ -236,6 +245,12 @@ class GCodeReporter(wiring.Component):
                         text.eq(Mux(self.answers.payload == 0, OK, ERROR)),
                         code.eq(self.answers.payload),
                         answer_first.eq(0),
+                    ]
+                    m.next = "ASK"
+                with m.Elif(self.settings.valid):
+                    m.d.sync += [
+                        text.eq(Mux(self.settings.p.decimal, DECIMAL_SETTING, WHOLE_SETTING)),
+                        code.eq(self.settings.p.number), is_setting.eq(1), answer_first.eq(0),
                     ]
                     m.next = "ASK"
 
@@ -264,7 +279,8 @@ class GCodeReporter(wiring.Component):
                     with m.If(done & is_pin):
                         m.d.sync += pins.eq(pins >> 1)
                 with m.Elif(texts.numbers.ready & writer.numbers.ready):
-                    m.d.sync += fields.eq(fields & (fields - 1))
+                    m.d.comb += self.settings.ready.eq(is_setting)
+                    m.d.sync += [fields.eq(fields & (fields - 1)), is_setting.eq(0)]
                     m.next = "REST"
                     for number in reversed(range(len(FIELDS))):
                         with m.If(fields[number]):
@@ -305,7 +321,7 @@ class GCodeReporter(wiring.Component):
         """Return the number for which an item stands."""
         number = Signal(self._writer.shape)
         values = {CODE: code, BLOCKS: self.free_blocks, BYTES: self.free_bytes, FEED: self.feed,
-                  SPEED: self.speed}
+                  SPEED: self.speed, WHOLE: self.settings.p.value, DECIMAL: self.settings.p.value}
         for name, marks in (("position", POSITION), ("origin", ORIGIN)):
             values |= {mark: getattr(self, f"{name}_{axis}")
                        for mark, axis in zip(marks, "xyz", strict=True)}
@@ -324,5 +340,6 @@ def _texts(greeting: bytes) -> list[bytes]:
     for state in (GCodeState.HOLD, GCodeState.DOOR):
         states[state] += b":%c" % CODE
     return [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE,
+            b"$%c=%c\r\n" % (CODE, WHOLE), b"$%c=%c\r\n" % (CODE, DECIMAL),
             *(messages[message] + b"\r\n" for message in GCodeMessage),
             *(states[state] for state in GCodeState)]

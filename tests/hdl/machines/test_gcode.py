@@ -264,3 +264,107 @@ def test_every_line_of_rubbish_is_answered_once(session, seed):
         answers = session.send(line + "\n")
         assert len(answers) == 1, (line, answers)
         assert re.fullmatch(r"ok|error:\d+", answers[0])
+
+
+class Switches(Session):
+    """A session with limit switches at places of the axes, in mm from power-up."""
+
+    def __init__(self, engine: Engine, places: tuple[float, float, float]) -> None:
+        self.places = [round(at * float(steps)) for at, steps in zip(
+            places, SETTINGS.steps_per_mm, strict=True)]
+        super().__init__(engine)
+
+    def run(self, clocks: int) -> None:
+        """Let time pass, and the axes meet their switches."""
+        end = self.engine.clock + clocks
+        while self.engine.clock < end:
+            super().run(min(2500, end - self.engine.clock))
+            self.engine.set(limits=sum(
+                (at >= place if place > 0 else at <= place) << axis
+                for axis, (at, place) in enumerate(zip(self.position, self.places, strict=True))))
+
+
+HOMED = ["$22=1", "$23=2", "$24=1500", "$25=3000", "$27=0.4", "$130=20", "$131=15", "$132=5"]
+
+
+def test_homing_finds_the_place_and_soft_limits_keep_to_it(design):
+    with CXXRTLEngine(design) as engine:
+        session = Switches(engine, (3, -4, 1))
+        session.send("G0X1\n")
+        for line in HOMED:
+            assert session.send(line + "\n") == ["ok"]
+        assert session.send("$H\n", wait=False) == []
+        while not (answers := session.send("", wait=False)):
+            assert session.engine.clock < 40_000_000
+        assert answers == ["ok"]
+        assert session.state() == ("Idle", [-0.4, -14.6, -0.4])
+        # The switches are where they are said to be, but for what they were late.
+        for axis, (home, place) in enumerate(zip((0, -15, 0), session.places, strict=True)):
+            per_mm = float(SETTINGS.steps_per_mm[axis])
+            off = session.position[axis] - place - [-0.4, 0.4, -0.4][axis] * per_mm
+            assert abs(off) <= 0.05 * per_mm + 1, home
+        session.position = [-32, -584, -100]  # from now on counted as the machine does
+        session.places = [10**6] * 3
+        assert session.send("$20=1\nG53G0X-20Y-15\n") == ["ok", "ok"]
+        assert session.position[:2] == [-1600, -600]
+        assert session.send("G53G0X-20.001\nG53G0X-1\n") == ["ALARM:2", "error:9"]
+        assert session.state()[0] == "Alarm"
+        assert session.send("G0X-1\n$X\n$20=0\nG53G0X-20.1\n") == ["error:9", "ok", "ok", "ok"]
+        assert session.position[0] == -1608
+        assert not engine.get("fault")
+
+
+def test_homing_that_finds_no_switch_is_an_alarm(design):
+    with CXXRTLEngine(design) as engine:
+        session = Session(engine)
+        session.send("$22=1\n$132=1\n$25=6000\n")
+        session.send("$H\n")
+        assert session.at(0, 0, 1.5)
+        assert session.state()[0] == "Alarm"
+        assert session.send("G0X1\n$X\nG0X1\n") == ["error:9", "ok", "ok"]
+
+
+def test_settings_are_listed_changed_and_kept(session):
+    def settings() -> list[str]:
+        session.send("$$\n", read=False)
+        session.run(80_000)
+        return session.read()
+
+    listed = settings()
+    assert listed[-1] == "ok"
+    numbers = {line.partition("=")[0]: line.partition("=")[2] for line in listed[:-1]}
+    assert (numbers["$100"], numbers["$101"], numbers["$22"]) == ("80.000", "40.000", "0")
+    assert session.send("$100=160\n$110=99999999\n$110=90000\n$101=0\n$7=1\n$100=100000\n") == [
+        "ok", "error:38", "ok", "error:4", "error:3", "error:12"]
+    session.path.clear()
+    assert session.send("G0X2\n") == ["ok"]
+    assert session.position == [320, 0, 0]
+    assert session.state() == ("Idle", [2, 0, 0])
+    assert session.send("\x18") == [GREETING]
+    assert settings() == [
+        {"$100=80.000": "$100=160.000", "$110=6000.000": "$110=90000.000"}.get(line, line)
+        for line in listed]
+    assert session.send("$100=80\n") == ["ok"]
+    assert session.state()[1] == [4, 0, 0]  # the motors are where they were
+
+
+def test_directions_and_switches_may_be_inverted(session):
+    assert session.send("$3=1\nG0X1Y1\n") == ["ok", "ok"]
+    assert session.position == [-80, 40, 0]
+    session.engine.set(limits=0b111)
+    session.run(12_000)
+    assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
+    assert session.send("\x18$5=1\n$X\nG0X0\n") == [
+        GREETING, "[MSG:'$H'|'$X' to unlock]", "ok", "ok", "ok"]
+    assert session.position == [0, 40, 0]
+    session.engine.set(limits=0b011)  # Z is on now
+    session.run(12_000)
+    assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
+    session.engine.set(limits=0b111)
+    assert session.send("\x18$21=0\n$5=0\n$X\nG0X1\n")[2:] == ["ok", "ok", "ok", "ok"]
+
+
+def test_motion_refuses_system_lines_that_have_to_wait(session):
+    session.send("G1X4F600\n", wait=False)
+    assert session.send("$$\n$100=1\n$H\n$X\n", wait=False) == ["error:8"] * 3 + ["ok"]
+    session.send("\x18")

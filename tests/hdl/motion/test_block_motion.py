@@ -27,7 +27,7 @@ class Machine:
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
-        engine.set(made=1)
+        engine.set(made=1, **{f"steps_{axis}": steps for axis, steps in enumerate(SETTINGS.steps)})
         engine.run(1)
         self.steps: list[list[tuple[int, int]]] = [[], [], []]  # clock and way, of each axis
         self.starved = 0
@@ -128,7 +128,7 @@ def check(engine: Engine, seed: int, count: int, sizes: Sequence[int]) -> None:
 
 
 def motion() -> Design:
-    return component("block_motion", BlockMotion(clock=SETTINGS.clock, steps=SETTINGS.steps))
+    return component("block_motion", BlockMotion(clock=SETTINGS.clock))
 
 
 @pytest.mark.compiler

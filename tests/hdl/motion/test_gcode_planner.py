@@ -4,13 +4,15 @@
 
 import random
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 
 import pytest
 
 from fresa.arithmetic import Line
 from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
-from fresa.motion.gcode_planner import GCodePlanner
-from fresa.protocol import GCodeAction, GCodeActionKind, Operand
+from fresa.motion.gcode_planner import GCodePlanner, HomingRequest
+from fresa.protocol import SETTINGS as SETTING_LIST
+from fresa.protocol import GCodeAction, GCodeActionKind, Operand, setting_values
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.models.gcode_plan import MotionBlock, Planner, PlanSettings
@@ -19,6 +21,7 @@ WORD = 1 << 36
 LINE = Line(clock=2_000_000, speeds=(50_000_000, 40_000_000, 10_000_000),
             accelerations=(1_000_000_000, 800_000_000, 2_000_000_000),
             steps=(80_000, 40_000, 250_000), deviation=20_000)
+RATE = Fraction(10**8, 3)
 SETTINGS = PlanSettings(LINE.clock, LINE.speeds, LINE.accelerations, LINE.steps, LINE.deviation)
 
 
@@ -28,6 +31,8 @@ class Machine:
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
         self.operands: Mapping[int, int] = {}
+        self.settings = setting_values({})
+        self.committed = 0
         self.words: dict[int, int] = {}
         self.positions: list[int] = []
         engine.set(words_ready=1, positions_ready=1, room=1)
@@ -44,8 +49,10 @@ class Machine:
         if position_valid:
             assert position & 3 == len(self.positions)
             self.positions.append((position >> 2 ^ 1 << 43) - (1 << 43))
+        setting = self.engine.get("setting_address")
         self.engine.run(1)
-        self.engine.set(operand=self.operands.get(address, 0) % (1 << 44))
+        self.engine.set(operand=self.operands.get(address, 0) % (1 << 44),
+                        setting=self.settings[min(setting, len(SETTING_LIST) - 1)])
 
     def do(self, kind: GCodeActionKind, operands: Mapping[int, int], **modes: int
            ) -> dict[int, int] | None:
@@ -63,11 +70,25 @@ class Machine:
                                     for axis, each in enumerate(steps)})
         return self._wait("begun")
 
+    def configure(self, values: Mapping[int, int]) -> int:
+        """Take settings; return the verdict."""
+        self.settings = setting_values(values)
+        self.engine.set(configure=1)
+        self._wait("configured")
+        return self.engine.get("verdict")
+
+    def home(self, kind: HomingRequest, **request: int) -> dict[int, int] | None:
+        """Serve a homing cycle."""
+        self.committed = 0
+        self.engine.set(homing_kind=kind.value, **{
+            f"homing_{name}": value for name, value in request.items()})
+        return self._wait("homed")
+
     def _wait(self, name: str) -> dict[int, int] | None:
         while not self.engine.get(name):
             self.clock()
         self.clock()
-        self.engine.set(actions_valid=0, begin=0)
+        self.engine.set(actions_valid=0, begin=0, configure=0, homing_kind=0)
         self.clock()
         words, self.words = self.words, {}
         return words if self.committed else None
@@ -153,7 +174,117 @@ def check(engine: Engine, seed: int, count: int) -> None:
 
 
 def planner():
-    return component("gcode_planner", GCodePlanner(line=LINE))
+    return component("gcode_planner", GCodePlanner(line=LINE, most_rate=RATE))
+
+
+def motion(words: Mapping[int, int]) -> MotionBlock:
+    """Return what the words of a block say of a motion."""
+    return MotionBlock(
+        pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS),
+        pair(words, BlockWord.NOMINAL), BlockHeader.from_bits(words[0]).log2_ticks,
+        words[16] + words[17] * WORD, words[18] + words[19] * WORD,
+        tuple(words[BlockWord.PLACE + axis] for axis in range(3)))
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("seed", range(4))
+def test_settings_hold_from_the_next_line_on(seed):
+    """A setting is in thousandths; a block is as if the machine had been built with it."""
+    rng = random.Random(seed)
+    with CXXRTLEngine(planner()) as engine:
+        machine = Machine(engine)
+        for _ in range(6):
+            values = {number: rng.randint(1, most) for number, most in (
+                *((100 + axis, 2 * 10**6) for axis in range(3)),
+                *((110 + axis, 10**7) for axis in range(3)),
+                *((120 + axis, 17_179_869) for axis in range(3)), (11, 268_435))}
+            speeds, accelerations = (
+                [values[first + axis] * 1000 // divisor for axis in range(3)]
+                for first, divisor in ((110, 60), (120, 1)))
+            fast = any(speed * values[100 + axis] > int(RATE * 10**9)
+                       for axis, speed in enumerate(speeds))
+            assert machine.configure(values) == fast
+            assert engine.get(*(f"steps_per_metre_{axis}" for axis in range(3))) == tuple(
+                values[100 + axis] for axis in range(3))
+            settings = PlanSettings(LINE.clock, speeds, accelerations,
+                                    [values[100 + axis] for axis in range(3)], values[11] * 1000)
+            machine.begin([0, 0, 0])
+            model = Planner(settings, machine.positions)
+            for _ in range(3):
+                target = [rng.randint(-10**8, 10**8) for _ in range(3)]
+                words = machine.do(GCodeActionKind.LINE, {
+                    Operand.FEED: 10**8,
+                    **{Operand.TARGET + axis: at for axis, at in enumerate(target)}})
+                assert words
+                assert motion(words) == model.line(target, 10**8)
+        assert not engine.get("fault")
+
+
+@pytest.mark.compiler
+def test_a_homing_cycle_has_its_lines():
+    with CXXRTLEngine(planner()) as engine:
+        machine = Machine(engine)
+        machine.begin([100, -200, 3000])
+        model = Planner(SETTINGS, machine.positions)
+        for axis, distance, thousandths, back, feed in [
+                (2, 50_000, 1500, 0, 600_000), (0, 2_000, 5000, 1, 25_000),
+                (1, 1_000, 1000, 0, 60)]:
+            words = machine.home(HomingRequest.MOVE, axis=axis, distance=distance, back=back,
+                                 thousandths=thousandths, feed=feed, from_switch=0)
+            offset = (-1 if back else 1) * distance * thousandths
+            target = [at + offset * (each == axis) for each, at in enumerate(model.position)]
+            assert words
+            assert motion(words) == model.line(target, feed * 1000 // 60)
+
+        # A switch 20 mm below 0, where axis X is now, then 1 mm up from it
+        machine.home(HomingRequest.PLACE, axis=0, distance=20_000, back=1, thousandths=1000,
+                     steps=LINE.steps[0])
+        assert engine.get("switch") == -1600 % WORD
+        machine.begin([-1600, 0, 0])
+        model = Planner(SETTINGS, machine.positions)
+        words = machine.home(HomingRequest.MOVE, axis=0, distance=1_000, back=0, thousandths=1000,
+                             feed=60_000, from_switch=1)
+        assert words
+        assert motion(words) == model.line([-19 * 10**6, 0, 0], 10**6)
+        machine.home(HomingRequest.PLACE, axis=2, distance=0, back=1, thousandths=1000,
+                     steps=LINE.steps[2])
+        assert engine.get("switch") == 0
+
+
+@pytest.mark.compiler
+@pytest.mark.parametrize("kind", [GCodeActionKind.LINE, GCodeActionKind.RAPID])
+def test_soft_limits_let_nothing_out_of_the_travel(kind):
+    inside = [(0, 0, 0), (-300_000_000, -10**6, -7), (-1, -20_000_000, -5_000_000), (0, -1, 0)]
+    outside = [(1, 0, 0), (0, -20_000_001, 0), (-1, 0, 1), (0, 1, 0), (-5, -5, -5_000_001),
+               (-300_000_001, 0, 0)]
+    with CXXRTLEngine(planner()) as engine:
+        machine = Machine(engine)
+
+        def do(target, **how):
+            return machine.do(kind, {Operand.FEED: 10**6, **{
+                Operand.TARGET + axis: at for axis, at in enumerate(target)}}, **how)
+
+        values = {130: 300_000, 131: 20_000, 132: 5_000}
+        assert machine.configure(values) == 0
+        machine.begin([-800, -800, -1000])
+        engine.set(soft=1)
+        for target in inside:
+            assert do(target)
+        for target in outside:
+            engine.set(actions_valid=1, actions_payload=GCodeAction.const({"kind": kind}).as_bits())
+            machine.operands = {Operand.FEED: 10**6, **{
+                Operand.TARGET + axis: at for axis, at in enumerate(target)}}
+            machine.committed = 0
+            for _ in range(1000):
+                machine.clock()
+            assert engine.get("beyond", "actions_ready") == (1, 0), target
+            assert not machine.committed
+            engine.set(rst=1, actions_valid=0)
+            engine.run(1)
+            engine.set(rst=0)
+        engine.set(soft=0)
+        for target in outside:
+            assert do(target)
 
 
 @pytest.mark.compiler

@@ -1,53 +1,226 @@
 # amaranth: UnusedElaboratable=no
 
-"""Which lines reach the interpreter, and with which error."""
+"""Which lines reach the interpreter, and with which error; system lines."""
 
 import random
+from collections.abc import Mapping
+from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
 import pytest
+from amaranth import Cat, Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
 
-from fresa.protocol import GCodeGate, GCodeKind, gcode_layout
+from fresa.protocol import SETTINGS, GCodeGate, GCodeKind, gcode_layout, setting_index
+from fresa.protocol.gcode_gate import SETTING_LINE
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.gcode_line import read_lines
 
-WIDTH = 12
+WIDTH = 44
 LAYOUT = gcode_layout(WIDTH)
+DEFAULTS = {each.number: each.default for each in SETTINGS}
 
 
-def passed(text: str, *, locked: bool, seed: int = 0) -> tuple[list[str], list[int], int]:
-    """Send lines; return the letters that are passed, the statuses of ends, and the unlocks."""
-    rng = random.Random(seed)
-    letters, statuses, unlocks = [], [], 0
-    with AmaranthEngine(component("gate", GCodeGate(width=WIDTH))) as engine:
-        engine.set(locked=locked)
-        for item in read_lines(text):
-            engine.set(words_valid=1, words_payload=LAYOUT.const({
-                "kind": GCodeKind[item.kind].value, "status": item.status, "system": item.system,
-                "character": ord(item.character) if item.character else 0}).as_bits())
-            while True:
-                engine.set(passed_ready=rng.getrandbits(1))
-                ready, valid, payload, unlock = engine.get(
-                    "words_ready", "passed_valid", "passed_payload", "unlock")
-                unlocks += unlock
-                engine.run(1)
-                if ready:
-                    break
+class Ports(wiring.Component):
+    """The gate, with its items in several ports, since engines have none of more than 64 bits."""
+
+    def __init__(self) -> None:
+        self.gate = gate = GCodeGate(width=WIDTH)
+        self.others = {name: member for name, member in gate.signature.members.items()
+                       if name not in {"words", "passed"}}
+        super().__init__({
+            **self.others, "item": In(17), "wide": In(WIDTH),
+            "number": In(LAYOUT.size - 17 - WIDTH), "words_valid": In(1), "words_ready": Out(1),
+            "out": Out(17), "passed_valid": Out(1), "passed_ready": In(1)})
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.gate = gate = self.gate
+        wiring.connect(m, gate.listed, wiring.flipped(self.listed))
+        for name, member in self.others.items():
+            if member.is_port:
+                outer, inner = getattr(self, name), getattr(gate, name)
+                m.d.comb += inner.eq(outer) if member.flow == In else outer.eq(inner)
+        m.d.comb += [
+            gate.words.payload.eq(Cat(self.item, self.wide, self.number)),
+            gate.words.valid.eq(self.words_valid), self.words_ready.eq(gate.words.ready),
+            self.out.eq(gate.passed.payload), self.passed_valid.eq(gate.passed.valid),
+            gate.passed.ready.eq(self.passed_ready)]
+        return m
+
+
+class Machine:
+    """The gate, with a store, an interpreter and a planner around it."""
+
+    def __init__(self, engine: AmaranthEngine, values: Mapping[int, int], *, seed: int = 0,
+                 locked: bool = False, resting: bool = True, fastest: int = 1 << 27) -> None:
+        self.engine, self.rng = engine, random.Random(seed)
+        self.values = [values[each.number] for each in SETTINGS]
+        self.fastest = fastest  # highest value of $110 that is not refused
+        self.letters = ""
+        self.statuses: list[int] = []
+        self.listed: list[tuple[int, int]] = []
+        self.unlocks = self.homes = 0
+        self.answer_in = self.busy = 0
+        engine.set(locked=locked, resting=resting)
+
+    def clock(self) -> bool:
+        """Do what the parts around it do in a clock; return whether an item was taken."""
+        engine = self.engine
+        self.answer_in = max(0, self.answer_in - 1)
+        self.busy = max(0, self.busy - 1)
+        takes = self.rng.random() < 0.5 and not self.answer_in
+        lists = self.rng.random() < 0.2
+        engine.set(passed_ready=takes, listed_ready=lists, answered=self.answer_in == 1,
+                   configured=0, homed=0)
+        trial, at, data = engine.get("trial", "write_address", "data")
+        candidate = list(self.values)
+        if trial:
+            candidate[at] = data
+        if engine.get("configure") and self.rng.random() < 0.3:
+            engine.set(configured=1, refused=candidate[setting_index(110)] > self.fastest)
+        if engine.get("home"):
+            self.homes += 1
+            self.busy = 20
+        elif self.busy == 1:
+            engine.set(homed=1)
+        ready, address, valid, payload, unlock, listed_valid, listed, write = engine.get(
+            "words_ready", "address", "passed_valid", "out", "unlock", "listed_valid",
+            "listed_payload", "write")
+        self.unlocks += unlock
+        if valid and takes:
             out: Any = LAYOUT.from_bits(payload)
-            if valid and out.kind == GCodeKind.END:
-                statuses.append(out.status.value)
-            elif valid:
-                letters.append(chr(out.character))
-    return letters, statuses, unlocks
+            if out.kind == GCodeKind.END:
+                self.statuses.append(out.status.value)
+                self.answer_in = self.rng.randint(2, 12)
+            else:
+                self.letters += chr(out.character)
+        if listed_valid and lists:
+            line: Any = SETTING_LINE.from_bits(listed)
+            assert line.decimal == SETTINGS[setting_index(line.number)].decimal
+            self.listed.append((line.number, line.value))
+        if write:
+            self.values[at] = data
+        engine.run(1)
+        each = SETTINGS[min(address, len(SETTINGS) - 1)]
+        engine.set(value=candidate[SETTINGS.index(each)], number=each.number,
+                   decimal=each.decimal, least=each.least, most=each.most)
+        return bool(ready)
+
+    def send(self, text: str) -> None:
+        """Send lines, and wait for their ends."""
+        for item in read_lines(text):
+            number = dict(item.number)
+            if number:  # undefined with overflow
+                number["value"] = (number["value"] + (1 << 43)) % (1 << WIDTH) - (1 << 43)
+            bits = LAYOUT.const({
+                "kind": GCodeKind[item.kind].value, "status": item.status, "system": item.system,
+                "character": ord(item.character) if item.character else 0,
+                "number": number}).as_bits()
+            self.engine.set(words_valid=1, item=bits % (1 << 17), number=bits >> 17 + WIDTH,
+                            wide=bits >> 17 & (1 << WIDTH) - 1)
+            while not self.clock():
+                pass
+            self.engine.set(words_valid=0)
+
+
+@pytest.fixture(scope="module")
+def gate():
+    return component("gate", Ports())
 
 
 @pytest.mark.parametrize(("locked", "text", "expected"), [
     (False, "G1X2\n", ("GX", [0], 0)), (True, "G1X2\n", ("GX", [9], 0)),
     (True, "\n", ("", [0], 0)), (False, "$X\n", ("", [0], 1)), (True, "$x\nG0\n", ("G", [0, 9], 1)),
     (False, "$\n", ("", [3], 0)), (False, "$H\n", ("", [5], 0)), (False, "$XX\n", ("", [3], 0)),
-    (True, "$100=2.5\n", ("", [3], 0)), (False, "X 1 X\n", ("X", [2], 0)),
+    (True, "$100=2.5\n", ("", [0], 0)), (False, "X 1 X\n", ("X", [2], 0)),
     (True, "G\n", ("", [2], 0)), (True, "$J=X1\nG1\n", ("G", [3, 9], 0))])
-def test_lines(locked, text, expected):
-    letters, statuses, unlocks = passed(text, locked=locked)
-    assert ("".join(letters), statuses, unlocks) == expected
+def test_lines(gate, locked, text, expected):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS, locked=locked)
+        machine.send(text)
+        assert (machine.letters, machine.statuses, machine.unlocks) == expected
+
+
+@pytest.mark.parametrize("text", ["$$\n", "$100=1\n", "$H\n"])
+def test_what_has_to_wait_for_rest_is_refused(gate, text):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, {**DEFAULTS, 22: 1}, resting=False)
+        machine.send(text + "$X\nG0\n")
+        assert machine.statuses == [8, 0, 0]
+        assert (machine.homes, machine.listed) == (0, [])
+
+
+def test_a_homing_cycle_is_answered_when_it_is_through(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, {**DEFAULTS, 22: 1})
+        machine.send("$H\n")
+        assert (machine.statuses, machine.homes, machine.busy) == ([0], 1, 0)
+
+
+def test_all_settings_are_listed_behind_the_answer_of_the_line_before(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, {**DEFAULTS, 101: 1234})
+        machine.send("G0\n$$\n")
+        assert machine.statuses == [0, 0]
+        assert machine.listed == [*{**DEFAULTS, 101: 1234}.items()]
+
+
+def expected(number: str, value: str, values: dict[int, int], fastest: int) -> int:
+    """Return how a line that sets a setting is answered, and set it."""
+    known = {each.number: each for each in SETTINGS}
+    of = known.get(int(number))
+    if not of:
+        return 3
+    exact = Decimal(value).quantize(Decimal("1e-6"), ROUND_HALF_UP)
+    if exact < 0:
+        return 4
+    if abs(exact) >= 1 << 23 or not of.decimal and exact != int(exact):
+        return 38
+    stored = int((exact * (1000 if of.decimal else 1)).to_integral_value(ROUND_HALF_UP))
+    if stored > of.most:
+        return 38
+    if stored < of.least:
+        return 4
+    if of.number == 20 and stored and not values[22]:
+        return 10
+    if of.number == 110 and stored > fastest:
+        return 12
+    values[of.number] = stored
+    if not values[22]:
+        values[20] = 0
+    return 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_settings_are_changed_or_refused(gate, seed):
+    rng = random.Random(seed)
+    values, statuses, text = dict(DEFAULTS), [], ""
+    for _ in range(60):
+        number = str(rng.choice([*DEFAULTS, 20, 22, 110, 0, 1, 256 + 100, 99999999]))
+        value = rng.choice([
+            f"{rng.uniform(0, 1000):.{rng.randint(0, 8)}f}", "0", "1", "0.0005", "0.00049", "7",
+            "-1", "-0.5", "1e", "134217.7279", "200000", "99999999999", str(rng.randint(0, 9))])
+        text += f"${number}={value}\n"
+        statuses.append(3 if "e" in value else expected(number, value, values, 400_000))
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS, seed=seed, fastest=400_000)
+        machine.values[setting_index(110)] = values_110 = 300_000
+        if values[110] == DEFAULTS[110]:
+            values[110] = values_110
+        machine.send(text)
+        assert [*zip(text.splitlines(), machine.statuses, strict=True)] == [
+            *zip(text.splitlines(), statuses, strict=True)]
+        assert dict(zip(DEFAULTS, machine.values, strict=True)) == values
+
+
+@pytest.mark.parametrize("text", ["$100\n", "$100=\n", "$=1\n", "$100=1X\n", "$X100=1\n",
+                                  "$1X=1\n", "$-100=1\n", "$100.0=1\n", "$100==1\n", "$$1\n"])
+def test_what_only_looks_like_a_setting_is_refused(gate, text):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS)
+        machine.send(text)
+        assert machine.statuses == [3]
+        assert machine.values == [*DEFAULTS.values()]

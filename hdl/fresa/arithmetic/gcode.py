@@ -1,0 +1,116 @@
+"""Formulas of a G-code machine beside those of paths: its settings, homing, and its travel."""
+
+from fractions import Fraction
+
+from .arc import TABLES as ARC_TABLES
+from .arc import arc_registers
+from .formulas import Formulas, FormulaTable, Registers
+from .line import AXES, WIDTH, Line, Rows, magnitude, nearest
+
+__all__ = ["gcode_formulas"]
+
+
+def _registers() -> Registers:
+    """Return the registers of paths, with those of the machine."""
+    registers = arc_registers()
+    registers.pair("most_rate")
+    registers.word(*(f"travel_{axis}" for axis in AXES), "distance", "back", "home_at", "from_home",
+                   "beyond")
+    for name, value in {"512": 512, "256000": 256_000}.items():
+        registers.word(name, init=value)
+    return registers
+
+
+REGISTERS = _registers()
+"""Registers of all formulas of a G-code machine, by name."""
+
+
+def _scaled(name: str, factor: str) -> Rows:
+    yield "MULTIPLY", name, factor, "product"
+    yield "ADD", "product.low", "zero", name
+
+
+def _speed(name: str) -> Rows:
+    """Take um/min as nm/s, rounded down."""
+    yield "MULTIPLY", name, "1e3", "product"
+    yield "DIVIDE", "product", "60", name
+
+
+def _configure() -> Rows:
+    """Take the settings as the formulas of paths want them, and refuse what pulses cannot make.
+
+    At first the registers have the settings in thousandths.
+    """
+    yield "ADD", "zero", "zero", "verdict"
+    for axis in AXES:
+        yield from _speed(f"max_speed_{axis}")
+        yield "MULTIPLY", f"max_speed_{axis}", f"steps_{axis}", "product"
+        yield "SUBTRACT", "most_rate.low", "product.low", "flag"
+        yield "SUBTRACT_BORROW", "most_rate", "product", "flag"
+        yield "SELECT", "1", "verdict", "verdict"
+        yield from _scaled(f"max_acceleration_{axis}", "1e3")
+        yield from _scaled(f"steps_{axis}", "512")
+        yield from _scaled(f"travel_{axis}", "1e3")
+    yield from _scaled("deviation", "256000")
+
+
+def _offset() -> Rows:
+    """Take a distance in um, and how often, as an offset in nm, which goes back or not."""
+    yield from _speed("feed")
+    yield "MULTIPLY", "distance", "a", "product"
+    yield "SUBTRACT", "zero", "back", "flag"
+    yield "NEGATE", "product.low", "product.low", "distance"
+
+
+def _offset_of(moved: str) -> Rows:
+    """Let a line of one axis end at an offset from where it begins, or from the switch."""
+    for axis in AXES:
+        yield "ADD", f"from_{axis}", "zero", f"to_{axis}"
+    yield "SUBTRACT", "zero", "from_home", "flag"
+    yield "SELECT", "home_at", f"from_{moved}", "a"
+    yield "ADD", "a", "distance", f"to_{moved}"
+
+
+def _home() -> Rows:
+    """Take an offset as the place of a switch: in nm, and in steps, of ``a`` per metre."""
+    yield "ADD", "distance", "zero", "home_at"
+    yield from magnitude("distance", "zero", "b")
+    yield "MULTIPLY", "b", "a", "product"
+    yield from nearest("home_at", "1e9", "a")
+
+
+def _travel() -> Rows:
+    """Compare where a motion ends with the travel, which is from 0 down."""
+    yield "ADD", "zero", "zero", "beyond"
+    for axis in AXES:
+        yield "ADD", f"to_{axis}", f"travel_{axis}", "a"
+        for place, bound in ("a", "zero"), ("zero", f"to_{axis}"):
+            yield "DIFFERENCE", place, bound, "flag"
+            yield "SELECT", "1", "beyond", "beyond"
+
+
+TABLES = ARC_TABLES + tuple(
+    FormulaTable.of(name, REGISTERS, rows) for name, rows in [
+        ("configure", _configure()), ("offset", _offset()),
+        *((f"offset_{axis}", _offset_of(axis)) for axis in AXES),
+        ("home", _home()), ("travel", _travel())])
+"""Tables of formulas: those of lines and arcs, and
+
+- ``configure``: settings from thousandths, as the registers have them at first, to what all other
+  tables want; ``verdict`` is 1 if ``most_rate``, in 10**-9 steps/s, is less than an axis would
+  make at its highest speed;
+- ``offset``: ``distance`` in um x ``a`` is ``distance`` in 10**-3 um, or in nm if ``a`` is in
+  thousandths; below 0 if ``back`` is not 0; ``feed`` from um/min is in nm/s;
+- ``offset_x`` and so on: let ``to_*`` be from where the last line ended, or if ``from_home`` is not
+  0 from ``home_at``, by ``distance`` of one axis;
+- ``home``: let ``home_at`` be the offset ``distance``, and ``a`` the same in steps;
+- ``travel``: ``beyond`` is 1 if ``to_*`` is above 0, or more than ``travel_*`` below.
+"""
+
+
+def gcode_formulas(line: Line | None = None, *, most_rate: Fraction = Fraction(10**6)
+                   ) -> Formulas:
+    """Return the formulas of a G-code machine, with settings and the highest rate in steps/s."""
+    high, low = divmod(int(most_rate * 10**9), 1 << WIDTH)
+    values = {**(line or Line()).values(), "most_rate": high, "most_rate.low": low}
+    return Formulas(tables=TABLES, init=REGISTERS.image(values), width=WIDTH)

@@ -1,0 +1,211 @@
+"""The homing cycle: each axis to its switch, which tells where it is."""
+
+from amaranth import Array, Module, Mux, Signal, unsigned
+from amaranth.lib import enum, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..fsm import leave_unused_codes
+from ..protocol import SETTING_BITS, SETTINGS, setting_index
+from .gcode_control import AlarmCode
+from .gcode_planner import HOMING, HomingRequest
+
+__all__ = ["GCodeHoming"]
+
+ORDER = (2, 0, 1)
+"""Z first, so that a tool is off the work before X and Y move."""
+
+START = 31
+"""Clocks in which a line that is planned begins."""
+
+
+class _Phase(enum.Enum, shape=unsigned(2)):
+    SEEK = 0
+    PLACE = 1
+    PULL_OFF = 2
+    LOCATE = 3
+
+
+_SEARCH, _LOCATE, _ONCE = 1500, 5000, 1000
+"""By how many thousandths of its travel an axis seeks; of $27 it is located, and goes back."""
+
+
+class GCodeHoming(wiring.Component):
+    """Carries out homing cycles, with lines that a planner makes.
+
+    One axis after the other, Z, X, Y: it seeks its switch at the speed of $25, over 1.5 times its
+    travel, and brakes. Where it was when the switch closed is now the place of the switch: 0, or of
+    an axis of $23 its lower end, -$130 to -$132. It pulls off, to $27 from there, locates the
+    switch once more at the speed of $24, and pulls off again.
+
+    ``failure`` ends a cycle: HOMING_SEARCH if a switch is not found, HOMING_PULL_OFF if one
+    is still on after that. Then, as after any other alarm, it waits for a reset of its
+    own.
+
+    Members
+    -------
+    start : In(1)
+        Begin. Only in IDLE and ALARM of the control, while nothing moves.
+    active, done : Out(1)
+        A cycle is wanted or goes on; it is through, one clock, in which ``active`` is still 1.
+    allowed : In(1)
+        The control is in HOME.
+    failure : Out(AlarmCode)
+        Why it has ended, for one clock, else NONE.
+    switches : In(3)
+        Switches, 1 where one is on.
+    lower : In(3)
+        Axes that home to their lower end: $23.
+    setting_address, setting : Out(5), In(27)
+        A setting, a clock after its address in the store.
+    request, homed : Out(HOMING), In(1)
+        What the planner does, until ``homed``.
+    moving, standing, begins : In(1)
+        There is something to be carried out; the machine stands; the planner has not begun since
+        ``restart``.
+    brake : Out(1)
+        Slow down.
+    restart : Out(1)
+        Drop what was not made, and begin where the axes are. For one clock.
+    axis : Out(2)
+        The axis.
+    latch, place : Out(1)
+        Keep where the axis is; then, the place of its switch is where it was then. For one clock
+        each.
+    fault : Out(1)
+        The state register was upset. Stays until reset.
+    """
+
+    start: In(1)
+    active: Out(1)
+    done: Out(1)
+    allowed: In(1)
+    failure: Out(AlarmCode)
+    switches: In(3)
+    lower: In(3)
+    setting_address: Out(range(len(SETTINGS)))
+    setting: In(SETTING_BITS)
+    request: Out(HOMING)
+    homed: In(1)
+    moving: In(1)
+    standing: In(1)
+    begins: In(1)
+    brake: Out(1)
+    restart: Out(1)
+    axis: Out(2)
+    latch: Out(1)
+    place: Out(1)
+    fault: Out(1)
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        phase = Signal(_Phase)
+        turn = Signal(range(len(ORDER)))
+        request = self.request
+        switch, lower = Signal(), Signal()
+        pause = Signal(range(START + 1))
+        seeks = Signal()
+        located = Signal()
+        m.d.comb += [
+            self.axis.eq(Array(ORDER)[turn]), request.axis.eq(self.axis),
+            switch.eq(self.switches.bit_select(self.axis, 1)),
+            lower.eq(self.lower.bit_select(self.axis, 1)),
+            seeks.eq((phase == _Phase.SEEK) | (phase == _Phase.LOCATE)),
+            request.back.eq((phase == _Phase.PLACE) | (lower ^ ~seeks)),
+            request.from_switch.eq(phase == _Phase.PULL_OFF),
+            request.thousandths.eq(Mux(phase == _Phase.SEEK, _SEARCH,
+                                       Mux(phase == _Phase.LOCATE, _LOCATE, _ONCE))),
+        ]
+
+        def follow(then: _Phase) -> None:
+            m.d.sync += phase.eq(then)
+            m.next = "DISTANCE"
+
+        def fail(code: AlarmCode) -> None:
+            m.d.comb += self.failure.eq(code)
+            m.next = "FAILED"
+
+        m.d.comb += self.active.eq(1)
+        with m.FSM(name="homing_state") as fsm:
+            with m.State("IDLE"):
+                m.d.comb += self.active.eq(self.start)
+                m.d.sync += [turn.eq(0), located.eq(0)]
+                with m.If(self.start):
+                    m.next = "ASK"
+            with m.State("ASK"):
+                with m.If(self.allowed):
+                    follow(_Phase.SEEK)
+
+            # The settings of the phase
+            with m.State("DISTANCE"):
+                m.d.comb += self.setting_address.eq(setting_index(27))
+                with m.If((phase == _Phase.SEEK) | (phase == _Phase.PLACE)):
+                    m.d.comb += self.setting_address.eq(setting_index(130) + self.axis)
+                m.next = "RATE"
+            with m.State("RATE"):
+                m.d.sync += request.distance.eq(
+                    Mux((phase == _Phase.PLACE) & ~lower, 0, self.setting))
+                m.d.comb += self.setting_address.eq(setting_index(25))
+                with m.If(phase == _Phase.LOCATE):
+                    m.d.comb += self.setting_address.eq(setting_index(24))
+                with m.If(phase == _Phase.PLACE):
+                    m.d.comb += self.setting_address.eq(setting_index(100) + self.axis)
+                m.next = "REQUEST"
+            with m.State("REQUEST"):
+                m.d.sync += [request.feed.eq(self.setting), request.steps.eq(self.setting)]
+                m.next = "PLAN"
+            with m.State("PLAN"):
+                m.d.comb += request.kind.eq(HomingRequest.MOVE)
+                m.d.sync += pause.eq(START)
+                with m.If(phase == _Phase.PLACE):
+                    m.d.comb += request.kind.eq(HomingRequest.PLACE)
+                with m.If(self.homed):
+                    m.next = "START"
+                    with m.If(phase == _Phase.PLACE):
+                        m.next = "PLACE"
+
+            with m.State("START"):
+                m.d.sync += pause.eq(pause - 1)
+                with m.If(pause == 0):
+                    m.next = "MOVE"
+            with m.State("MOVE"):
+                with m.If(seeks & switch):
+                    m.d.comb += self.latch.eq(1)
+                    m.next = "BRAKE"
+                with m.Elif(~self.moving):
+                    with m.If(seeks):
+                        fail(AlarmCode.HOMING_SEARCH)
+                    with m.Elif(switch):
+                        fail(AlarmCode.HOMING_PULL_OFF)
+                    with m.Elif(~located):
+                        m.d.sync += located.eq(1)
+                        follow(_Phase.LOCATE)
+                    with m.Elif(turn == len(ORDER) - 1):
+                        m.next = "DONE"
+                    with m.Else():
+                        m.d.sync += [turn.eq(turn + 1), located.eq(0)]
+                        follow(_Phase.SEEK)
+            with m.State("BRAKE"):
+                m.d.comb += self.brake.eq(1)
+                with m.If(self.standing):
+                    m.next = "RESTART"
+            with m.State("PLACE"):
+                m.d.comb += self.place.eq(1)
+                m.next = "RESTART"
+            with m.State("RESTART"):
+                m.d.comb += [self.brake.eq(1), self.restart.eq(1)]
+                m.next = "BEGIN"
+            with m.State("BEGIN"):
+                with m.If(~self.begins & ~self.moving):
+                    follow(_Phase.PULL_OFF)
+                    with m.If(seeks):
+                        follow(_Phase.PLACE)
+
+            with m.State("DONE"):
+                m.d.comb += self.done.eq(1)
+                m.next = "IDLE"
+            with m.State("FAILED"):
+                pass
+            with m.State("FAULT"):
+                pass
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        return m

@@ -1,0 +1,180 @@
+"""Settings of a G-code machine that can be changed while it is at rest: `$n=value`."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from amaranth import Module, Mux, Signal
+from amaranth.lib import data, memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from ..checks import in_range
+
+__all__ = ["SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting", "GCodeSettingsStore",
+           "setting_index", "setting_values"]
+
+SETTING_BITS = 27
+"""Bits of a setting: a whole number, or a length or rate in thousandths."""
+
+_MOST = (1 << SETTING_BITS) - 1
+
+
+class GCodeSetting(NamedTuple):
+    """A setting.
+
+    Attributes
+    ----------
+    number : int
+        As GRBL 1.1 has it; those from 200 on are of this machine.
+    about : str
+        What it is, with its unit.
+    least, most : int
+        Lowest and highest value, in thousandths if `decimal`.
+    decimal : bool
+        It has three decimals; others are whole numbers.
+    default : int
+        What it is if nothing else is said, in thousandths if `decimal`.
+    """
+
+    number: int
+    about: str
+    least: int
+    most: int
+    decimal: bool
+    default: int
+
+
+def _axes(first: int, about: str, most: int, default: int) -> list[GCodeSetting]:
+    return [GCodeSetting(first + axis, f"{about} of {name}", 1, most, True, default)
+            for axis, name in enumerate("XYZ")]
+
+
+SETTINGS = (
+    GCodeSetting(3, "directions that are inverted, a bit for each axis", 0, 7, False, 0),
+    GCodeSetting(5, "limit switches are on while their contact is open", 0, 1, False, 0),
+    GCodeSetting(11, "junction deviation, mm", 1, 268_435, True, 10),
+    GCodeSetting(20, "soft limits: motions stay within the travel", 0, 1, False, 0),
+    GCodeSetting(21, "hard limits: a limit switch stops the machine", 0, 1, False, 1),
+    GCodeSetting(22, "homing: $H, and locked after power-up until then", 0, 1, False, 0),
+    GCodeSetting(23, "axes that home to their lower end, a bit for each", 0, 7, False, 0),
+    GCodeSetting(24, "speed at which switches are located, mm/min", 1, _MOST, True, 25_000),
+    GCodeSetting(25, "speed at which switches are sought, mm/min", 1, _MOST, True, 500_000),
+    GCodeSetting(27, "distance from the switches after homing, mm", 1, 6_000_000, True, 1_000),
+    *_axes(100, "steps per mm", _MOST, 250_000),
+    *_axes(110, "highest speed, mm/min,", 128_849_018, 500_000),
+    *_axes(120, "acceleration, mm/s²,", 17_179_869, 10_000),
+    *_axes(130, "travel, mm,", 20_000_000, 200_000),
+    GCodeSetting(200, "a reset stops at once, and the position is lost", 0, 1, False, 0),
+)
+"""All settings in the order of their numbers, which is that of their addresses in the store."""
+
+
+def setting_index(number: int) -> int:
+    """Return the address of a setting."""
+    return [each.number for each in SETTINGS].index(number)
+
+
+def setting_values(values: Mapping[int, int]) -> list[int]:
+    """Return the values of all settings by their addresses, from some by their numbers.
+
+    Raises
+    ------
+    ValueError
+        If there is no setting of a number, or a value is out of range.
+    """
+    unknown = set(values) - {each.number for each in SETTINGS}
+    if unknown:
+        raise ValueError(f"there is no setting ${min(unknown)}")
+    return [in_range(f"${each.number}{', in thousandths,' if each.decimal else ''}",
+                     values.get(each.number, each.default), each.least, each.most)
+            for each in SETTINGS]
+
+
+class GCodeFlags(data.Struct):
+    """Settings that are in registers of their own."""
+
+    inverted: 3  # $3
+    open: 1  # $5
+    soft: 1  # $20
+    hard: 1  # $21
+    homing: 1  # $22
+    lower: 3  # $23
+    strict: 1  # $200
+
+
+_FLAGS = {"inverted": 3, "open": 5, "soft": 20, "hard": 21, "homing": 22, "lower": 23,
+          "strict": 200}
+
+
+class GCodeSettingsStore(wiring.Component):
+    """Holds all settings, and what is known of each.
+
+    They keep their values through resets, to the power-down. While ``trial`` is 1 the setting at
+    ``write_address`` reads as ``data``, without being that.
+
+    Parameters
+    ----------
+    values : mapping of int to int
+        Values at power-up by number, in thousandths of those with decimals. Others have their
+        defaults.
+
+    Members
+    -------
+    address : In(5)
+        A setting, by its place in `SETTINGS`.
+    value : Out(27)
+        Its value, a clock later.
+    number, decimal, least, most : Out(8), Out(1), Out(1), Out(27)
+        What is known of it, a clock later as well. ``least`` is 0 or 1.
+    trial : In(1)
+        Let ``data`` be read.
+    write : In(1)
+        Write ``data``.
+    write_address, data : In(5), In(27)
+        What is written or tried.
+    flags : Out(GCodeFlags)
+        Values of those that are in registers.
+
+    Raises
+    ------
+    ValueError
+        If there is no setting of a number, or a value is out of range.
+    """
+
+    def __init__(self, *, values: Mapping[int, int] = MappingProxyType({})) -> None:
+        self.values = setting_values(values)
+        super().__init__({
+            "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
+            "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
+            "trial": In(1), "write": In(1), "write_address": In(range(len(SETTINGS))),
+            "data": In(SETTING_BITS), "flags": Out(GCodeFlags),
+        })
+
+    def elaborate(self, platform) -> Module:
+        m = Module()
+        m.submodules.values = values = memory.Memory(
+            shape=SETTING_BITS, depth=len(SETTINGS), init=self.values)
+        layout = data.StructLayout({"number": 8, "decimal": 1, "least": 1, "most": SETTING_BITS})
+        m.submodules.known = known = memory.Memory(shape=layout, depth=len(SETTINGS), init=[
+            {"number": each.number, "decimal": each.decimal, "least": each.least,
+             "most": each.most} for each in SETTINGS])
+        write = values.write_port()
+        read, fact = values.read_port(), known.read_port()
+        tried = Signal()  # what is read
+        m.d.sync += tried.eq(self.address == self.write_address)
+        m.d.comb += [
+            read.addr.eq(self.address), fact.addr.eq(self.address),
+            self.value.eq(Mux(tried & self.trial, self.data, read.data)),
+            self.number.eq(fact.data.number), self.decimal.eq(fact.data.decimal),
+            self.least.eq(fact.data.least), self.most.eq(fact.data.most),
+            write.addr.eq(self.write_address), write.data.eq(self.data), write.en.eq(self.write),
+        ]
+        for name, number in _FLAGS.items():
+            index = setting_index(number)
+            # A reset of the machine leaves it, as it leaves the memory.
+            flag = Signal.like(self.flags[name], init=self.values[index], reset_less=True,
+                               name=f"flag_{name}")
+            with m.If(self.write & (self.write_address == index)):
+                m.d.sync += flag.eq(self.data)
+            m.d.comb += self.flags[name].eq(flag)
+        return m

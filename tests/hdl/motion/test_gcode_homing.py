@@ -1,0 +1,148 @@
+# amaranth: UnusedElaboratable=no
+
+"""The homing cycle: what it wants of the planner, and what it makes of the switches."""
+
+import random
+from types import SimpleNamespace
+
+import pytest
+
+from fresa.motion import AlarmCode, GCodeHoming, HomingRequest
+from fresa.protocol import SETTINGS, setting_index
+from tb.boards import component
+from tb.engines import AmaranthEngine, Engine
+
+VALUES = {24: 30_000, 25: 600_000, 27: 1_500, 100: 80_000, 101: 40_000, 102: 250_000,
+          130: 15_000, 131: 10_000, 132: 5_000}
+
+
+class Machine:
+    """What is around the cycle; places are in um, counted from power-up."""
+
+    def __init__(self, engine: Engine, switches: list[int], lower: int, seed: int = 0) -> None:
+        self.engine, self.switches, self.lower = engine, switches, lower
+        self.rng = random.Random(seed)
+        self.at = [0, 0, 0]
+        self.moving: tuple[int, int] | None = None  # axis and target
+        self.home: dict[int, int] = {}  # where the switch of an axis was said to be
+        self.latched = 0
+        self.wait = self.begins = 0
+        self.requests: list[tuple[int, ...]] = []
+        self.failure = 0
+        engine.set(start=1, lower=lower)
+
+    def on(self) -> int:
+        """Return the switches."""
+        return sum((at <= switch if self.lower >> axis & 1 else at >= switch) << axis
+                   for axis, (at, switch) in enumerate(zip(self.at, self.switches, strict=True)))
+
+    def clock(self) -> bool:
+        """Do a clock; return whether the cycle is through."""
+        engine = self.engine
+        self.begins = max(0, self.begins - 1)
+        engine.set(switches=self.on(), moving=self.moving is not None, standing=1,
+                   begins=self.begins > 0, allowed=self.rng.getrandbits(1))
+        (address, brake, restart, latch, place, done, failure, axis, active
+         ) = engine.get("setting_address", "brake", "restart", "latch", "place", "done",
+                        "failure", "axis", "active")
+        names = ("kind", "axis", "distance", "thousandths", "back", "from_switch", "feed", "steps")
+        want = SimpleNamespace(**dict(zip(names, engine.get(*(f"request_{name}" for name in names)),
+                                        strict=True)))
+        homed = False
+        if want.kind == HomingRequest.NONE.value:
+            self.wait = 5
+        else:
+            assert self.moving is None and not self.begins
+            self.wait -= 1
+            homed = self.wait == 0
+            if homed and want.kind == HomingRequest.MOVE.value:
+                offset = want.distance * want.thousandths // 1000
+                begin = self.home[want.axis] if want.from_switch else self.at[want.axis]
+                self.moving = want.axis, begin + (-offset if want.back else offset)
+                self.requests.append((want.axis, want.distance, want.thousandths, want.back,
+                                      want.from_switch, want.feed))
+            elif homed:
+                assert want.steps == VALUES[100 + want.axis]
+                self.home[want.axis] = -want.distance if want.back else want.distance
+        if brake:
+            self.moving = None
+        elif self.moving:
+            moved, target = self.moving
+            way = target - self.at[moved]
+            self.at[moved] += max(-20, min(20, way))
+            if not way:
+                self.moving = None
+        if latch:
+            self.latched = self.at[axis]
+        if place:
+            shift = self.home[axis] - self.latched
+            self.at[axis] += shift
+            self.switches[axis] += shift
+        if restart:
+            self.begins = self.rng.randint(3, 30)
+        self.failure = failure
+        engine.set(homed=homed)
+        engine.run(1)
+        engine.set(homed=0, start=0,
+                   setting=VALUES.get(SETTINGS[min(address, len(SETTINGS) - 1)].number, 0))
+        assert active
+        return bool(done)
+
+    def run(self) -> None:
+        """Let a cycle be done, or fail."""
+        for _ in range(20_000):
+            if self.clock() or self.failure:
+                return
+        raise AssertionError("it does not end")
+
+
+@pytest.fixture(scope="module")
+def homing():
+    return component("gcode_homing", GCodeHoming())
+
+
+@pytest.mark.parametrize("lower", [0, 0b111, 0b010])
+def test_each_axis_goes_to_its_switch_and_away(homing, lower):
+    switches = [-5_000 if lower >> axis & 1 else 2_000 + 1_000 * axis for axis in range(3)]
+    with AmaranthEngine(homing) as engine:
+        machine = Machine(engine, switches, lower)
+        machine.run()
+        assert not machine.failure
+        for axis, (place, requests) in enumerate(
+                (machine.at[axis], [each for each in machine.requests if each[0] == axis])
+                for axis in range(3)):
+            back = lower >> axis & 1
+            travel = VALUES[130 + axis]
+            assert place == (-travel + 1_500 if back else -1_500)
+            assert requests == [
+                (axis, travel, 1500, back, 0, 600_000), (axis, 1_500, 1000, 1 - back, 1, 600_000),
+                (axis, 1_500, 5000, back, 0, 30_000), (axis, 1_500, 1000, 1 - back, 1, 600_000)]
+        assert [each[0] for each in machine.requests] == [2] * 4 + [0] * 4 + [1] * 4
+        engine.run(1)
+        assert engine.get("active", "fault") == (0, 0)
+
+
+def test_a_switch_that_is_not_found_is_an_alarm(homing):
+    with AmaranthEngine(homing) as engine:
+        machine = Machine(engine, [10**6, 10**6, 4_000], 0)
+        machine.run()
+        assert machine.failure == AlarmCode.HOMING_SEARCH.value
+        assert {each[0] for each in machine.requests} == {2, 0}
+        engine.run(100)
+        assert engine.get("failure", "active") == (0, 1)
+        engine.set(rst=1)
+        engine.run(1)
+        engine.set(rst=0)
+        assert not engine.get("active")
+
+
+def test_a_switch_that_stays_on_is_an_alarm(homing):
+    with AmaranthEngine(homing) as engine:
+        machine = Machine(engine, [0, 0, -5_000], 0)
+        machine.run()
+        assert machine.failure == AlarmCode.HOMING_PULL_OFF.value
+        assert len(machine.requests) == 2
+
+
+def test_the_settings_are_where_the_machine_looks_for_them():
+    assert [SETTINGS[setting_index(number)].number for number in VALUES] == [*VALUES]

@@ -1,0 +1,53 @@
+# amaranth: UnusedElaboratable=no
+
+"""The store of settings."""
+
+import random
+
+import pytest
+
+from fresa.protocol import SETTINGS, GCodeFlags, GCodeSettingsStore, setting_index, setting_values
+from tb.boards import component
+from tb.engines import AmaranthEngine
+
+
+def test_settings_are_in_order_and_their_defaults_fit():
+    numbers = [each.number for each in SETTINGS]
+    assert numbers == sorted(set(numbers))
+    assert setting_values({}) == [each.default for each in SETTINGS]
+    assert [setting_index(each) for each in numbers] == [*range(len(SETTINGS))]
+
+
+@pytest.mark.parametrize(("values", "says"), [
+    ({13: 1}, "no setting \\$13"), ({100: 0}, "\\$100"), ({3: 8}, "\\$3"),
+    ({110: 1 << 27}, "\\$110, in thousandths,")])
+def test_values_that_cannot_be_are_refused(values, says):
+    with pytest.raises(ValueError, match=says):
+        GCodeSettingsStore(values=values)
+
+
+def test_what_is_written_is_read_and_survives_a_reset():
+    rng = random.Random(1)
+    values = {23: 5, 101: 80_123}
+    with AmaranthEngine(component("store", GCodeSettingsStore(values=values))) as engine:
+        model = setting_values(values)
+        for _ in range(400):
+            at, to = rng.randrange(len(SETTINGS)), rng.randrange(len(SETTINGS))
+            trial, write = rng.getrandbits(1), rng.random() < 0.2
+            data = rng.randint(SETTINGS[to].least, SETTINGS[to].most)
+            reset = rng.random() < 0.05
+            engine.set(address=at, write_address=to, data=data, trial=trial, write=write,
+                       rst=reset)
+            before = model[at]
+            engine.run(1)
+            if write:
+                model[to] = data
+            assert engine.get("number", "decimal", "least", "most") == (
+                SETTINGS[at].number, SETTINGS[at].decimal, SETTINGS[at].least, SETTINGS[at].most)
+            engine.set(write=0, rst=0)
+            assert engine.get("value") == (
+                data if trial and at == to and not reset else before)
+            flags = GCodeFlags.from_bits(engine.get("flags"))
+            assert (flags.inverted, flags.open, flags.soft, flags.hard, flags.homing, flags.lower,
+                    flags.strict) == tuple(model[setting_index(number)]
+                                           for number in (3, 5, 20, 21, 22, 23, 200))
