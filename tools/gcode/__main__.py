@@ -45,7 +45,8 @@ and counts the steps at its pins until it stands. Prints how long the job takes 
 how fast it goes, and how far the pins were from the path that was asked for, by a model of the
 language. A program that pauses (M0) is started again at once.
 
-A line that the machine refuses is shown; then nothing is written, and the exit status is 1.
+A line that the machine refuses is shown; then nothing is written, and the exit status is 1. So it
+is if the pins left the path by more than rounding does, or did not follow it to its end.
 """
 
 EPILOG = """\
@@ -168,7 +169,7 @@ def _write(job: Job, name: str, args: argparse.Namespace, engine: str) -> int:
         say(line)
     for path in (*files, *([args.vcd] if args.vcd else [])):
         say(f"wrote {path}")
-    return 0
+    return 0 if facts["right"] else 1
 
 
 def report(facts: dict[str, Any]) -> list[str]:
@@ -181,8 +182,9 @@ def report(facts: dict[str, Any]) -> list[str]:
         f"{duration(facts['seconds'])} on the machine{paused}; "
         f"up to {facts['top_speed_mm_min']:.0f} mm/min",
         f"steps: {steps}; ends at {end}",
-        f"at most {facts['deviation_mm']:.4f} mm, {facts['deviation_steps']:.2f} steps, off the "
-        "path",
+        f"{'' if facts['right'] else 'WRONG: '}at most {facts['deviation_mm']:.4f} mm, "
+        f"{facts['deviation_steps']:.2f} steps, off the path; "
+        f"{facts['followed_mm']:.1f} mm of it followed",
         f"simulated at {facts['clock'] / 1e6:g} MHz ({facts['engine']})",
     ]
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from fresa.machines.gcode import AXES, GCodeSettings
 from .path import Follower, Point, Segment
 from .simulation import Simulation, Steps
 
-__all__ = ["Job", "Motion", "asked_steps", "run"]
+__all__ = ["Deviation", "Job", "Motion", "asked_steps", "run"]
 
 WINDOW_S = 0.01
 """Seconds over which a speed is the mean."""
@@ -26,6 +26,19 @@ REST = 3
 
 SHORT_S = 0.01
 """Seconds that a step takes of which there is no other to compare it with."""
+
+
+MOST_OFF, MOST_LEFT = 1.5, 2
+"""Steps that a right job is off its path at most, where each axis is at its nearest step, and that
+it leaves out at the end."""
+
+
+class Deviation(NamedTuple):
+    """How far the pins were from the path at most, in mm, and where; what of it they followed."""
+
+    distance: float
+    where: Point
+    followed: float
 
 
 @dataclass(frozen=True)
@@ -84,8 +97,8 @@ class Job:
         """Steps per mm of each axis."""
         return np.array([float(each) for each in self.settings.steps_per_mm])
 
-    def deviation(self, progress: Callable[[int], None] = lambda done: None) -> tuple[float, Point]:
-        """Return how far the pins were from the path at most, in mm, and where.
+    def deviation(self, progress: Callable[[int], None] = lambda done: None) -> Deviation:
+        """Return how far the pins were from the path.
 
         Parameters
         ----------
@@ -103,7 +116,7 @@ class Job:
                 if distance > worst:
                     worst, where = distance, point
             progress(len(points))
-        return worst, where
+        return Deviation(worst, where, follower.done)
 
     def motion(self) -> Motion:
         """Return speed and acceleration, from the times of the steps."""
@@ -121,23 +134,28 @@ class Job:
         speed = _slope(at, length, wide)
         return Motion(at, place, speed, _slope(at, speed, wide), float(length[-1]))
 
-    def facts(self, motion: Motion, deviation: tuple[float, Point]) -> dict[str, Any]:
+    def facts(self, motion: Motion, deviation: Deviation) -> dict[str, Any]:
         """Return the figures for JSON, given what is slow to compute."""
-        worst, where = deviation
+        asked = sum(each.length for each in self.segments)
         end = np.array(self.steps.end) / self.per_mm
-        per_mm = [steps for steps, made in zip(self.per_mm, self.steps.made, strict=True) if made]
+        moved = [steps for steps, made in zip(
+            self.per_mm.tolist(), self.steps.made, strict=True) if made]
+        coarsest = 1 / min(moved or self.per_mm.tolist())
         return {
+            "right": (deviation.distance < MOST_OFF * coarsest
+                      and asked - deviation.followed < MOST_LEFT * coarsest),
             "lines": self.lines,
             "segments": len(self.segments),
             "seconds": round(self.seconds, 4),
             "clock": self.settings.clock,
-            "asked_mm": round(sum(each.length for each in self.segments), 4),
+            "asked_mm": round(asked, 4),
             "made_mm": round(motion.length, 4),
             "top_speed_mm_min": round(float(motion.speed.max()) * 60, 1),
             "steps": dict(zip("xyz", self.steps.made, strict=True)),
-            "deviation_mm": round(worst, 6),
-            "deviation_steps": round(worst * float(min(per_mm, default=0)), 3),
-            "deviation_at_mm": [round(each, 4) for each in where],
+            "followed_mm": round(deviation.followed, 4),
+            "deviation_mm": round(deviation.distance, 6),
+            "deviation_steps": round(deviation.distance / coarsest, 3),
+            "deviation_at_mm": [round(each, 4) for each in deviation.where],
             "end_steps": list(self.steps.end),
             "end_mm": [round(float(each), 4) for each in end],
             "pauses": self.pauses,

@@ -197,7 +197,7 @@ def _axes(canvas: _Canvas, box: Box, across: tuple[float, float], up: tuple[floa
         x = left + (right - left) * (tick - across[0]) / (across[1] - across[0])
         canvas.line([(x, top), (x, bottom)], GRID)
         canvas.text(x, bottom + 12, f"{tick:g}", anchor="mm", size=13)
-    for tick in _ticks(*up, max(2, (bottom - top) // 40)):
+    for tick in _ticks(*up, max(2, (bottom - top) // 30)):
         y = bottom - (bottom - top) * (tick - up[0]) / (up[1] - up[0])
         canvas.line([(left, y), (right, y)], GRID)
         canvas.text(left - 8, y, f"{tick:g}", anchor="rm", size=13)
