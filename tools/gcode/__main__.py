@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fresa.machines.gcode import GCodeSettings
+from fresa.protocol import bit_period
 from fresa_host.errors import MachineError
 from fresa_host.gcode_lines import ERRORS, BlockRefused, program
 from tb.engines import Engine, EngineError, build_with_fallback, why_slow
@@ -73,7 +74,7 @@ engines:
   amaranth   Amaranth's own simulator; always available; some thousand clocks a second
 """
 
-CLOCKS = (2_500_000, 5_000_000, 10_000_000, 25_000_000, 50_000_000)
+CLOCKS = (2_500_000, 5_000_000, 10_000_000, 20_000_000, 50_000_000)
 """In Hz. The first is used at which the machine can be built."""
 
 LARGEST = 1 << 26
@@ -176,9 +177,10 @@ def report(facts: dict[str, Any]) -> list[str]:
     """Describe a job in a few lines, of its facts."""
     steps = ", ".join(f"{axis} {made}" for axis, made in facts["steps"].items())
     end = " ".join(f"{axis}{at:g}" for axis, at in zip("XYZ", facts["end_mm"], strict=True))
-    paused = f", {facts['pauses']} pauses ended at once" if facts["pauses"] else ""
+    paused = f", started again {facts['pauses']} times" if facts["pauses"] else ""
     return [
-        f"{facts['lines']} lines, {facts['segments']} lines and arcs, {facts['asked_mm']:.1f} mm",
+        f"{facts['lines']} lines of G-code, a path of {facts['asked_mm']:.1f} mm in "
+        f"{facts['segments']} parts",
         f"{duration(facts['seconds'])} on the machine{paused}; "
         f"up to {facts['top_speed_mm_min']:.0f} mm/min",
         f"steps: {steps}; ends at {end}",
@@ -208,7 +210,9 @@ def _settings(clock: int | None, values: dict[str, Any]) -> GCodeSettings:
     reason = ""
     for hertz in CLOCKS if clock is None else (clock,):
         try:
-            return MACHINE.real(hertz, **values)["settings"]
+            settings: GCodeSettings = MACHINE.real(hertz, **values)["settings"]
+            bit_period(hertz, settings.baud)  # raises it too
+            return settings
         except ValueError as error:
             reason = str(error)
     raise UserError(f"a machine with these options cannot be simulated: {reason}")

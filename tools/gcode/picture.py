@@ -25,6 +25,9 @@ below the caption of the path."""
 HIGHEST, LOWEST = 840, 320
 """Pixels of the path's picture, from top to bottom."""
 
+LEAST_MM = 0.1, 0.001
+"""Extent of X and Y that is drawn where these move less."""
+
 SCALE = 2
 """Drawn so many times as large, and reduced: edges are smooth then."""
 
@@ -80,7 +83,7 @@ def draw_job(job: Job, motion: Motion, title: str, facts: Sequence[str]) -> Imag
         The drawing, in colour, 1200 pixels wide.
     """
     low, high = _bounds(job, motion)
-    across, up = (max(float(high[n] - low[n]), 1e-9) for n in (0, 1))
+    across, up = (max(float(high[n] - low[n]), least) for n, least in enumerate(LEAST_MM))
     right = WIDTH - MARGIN - LEGEND
     room = right - LEFT
     height = min(max(round(room * up / across), LOWEST), HIGHEST)
