@@ -71,7 +71,7 @@ examples:
 
 engines:
   cxxrtl     the gateware as C++; needs a C++ compiler; half a million clocks a second or more
-  amaranth   Amaranth's own simulator; always available; some thousand clocks a second
+  amaranth   Amaranth's own simulator; always available; two thousand clocks a second
 """
 
 CLOCKS = (2_500_000, 5_000_000, 10_000_000, 20_000_000, 50_000_000)
