@@ -177,10 +177,10 @@ def report(facts: dict[str, Any]) -> list[str]:
     """Describe a job in a few lines, of its facts."""
     steps = ", ".join(f"{axis} {made}" for axis, made in facts["steps"].items())
     end = " ".join(f"{axis}{at:g}" for axis, at in zip("XYZ", facts["end_mm"], strict=True))
-    paused = f", started again {facts['pauses']} times" if facts["pauses"] else ""
+    paused = f", started again {_count(facts['pauses'], 'time')}" if facts["pauses"] else ""
     return [
-        f"{facts['lines']} lines of G-code, a path of {facts['asked_mm']:.1f} mm in "
-        f"{facts['segments']} parts",
+        f"{_count(facts['lines'], 'line')} of G-code, a path of {facts['asked_mm']:.1f} mm in "
+        f"{_count(facts['segments'], 'part')}",
         f"{duration(facts['seconds'])} on the machine{paused}; "
         f"up to {facts['top_speed_mm_min']:.0f} mm/min",
         f"steps: {steps}; ends at {end}",
@@ -189,6 +189,10 @@ def report(facts: dict[str, Any]) -> list[str]:
         f"{facts['followed_mm']:.1f} mm of it followed",
         f"simulated at {facts['clock'] / 1e6:g} MHz ({facts['engine']})",
     ]
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def _read(path: Path, name: str) -> list[str]:

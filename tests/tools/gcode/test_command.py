@@ -47,7 +47,7 @@ class TestGateware:
                    files["vcd"]) == 0
         printed = capsys.readouterr()
         assert "5 lines of G-code" in printed.out and "in 3 parts" in printed.out
-        assert "started again 1 times" in printed.out
+        assert "started again 1 time;" in printed.out
         assert printed.out.count("wrote ") == 3 and "will have some" in printed.err
         facts = json.loads(files["json"].read_text())
         assert facts["steps"] == {"x": 2 * 4 * 80 + 2 * 80, "y": 4 * 40, "z": 250}
