@@ -45,7 +45,7 @@ LAYERS = {  # rooms of a package, from the bottom: each may import those of its 
                   "vhdl",
         "pictures and waveforms, boards at USB": "image load wave",
         "what uses these": "diagrams send simulate",
-        "what is built of them": "board build machines serve",
+        "what is built of them": "board build gcode machines serve",
         "the panel, which serves its machine": "panel",
         "the list": "__main__",
     },

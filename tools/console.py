@@ -381,7 +381,7 @@ def check_outputs(
             if os.path.realpath(path) == os.path.realpath(other) or (
                 path.exists() and other.exists() and path.samefile(other)
             ):
-                what = "the picture itself" if other is source else "used twice"
+                what = "what is read" if other is source else "used twice"
                 raise UserError(f"{path} is {what}: write to another file")
         taken.append(path)
 

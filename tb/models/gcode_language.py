@@ -8,9 +8,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from math import isqrt
 
+from .gcode_line import read_lines
+
 __all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Line", "Modes",
            "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius",
-           "check_radii"]
+           "check_radii", "words"]
 
 Vector = tuple[int, int, int]
 """X, Y and Z, in nm."""
@@ -516,6 +518,21 @@ class Interpreter:
         if self.origin != origin:
             actions.append(Offsets(self.origin))
         return [*actions, End()]
+
+
+def words(line: str) -> list[Word]:
+    """Return the words of a line, by the model of the reader.
+
+    Raises
+    ------
+    RefusedLine
+        If it cannot be read, with GRBL's code.
+    """
+    *items, end = read_lines(line.rstrip("\n") + "\n")
+    if end.status:
+        raise RefusedLine(end.status)
+    return [Word(item.character, item.number["value"], bool(item.number["overflow"]))
+            for item in items]
 
 
 def _vector(values: Iterable[int]) -> Vector:

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fresa_host.gcode_lines import ERRORS
-from tb.models.gcode_language import Arc, Interpreter, Line, RefusedLine, Word
-from tb.models.gcode_line import read_lines
+from tb.models.gcode_language import Arc, Interpreter, Line, RefusedLine, words
 
 __all__ = ["MISSING", "Expanded", "Move", "expand", "packaged", "page", "run", "written"]
 
@@ -126,21 +125,6 @@ class Expanded:
 
 
 # Ours
-
-def words(line: str) -> list[Word]:
-    """Return the words of a line, by the model of the reader.
-
-    Raises
-    ------
-    RefusedLine
-        If it cannot be read, with GRBL's code.
-    """
-    *items, end = read_lines(line.rstrip("\n") + "\n")
-    if end.status:
-        raise RefusedLine(end.status)
-    return [Word(item.character, item.number["value"], bool(item.number["overflow"]))
-            for item in items]
-
 
 def run(lines: Iterable[str]) -> Expanded:
     """Run a program on the model."""

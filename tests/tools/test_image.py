@@ -199,7 +199,7 @@ class TestRefusals:
         ways = ("gradient.png", f"../{tmp_path.name}/gradient.png", "soft.png", "hard.png")
         for option in ("-o", "--preview", "--json"):
             for name in ways:
-                assert "is the picture itself" in self.refused([gradient, option, name], capsys)
+                assert "is what is read" in self.refused([gradient, option, name], capsys)
         assert gradient.read_bytes() == before
         assert names(tmp_path) == {"gradient.png", "soft.png", "hard.png"}
 

@@ -133,7 +133,7 @@ class BlockLoader(wiring.Component):
                         m.d.sync += self.segments.valid.eq(1)
         self._segment(m, segment_header, starts, ends, changes)
         segment = self.segments.p
-        m.d.comb += [segment.turns.eq(Mux(segment.arc, turns, 0)), segment.x.eq(x),
+        m.d.comb += [segment.turns.eq(Mux(segment_header.arc, turns, 0)), segment.x.eq(x),
                      segment.y.eq(y), segment.residual.eq(residual)]
 
         pause = Signal(range(REFRESH))

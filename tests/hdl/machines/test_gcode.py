@@ -14,10 +14,9 @@ from fresa.machines.gcode import GCode, GCodeSettings
 from fresa.protocol import bit_period
 from tb.boards import component
 from tb.engines import CXXRTLEngine, Engine
-from tb.models.gcode_language import Interpreter, RefusedLine
+from tb.models.gcode_language import Interpreter, RefusedLine, words
 from tb.models.protocol import bits
 from tb.uart import Decoder
-from tests.tb.linuxcnc import words
 
 pytestmark = pytest.mark.compiler
 

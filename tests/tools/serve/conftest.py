@@ -23,11 +23,11 @@ def serve(libraries) -> Callable:
 
 
 @pytest.fixture
-def example() -> Callable[[str, str], list[str]]:
-    """Run an example with a port; return the lines that it prints."""
-    def run(name: str, port: str) -> list[str]:
-        return subprocess.run([sys.executable, ROOT / "examples" / name, port], text=True,
-                              capture_output=True, check=True, timeout=PATIENCE
+def example() -> Callable[..., list[str]]:
+    """Run an example with a port, and more arguments; return the lines that it prints."""
+    def run(name: str, *arguments: object) -> list[str]:
+        return subprocess.run([sys.executable, ROOT / "examples" / name, *map(str, arguments)],
+                              text=True, capture_output=True, check=True, timeout=PATIENCE
                               ).stdout.splitlines()
 
     return run

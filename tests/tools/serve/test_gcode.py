@@ -1,0 +1,95 @@
+"""Whole sessions with the gateware of `gcode`."""
+
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from fresa_host import BlockRefused, GCode, JobStopped
+from tests.tools.process import PATIENCE
+
+serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
+
+pytestmark = [pytest.mark.compiler, pytest.mark.long]
+
+
+@pytest.fixture(scope="module")
+def gcode(serve) -> Iterator[str]:
+    with serve("gcode", "--steps", 80, 80, 400, "--rate", 6000, 6000, 1200,
+               "--acceleration", 500, 500, 100, "--tcp", 0, says=r"socket://\S+") as url:
+        yield url
+
+
+@pytest.fixture
+def machine(gcode) -> Iterator[GCode]:
+    with GCode(gcode, timeout=PATIENCE) as machine:
+        machine.stream(["G90 G21 G94", "G53 G0 X0 Y0 Z0"])
+        machine.wait(timeout=PATIENCE)
+        yield machine
+
+
+class TestSession:
+    def test_a_person_at_a_terminal(self, gcode):
+        with serial.serial_for_url(gcode, timeout=PATIENCE) as port:
+            port.write(b"$X\r\n")
+            while port.readline() != b"ok\r\n":  # it may still be greeting
+                pass
+            port.write(b"g91g1x.1f600\rX1 X2\n?")
+            lines = [port.readline() for _ in range(3)]
+            assert [line for line in lines if not line.startswith(b"<")] == [
+                b"ok\r\n", b"error:25\r\n"]
+            (report,) = (line for line in lines if line.startswith(b"<"))
+            assert report.startswith((b"<Run|MPos:", b"<Idle|MPos:"))
+
+    def test_a_file(self, machine, tmp_path):
+        path, seen = tmp_path / "part.ngc", []
+        path.write_text("(a square)\n\nG1 X2 F3000\nY2\nG2 X0 Y0 I-1 J-1\nG0 X1.5 Z-0.5\n")
+        machine.stream(path, lambda done, total: seen.append((done, total)))
+        machine.wait(timeout=PATIENCE)
+        assert seen[-1] == (4, 4) and seen == sorted(seen)
+        assert machine.position == machine.machine_position == (1.5, 0, -0.5)
+        assert machine.state == "Idle"
+        machine.command("G92 X10")
+        assert machine.position == (10, 0, -0.5) and machine.machine_position == (1.5, 0, -0.5)
+        machine.command("G92.1")
+
+    def test_a_hold_and_its_end(self, machine):
+        machine.stream(["G1 X8 F1200"])
+        while machine.position.x < 1:
+            pass
+        machine.hold()
+        while machine.state != "Hold":
+            time.sleep(0.01)
+        with pytest.raises(TimeoutError):
+            machine.wait(timeout=1)
+        held = machine.position
+        assert 1 <= held.x < 8 and machine.position == held
+        machine.resume()
+        machine.wait(timeout=PATIENCE)
+        assert machine.position == (8, 0, 0)
+
+    def test_a_line_that_is_refused(self, machine):
+        with pytest.raises(BlockRefused, match="arc's radii differ") as refused:
+            machine.stream(["G1 X1 F3000", "G2 X9 I1", "G1 X2"], line_by_line=True)
+        assert (refused.value.line, refused.value.code) == (2, 33)
+        machine.wait(timeout=PATIENCE)
+        assert machine.position == (1, 0, 0)
+
+    def test_a_stop(self, machine):
+        stopper = threading.Timer(1, machine.stop)
+        stopper.start()
+        with pytest.raises(JobStopped):
+            machine.stream([f"G1 X{n} F1200" for n in range(1, 999)])
+            machine.wait()
+        stopper.join()
+        place = machine.machine_position
+        assert 0 < place.x < 999 and machine.state == "Idle"
+        machine.stream(["G0 X0"])
+        machine.wait(timeout=PATIENCE)
+        assert machine.position == (0, 0, 0)
+
+    def test_the_example(self, gcode, example, tmp_path):
+        path = tmp_path / "part.ngc"
+        path.write_text("G53 G0 X0 Y0 Z0\nG1 X1 F3000\n")
+        assert example("stream_gcode.py", gcode, path) == ["at X1.000 Y0.000 Z0.000"]
