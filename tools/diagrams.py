@@ -376,7 +376,7 @@ DIAGRAMS = (
     Diagram(
         "g-code-settings-store",
         "$100 is read; while `trial` is 1 it reads as what may become of it; then it is written.",
-        "inputs: address write_address data trial write outputs: number value", 0, 5,
+        "inputs: address write_address data trial write outputs: number value", 0, 3,
         radix=("address=dec", "write_address=dec", "data=dec", "number=dec", "value=dec")),
     Diagram(
         "g-code-homing",

@@ -32,6 +32,12 @@ _PANEL = {
 }
 
 _ALLOTMENTS = {
+    "gcode": Allotment(
+        header={"step": "GPIO2 GPIO17 GPIO10", "direction": "GPIO3 GPIO27 GPIO9",
+                "enable": "GPIO4", "limits": "GPIO14 GPIO15 GPIO18", "stop": "GPIO23",
+                "spindle": "GPIO25", "reverse": "GPIO8", "mist": "GPIO7", "flood": "GPIO1",
+                "abort": "GPIO21"},
+        panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"}),
     "mill": Allotment(
         header={"axis_x": "GPIO0 GPIO5 GPIO6 GPIO13", "axis_y": "GPIO25 GPIO8 GPIO7 GPIO1",
                 "axis_z": "GPIO19 GPIO16 GPIO26 GPIO20", "reset": "GPIO21"},

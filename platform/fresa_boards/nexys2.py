@@ -122,6 +122,12 @@ _PANEL = {
 }
 
 _ALLOTMENTS = {
+    "gcode": Allotment(
+        header={"step": "JA1 JA7 JB1", "direction": "JA2 JA8 JB2", "enable": "JA3",
+                "limits": "JC1 JC2 JC3", "stop": "JC4", "spindle": "JB7", "reverse": "JB8",
+                "mist": "JB9", "flood": "JB10"},
+        panel={"buttons": "hold start abort", "rx": "rx", "tx": "tx",
+               "leds": "moving alarm fault"}),
     # A coil word has bit 0, YELLOW, on the lowest pin.
     "mill": Allotment(
         header={"axis_x": "JA1 JA2 JA3 JA4", "axis_y": "JA7 JA8 JA9 JA10",

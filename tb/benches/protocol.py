@@ -500,7 +500,7 @@ def g_code_reporter(run: Run) -> str:
 
 @bench
 def g_code_gate(run: Run) -> str:
-    """Lines that are passed, refused and carried out, and a setting that is changed."""
+    """Lines that are passed, refused and carried out; a setting is changed."""
     dut = GCodeGate()
     ends, written = [], []
 
