@@ -19,6 +19,7 @@ from .gcode_control import GCODE_CONTROL
 from .gcode_coordinates import GCODE_COORDINATES
 from .gcode_gate import GCODE_GATE
 from .gcode_interpreter import GCODE_INTERPRETER
+from .gcode_line import GCODE_LINE
 from .gcode_reader import GCODE_READER
 from .glitch import GLITCH
 from .guard import GUARD
@@ -108,6 +109,7 @@ GENERAL = {
     "fixed_point": FIXED_POINT,
     "gcode_reader": GCODE_READER,
     "gcode_gate": GCODE_GATE,
+    "gcode_line": GCODE_LINE,
     "text": TEXT,
     "gcode_coordinates": GCODE_COORDINATES,
     "unit_converter": UNIT_CONVERTER,
