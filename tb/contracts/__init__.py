@@ -17,7 +17,9 @@ from .divider import DIVIDER
 from .fixed_point import FIXED_POINT
 from .gcode_control import GCODE_CONTROL
 from .gcode_coordinates import GCODE_COORDINATES
+from .gcode_gate import GCODE_GATE
 from .gcode_interpreter import GCODE_INTERPRETER
+from .gcode_line import GCODE_LINE
 from .gcode_reader import GCODE_READER
 from .glitch import GLITCH
 from .guard import GUARD
@@ -106,6 +108,8 @@ GENERAL = {
     "decimal_writer": DECIMAL_WRITER,
     "fixed_point": FIXED_POINT,
     "gcode_reader": GCODE_READER,
+    "gcode_gate": GCODE_GATE,
+    "gcode_line": GCODE_LINE,
     "text": TEXT,
     "gcode_coordinates": GCODE_COORDINATES,
     "unit_converter": UNIT_CONVERTER,

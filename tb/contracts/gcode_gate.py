@@ -1,0 +1,112 @@
+"""Contract of the gate for system lines and for lines during an alarm."""
+
+from amaranth import Mux
+
+from fresa.protocol import GCodeGate
+from fresa.protocol.gcode_reader import GCodeKind, GCodeStatus
+
+from .contract import Case, Component, Contract
+
+__all__ = ["GCODE_GATE"]
+
+
+def describe(c: Contract, dut: GCodeGate) -> None:
+    """Every line ends once and in order, and what a line does is done before its end is passed."""
+    words, passed = dut.words, dut.passed
+    item = words.p
+    ends = item.kind == GCodeKind.END
+    taken = words.valid & words.ready
+    good = item.status == GCodeStatus.GOOD
+    same_but_status = ((item.as_value() ^ passed.p.as_value()) & ~_status_mask(item)) == 0
+    begins = c.past(0, init=1) | c.past(c.rst)
+
+    # What the reader keeps to: items stay until taken, and a line is of one kind
+    c.assume(begins | ~c.past(words.valid & ~words.ready)
+             | (words.valid & (item.as_value() == c.past(item.as_value()))))
+    inside, system = c.keep(1, name="inside"), c.keep(1, name="system")
+    c.assume(~words.valid | ~inside | (item.system == system))
+    characters, second = c.keep(2, name="characters"), c.keep(8, name="second")
+    open_ = c.keep(1, name="open")
+    with c.m.If(dut.answered):
+        c.m.d.sync += open_.eq(0)
+    with c.m.If(taken):
+        c.m.d.sync += [inside.eq(~ends), system.eq(item.system)]
+        with c.m.If(ends):
+            c.m.d.sync += [characters.eq(0), open_.eq(1)]
+        with c.m.Elif(item.system & (item.kind == GCodeKind.CHARACTER)):
+            c.m.d.sync += [characters.eq(Mux(characters == 3, 3, characters + 1)),
+                           second.eq(item.character)]
+    with c.m.If(c.rst):
+        c.m.d.sync += [inside.eq(0), characters.eq(0), open_.eq(0)]
+
+    def named(letter: str):
+        return words.valid & ends & item.system & good & (characters == 2) & (second == ord(letter))
+
+    c.invariant("one-end-for-each", "An end is passed in the clock in which one is taken.",
+                (taken & ends) == (passed.valid & passed.ready
+                                   & (passed.p.kind == GCodeKind.END)), cover=taken & ends)
+    c.implication("words-pass", "Words of G-code pass as they are, and at once.",
+                  when=words.valid & ~ends & ~item.system,
+                  then=passed.valid & (words.ready == passed.ready)
+                  & (passed.payload.as_value() == item.as_value()))
+    c.implication("system-words-do-not", "Items of a system line are taken, and not passed.",
+                  when=words.valid & ~ends & item.system, then=~passed.valid & words.ready)
+    c.implication("ends-pass", "Of an end only the status may be another.",
+                  when=passed.valid & ends, then=words.valid & same_but_status)
+    c.implication("errors-pass", "An error of the reader is passed at once.",
+                  when=words.valid & ends & ~good,
+                  then=passed.valid & (passed.p.status == item.status))
+    code = words.valid & ends & good & ~item.system
+    c.implication("locked-lines-refused", "During an alarm a line with a word is refused.",
+                  when=code & inside & dut.locked,
+                  then=passed.valid & (passed.p.status == GCodeStatus.LOCKED))
+    c.implication("other-lines-pass", "Otherwise, and if it is empty, it is not refused.",
+                  when=code & ~(inside & dut.locked),
+                  then=passed.valid & (passed.p.status == GCodeStatus.GOOD))
+    c.implication("nothing-of-nothing", "Without an item nothing is passed.",
+                  when=~words.valid, then=~passed.valid)
+    c.implication("unlock", "Only $X unlocks, when its end is passed, as a line without error.",
+                  when=dut.unlock,
+                  then=named("X") & taken & (passed.p.status == GCodeStatus.GOOD))
+    c.implication("home", "Only $H homes, and only if $22 is not 0.", when=dut.home,
+                  then=named("H") & (dut.value != 0))
+    acts = dut.home | dut.write | dut.configure | dut.listed.valid
+    c.implication("lines-before-answered", "A system line acts when those before are answered.",
+                  when=acts | dut.unlock, then=words.valid & ends & item.system & good & ~open_)
+    c.implication("acts-before-its-end", "Settings and homing are through when the end is passed.",
+                  when=acts, then=~passed.valid)
+
+    state, done = c.state("gate_state"), c.signal("done")
+    line, place = c.signal("line"), c.signal("place")
+    pending = words.valid & ends & item.system & good
+    c.invariant("known-line", "What is known of a system line is that of its characters.",
+                (line[0] == ((characters == 2) & (second == ord("X"))))
+                & (line[1] == ((characters == 2) & (second == ord("H"))))
+                & ((place == 0) == (characters == 0)) & ((place == 1) == (characters == 1))
+                & ((characters == 0) | (inside & system)),
+                cover=characters == 2, lemma=True)
+    c.invariant("registers", "A line that has a word, or is not answered, is known as such.",
+                (c.signal("filled") == inside) & (c.signal("open_") == open_), cover=inside,
+                lemma=True)
+    c.invariant("judged", "Only a system line that waits is judged.",
+                (~done | (state("PASS") & pending & ~open_))
+                & (state("PASS") | state("FAULT") | (pending & ~open_)), cover=done, lemma=True)
+    homes = c.past(state("ASK"))
+    c.invariant("homing", "The states of homing are those of $H.",
+                ~state("ASK", "HOME", "HOMING") | line[1], cover=homes, lemma=True)
+    c.invariant("unlocked", "$X has no error.",
+                ~line[0] | (state("PASS") & (~done | (c.signal("status") == 0)))
+                | state("FAULT"),
+                cover=done & line[0], lemma=True)
+    c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
+
+
+def _status_mask(item) -> int:
+    """Return the bits of a status in an item."""
+    field = item.shape()["status"]
+    return (1 << field.width) - 1 << field.offset
+
+
+GCODE_GATE = Component(make=GCodeGate, describe=describe,
+                       cases=(Case({"width": 8}), Case(real=True), Case({"width": 8}, upset=True)),
+                       depth=12)
