@@ -35,13 +35,33 @@ def _number(name: str, text: str) -> Fraction:
     return value
 
 
+def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
+    """Return settings by number, of such as ``22=1,130=300``."""
+    found = {}
+    for part in filter(None, text.split(",")):
+        number, equals, value = part.replace("$", "").partition("=")
+        try:
+            found[int(number)] = Fraction(value)
+        except (ValueError, ZeroDivisionError) as error:
+            raise ValueError(f"--settings must be such as 22=1,130=300, not {part!r}") from error
+        if int(number) in GIVEN:
+            raise ValueError(f"${int(number)} is what {GIVEN[int(number)]} is for")
+    return tuple(found.items())
+
+
+GIVEN = {11: "--deviation", **{first + axis: option for first, option in (
+    (100, "--steps"), (110, "--rate"), (120, "--acceleration")) for axis in range(AXES)}}
+"""Settings that have options of their own."""
+
+
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
-          deviation: str, **values: int):
+          deviation: str, settings: str, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
-        acceleration=each["acceleration"], deviation=_number("--deviation", deviation), **values)}
+        acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
+        others=_others(settings), **values)}
 
 
 def _inverted(**options: Any):
@@ -69,6 +89,8 @@ OPTIONS = (
     Option("deviation", "junction deviation in mm, $11: how far a corner may be cut to be passed "
            "without a stop; it is not cut (default: %(default)s)", "0.01", metavar="MM",
            serve=True),
+    Option("settings", "further settings by the numbers of GRBL, such as 22=1,23=3,130=300: see "
+           "docs/gcode.md (default: none)", "", metavar="N=V,...", serve=True),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
              metavar="NS")
       for name, time, says in (
