@@ -10,7 +10,16 @@ from pathlib import Path
 from fresa_boards.boards import BOARDS
 from tb.machines import machines
 from tools import build
-from tools.console import Parser, Progress, command, known, say, warn, write_files_atomically
+from tools.console import (
+    Parser,
+    Progress,
+    UserError,
+    command,
+    known,
+    say,
+    warn,
+    write_files_atomically,
+)
 
 __all__ = ["main", "table", "with_table", "without_figures"]
 
@@ -26,7 +35,7 @@ place and route, and how much of that the board's clock leaves to spare. Some se
 cores.
 
 With --write the figures are kept in docs/boards.json, and the tables in README.md and
-docs/boards.md are written anew. Boards that are not named keep their figures.
+docs/boards.md are written anew. Boards and machines that are not named keep their figures.
 """
 
 CELLS = {"ice40": "ICESTORM_LC", "ecp5": "TRELLIS_COMB"}
@@ -105,20 +114,29 @@ def main(argv: list[str] | None = None) -> int:
     parser = Parser(prog="python -m benchmarks.boards", description=ABOUT)
     parser.add_argument("boards", metavar="BOARD", nargs="*",
                         help=f"which; all of {', '.join(boards)}")
+    parser.add_argument("--machine", metavar="NAME", action="append", choices=[*machines()],
+                        help="measure this machine only; may be repeated")
     parser.add_argument("--write", action="store_true",
                         help="keep the figures, and write the tables of the pages")
     args = parser.parse_args(argv)
     chosen = [known(name, boards, "board with open tools") for name in args.boards] or boards
     found = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
     slow = []
-    builds = sum(len(machines_of(board)) for board in chosen)
+    pairs = {board: [name for name in machines_of(board) if name in (args.machine or [name])]
+             for board in chosen}
+    chosen = [board for board in chosen if pairs[board]]
+    if not chosen:
+        raise UserError("none of these boards has pins for it")
+    builds = sum(map(len, pairs.values()))
     with Progress(builds, "builds", "building") as progress:
         for board in chosen:
-            found[board] = {}
-            for machine in machines_of(board):
-                found[board][machine] = each = figures(board, machine)
+            new = {}
+            for machine in pairs[board]:
+                new[machine] = each = figures(board, machine)
                 slow += [f"{machine} on {board}"] * (each["margin"] < 0.2)
                 progress.advance()
+            every = {**found.get(board, {}), **new}
+            found[board] = {name: every[name] for name in machines_of(board) if name in every}
     found = {name: found[name] for name in boards if name in found}
     say(table({name: found[name] for name in chosen}))
     for each in slow:

@@ -423,7 +423,7 @@ class GCode(MachineComponent):
         return positions
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
-                flags: Value) -> Value:
+                flags: Value) -> Signal:
         """Give the control commands, buttons as such, and switches; return the limit switches."""
         buttons = {RealtimeCode.RESET: self.abort, RealtimeCode.HOLD: self.hold,
                    RealtimeCode.RESUME: self.start}
@@ -445,9 +445,10 @@ class GCode(MachineComponent):
             m.d.comb += each.i.eq(pin)
             switches.append(each.o)
         *limits, emergency = switches
-        m.d.comb += [control.hard_limit.eq(Cat(limits).any() & flags.hard),
+        switched = Signal(AXES)
+        m.d.comb += [switched.eq(Cat(limits)), control.hard_limit.eq(switched.any() & flags.hard),
                      control.emergency.eq(emergency)]
-        return Cat(limits)
+        return switched
 
     def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
                  motion: BlockMotion, reporter: GCodeReporter, switches: Value) -> None:

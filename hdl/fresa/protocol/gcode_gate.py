@@ -252,7 +252,7 @@ class GCodeGate(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
-    def _line(self, m: Module, ends: Signal, taken: Signal) -> data.View:
+    def _line(self, m: Module, ends: Signal, taken: Signal) -> Signal:
         """Read a system line: what it is, its number and its value."""
         item = self.words.p
         number = item.number

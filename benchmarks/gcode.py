@@ -1,0 +1,264 @@
+"""What the G-code machine reaches, measured at its pins."""
+
+import json
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fresa.machines.gcode import AXES, GCode, GCodeSettings
+from fresa.protocol import bit_period
+from tb.boards import component
+from tb.engines import CXXRTLEngine
+from tb.models.protocol import bits
+from tb.uart import Decoder
+from tools.console import (
+    Parser,
+    Progress,
+    check_output,
+    command,
+    say,
+    whole,
+    write_atomically,
+)
+
+__all__ = ["Figure", "figures", "main"]
+
+ABOUT = """\
+Runs the G-code machine at 50 MHz in simulation, clock by clock, with the times of an A4988, and
+measures at its pins: how many steps a second three axes make at once, how many short lines a second
+are read, planned and made at 1 Mbaud, that each is answered and all end where they say, in how
+many clocks a limit switch stops, and on how much way a feed hold. A minute or two.
+
+Exit status 1 if one is not as asked.
+"""
+
+EPILOG = """\
+examples:
+  python -m benchmarks.gcode
+  python -m benchmarks.gcode --blocks 100000 --json gcode.json
+      End positions after a hundred thousand blocks: half an hour.
+
+see also: benchmarks.planning for the depth of look-ahead, benchmarks.step_times for the instants of
+steps, benchmarks.arcs for circles, benchmarks.size for cells and clocks.
+"""
+
+CLOCK = 50_000_000
+RATE = 450_000
+"""Steps/s of each axis that are asked for."""
+LINES = 5_000
+"""Lines a second that are asked for."""
+STOP = 4
+"""Clocks from the end of the filter's time to the last rising edge at most."""
+GRANULE = 128
+"""Clocks in which the speed changes at least once."""
+
+PER_MM = 400
+"""Steps per mm: with three axes the path is then nearly as fast as can be, 2.1 m/s."""
+
+FAST = GCodeSettings(
+    baud=1_000_000, steps_per_mm=(Fraction(PER_MM),) * AXES,
+    max_rate=(Fraction(67_700),) * AXES, acceleration=(Fraction(17_000),) * AXES)
+
+
+class Figure(NamedTuple):
+    """A figure.
+
+    Attributes
+    ----------
+    name, unit : str
+        What it is.
+    measured, least, most : float, optional
+        What came out, and the range that is asked for.
+    """
+
+    name: str
+    unit: str
+    measured: float
+    least: float | None = None
+    most: float | None = None
+
+    @property
+    def right(self) -> bool:
+        """Whether it is as asked."""
+        return ((self.least is None or self.measured >= self.least)
+                and (self.most is None or self.measured <= self.most))
+
+    def __str__(self) -> str:
+        asked = (f"at least {self.least:,g}" if self.least is not None
+                 else f"at most {self.most:,g}")
+        return (f"{self.name:46} {self.measured:>12,.10g} {self.unit:9} asked: {asked:16}"
+                f"{'' if self.right else '  NOT REACHED'}")
+
+
+class Machine:
+    """The machine on an engine, and the steps that left its pins."""
+
+    def __init__(self, engine: CXXRTLEngine) -> None:
+        self.engine = engine
+        self.bit = bit_period(FAST.clock, FAST.baud)
+        self.decoder = Decoder(self.bit)
+        self.text = ""
+        self.position = np.zeros(AXES, np.int64)
+        self.edges: list[list[NDArray[np.int64]]] = [[] for _ in range(AXES)]
+        self.high = 0
+        engine.set(rx=1)
+        self.run(5_000)
+
+    def run(self, clocks: int) -> None:
+        """Let time pass, and count."""
+        seen = self.engine.run(clocks, ("step", "direction", "tx"))
+        step = seen["step"].astype(np.int64)
+        rises = step & ~np.concatenate([[self.high], step[:-1]]) if len(step) else step
+        self.high = int(step[-1]) if len(step) else self.high
+        clock, direction = seen.clock.astype(np.int64), seen["direction"].astype(np.int64)
+        for axis in range(AXES):
+            rows = np.flatnonzero(rises >> axis & 1)
+            if len(rows):
+                self.edges[axis].append(clock[rows])
+                self.position[axis] += int((2 * (direction[rows] >> axis & 1) - 1).sum())
+        for when, level in zip(seen.clock.tolist(), seen["tx"].tolist(), strict=True):
+            self.text += self.decoder.feed(when, level).decode()
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, one after the other."""
+        for byte in data:
+            for level in bits(byte):
+                self.engine.set(rx=level)
+                self.run(self.bit)
+
+    def finish(self) -> None:
+        """Wait until nothing moves."""
+        self.run(20_000)
+        while self.engine.get("moving"):
+            self.run(20_000)
+        self.run(20_000)
+
+    def steps(self, axis: int) -> NDArray[np.int64]:
+        """Return the clocks of the rising edges of an axis so far."""
+        return np.concatenate([np.zeros(0, np.int64), *self.edges[axis]])
+
+    def forget(self) -> None:
+        """Forget edges and text."""
+        self.edges, self.text = [[] for _ in range(AXES)], ""
+
+
+def _rate(machine: Machine) -> Iterator[Figure]:
+    """Measure three axes at once, at the highest speed, over 1000 steps in the middle."""
+    machine.send(b"G91\n" + 5 * b"G0X40Y40Z40\n")
+    machine.finish()
+    slowest = min(1000 * CLOCK / (steps[len(steps) // 2 + 500] - steps[len(steps) // 2 - 500])
+                  for steps in map(machine.steps, range(AXES)))
+    yield Figure("steps of each of three axes at once", "steps/s", round(float(slowest)), RATE)
+    yield Figure("steps of these lines that are missing", "steps",
+                 int(abs(machine.position - 200 * PER_MM).sum()), most=0)
+
+
+def _lines(machine: Machine, count: int) -> Iterator[Figure]:
+    """Stream short lines with no pause; the path goes on and on, at a corner now and then."""
+    machine.send(b"G90G1F9000\n")
+    machine.finish()
+    machine.forget()
+    at = machine.position.copy()
+    rng = np.random.default_rng(1)
+    way = np.array([1, 1, 0])
+    begin, lines = machine.engine.clock, 0
+    for number in range(count):
+        if number % 200 == 199:
+            way = rng.permutation(np.array([1, 1, 0])) * rng.choice([-1, 1])
+        at = at + 8 * way
+        # Wait for answers, as a sender would that counts bytes.
+        while lines - machine.text.count("\n") > 8:
+            machine.run(machine.bit)
+        machine.send(b"".join(b"%c%.2f" % (b"XYZ"[axis], at[axis] / PER_MM)
+                              for axis in np.flatnonzero(way)) + b"\n")
+        lines += 1
+    while machine.text.count("\n") < lines:
+        machine.run(machine.bit)
+    seconds = (machine.engine.clock - begin) / CLOCK
+    machine.finish()
+    yield Figure("short lines read, planned and answered", "lines/s", round(lines / seconds), LINES)
+    yield Figure("lines not answered ok", "lines", lines - machine.text.count("ok\r\n"), most=0)
+    yield Figure(f"steps off the end of {lines:,} blocks", "steps",
+                 int(abs(machine.position - at).sum()), most=0)
+
+
+def _hold(machine: Machine) -> Iterator[Figure]:
+    """Hold a line at 100 mm/s, and let it go on."""
+    speed, acceleration = 100.0, float(FAST.acceleration[0])
+    begin = int(machine.position[0])
+    machine.send(b"G91G1X20F6000\n")
+    machine.run(2_000_000)
+    machine.forget()
+    machine.send(b"!")
+    sent = machine.engine.clock - machine.bit // 2  # the middle of the stop bit
+    machine.run(2_000_000)
+    edges = machine.steps(0)
+    way = float((edges > sent).sum()) / PER_MM
+    machine.send(b"~")
+    machine.finish()
+    ideal = speed**2 / 2 / acceleration
+    granule = 2 * GRANULE * speed / CLOCK
+    yield Figure("way of a hold beyond v²/2a", "mm", round(way - ideal, 4),
+                 most=round(granule + 2 / PER_MM, 4))
+    yield Figure("steps off the end after a hold", "steps",
+                 abs(int(machine.position[0]) - begin - 20 * PER_MM), most=0)
+
+
+def _stop(machine: Machine, count: int = 4) -> Iterator[Figure]:
+    """Close a limit switch while three axes run."""
+    latest = -FAST.filter
+    for number in range(count):
+        machine.send(b"G91G1X-20Y-19Z-18F20000\n")
+        machine.run(1_500_000 + 137 * number)
+        machine.forget()
+        machine.engine.set(limits=1 << number % AXES)
+        closed = machine.engine.clock
+        machine.run(50_000)
+        last = max(int(steps[-1]) for steps in map(machine.steps, range(AXES)) if len(steps))
+        latest = max(latest, last - closed - FAST.filter)
+        machine.engine.set(limits=0)
+        machine.send(b"\x18$X\n")
+        machine.run(100_000)
+    yield Figure("last edge after a limit switch and its filter", "clocks", latest, most=STOP)
+
+
+def figures(blocks: int) -> Iterator[Figure]:
+    """Yield the figures, with so many blocks streamed."""
+    with CXXRTLEngine(component("gcode", GCode(settings=FAST))) as engine:
+        machine = Machine(engine)
+        yield from _rate(machine)
+        yield from _lines(machine, blocks)
+        yield from _hold(machine)
+        yield from _stop(machine)
+        yield Figure("faults", "", engine.get("fault"), most=0)
+
+
+@command
+def main(argv: list[str] | None = None) -> int:
+    """Run the benchmark."""
+    parser = Parser(prog="python -m benchmarks.gcode", description=ABOUT, epilog=EPILOG)
+    parser.add_argument("--blocks", metavar="N", type=whole(10, 10**7), default=1000,
+                        help="short lines to stream (default: %(default)s)")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures to a file")
+    args = parser.parse_args(argv)
+    if args.json:
+        check_output(args.json)
+    found: list[Figure] = []
+    with Progress(9, "figures", "measuring") as progress:
+        for figure in figures(args.blocks):
+            found.append(figure)
+            progress.advance()
+    for figure in found:
+        say(str(figure))
+    facts: dict[str, Any] = {each.name: {**each._asdict(), "right": each.right} for each in found}
+    if args.json:
+        write_atomically(args.json, (json.dumps(facts, indent=1) + "\n").encode())
+    return 0 if all(each.right for each in found) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
