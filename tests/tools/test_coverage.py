@@ -59,7 +59,7 @@ class TestStates:
         found = coverage.with_state_machine()
         assert [name for name in found if name in GENERAL] == [
             "profile", "order_control", "sequencer", "start", "coordinates",
-            "square", "gcode_control", "uart_receiver", "decimal_writer", "unit_converter",
+            "square", "gcode_control", "uart_receiver", "decimal_writer", "gcode_gate", "unit_converter",
             "gcode_interpreter"]
 
     @pytest.mark.prover
