@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil
+from math import ceil, floor
 
 from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
 from amaranth.lib.wiring import In, Out, connect
@@ -76,7 +76,7 @@ class GCodeSettings:
     width_ns, low_ns, setup_ns, hold_ns : int
         Times of the driver modules, see :class:`StepDirDriver`; by default those of an A4988.
     filter_us : int
-        Least time for which a limit switch must be on: $201.
+        Least time for which a limit switch must be on.
     others : sequence of tuple
         Further settings: the number that GRBL gives it, and a value, see `SETTINGS`.
     depth : int
@@ -149,10 +149,16 @@ class GCodeSettings:
             values |= {first + axis: value for axis, value in enumerate(of_axes)}
         decimal = {each.number for each in SETTINGS if each.decimal}
         for number, value in values.items():
+            if number in dict(self.others) and 100 <= number <= 122 or number == 11 and (
+                    11 in dict(self.others)):
+                raise ValueError(f"${number} is not one of the others")
             if number not in decimal and value != int(value):
                 raise ValueError(f"${number} must be a whole number, not {float(value):g}")
-        return {number: round(value * 1000) if number in decimal else int(value)
-                for number, value in values.items()}
+        if values.get(20) and not values.get(22):
+            raise ValueError("$20, soft limits, needs $22, homing")
+        # A rate is rounded down, as the drivers may not be able to make a higher one.
+        return {number: floor(value * 1000) if 110 <= number <= 112 else round(value * 1000)
+                if number in decimal else int(value) for number, value in values.items()}
 
     def line(self) -> Line:
         """Return the settings of the formulas."""
@@ -298,10 +304,14 @@ class GCode(MachineComponent):
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
             motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart),
+            motion.off.eq(renewed),
             control.moving.eq(moving), control.standing.eq(motion.still),
         ]
         for axis in range(AXES):
-            m.d.comb += [motion.position[axis].eq(positions[axis][:2]),
+            # Places are counted from 34 m below 0, which with an odd number of steps per metre is
+            # not a whole number of turns of these two bits.
+            below = planner.steps_per_metre[axis][0] << 1
+            m.d.comb += [motion.position[axis].eq(positions[axis][:2] + below),
                          motion.steps[axis].eq(planner.steps_per_metre[axis])]
         faults += [motion.fault]
 
@@ -370,7 +380,8 @@ class GCode(MachineComponent):
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
             store.trial.eq(gate.trial), store.write.eq(gate.write),
             planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
-            gate.configured.eq(planner.configured), gate.refused.eq(planner.verdict != 0),
+            gate.stopped.eq(control.stop), gate.configured.eq(planner.configured),
+            gate.refused.eq(planner.verdict != 0),
             gate.homed.eq(homing.done), homing.start.eq(gate.home),
             homing.allowed.eq(control.state == GCodeState.HOME),
             homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),

@@ -1,6 +1,6 @@
 """From words of blocks to ticks, segments and outputs."""
 
-from amaranth import Array, Module, Mux, Signal, signed
+from amaranth import Array, Module, Mux, ResetSignal, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -48,6 +48,8 @@ class BlockLoader(wiring.Component):
         Nothing moves: profile and walk have made all that they took, and all steps are made.
     start : In(1)
         End a pause.
+    off : In(1)
+        Switch the outputs off. A reset that is inserted leaves them as they are.
     paused : Out(1)
         A pause waits.
     waiting : Out(1)
@@ -74,7 +76,7 @@ class BlockLoader(wiring.Component):
                 "energy": squares, "modulus": modulus_bits, "nominal": squares,
                 "log2_ticks": range(41)}))),
             "segments": Out(stream.Signature(Segment)),
-            "idle": In(1), "start": In(1), "paused": Out(1), "waiting": Out(1),
+            "idle": In(1), "start": In(1), "off": In(1), "paused": Out(1), "waiting": Out(1),
             "outputs": Out(Outputs), "extra": Out(WIDTH), "fault": Out(1),
         })
 
@@ -139,6 +141,7 @@ class BlockLoader(wiring.Component):
         pause = Signal(range(REFRESH))
         microseconds = self._microseconds(m)
         left = Signal(WIDTH)
+        outputs, extra = Signal(Outputs, reset_less=True), Signal(WIDTH, reset_less=True)
         due = Signal()  # outputs wait for the end of motion
         due_outputs = Signal(Outputs)
         due_extra = Signal(WIDTH)
@@ -192,10 +195,13 @@ class BlockLoader(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
         with m.If(self.segments.valid & self.segments.ready):
-            m.d.sync += [self.segments.valid.eq(0), self.outputs.eq(segment_header.outputs),
-                         self.extra.eq(new_extra), due.eq(0)]
+            m.d.sync += [self.segments.valid.eq(0), outputs.eq(segment_header.outputs),
+                         extra.eq(new_extra), due.eq(0)]
         with m.Elif(due & self.idle):
-            m.d.sync += [self.outputs.eq(due_outputs), self.extra.eq(due_extra), due.eq(0)]
+            m.d.sync += [outputs.eq(due_outputs), extra.eq(due_extra), due.eq(0)]
+        with m.If(self.off | ResetSignal()):
+            m.d.sync += [outputs.eq(0), extra.eq(0)]
+        m.d.comb += [self.outputs.eq(outputs), self.extra.eq(extra)]
         return m
 
     def _segment(self, m: Module, header: Signal, starts: list, ends: list,

@@ -41,11 +41,11 @@ class BlockMotion(wiring.Component):
     flush : In(1)
         Drop all blocks.
     position : In(2 bits an axis)
-        Steps of each axis, modulo 4, for `flush`.
+        Steps of each axis, counted as places are, modulo 4, for `flush`.
     made : In(1)
         All steps are made.
-    start : In(1)
-        End a pause.
+    start, off : In(1)
+        End a pause; switch the outputs off, which `flush` leaves as they are.
     step, direction : Out(3)
         A step of each axis; 1 is forward.
     free : Out(range(depth + 1))
@@ -79,7 +79,7 @@ class BlockMotion(wiring.Component):
         super().__init__({
             "steps": In(27).array(3), "words": In(self._queue.write.signature.flip()),
             "hold": In(1), "flush": In(1),
-            "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1),
+            "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1), "off": In(1),
             "step": Out(3), "direction": Out(3), "free": Out(range(depth + 1)),
             "speed": Out(self._profile.speed_bits), "still": Out(1), "idle": Out(1),
             "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WIDTH), "starved": Out(1),
@@ -108,7 +108,7 @@ class BlockMotion(wiring.Component):
             walk.load.eq(flushed), walk.position.eq(self.position),
             loader.idle.eq(self.still & ~loader.profile.valid & ~loader.segments.valid
                            & ~walk.busy),
-            loader.start.eq(self.start),
+            loader.start.eq(self.start), loader.off.eq(self.off),
             self.step.eq(walk.step), self.direction.eq(walk.direction),
             self.free.eq(queue.free), self.speed.eq(profile.speed),
             self.still.eq(settled[-1] & profile.standing & self.made),

@@ -60,6 +60,8 @@ class GCodeGate(wiring.Component):
         Refuse lines of G-code.
     resting : In(1)
         Nothing moves, or will by lines that are answered, and it is in IDLE or ALARM.
+    stopped : In(1)
+        Nothing moves until a reset: there is no homing cycle either.
     settling : In(1)
         What was done before is not complete: `resting` says nothing yet.
     unlock : Out(1)
@@ -90,7 +92,7 @@ class GCodeGate(wiring.Component):
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
             "answered": In(1), "locked": In(1), "resting": In(1), "settling": In(1),
-            "unlock": Out(1), "home": Out(1), "homed": In(1),
+            "stopped": In(1), "unlock": Out(1), "home": Out(1), "homed": In(1),
             "address": Out(index), "value": In(SETTING_BITS), "number": In(8), "decimal": In(1),
             "least": In(1), "most": In(SETTING_BITS),
             "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
@@ -157,7 +159,7 @@ class GCodeGate(wiring.Component):
                         answer(GCodeStatus.GOOD)
                     with m.Elif(~(line.homes | line.lists | line.sets)):
                         answer(GCodeStatus.UNSUPPORTED)
-                    with m.Elif(~self.resting):
+                    with m.Elif(~self.resting | (line.homes & self.stopped)):
                         answer(GCodeStatus.NOT_IDLE)
                     with m.Elif(line.homes):
                         m.next = "ASK"
@@ -236,12 +238,16 @@ class GCodeGate(wiring.Component):
                     m.next = "WRITE"
                     with m.If(self.refused):
                         m.next = "RESTORE"
+                    with m.Elif((index == HOMING) & (changed == 0)):
+                        m.d.sync += index.eq(NEEDS_HOMING)
+                        m.next = "DISABLE"
+            with m.State("DISABLE"):
+                m.d.comb += self.write.eq(1)
+                m.d.sync += index.eq(HOMING)
+                m.next = "WRITE"
             with m.State("WRITE"):
                 m.d.comb += self.write.eq(1)
-                with m.If((index == HOMING) & (changed == 0)):
-                    m.d.sync += index.eq(NEEDS_HOMING)
-                with m.Else():
-                    answer(GCodeStatus.GOOD)
+                answer(GCodeStatus.GOOD)
             with m.State("RESTORE"):
                 m.d.comb += self.configure.eq(1)
                 with m.If(self.configured):
@@ -285,11 +291,11 @@ class GCodeGate(wiring.Component):
                         with m.If(character == ord("=")):
                             m.d.sync += place.eq(4)
                     with m.Case(4, 5):
-                        with m.If(numeric):
+                        with m.If(numeric & ~line.sets):
                             m.d.sync += place.eq(5)
             with m.Elif(place == 3):  # the number has ended
                 m.d.sync += line.number.eq(Mux(number.whole[8:].any(), 0, number.whole))
-            with m.Elif(place == 5):
+            with m.Elif((place == 5) & (character == ord("="))):
                 m.d.sync += [
                     line.sets.eq(1), line.value.eq(number.value), line.whole.eq(number.whole),
                     line.negative.eq(number.value[-1] & ~number.overflow),

@@ -125,8 +125,8 @@ class GCodeReporter(wiring.Component):
     messages : In(stream.Signature(GCodeMessage))
         Messages.
     settings : In(stream.Signature)
-        Settings, each taken when its line, ``$number=value``, is sent: a number, a value, and
-        whether that has decimals.
+        Settings, each taken when its line, ``$number=value``, is sent, and sampled when that
+        begins: a number, a value, and whether that has decimals.
     request : In(1)
         Send a report. A request in the clock in which one begins is for the next.
     reporting : Out(1)
@@ -197,6 +197,7 @@ class GCodeReporter(wiring.Component):
         waiting = Signal()  # a report
         answer_first = Signal()
         is_setting = Signal()
+        value = Signal(SETTING_BITS)  # of a setting
         samples = Signal()
         has_origin, has_overrides = self._intermittent(m, samples)
         with m.If(self.request):
@@ -218,7 +219,7 @@ class GCodeReporter(wiring.Component):
             is_pin.eq(item[6:8] == 0b11),
             is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
             texts.numbers.payload.eq(text),
-            writer.numbers.payload.eq(self._number(m, item, code)),
+            writer.numbers.payload.eq(self._number(m, item, code, value)),
             writer.pointed.eq(item[3]),
             writer.bytes.ready.eq(self.bytes.ready),
             self.bytes.valid.eq(writer.bytes.valid),
@@ -250,7 +251,8 @@ class GCodeReporter(wiring.Component):
                 with m.Elif(self.settings.valid):
                     m.d.sync += [
                         text.eq(Mux(self.settings.p.decimal, DECIMAL_SETTING, WHOLE_SETTING)),
-                        code.eq(self.settings.p.number), is_setting.eq(1), answer_first.eq(0),
+                        code.eq(self.settings.p.number), value.eq(self.settings.p.value),
+                        is_setting.eq(1), answer_first.eq(0),
                     ]
                     m.next = "ASK"
 
@@ -317,11 +319,11 @@ class GCodeReporter(wiring.Component):
             m.d.sync += origin_left.eq(0)
         return has_origin, has_overrides
 
-    def _number(self, m: Module, item: Value, code: Value) -> Value:
+    def _number(self, m: Module, item: Value, code: Value, setting: Value) -> Value:
         """Return the number for which an item stands."""
         number = Signal(self._writer.shape)
         values = {CODE: code, BLOCKS: self.free_blocks, BYTES: self.free_bytes, FEED: self.feed,
-                  SPEED: self.speed, WHOLE: self.settings.p.value, DECIMAL: self.settings.p.value}
+                  SPEED: self.speed, WHOLE: setting, DECIMAL: setting}
         for name, marks in (("position", POSITION), ("origin", ORIGIN)):
             values |= {mark: getattr(self, f"{name}_{axis}")
                        for mark, axis in zip(marks, "xyz", strict=True)}

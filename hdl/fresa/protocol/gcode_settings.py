@@ -63,7 +63,7 @@ SETTINGS = (
     *_axes(100, "steps per mm", _MOST, 250_000),
     *_axes(110, "highest speed, mm/min,", 128_849_018, 500_000),
     *_axes(120, "acceleration, mm/s²,", 17_179_869, 10_000),
-    *_axes(130, "travel, mm,", 20_000_000, 200_000),
+    *_axes(130, "travel, mm,", 13_600_000, 200_000),
     GCodeSetting(200, "a reset stops at once, and the position is lost", 0, 1, False, 0),
 )
 """All settings in the order of their numbers, which is that of their addresses in the store."""

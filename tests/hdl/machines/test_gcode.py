@@ -323,13 +323,15 @@ def test_homing_that_finds_no_switch_is_an_alarm(design):
         assert session.send("G0X1\n$X\nG0X1\n") == ["error:9", "ok", "ok"]
 
 
-def test_settings_are_listed_changed_and_kept(session):
-    def settings() -> list[str]:
-        session.send("$$\n", read=False)
-        session.run(80_000)
-        return session.read()
+def _settings(session: Session) -> list[str]:
+    """Return the lines that list the settings, and what follows."""
+    session.send("$$\n", read=False)
+    session.run(80_000)
+    return session.read()
 
-    listed = settings()
+
+def test_settings_are_listed_changed_and_kept(session):
+    listed = _settings(session)
     assert listed[-1] == "ok"
     numbers = {line.partition("=")[0]: line.partition("=")[2] for line in listed[:-1]}
     assert (numbers["$100"], numbers["$101"], numbers["$22"]) == ("80.000", "40.000", "0")
@@ -340,11 +342,55 @@ def test_settings_are_listed_changed_and_kept(session):
     assert session.position == [320, 0, 0]
     assert session.state() == ("Idle", [2, 0, 0])
     assert session.send("\x18") == [GREETING]
-    assert settings() == [
+    assert _settings(session) == [
         {"$100=80.000": "$100=160.000", "$110=6000.000": "$110=90000.000"}.get(line, line)
         for line in listed]
     assert session.send("$100=80\n") == ["ok"]
     assert session.state()[1] == [4, 0, 0]  # the motors are where they were
+
+
+def test_steps_per_metre_may_be_odd(session):
+    for text, place in (("26.667", 27), ("80.001", 80), ("79.999", 80)):
+        assert session.send(f"G0X0Y0\n$100={text}\nG0X1Y1\n") == ["ok"] * 3
+        assert session.position[:2] == [place, 40]
+        assert session.send("G2X1Y1I0.5\nG0X0Y0\n") == ["ok"] * 2
+        assert session.position == [0, 0, 0]
+        assert not session.engine.get("fault")
+
+
+def test_the_spindle_stays_on_while_a_setting_is_changed(session):
+    session.send("M3S1000M8\n")
+    session.on.clear()
+    seen = []
+    session.send("$27=2\n", wait=False)
+    seen.append(session.engine.get("spindle", "flood"))
+    session.engine.set(rx=1)
+    trace = session.engine.run(50_000, ("spindle", "flood"))
+    assert seen == [(1, 1)]
+    assert trace["spindle"].all() and trace["flood"].all()
+    session.send("\x18")
+    assert session.engine.get("spindle", "flood") == (0, 0)
+
+
+def test_a_reset_in_a_list_of_settings_does_not_change_what_it_says(session):
+    right = {line.split("=")[0]: line for line in _settings(session)}
+    for wait in range(0, 60_000, 7_000):
+        session.waiting += [level for byte in b"$$\n" for level in bits(byte)]
+        session.run(800 + wait)
+        session.waiting += [level for byte in b"\x18" for level in bits(byte)]
+        session.run(60_000)
+        for line in session.read():
+            assert not line.startswith("$") or line == right[line.split("=")[0]]
+
+
+def test_no_homing_cycle_is_begun_before_a_reset_that_is_due(session):
+    session.send("$22=1\n")
+    session.engine.set(stop=1)
+    session.run(12_000)
+    session.read()
+    assert session.send("$H\n", wait=False) == ["error:8"]
+    session.engine.set(stop=0)
+    assert session.send("\x18")[0] == GREETING
 
 
 def test_directions_and_switches_may_be_inverted(session):

@@ -144,6 +144,14 @@ def test_lines(gate, locked, text, expected):
         assert (machine.letters, machine.statuses, machine.unlocks) == expected
 
 
+def test_there_is_no_homing_cycle_before_a_reset_that_is_due(gate):
+    with AmaranthEngine(gate) as engine:
+        engine.set(stopped=1)
+        machine = Machine(engine, {**DEFAULTS, 22: 1})
+        machine.send("$H\n$100=7\n$X\n")
+        assert (machine.statuses, machine.homes, machine.unlocks) == ([8, 0, 0], 0, 1)
+
+
 @pytest.mark.parametrize("text", ["$$\n", "$100=1\n", "$H\n"])
 def test_what_has_to_wait_for_rest_is_refused(gate, text):
     with AmaranthEngine(gate) as engine:
@@ -217,7 +225,9 @@ def test_settings_are_changed_or_refused(gate, seed):
 
 
 @pytest.mark.parametrize("text", ["$100\n", "$100=\n", "$=1\n", "$100=1X\n", "$X100=1\n",
-                                  "$1X=1\n", "$-100=1\n", "$100.0=1\n", "$100==1\n", "$$1\n"])
+                                  "$1X=1\n", "$-100=1\n", "$100.0=1\n", "$100==1\n", "$$1\n",
+                                  "$100=1-60\n", "$100=--50\n", "$100=1.5.70\n",
+                                  "$100=+-60\n", "$100=.-60\n"])
 def test_what_only_looks_like_a_setting_is_refused(gate, text):
     with AmaranthEngine(gate) as engine:
         machine = Machine(engine, DEFAULTS)
