@@ -353,7 +353,7 @@ def test_steps_per_metre_may_be_odd(session):
     for text, place in (("26.667", 27), ("80.001", 80), ("79.999", 80)):
         assert session.send(f"G0X0Y0\n$100={text}\nG0X1Y1\n") == ["ok"] * 3
         assert session.position[:2] == [place, 40]
-        assert session.send("G2X1Y1I0.5\nG0X0Y0\n") == ["ok"] * 2
+        assert session.send("G2X1Y1I0.5F4000\nG0X0Y0\n") == ["ok"] * 2
         assert session.position == [0, 0, 0]
         assert not session.engine.get("fault")
 
