@@ -157,6 +157,15 @@ def test_positioner_moves_at_the_pins(family):
     assert engine.get("enable") == 0
 
 
+@pytest.mark.parametrize(("name", "seed"), [("icepi-zero", ["--seed", "1"]), ("icebreaker", [])])
+def test_random_numbers_of_place_and_route_begin_where_the_family_says(name, seed):
+    board = BOARDS[name]
+    plan = prepare(board, "single", made(board, "single"))
+    assert board.flow is not None
+    _, route, _ = board.flow.commands(plan.files, "single")
+    assert route[3:3 + len(seed)] == seed and ("--seed" in route) == bool(seed)
+
+
 class TestStartUp:
     def test_is_20_us(self):
         assert {name: board.start_up for name, board in OPEN.items()} == {

@@ -252,6 +252,13 @@ def test_tables_are_those_of_the_figures(page):
     assert page.read_text() == with_table(page.read_text(), FIGURES)
 
 
+@pytest.mark.parametrize("machine", ["mill", "single", "positioner"])
+def test_an_ecp5_reaches_100_mhz(machine):
+    boards = [name for name, board in BOARDS.items() if board.flow and board.flow.extra == "ecp5"]
+    assert len(boards) == 5
+    assert min(FIGURES[name][machine]["fmax_mhz"] for name in boards) >= 100
+
+
 def test_every_board_has_figures():
     assert {*FIGURES} <= {*BOARDS}
     assert not (advice := without_figures(FIGURES)), advice
