@@ -253,12 +253,14 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
     quick : bool
         With less to do.
     written : mapping
-        A record. A part of it that is of what is here is taken from it, if it was never run here.
+        A record. A part of it that is of what is here is taken from it, if it was never run here;
+        the versions of both are then named.
     """
     chosen = list(chosen)
     now = fingerprints.take(name for part in chosen for name in part.depends())
     record: dict = {"cores": os.cpu_count(), "parts": {}}
     failed = []
+    elsewhere = False  # a part is taken from the record
     for part in chosen:
         of = {name: now[name] for name in part.depends()}
         folder = work / part.name
@@ -267,8 +269,10 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
         key = hashlib.sha256(json.dumps([words, versions(), of]).encode()).hexdigest()
         found = None
         if part.name not in again:
-            found = _kept(folder / KEPT, key) if folder.exists() else _written(
-                written, part, _spelt(words), of)
+            if folder.exists():
+                found = _kept(folder / KEPT, key)
+            elif found := _written(written, part, _spelt(words), of):
+                elsewhere = True
         if found is None:
             say(f"\n== {_spelt(words)}")
             before = _read(folder / BEGUN)
@@ -304,16 +308,14 @@ def run(chosen: Iterable[Part], work: Path, *, again: Sequence[str] = (), quick:
     if failed:
         say(f"\nNOT in order: {', '.join(failed)}; the record is not written")
         return None
-    return record | {"versions": versions()}
+    taken = written.get("versions", ()) if elsewhere else ()
+    return record | {"versions": tuple(dict.fromkeys([*versions(), *taken]))}
 
 
 def _written(record: Mapping, part: Part, command: str, of: Mapping) -> Mapping | None:
     """Return what a record says of a part, if that is of what is here."""
     there = record.get("parts", {}).get(part.name, {})
-    if (there.get("command"), there.get("of")) != (command, dict(of)) or tuple(
-            record.get("versions", ())) != versions():
-        return None
-    return there
+    return there if (there.get("command"), there.get("of")) == (command, dict(of)) else None
 
 
 def stale(record: Mapping) -> dict[str, list[str]]:
