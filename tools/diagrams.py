@@ -374,7 +374,7 @@ DIAGRAMS = (
         "inputs: run outputs: address write done too_long state: dut.converter_state_state",
         0, 190, radix=("address=dec",)),
     Diagram(
-        "g-code-settings-store",
+        "g-code-setting-store",
         "$100 is read; while `trial` is 1 it reads as what may become of it; then it is written.",
         "inputs: address write_address data trial write outputs: number value", 0, 3,
         radix=("address=dec", "write_address=dec", "data=dec", "number=dec", "value=dec")),

@@ -12,7 +12,7 @@ from fresa.protocol import (
     GCodeMessage,
     GCodeReader,
     GCodeReporter,
-    GCodeSettingsStore,
+    GCodeSettingStore,
     GCodeState,
     GCodeStatus,
     HexReader,
@@ -500,7 +500,7 @@ def g_code_reporter(run: Run) -> str:
 
 @bench
 def g_code_gate(run: Run) -> str:
-    """Lines that are passed, refused and carried out; a setting is changed."""
+    """Lines that are passed, refused, and carried out: a setting."""
     dut = GCodeGate()
     ends, written = [], []
 
@@ -530,7 +530,7 @@ def g_code_gate(run: Run) -> str:
             if place in values:  # a number has ended
                 whole = values[place]
                 await put(ctx, dut.words, {
-                    "kind": GCodeKind.WORD, "system": 1,
+                    "kind": GCodeKind.WORD, "system": 1, "character": ord("$="[place > 4]),
                     "number": {"value": whole * 10**6, "whole": whole, "integer": 1}})
         await put(ctx, dut.words, {"kind": GCodeKind.END, "system": system})
 
@@ -552,9 +552,9 @@ def g_code_gate(run: Run) -> str:
 
 
 @bench
-def g_code_settings_store(run: Run) -> str:
+def g_code_setting_store(run: Run) -> str:
     """A setting that is read, tried and written."""
-    dut = GCodeSettingsStore(values={100: 80_000})
+    dut = GCodeSettingStore(values={100: 80_000})
 
     async def test(ctx):
         at = setting_index(100)

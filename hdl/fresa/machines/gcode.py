@@ -19,7 +19,7 @@ from ..protocol import (
     GCodeInterpreter,
     GCodeReader,
     GCodeReporter,
-    GCodeSettingsStore,
+    GCodeSettingStore,
     GCodeState,
     LineBuffer,
     RealtimeCode,
@@ -296,7 +296,7 @@ class GCode(MachineComponent):
         m.submodules.motion = motion = BlockMotion(
             clock=settings.clock, depth=settings.depth)
         connect(m, planner.words, motion.words)
-        m.submodules.settings = store = GCodeSettingsStore(
+        m.submodules.settings = store = GCodeSettingStore(
             values=settings.store)
         flags = store.flags
         positions = self._drivers(m, control, motion, planner, homing, flags, faults)
@@ -370,7 +370,7 @@ class GCode(MachineComponent):
         return m
 
     def _system(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
-                motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingsStore) -> None:
+                motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingStore) -> None:
         """Carry out what system lines want: settings, and the homing cycle."""
         m.d.comb += [
             gate.resting.eq(motion.idle & ((control.state == GCodeState.IDLE)

@@ -16,7 +16,7 @@ from .gcode_settings import (
     SETTING_BITS,
     SETTINGS,
     GCodeFlags,
-    GCodeSettingsStore,
+    GCodeSettingStore,
     setting_index,
     setting_values,
 )
@@ -37,7 +37,7 @@ __all__ = [
     "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction", "GCodeActionKind",
     "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine",
     "GCodeLineState", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
-    "GCodeSettingsStore", "GCodeState", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer",
+    "GCodeSettingStore", "GCodeState", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer",
     "LineEnd", "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
     "Received", "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "UnitConverter",
     "WordReader", "bit_period", "fixed_point_layout", "gcode_layout", "setting_index",

@@ -69,7 +69,7 @@ class GCodeGate(wiring.Component):
     home, homed : Out(1), In(1)
         Begin a homing cycle, one clock; it is through, one clock.
     address, value, number, decimal, least, most : Out(5), In(27), In(8), In(1), In(1), In(27)
-        The store of settings, for reading, see :class:`GCodeSettingsStore`.
+        The store of settings, for reading, see :class:`GCodeSettingStore`.
     write_address, data, trial, write : Out(5), Out(27), Out(1), Out(1)
         For writing.
     configure, configured, refused : Out(1), In(1), In(1)

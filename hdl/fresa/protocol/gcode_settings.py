@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting", "GCodeSettingsStore",
+__all__ = ["SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting", "GCodeSettingStore",
            "setting_index", "setting_values"]
 
 SETTING_BITS = 27
@@ -106,7 +106,7 @@ _FLAGS = {"inverted": 3, "open": 5, "soft": 20, "hard": 21, "homing": 22, "lower
           "strict": 200}
 
 
-class GCodeSettingsStore(wiring.Component):
+class GCodeSettingStore(wiring.Component):
     """Holds all settings, and what is known of each.
 
     They keep their values through resets, to the power-down. While ``trial`` is 1 the setting at

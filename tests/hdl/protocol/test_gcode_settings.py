@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from fresa.protocol import SETTINGS, GCodeFlags, GCodeSettingsStore, setting_index, setting_values
+from fresa.protocol import SETTINGS, GCodeFlags, GCodeSettingStore, setting_index, setting_values
 from tb.boards import component
 from tb.engines import AmaranthEngine
 
@@ -23,13 +23,13 @@ def test_settings_are_in_order_and_their_defaults_fit():
     ({110: 1 << 27}, "\\$110, in thousandths,")])
 def test_values_that_cannot_be_are_refused(values, says):
     with pytest.raises(ValueError, match=says):
-        GCodeSettingsStore(values=values)
+        GCodeSettingStore(values=values)
 
 
 def test_what_is_written_is_read_and_survives_a_reset():
     rng = random.Random(1)
     values = {23: 5, 101: 80_123}
-    with AmaranthEngine(component("store", GCodeSettingsStore(values=values))) as engine:
+    with AmaranthEngine(component("store", GCodeSettingStore(values=values))) as engine:
         model = setting_values(values)
         for _ in range(400):
             at, to = rng.randrange(len(SETTINGS)), rng.randrange(len(SETTINGS))
