@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, floor
+from math import floor
 
 from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
 from amaranth.lib.wiring import In, Out, connect
@@ -108,7 +108,7 @@ class GCodeSettings:
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
             raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
-        _ = self.line(), self.filter, setting_values(self.store)  # which check their ranges
+        _ = Line(clock=self.clock), self.filter, setting_values(self.store)  # which check ranges
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
             if rate > most:
@@ -143,15 +143,16 @@ class GCodeSettings:
     @property
     def store(self) -> dict[int, int]:
         """Settings by their numbers, as the store has them."""
-        values: dict[int, Fraction] = {11: self.deviation, **dict(self.others)}
+        values: dict[int, Fraction] = {11: self.deviation}
         for first, of_axes in ((100, self.steps_per_mm), (110, self.max_rate),
                                (120, self.acceleration)):
             values |= {first + axis: value for axis, value in enumerate(of_axes)}
+        others = dict(self.others)
+        if twice := values.keys() & others.keys():
+            raise ValueError(f"${min(twice)} has a setting of its own, and is not a further one")
+        values |= others
         decimal = {each.number for each in SETTINGS if each.decimal}
         for number, value in values.items():
-            if number in dict(self.others) and 100 <= number <= 122 or number == 11 and (
-                    11 in dict(self.others)):
-                raise ValueError(f"${number} is not one of the others")
             if number not in decimal and value != int(value):
                 raise ValueError(f"${number} must be a whole number, not {float(value):g}")
         if values.get(20) and not values.get(22):
@@ -159,13 +160,6 @@ class GCodeSettings:
         # A rate is rounded down, as the drivers may not be able to make a higher one.
         return {number: floor(value * 1000) if 110 <= number <= 112 else round(value * 1000)
                 if number in decimal else int(value) for number, value in values.items()}
-
-    def line(self) -> Line:
-        """Return the settings of the formulas."""
-        return Line(clock=self.clock, speeds=[int(each * 10**6 / 60) for each in self.max_rate],
-                    accelerations=[int(each * 10**6) for each in self.acceleration],
-                    steps=[round(each * 1000) for each in self.steps_per_mm],
-                    deviation=ceil(self.deviation * 10**6))
 
 
 class GCode(MachineComponent):
@@ -264,7 +258,7 @@ class GCode(MachineComponent):
         m.submodules.realtime = realtime = RealtimeFilter()
         buffer, reader = LineBuffer(depth=settings.receive), GCodeReader()
         gate, interpreter = GCodeGate(), GCodeInterpreter()
-        planner = GCodePlanner(line=settings.line(), most_rate=settings.most_rate)
+        planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
         homing = GCodeHoming()
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
                            ("interpreter", interpreter), ("planner", planner),

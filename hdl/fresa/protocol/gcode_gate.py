@@ -7,7 +7,7 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
-from .gcode_settings import SETTING_BITS, SETTINGS, setting_index
+from .gcode_settings import LISTED_SETTING, SETTING_BITS, SETTINGS, setting_index
 
 __all__ = ["GCodeGate"]
 
@@ -15,8 +15,6 @@ NEEDS_HOMING = setting_index(20)
 HOMING = setting_index(22)
 THOUSANDTH = 1000
 """Units of a value in a thousandth: values have six decimals."""
-
-SETTING_LINE = data.StructLayout({"number": 8, "decimal": 1, "value": SETTING_BITS})
 
 
 class GCodeGate(wiring.Component):
@@ -97,7 +95,7 @@ class GCodeGate(wiring.Component):
             "least": In(1), "most": In(SETTING_BITS),
             "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
             "write": Out(1), "configure": Out(1), "configured": In(1), "refused": In(1),
-            "listed": Out(stream.Signature(SETTING_LINE)), "fault": Out(1),
+            "listed": Out(stream.Signature(LISTED_SETTING)), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:

@@ -1,13 +1,13 @@
 """Lines of a G-code machine to its host: answers, alarms, messages, status reports."""
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed
-from amaranth.lib import data, enum, stream, wiring
+from amaranth.lib import enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
-from .gcode_settings import SETTING_BITS
+from .gcode_settings import LISTED_SETTING, SETTING_BITS
 from .text import TextSource
 
 __all__ = ["GCodeMessage", "GCodeReporter", "GCodeState"]
@@ -171,8 +171,7 @@ class GCodeReporter(wiring.Component):
             "answers": In(stream.Signature(8)),
             "alarms": In(stream.Signature(4)),
             "messages": In(stream.Signature(GCodeMessage)),
-            "settings": In(stream.Signature(data.StructLayout({
-                "number": 8, "decimal": 1, "value": SETTING_BITS}))),
+            "settings": In(stream.Signature(LISTED_SETTING)),
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2),
             **{f"{name}_{axis}": In(signed(position_bits))

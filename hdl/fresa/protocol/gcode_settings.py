@@ -10,11 +10,14 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting", "GCodeSettingStore",
-           "setting_index", "setting_values"]
+__all__ = ["LISTED_SETTING", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
+           "GCodeSettingStore", "setting_index", "setting_values"]
 
 SETTING_BITS = 27
 """Bits of a setting: a whole number, or a length or rate in thousandths."""
+
+LISTED_SETTING = data.StructLayout({"number": 8, "decimal": 1, "value": SETTING_BITS})
+"""A setting as a line of a list says it: with three decimals, or as a whole number."""
 
 _MOST = (1 << SETTING_BITS) - 1
 
@@ -91,15 +94,15 @@ def setting_values(values: Mapping[int, int]) -> list[int]:
 
 
 class GCodeFlags(data.Struct):
-    """Settings that are in registers of their own."""
+    """Settings that are in registers of their own; `_FLAGS` has their numbers."""
 
-    inverted: 3  # $3
-    open: 1  # $5
-    soft: 1  # $20
-    hard: 1  # $21
-    homing: 1  # $22
-    lower: 3  # $23
-    strict: 1  # $200
+    inverted: 3
+    open: 1
+    soft: 1
+    hard: 1
+    homing: 1
+    lower: 3
+    strict: 1
 
 
 _FLAGS = {"inverted": 3, "open": 5, "soft": 20, "hard": 21, "homing": 22, "lower": 23,

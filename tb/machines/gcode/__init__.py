@@ -44,14 +44,7 @@ def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
             found[int(number)] = Fraction(value)
         except (ValueError, ZeroDivisionError) as error:
             raise ValueError(f"--settings must be such as 22=1,130=300, not {part!r}") from error
-        if int(number) in GIVEN:
-            raise ValueError(f"${int(number)} is what {GIVEN[int(number)]} is for")
     return tuple(found.items())
-
-
-GIVEN = {11: "--deviation", **{first + axis: option for first, option in (
-    (100, "--steps"), (110, "--rate"), (120, "--acceleration")) for axis in range(AXES)}}
-"""Settings that have options of their own."""
 
 
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],

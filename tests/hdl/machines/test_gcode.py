@@ -360,14 +360,11 @@ def test_steps_per_metre_may_be_odd(session):
 
 def test_the_spindle_stays_on_while_a_setting_is_changed(session):
     session.send("M3S1000M8\n")
-    session.on.clear()
-    seen = []
-    session.send("$27=2\n", wait=False)
-    seen.append(session.engine.get("spindle", "flood"))
-    session.engine.set(rx=1)
-    trace = session.engine.run(50_000, ("spindle", "flood"))
-    assert seen == [(1, 1)]
-    assert trace["spindle"].all() and trace["flood"].all()
+    session.waiting += [level for byte in b"$27=2\n" for level in bits(byte)]
+    for _ in range(200):
+        session.run(100)
+        assert session.engine.get("spindle", "flood") == (1, 1)
+    assert session.read() == ["ok"]
     session.send("\x18")
     assert session.engine.get("spindle", "flood") == (0, 0)
 

@@ -13,7 +13,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.protocol import SETTINGS, GCodeGate, GCodeKind, gcode_layout, setting_index
-from fresa.protocol.gcode_gate import SETTING_LINE
+from fresa.protocol.gcode_settings import LISTED_SETTING
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.gcode_line import read_lines
@@ -98,7 +98,7 @@ class Machine:
             else:
                 self.letters += chr(out.character)
         if listed_valid and lists:
-            line: Any = SETTING_LINE.from_bits(listed)
+            line: Any = LISTED_SETTING.from_bits(listed)
             assert line.decimal == SETTINGS[setting_index(line.number)].decimal
             self.listed.append((line.number, line.value))
         if write:
