@@ -231,6 +231,8 @@ def _ask(blocks: Sequence[tuple[int, str]]) -> tuple[Asked, tuple[int, str, int]
                 asked.add(text)
             except RefusedLine as error:
                 return asked, (number, text, error.args[0])
+            except ValueError as error:
+                raise UserError(f"line {number}: {error}") from error
             progress.advance()
     return asked, None
 

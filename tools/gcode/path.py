@@ -145,14 +145,19 @@ class Asked:
         self.segments: list[Segment] = []
 
     def add(self, line: str) -> None:
-        """Add what a line does. Of ``$`` commands the model has none, and they ask for no path.
+        """Add what a line does. Of ``$`` commands the model has none.
 
         Raises
         ------
         RefusedLine
             If it is refused, with GRBL's code.
+        ValueError
+            If it is a ``$`` command that changes what later lines do.
         """
         if line.startswith("$"):
+            if "=" in line or line.upper().replace(" ", "") == "$H":
+                raise ValueError(f"the path behind {line!r} is not known here: leave it out, and "
+                                 "give settings as options")
             return
         for action in self._machine.line(words(line)):
             if isinstance(action, Line | Arc):

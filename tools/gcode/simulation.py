@@ -140,7 +140,9 @@ class Simulation:
         self._waiting = b""
         self._high = self._reports = 0
         self._clocks, self._masks = array("q"), bytearray()
-        engine.set(rx=1)
+        self._inverted = np.uint8(settings.store.get(3, 0))
+        # Switches that open when they are met are closed while nothing is met.
+        engine.set(rx=1, limits=(1 << AXES) - 1 if settings.store.get(5) else 0)
         self._run(10 * FRAME * self._bit)
 
     @property
@@ -228,7 +230,8 @@ class Simulation:
         rises = step & ~np.concatenate([[np.uint8(self._high)], step[:-1]])
         self._high = int(step[-1])
         where = np.flatnonzero(rises)
-        back = ~rows["direction"].astype(np.uint8)[where] & rises[where]
+        ahead = rows["direction"].astype(np.uint8) ^ self._inverted
+        back = ~ahead[where] & rises[where]
         self._clocks.frombytes(clocks[where].tobytes())
         self._masks += (rises[where] | back << 3).tobytes()
         self.steps_made += sum(int(np.count_nonzero(rises >> axis & 1)) for axis in range(AXES))

@@ -64,6 +64,10 @@ class TestGateware:
         with Image.open(files["png"]) as image:
             assert image.size[0] == 1200
 
+    @pytest.mark.long
+    def test_directions_and_switches_that_are_inverted(self, program):
+        assert run(program, *MACHINE, "--settings", "3=5,5=1") == 0
+
     def test_from_standard_input(self, monkeypatch, capsys):
         monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"G91 G0 X.1\r\nX-.1\r\n")))
         assert run("-", *MACHINE) == 0
@@ -122,6 +126,11 @@ class TestWrong:
         (["good", "--steps", "1", "1"], "expected 3 arguments"),
         (["good", "--rate", "1.2e5", "1", "1"], "max_rate of X must be at most"),
         (["good", "--clock", "2500000", "--baud", "1000000"], "baud at a clock of 2500000 Hz"),
+        (["homes"], "line 2: the path behind '$H' is not known here"),
+        (["sets"], "line 1: the path behind '$100=80' is not known here"),
+        (["good", "--settings", "22"], "--settings must be such as 22=1,130=300, not '22'"),
+        (["good", "--settings", "100=80"], "$100 has a setting of its own"),
+        (["good", "--settings", "20=1"], "$20, soft limits, needs $22, homing"),
         (["good", "--clock", "1"], "must be a whole number from 2000000"),
         ([], "the following arguments are required: FILE"),
     ])
@@ -129,7 +138,7 @@ class TestWrong:
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(command, "_build", None)  # never called
         for name, data in (("binary", b"G1\0X1"), ("empty", b""), ("comments", b"%\n(G1)\n;\n"),
-                           ("good", b"G0 X1\n")):
+                           ("good", b"G0 X1\n"), ("homes", b"$X\n$H\n"), ("sets", b"$100=80\n")):
             Path(name).write_bytes(data)
         before = sorted(tmp_path.iterdir())
         assert run(*arguments) == 2
