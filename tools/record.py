@@ -43,11 +43,13 @@ Runs the commands that check the machine, one after the other, and writes their 
 and as JSON: docs/verification.md, docs/verification.json, and docs/properties.json with the mutant
 that breaks each property. Nothing in them is typed by hand.
 
-What a command found is kept in build/record and in the record itself. It is not run again while
-the command, the versions of the tools, and the designs, properties, models, stimulus and benches
-that it looks at are the same, unless it is named; so a record that was interrupted goes on where it
-was. How a file is written does not matter: designs and properties are compared as RTLIL without
-names, models and stimulus by what they give, benches by what they drive and expect.
+What a command found is kept in build/record. It is not run again while the command, the versions of
+the tools, and the designs, properties, models, stimulus and benches that it looks at are the same,
+unless it is named; so a record that was interrupted goes on where it was. What was never run here
+is taken from the present record, if that is of the same, with any versions of the tools; the new
+one names those of both. How a file is written does not matter: designs and properties are compared
+as RTLIL without names, models and stimulus by what they give, benches by what they drive and
+expect.
 """
 
 EPILOG = """\
