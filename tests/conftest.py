@@ -6,11 +6,17 @@ from pathlib import Path
 
 import platformdirs
 import pytest
+from hypothesis import HealthCheck, settings
 
 from fresa_boards.flow import installed
 from tb.contracts import proof
 from tb.engines import ENGINES
 from tests.tb import linuxcnc
+
+# How long a test takes says nothing on a machine that others use as well.
+settings.register_profile("any machine", deadline=None,
+                          suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any machine")
 
 ASKED_FOR = ("proof", "long")
 """Marks of tests that run only if ``-m`` names them: they take long."""
