@@ -212,13 +212,14 @@ def _stop(machine: Machine, count: int = 4) -> Iterator[Figure]:
     """Close a limit switch while three axes run."""
     latest = -FAST.filter
     for number in range(count):
-        machine.send(b"G91G1X-20Y-19Z-18F20000\n")
+        machine.send(b"G91G1X-40Y-38Z-36F60000\n")
         machine.run(1_500_000 + 137 * number)
         machine.forget()
         machine.engine.set(limits=1 << number % AXES)
         closed = machine.engine.clock
         machine.run(50_000)
-        last = max(int(steps[-1]) for steps in map(machine.steps, range(AXES)) if len(steps))
+        last = max((int(steps[-1]) for steps in map(machine.steps, range(AXES)) if len(steps)),
+                   default=closed)
         latest = max(latest, last - closed - FAST.filter)
         machine.engine.set(limits=0)
         machine.send(b"\x18$X\n")

@@ -251,10 +251,11 @@ class TestSizes:
     def test_stop_stays_in_view_and_stops(self, fresh):
         resize(fresh.browser, 240, 320)
         try:
-            fresh.script("scrollTo(0, document.documentElement.scrollHeight)")
-            assert fresh.script("""
+            # The page is laid out anew for a while after it was resized.
+            fresh.until(lambda: fresh.script("""
+                scrollTo(0, document.documentElement.scrollHeight);
                 const { top, bottom } = document.getElementById("stop").getBoundingClientRect();
-                return scrollY > 500 && top >= 0 && bottom <= innerHeight""")
+                return scrollY > 500 && top >= 0 && bottom <= innerHeight"""), "it in view")
             fresh.find("stop").click()
             fresh.until(lambda: "Stopped by BTN3" in fresh.status, "the stop")
         finally:
