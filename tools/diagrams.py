@@ -278,6 +278,11 @@ DIAGRAMS = (
         "7 clocks, less than the period of 8, is ignored.",
         "contacts: i levels: o inside: dut.divider.tick", 60, 155),
     Diagram(
+        "contact-filter",
+        "A level passes once it has been there for the clocks of `period`, 8 and then 3, whatever "
+        "resets; it ends with the clock after the input.",
+        "inputs: i period rst outputs: o", 0, 30),
+    Diagram(
         "glitch-filter",
         "Bounces do not pass. A level does once it has been there for 8 clocks, and not a clock "
         "later; it ends with the clock after the input, and a reset leaves it.",

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 from amaranth.lib import wiring
 
-__all__ = ["BUTTON", "BUZZER", "COILS", "COOLANT", "DIGITS", "DIRECTION", "ENABLE", "LIMIT",
-           "NUMBER", "RX", "SEGMENTS", "SPINDLE", "STATUS", "STEP", "STOP", "SWITCH", "TX",
-           "MachineComponent", "Role"]
+__all__ = ["BUTTON", "BUZZER", "COILS", "COOLANT", "DIGITS", "DIRECTION", "DOOR", "ENABLE",
+           "LIMIT", "MOTOR_FAULT", "NUMBER", "PROBE", "RX", "SEGMENTS", "SPINDLE", "STATUS", "STEP",
+           "STOP", "SWITCH", "TX", "MachineComponent", "Role"]
 
 
 @dataclass(frozen=True)
@@ -59,6 +59,10 @@ SPINDLE = Role("spindle", registered=True, optional=True)
 COOLANT = Role("coolant", registered=True, optional=True)
 BUZZER = Role("buzzer", registered=True, optional=True)
 LIMIT = Role("limit switch", to_ground=True)
+DOOR = Role("door switch", to_ground=True, optional=True)
+PROBE = Role("probe", to_ground=True, optional=True)
+MOTOR_FAULT = Role("fault of a driver", to_ground=True, optional=True)
+"""An output of driver modules that is pulled to ground, such as nFAULT."""
 RX = Role("UART, to the FPGA", rest=1)
 TX = Role("UART, from the FPGA", rest=1, registered=True)
 SWITCH = Role("switch", bounces=True, to_ground=True)

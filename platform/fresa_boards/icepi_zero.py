@@ -35,8 +35,9 @@ _ALLOTMENTS = {
     "gcode": Allotment(
         header={"step": "GPIO2 GPIO17 GPIO10", "direction": "GPIO3 GPIO27 GPIO9",
                 "enable": "GPIO4", "limits": "GPIO14 GPIO15 GPIO18", "stop": "GPIO23",
+                "door": "GPIO22", "probe": "GPIO24", "motor_fault": "GPIO11",
                 "spindle": "GPIO25", "reverse": "GPIO8", "mist": "GPIO7", "flood": "GPIO1",
-                "abort": "GPIO21"},
+                "abort": "GPIO21", "reset": "GPIO20"},
         panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"}),
     "mill": Allotment(
         header={"axis_x": "GPIO0 GPIO5 GPIO6 GPIO13", "axis_y": "GPIO25 GPIO8 GPIO7 GPIO1",

@@ -1,6 +1,6 @@
 """Benches of switches and buttons, LEDs and the display."""
 
-from fresa.panel import Debouncer, GlitchFilter, Monitor, SevenSegment
+from fresa.panel import ContactFilter, Debouncer, GlitchFilter, Monitor, SevenSegment
 
 from ..bench import Run, bench
 from ..models.panel import LIT
@@ -45,6 +45,37 @@ def debouncer(run: Run) -> str:
     run.simulate(dut, test)
     return ("bounces of 3 clocks and a gap of 7 did not pass a debouncer of 8; what held for 16 "
             "did, on each of two inputs by itself")
+
+
+@bench
+def contact_filter(run: Run) -> str:
+    """A contact that bounces and closes, for a time that is then shorter."""
+    dut = ContactFilter(most=8)
+
+    async def level(ctx, i, clocks, o):
+        ctx.set(dut.i, i)
+        for _ in range(clocks):
+            run.see(ctx, dut, o=o)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.period, 8)
+        await level(ctx, 1, 7, 0)
+        await level(ctx, 0, 1, 0)
+        await level(ctx, 1, 8, 0)
+        ctx.set(run.rst, 1)
+        await level(ctx, 1, 4, 1)
+        ctx.set(run.rst, 0)
+        await level(ctx, 0, 1, 1)
+        ctx.set(dut.period, 3)
+        await level(ctx, 0, 1, 0)
+        await level(ctx, 1, 2, 0)
+        await level(ctx, 0, 1, 0)
+        await level(ctx, 1, 3, 0)
+        await level(ctx, 1, 1, 1)
+
+    run.simulate(dut, test)
+    return "closings of 7 clocks and of 2 did not pass filters of 8 and of 3, longer ones did"
 
 
 @bench

@@ -5,6 +5,7 @@ from .axes import AXES
 from .axis import AXIS
 from .backlash import BACKLASH
 from .coil import COIL
+from .contact_filter import CONTACT_FILTER
 from .contract import Component
 from .controller import CONTROLLER
 from .coordinates import COORDINATES
@@ -95,6 +96,7 @@ GENERAL = {
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
+    "contact_filter": CONTACT_FILTER,
     "glitch": GLITCH,
     "display": DISPLAY,
     "monitor": MONITOR,

@@ -102,6 +102,12 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=known & c.past((alarm != AlarmCode.NONE)
                                       & (~dut.alarms.valid | dut.alarms.ready)),
                   then=dut.alarms.valid & (dut.alarms.payload == c.past(alarm)))
+    c.implication("motor-fault-named", "An emergency stop by a driver is an alarm of its own.",
+                  when=(alarm == AlarmCode.MOTOR_FAULT) & (dut.failure == AlarmCode.NONE),
+                  then=dut.emergency & dut.motor_fault)
+    c.implication("emergency-named", "And that by a person is none of a driver.",
+                  when=(alarm == AlarmCode.EMERGENCY) & (dut.failure == AlarmCode.NONE),
+                  then=dut.emergency & ~dut.motor_fault)
     c.implication("alarm-begins", "And is there in the next clock.",
                   when=known & c.past((alarm != AlarmCode.NONE) & ~dut.reset),
                   then=state("ALARM") & alarmed)

@@ -6,7 +6,8 @@ __all__ = ["ControlModel"]
 
 STATES = ("IDLE", "RUN", "HOLD", "JOG", "ALARM", "DOOR", "CHECK", "HOME", "SLEEP")
 GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR = 0, 1, 5, 6
-HARD_LIMIT, ABORTED, HOMING_RESET, HOMING_DOOR, EMERGENCY = 1, 3, 6, 7, 10
+HARD_LIMIT, ABORTED, HOMING_RESET, HOMING_DOOR = 1, 3, 6, 7
+EMERGENCY, MOTOR_FAULT = 10, 17
 RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL = 0x18, 0x21, 0x7E, 0x3F, 0x84, 0x85
 
 
@@ -140,7 +141,7 @@ class ControlModel:
     def _alarm(self, came: int | None, was: str, inputs: dict[str, int]) -> tuple[int, bool]:
         """Return the alarm that begins, 0 for none, and whether it is one that needs a reset."""
         if inputs["emergency"] and (was == "START" or not self.emergency_before):
-            return EMERGENCY, True
+            return MOTOR_FAULT if inputs["motor_fault"] else EMERGENCY, True
         if was in ("START", "ALARM", "SLEEP"):
             return 0, False
         if inputs["hard_limit"] and not self.limit_before and was != "HOME":

@@ -15,8 +15,9 @@ def _registers() -> Registers:
     registers = arc_registers()
     registers.pair("most_rate")
     registers.word(*(f"travel_{axis}" for axis in AXES), "distance", "back", "home_at", "from_home",
-                   "beyond")
-    for name, value in {"512": 512, "256000": 256_000}.items():
+                   "beyond", "filter")
+    for name, value in {"512": 512, "256000": 256_000, "256e6": 256 * 10**6,
+                        "below_256e6": 256 * 10**6 - 1}.items():
         registers.word(name, init=value)
     return registers
 
@@ -52,6 +53,10 @@ def _configure() -> Rows:
         yield from _scaled(f"steps_{axis}", "512")
         yield from _scaled(f"travel_{axis}", "1e3")
     yield from _scaled("deviation", "256000")
+    yield "MULTIPLY", "filter", "clock", "product"
+    yield "ADD", "product.low", "below_256e6", "product.low"
+    yield "ADD_CARRY", "product", "zero", "product"
+    yield "DIVIDE", "product", "256e6", "filter"
 
 
 def _offset() -> Rows:
@@ -98,7 +103,7 @@ TABLES = ARC_TABLES + tuple(
 
 - ``configure``: settings from thousandths, as the registers have them at first, to what all other
   tables want; ``verdict`` is 1 if ``most_rate``, in 10**-9 steps/s, is less than an axis would
-  make at its highest speed;
+  make at its highest speed; ``filter`` from us to clocks, rounded up;
 - ``offset``: ``distance`` in um x ``a`` is ``distance`` in 10**-3 um, or in nm if ``a`` is in
   thousandths; below 0 if ``back`` is not 0; ``feed`` from um/min is in nm/s;
 - ``offset_x`` and so on: let ``to_*`` be from where the last line ended, or if ``from_home`` is not

@@ -12,7 +12,7 @@ from ..arithmetic import Line
 from ..clock import CLOCK, clocks_of
 from ..drive import MAX_PULSE, PendingSteps, StepDirDriver
 from ..motion import AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePlanner
-from ..panel import GlitchFilter
+from ..panel import ContactFilter
 from ..protocol import (
     SETTINGS,
     GCodeGate,
@@ -27,14 +27,18 @@ from ..protocol import (
     UARTReceiver,
     UARTTransmitter,
     bit_period,
+    setting_index,
     setting_values,
 )
 from ..roles import (
     BUTTON,
     COOLANT,
     DIRECTION,
+    DOOR,
     ENABLE,
     LIMIT,
+    MOTOR_FAULT,
+    PROBE,
     RX,
     SPINDLE,
     STATUS,
@@ -75,8 +79,6 @@ class GCodeSettings:
         Junction deviation in mm: $11.
     width_ns, low_ns, setup_ns, hold_ns : int
         Times of the driver modules, see :class:`StepDirDriver`; by default those of an A4988.
-    filter_us : int
-        Least time for which a limit switch must be on.
     others : sequence of tuple
         Further settings: the number that GRBL gives it, and a value, see `SETTINGS`.
     depth : int
@@ -100,7 +102,6 @@ class GCodeSettings:
     low_ns: int = 1000
     setup_ns: int = 200
     hold_ns: int = 200
-    filter_us: int = 10
     others: Sequence[tuple[int, Fraction]] = ()
     depth: int = 64
     receive: int = 128
@@ -108,7 +109,7 @@ class GCodeSettings:
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
             raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
-        _ = Line(clock=self.clock), self.filter, setting_values(self.store)  # which check ranges
+        _ = Line(clock=self.clock), setting_values(self.store)  # which check ranges
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
             if rate > most:
@@ -137,8 +138,9 @@ class GCodeSettings:
 
     @property
     def filter(self) -> int:
-        """Least time for which a limit switch must be on, in clocks."""
-        return clocks_of("filter_us", self.filter_us, 10**6, clock=self.clock, most=MAX_PULSE)
+        """Least time for which a limit switch must be on, in clocks: $201."""
+        time = setting_values(self.store)[setting_index(201)]
+        return -(-time * self.clock // 10**6)
 
     @property
     def store(self) -> dict[int, int]:
@@ -186,6 +188,12 @@ class GCode(MachineComponent):
         Limit switches, 1 where one is on.
     stop : In(1)
         Emergency stop: no step is made while it is 1, nor until a reset.
+    door : In(1)
+        The door is open: holds, and goes on by ``~`` once it is closed.
+    probe : In(1)
+        The probe touches.
+    motor_fault : In(1)
+        A driver module has stopped: as an emergency stop, with an alarm of its own.
     hold, start, abort : In(1)
         Buttons, 1 while pressed: as ``!``, ``~`` and byte 0x18.
     tx : Out(1)
@@ -214,6 +222,9 @@ class GCode(MachineComponent):
     rx: In(1)
     limits: In(AXES)
     stop: In(1)
+    door: In(1)
+    probe: In(1)
+    motor_fault: In(1)
     hold: In(1)
     start: In(1)
     abort: In(1)
@@ -234,7 +245,8 @@ class GCode(MachineComponent):
         self._bit = bit_period(settings.clock, settings.baud)
         self.roles = {
             "rx": RX, "tx": TX, "step": STEP, "direction": DIRECTION, "enable": ENABLE,
-            "limits": LIMIT, "stop": STOP, "hold": BUTTON, "start": BUTTON, "abort": BUTTON,
+            "limits": LIMIT, "stop": STOP, "door": DOOR, "probe": PROBE,
+            "motor_fault": MOTOR_FAULT, "hold": BUTTON, "start": BUTTON, "abort": BUTTON,
             "spindle": SPINDLE, "reverse": SPINDLE, "mist": COOLANT, "flood": COOLANT,
             "moving": STATUS, "alarm": STATUS, "fault": STATUS,
         }
@@ -334,8 +346,8 @@ class GCode(MachineComponent):
         m.d.comb += [control.pause.eq(motion.paused & ~pausing),
                      motion.start.eq(motion.paused & pausing & ~control.hold)]
 
-        switches = self._inputs(m, control, realtime, flags)
-        m.d.comb += homing.switches.eq(switches)
+        switches = self._inputs(m, control, realtime, planner, flags)
+        m.d.comb += homing.switches.eq(switches[:AXES])
 
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
@@ -428,8 +440,11 @@ class GCode(MachineComponent):
         return positions
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
-                flags: Value) -> Signal:
-        """Give the control commands, buttons as such, and switches; return the limit switches."""
+                planner: GCodePlanner, flags: Value) -> Value:
+        """Give the control commands, buttons as such, and contacts that are on for a period.
+
+        Return the limit switches, probe and door.
+        """
         buttons = {RealtimeCode.RESET: self.abort, RealtimeCode.HOLD: self.hold,
                    RealtimeCode.RESUME: self.start}
         pressed = Signal(len(buttons))
@@ -443,17 +458,22 @@ class GCode(MachineComponent):
             for number, code in reversed([*enumerate(buttons)]):
                 with m.If(waiting[number]):
                     m.d.comb += control.code.eq(code)
-        switches = []
-        for name, pin in (*((f"limit_{axis}", self.limits[number] ^ flags.open)
-                            for number, axis in enumerate("xyz")), ("emergency", self.stop)):
-            m.submodules[name] = each = GlitchFilter(period=self.settings.filter)
-            m.d.comb += each.i.eq(pin)
-            switches.append(each.o)
-        *limits, emergency = switches
-        switched = Signal(AXES)
-        m.d.comb += [switched.eq(Cat(limits)), control.hard_limit.eq(switched.any() & flags.hard),
-                     control.emergency.eq(emergency)]
-        return switched
+        period = Signal.like(planner.filter, init=self.settings.filter, reset_less=True)
+        with m.If(planner.configured):
+            m.d.sync += period.eq(planner.filter)
+        contacts = Cat(self.limits, self.probe, self.door, self.stop, self.motor_fault)
+        open_ = Cat(flags.open.replicate(AXES), flags.probe_open, flags.others_open[1],
+                    flags.others_open[0], flags.others_open[2])
+        on = Signal.like(contacts)
+        for number, pin in enumerate(contacts ^ open_):
+            m.submodules[f"contact_{number}"] = each = ContactFilter(most=(1 << len(period)) - 1)
+            m.d.comb += [each.i.eq(pin), each.period.eq(period), on[number].eq(each.o)]
+        switches, stop, motor_fault = on[:AXES + 2], on[-2], on[-1]
+        m.d.comb += [
+            control.hard_limit.eq(on[:AXES].any() & flags.hard), control.door.eq(on[AXES + 1]),
+            control.emergency.eq(stop | motor_fault), control.motor_fault.eq(motor_fault & ~stop),
+        ]
+        return switches
 
     def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
                  motion: BlockMotion, reporter: GCodeReporter, switches: Value) -> None:
@@ -472,7 +492,7 @@ class GCode(MachineComponent):
             reporter.state.eq(control.state), reporter.substate.eq(control.substate),
             reporter.origin_changed.eq(planner.origin_changed),
             reporter.feed.eq(planner.feed), reporter.speed.eq(planner.spindle),
-            reporter.pins.eq(Cat(switches, 0, 0, self.hold, self.abort, self.start)),
+            reporter.pins.eq(Cat(switches, self.hold, self.abort, self.start)),
         ]
         for axis, name in enumerate("xyz"):
             m.d.comb += [getattr(reporter, f"position_{name}").eq(planner.position_um[axis]),

@@ -10,8 +10,8 @@ from ..protocol import GCodeMessage, GCodeState, RealtimeCode
 __all__ = ["AlarmCode", "GCodeControl"]
 
 
-class AlarmCode(enum.Enum, shape=4):
-    """Number of an alarm, as GRBL 1.1 has them; that of the emergency stop is of others."""
+class AlarmCode(enum.Enum, shape=5):
+    """Number of an alarm, as GRBL 1.1 has them; the last two are as grblHAL has them."""
 
     NONE = 0
     HARD_LIMIT = 1
@@ -24,6 +24,7 @@ class AlarmCode(enum.Enum, shape=4):
     HOMING_PULL_OFF = 8
     HOMING_SEARCH = 9
     EMERGENCY = 10
+    MOTOR_FAULT = 17
 
 
 MAY_MOVE = ("IDLE", "RUN", "JOG", "HOME")
@@ -92,6 +93,8 @@ class GCodeControl(wiring.Component):
         The door is open.
     hard_limit, emergency : In(1)
         A limit switch; the emergency stop.
+    motor_fault : In(1)
+        It is a driver that asks for the emergency stop: alarm 17, otherwise 10.
     failure : In(AlarmCode)
         Another alarm, for a clock, or NONE.
     strict : In(1)
@@ -115,7 +118,7 @@ class GCodeControl(wiring.Component):
         Discard blocks and parts of them, in this clock.
     enable : Out(1)
         Power of the motors: from the first motion on, not in SLEEP nor after an emergency stop.
-    alarms : Out(stream.Signature(4))
+    alarms : Out(stream.Signature(5))
         Numbers of alarms, to be announced.
     messages : Out(stream.Signature(GCodeMessage))
         The greeting after START, and then the reminder of a lock; after an alarm that needs a reset
@@ -137,6 +140,7 @@ class GCodeControl(wiring.Component):
     door: In(1)
     hard_limit: In(1)
     emergency: In(1)
+    motor_fault: In(1)
     failure: In(AlarmCode)
     strict: In(1)
     locked_start: In(1)
@@ -148,7 +152,7 @@ class GCodeControl(wiring.Component):
     reset: Out(1)
     flush: Out(1)
     enable: Out(1)
-    alarms: Out(stream.Signature(4))
+    alarms: Out(stream.Signature(5))
     messages: Out(stream.Signature(GCodeMessage))
     fault: Out(1)
 
@@ -290,6 +294,8 @@ class GCodeControl(wiring.Component):
                 m.d.comb += [alarm.eq(AlarmCode.HARD_LIMIT), breaks.eq(1)]
         with m.If(self.emergency & (~emergency_before | within("START"))):
             m.d.comb += [alarm.eq(AlarmCode.EMERGENCY), breaks.eq(1)]
+            with m.If(self.motor_fault):
+                m.d.comb += alarm.eq(AlarmCode.MOTOR_FAULT)
 
         m.d.comb += self.reset.eq(resetting & (self.standing | stopped) & ~self.fault)
         with m.If(self.reset):

@@ -15,6 +15,7 @@ from ..checks import in_range
 from ..fsm import leave_unused_codes
 from ..protocol import (
     SETTING_BITS,
+    SETTINGS,
     GCodeAction,
     GCodeActionKind,
     GCodeMotion,
@@ -27,6 +28,9 @@ __all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 
 UM_BITS = 27
 """Bits of a position in um, which reaches to 34 m, with its sign."""
+
+FILTER_BITS = 20
+"""Bits of the time of a filter in clocks: `MAX_FILTER` us at any clock."""
 
 PLAN_GAIN, PLAN_LIMIT = BLOCK_WORDS, BLOCK_WORDS + 2
 
@@ -97,6 +101,7 @@ class _Kept(enum.Enum, shape=unsigned(5)):
     STEPS_X = 16
     STEPS_Y = 17
     STEPS_Z = 18
+    FILTER = 19
 
 
 class _Row(NamedTuple):
@@ -240,9 +245,11 @@ def _configure() -> Iterable[_Row]:
                                 (130, "travel")):
             yield _Row(_Do.SETTING, setting_index(first + axis), _register(f"{register}_{name}"))
         yield _Row(_Do.KEEP, _register(f"steps_{name}"), _Kept.STEPS_X.value + axis)
-    yield _Row(_Do.SETTING, setting_index(11), _register("deviation"))
+    for number, register in (11, "deviation"), (201, "filter"):
+        yield _Row(_Do.SETTING, setting_index(number), _register(register))
     yield _Row(_Do.RUN, _TABLE["configure"])
-    yield _Row(_Do.KEEP, _register("verdict"), _Kept.VERDICT.value)
+    for register, kept in ("verdict", _Kept.VERDICT), ("filter", _Kept.FILTER):
+        yield _Row(_Do.KEEP, _register(register), kept.value)
 
 
 def _offset(*names: str) -> Iterable[_Row]:
@@ -397,6 +404,8 @@ class GCodePlanner(wiring.Component):
         A setting, a clock after its address in the store.
     steps_per_metre : Out(27) x 3
         As the settings have them.
+    filter : Out(20)
+        Clocks of $201.
     homing, homed : In(HOMING), Out(1)
         Serve a homing cycle, until ``homed``, which is one clock: the block of a line is
         committed, or ``switch`` is the place.
@@ -439,8 +448,9 @@ class GCodePlanner(wiring.Component):
             "actions": In(stream.Signature(GCodeAction)),
             "operand_address": Out(6), "operand": In(signed(self.width)), "verdict": Out(6),
             "configure": In(1), "configured": Out(1),
-            "setting_address": Out(5), "setting": In(SETTING_BITS),
+            "setting_address": Out(range(len(SETTINGS))), "setting": In(SETTING_BITS),
             "steps_per_metre": Out(SETTING_BITS).array(3),
+            "filter": Out(FILTER_BITS),
             "homing": In(HOMING), "homed": Out(1), "switch": Out(signed(WIDTH)),
             "soft": In(1), "beyond": Out(1),
             "words": Out(stream.Signature(data.StructLayout({
@@ -480,6 +490,7 @@ class GCodePlanner(wiring.Component):
                 _Kept.SPINDLE: self.spindle, _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
                 _Kept.SHIFT: header.shift, _Kept.SWITCH: self.switch,
+                _Kept.FILTER: self.filter,
                 **{_Kept(_Kept.STEPS_X.value + axis): self.steps_per_metre[axis]
                    for axis in range(3)},
                 **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},

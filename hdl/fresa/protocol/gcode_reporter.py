@@ -120,7 +120,7 @@ class GCodeReporter(wiring.Component):
     -------
     answers : In(stream.Signature(8))
         0 for ``ok``, or the number of an ``error``.
-    alarms : In(stream.Signature(4))
+    alarms : In(stream.Signature(5))
         Numbers of alarms.
     messages : In(stream.Signature(GCodeMessage))
         Messages.
@@ -169,7 +169,7 @@ class GCodeReporter(wiring.Component):
                                      decimals=3)
         super().__init__({
             "answers": In(stream.Signature(8)),
-            "alarms": In(stream.Signature(4)),
+            "alarms": In(stream.Signature(5)),
             "messages": In(stream.Signature(GCodeMessage)),
             "settings": In(stream.Signature(LISTED_SETTING)),
             "request": In(1), "reporting": Out(1),

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["LISTED_SETTING", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
+__all__ = ["LISTED_SETTING", "MAX_FILTER", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
            "GCodeSettingStore", "setting_index", "setting_values"]
 
 SETTING_BITS = 27
@@ -18,6 +18,9 @@ SETTING_BITS = 27
 
 LISTED_SETTING = data.StructLayout({"number": 8, "decimal": 1, "value": SETTING_BITS})
 """A setting as a line of a list says it: with three decimals, or as a whole number."""
+
+MAX_FILTER = 5000
+"""Longest time of the filters of contacts, in us."""
 
 _MOST = (1 << SETTING_BITS) - 1
 
@@ -55,6 +58,7 @@ def _axes(first: int, about: str, most: int, default: int) -> list[GCodeSetting]
 SETTINGS = (
     GCodeSetting(3, "directions that are inverted, a bit for each axis", 0, 7, False, 0),
     GCodeSetting(5, "limit switches are on while their contact is open", 0, 1, False, 0),
+    GCodeSetting(6, "the probe is on while its contact is open", 0, 1, False, 0),
     GCodeSetting(11, "junction deviation, mm", 1, 268_435, True, 10),
     GCodeSetting(20, "soft limits: motions stay within the travel", 0, 1, False, 0),
     GCodeSetting(21, "hard limits: a limit switch stops the machine", 0, 1, False, 1),
@@ -68,6 +72,10 @@ SETTINGS = (
     *_axes(120, "acceleration, mm/s²,", 17_179_869, 10_000),
     *_axes(130, "travel, mm,", 13_600_000, 200_000),
     GCodeSetting(200, "a reset stops at once, and the position is lost", 0, 1, False, 0),
+    GCodeSetting(201, "least time for which limit switches, probe, door and others are on, us", 1,
+                 MAX_FILTER, False, 10),
+    GCodeSetting(202, "contacts that are on while open: 1 stop, 2 door, 4 fault of a driver", 0, 7,
+                 False, 0),
 )
 """All settings in the order of their numbers, which is that of their addresses in the store."""
 
@@ -98,15 +106,17 @@ class GCodeFlags(data.Struct):
 
     inverted: 3
     open: 1
+    probe_open: 1
     soft: 1
     hard: 1
     homing: 1
     lower: 3
     strict: 1
+    others_open: 3
 
 
-_FLAGS = {"inverted": 3, "open": 5, "soft": 20, "hard": 21, "homing": 22, "lower": 23,
-          "strict": 200}
+_FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
+          "lower": 23, "strict": 200, "others_open": 202}
 
 
 class GCodeSettingStore(wiring.Component):

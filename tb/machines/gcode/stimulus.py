@@ -50,7 +50,7 @@ def directed(settings: GCodeSettings, seed: int, clocks: int) -> dict[str, NDArr
     rng = random.Random(seed)
     bit = bit_period(settings.clock, settings.baud)
     levels = {name: np.zeros(clocks, np.uint8) for name in (
-        "rst", "rx", "limits", "stop", "hold", "start", "abort")}
+        "rst", "rx", "limits", "stop", "door", "probe", "motor_fault", "hold", "start", "abort")}
     line: list[int] = [1] * 4000
     source = _bytes(rng)
     while len(line) < clocks:
@@ -58,7 +58,8 @@ def directed(settings: GCodeSettings, seed: int, clocks: int) -> dict[str, NDArr
     levels["rx"][:] = line[:clocks]
     place = 30_000
     while place < clocks:
-        name = rng.choice(["hold", "start", "start", "abort", "limits", "stop", "rst"])
+        name = rng.choice(["hold", "start", "start", "abort", "limits", "stop", "door", "probe",
+                           "motor_fault", "rst"])
         length = 1 if name == "rst" else rng.randint(1, 200)
         levels[name][place:place + length] = rng.randint(1, 7) if name == "limits" else 1
         place += rng.randint(10_000, 60_000)
@@ -82,7 +83,8 @@ def random_rows(settings: GCodeSettings, seed: int, block: int, rows: int = BLOC
             line += [level for _ in range(rng.randint(1, 20))
                      for level in [rng.getrandbits(1)] * rng.randint(1, 2 * bit)]
     levels = {"rx": line[:BLOCK]}
-    for name, often in (("rst", 0), ("limits", 0.1), ("stop", 0.05), ("hold", 0.3),
+    for name, often in (("rst", 0), ("limits", 0.1), ("stop", 0.05), ("door", 0.1),
+                        ("probe", 0.1), ("motor_fault", 0.05), ("hold", 0.3),
                         ("start", 0.5), ("abort", 0.1)):
         level = [0] * BLOCK
         for _ in range(8):

@@ -208,7 +208,7 @@ def test_a_reset_brakes_and_knows_the_place(session):
     assert session.at(0, 0, 0)
 
 
-@pytest.mark.parametrize(("pin", "alarm"), [("limits", 1), ("stop", 10)])
+@pytest.mark.parametrize(("pin", "alarm"), [("limits", 1), ("stop", 10), ("motor_fault", 17)])
 def test_switches_stop_at_once(session, pin, alarm):
     session.send("G1X4F6000\n", wait=False)
     session.run(100_000)
@@ -225,6 +225,45 @@ def test_switches_stop_at_once(session, pin, alarm):
     session.send("\x18", wait=False)
     assert session.send("G0X0\n$X\nG0X0\n") == ["error:9", "ok", "ok"]
     assert session.at(0, 0, 0)
+
+
+def test_a_door_holds_until_it_is_closed(session):
+    session.send("G1X4F6000\n", wait=False)
+    session.run(100_000)
+    session.engine.set(door=1, probe=1)
+    session.run(400_000)
+    assert session.read() == ["[MSG:Check Door]"]
+    session.send("?", wait=False, read=False)
+    session.run(20_000)
+    (report,) = session.read()
+    assert report.startswith("<Door:1|")
+    assert "|Pn:PD" in report
+    stands = list(session.position)
+    session.send("~", wait=False)
+    session.run(100_000)
+    assert session.position == stands
+    session.engine.set(door=0, probe=0)
+    session.run(100)
+    assert session.state()[0] == "Door:0"
+    session.send("~")
+    assert session.at(4, 0, 0)
+
+
+def test_contacts_that_open_have_a_filter_that_is_set(session):
+    """A broken wire stops, once $202 says that the contact is closed at rest."""
+    session.send("$6=1\n$201=200\n$202=7\n", wait=False, read=False)
+    session.run(40_000)
+    assert session.read()[:3] == ["ok", "ok", "ALARM:10"]
+    assert session.engine.get("alarm") == 1  # all of them are open
+    session.engine.set(stop=1, door=1, motor_fault=1, probe=1)
+    session.run(100)
+    session.send("\x18$X\n", wait=False)
+    assert session.state()[0] == "Idle"
+    session.engine.set(stop=0)
+    session.run(490)  # 500 are 200 us
+    assert session.engine.get("alarm") == 0
+    session.run(20)
+    assert session.engine.get("alarm") == 1
 
 
 def test_a_pause_waits_for_a_start_and_a_dwell_takes_its_time(session):

@@ -13,7 +13,7 @@ from tb.engines import AmaranthEngine
 from tb.models.gcode_control import ControlModel
 
 LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard_limit", "emergency",
-          "strict", "locked_start")
+          "motor_fault", "strict", "locked_start")
 PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "rst")
 OUTPUTS = ("hold", "stop", "state", "substate", "report", "reset", "flush", "enable", "fault",
            "alarms_valid", "alarms_payload", "messages_valid", "messages_payload")
@@ -181,6 +181,12 @@ def test_emergency_stop_that_stays_is_an_alarm_again_after_reset(engine):
     assert engine.get("stop")
     assert machine.run(1, unlock=1) == "ALARM"
     assert machine.alarms == [AlarmCode.EMERGENCY] * 2
+
+
+def test_a_driver_that_stops_has_an_alarm_of_its_own(engine):
+    machine = Machine(engine, emergency=1, motor_fault=1)
+    assert machine.run(4) == "ALARM"
+    assert machine.alarms == [AlarmCode.MOTOR_FAULT]
 
 
 def test_failure_slows_down_and_discards(engine):
