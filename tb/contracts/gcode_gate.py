@@ -2,7 +2,7 @@
 
 from amaranth import Mux
 
-from fresa.protocol import GCodeGate
+from fresa.protocol import SETTINGS, GCodeGate
 from fresa.protocol.gcode_reader import GCodeKind, GCodeStatus
 
 from .contract import Case, Component, Contract
@@ -107,6 +107,8 @@ def _status_mask(item) -> int:
     return (1 << field.width) - 1 << field.offset
 
 
+FEW = {"width": 8, "settings": [each for each in SETTINGS if each.number in (20, 22)]}
+"""A machine with the settings that the gate itself knows: all are gone through in a few clocks."""
+
 GCODE_GATE = Component(make=GCodeGate, describe=describe,
-                       cases=(Case({"width": 8}), Case(real=True), Case({"width": 8}, upset=True)),
-                       depth=12)
+                       cases=(Case(FEW), Case(real=True), Case(FEW, upset=True)), depth=28)

@@ -440,7 +440,7 @@ class GCode(MachineComponent):
         return positions
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
-                planner: GCodePlanner, flags: Value) -> Value:
+                planner: GCodePlanner, flags: Value) -> Signal:
         """Give the control commands, buttons as such, and contacts that are on for a period.
 
         Return the limit switches, probe and door.
@@ -461,16 +461,19 @@ class GCode(MachineComponent):
         period = Signal.like(planner.filter, init=self.settings.filter, reset_less=True)
         with m.If(planner.configured):
             m.d.sync += period.eq(planner.filter)
-        contacts = Cat(self.limits, self.probe, self.door, self.stop, self.motor_fault)
-        open_ = Cat(flags.open.replicate(AXES), flags.probe_open, flags.others_open[1],
-                    flags.others_open[0], flags.others_open[2])
-        on = Signal.like(contacts)
-        for number, pin in enumerate(contacts ^ open_):
+        # Level and what makes it on: limit switches, probe, door, stop, fault of a driver
+        pins = [*((limit, flags.open) for limit in self.limits), (self.probe, flags.probe_open),
+                (self.door, flags.others_open[1]), (self.stop, flags.others_open[0]),
+                (self.motor_fault, flags.others_open[2])]
+        on = Signal(len(pins))
+        for number, (pin, is_open) in enumerate(pins):
             m.submodules[f"contact_{number}"] = each = ContactFilter(most=(1 << len(period)) - 1)
-            m.d.comb += [each.i.eq(pin), each.period.eq(period), on[number].eq(each.o)]
-        switches, stop, motor_fault = on[:AXES + 2], on[-2], on[-1]
+            m.d.comb += [each.i.eq(pin ^ is_open), each.period.eq(period), on[number].eq(each.o)]
+        switches = Signal(AXES + 2)
+        stop, motor_fault = Signal(), Signal()
         m.d.comb += [
-            control.hard_limit.eq(on[:AXES].any() & flags.hard), control.door.eq(on[AXES + 1]),
+            Cat(switches, stop, motor_fault).eq(on), control.door.eq(switches[AXES + 1]),
+            control.hard_limit.eq(switches[:AXES].any() & flags.hard),
             control.emergency.eq(stop | motor_fault), control.motor_fault.eq(motor_fault & ~stop),
         ]
         return switches

@@ -1,5 +1,7 @@
 """Lines for the system: those of a G-code machine that do not reach its interpreter."""
 
+from collections.abc import Sequence
+
 from amaranth import Cat, Module, Mux, Signal
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -7,12 +9,10 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
-from .gcode_settings import LISTED_SETTING, SETTING_BITS, SETTINGS, setting_index
+from .gcode_settings import LISTED_SETTING, SETTING_BITS, SETTINGS, GCodeSetting
 
 __all__ = ["GCodeGate"]
 
-NEEDS_HOMING = setting_index(20)
-HOMING = setting_index(22)
 THOUSANDTH = 1000
 """Units of a value in a thousandth: values have six decimals."""
 
@@ -47,6 +47,8 @@ class GCodeGate(wiring.Component):
     ----------
     width : int
         Bits of values, those of the words.
+    settings : sequence of GCodeSetting
+        Those of the store, $20 and $22 among them.
 
     Members
     -------
@@ -80,12 +82,18 @@ class GCodeGate(wiring.Component):
     Raises
     ------
     ValueError
-        If ``width`` is out of range.
+        If ``width`` is out of range, or a setting is missing.
     """
 
-    def __init__(self, *, width: int = 44) -> None:
+    def __init__(self, *, width: int = 44, settings: Sequence[GCodeSetting] = SETTINGS) -> None:
         self.width = in_range("width", width, 8, 64)
-        index = range(len(SETTINGS))
+        numbers = [each.number for each in settings]
+        for number in 20, 22:
+            if number not in numbers:
+                raise ValueError(f"there must be a setting ${number}")
+        self.settings = tuple(settings)
+        self.soft, self.homing = numbers.index(20), numbers.index(22)
+        index = range(len(settings))
         super().__init__({
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
@@ -131,7 +139,7 @@ class GCodeGate(wiring.Component):
             with m.If(ends):
                 m.d.sync += [done.eq(0), open_.eq(1)]
 
-        index = Signal(range(len(SETTINGS) + 1))
+        index = Signal(range(len(self.settings) + 1))
         value = Signal(self.width - 1)  # then its quotient, which comes from below
         remainder = Signal(range(2 * THOUSANDTH))
         count = Signal(range(self.width))
@@ -166,7 +174,7 @@ class GCodeGate(wiring.Component):
 
             # A homing cycle, if it is allowed: $22 is read.
             with m.State("ASK"):
-                m.d.comb += self.address.eq(HOMING)
+                m.d.comb += self.address.eq(self.homing)
                 m.next = "HOME"
             with m.State("HOME"):
                 with m.If(self.value == 0):
@@ -183,7 +191,7 @@ class GCodeGate(wiring.Component):
                 m.next = "FOUND"
                 with m.If(line.lists):
                     m.next = "LIST"
-                with m.If(index == len(SETTINGS)):
+                with m.If(index == len(self.settings)):
                     answer(Mux(line.lists, GCodeStatus.GOOD, GCodeStatus.UNSUPPORTED))
             with m.State("LIST"):
                 m.d.comb += self.listed.valid.eq(1)
@@ -224,11 +232,11 @@ class GCodeGate(wiring.Component):
 
             # Soft limits need homing; then all is computed as if it were so.
             with m.State("NEEDS"):
-                m.d.comb += self.address.eq(HOMING)
+                m.d.comb += self.address.eq(self.homing)
                 m.next = "HAS"
             with m.State("HAS"):
                 m.next = "CONFIGURE"
-                with m.If((index == NEEDS_HOMING) & (changed != 0) & (self.value == 0)):
+                with m.If((index == self.soft) & (changed != 0) & (self.value == 0)):
                     answer(GCodeStatus.NEEDS_HOMING)
             with m.State("CONFIGURE"):
                 m.d.comb += [self.trial.eq(1), self.configure.eq(1)]
@@ -236,12 +244,12 @@ class GCodeGate(wiring.Component):
                     m.next = "WRITE"
                     with m.If(self.refused):
                         m.next = "RESTORE"
-                    with m.Elif((index == HOMING) & (changed == 0)):
-                        m.d.sync += index.eq(NEEDS_HOMING)
+                    with m.Elif((index == self.homing) & (changed == 0)):
+                        m.d.sync += index.eq(self.soft)
                         m.next = "DISABLE"
             with m.State("DISABLE"):
                 m.d.comb += self.write.eq(1)
-                m.d.sync += index.eq(HOMING)
+                m.d.sync += index.eq(self.homing)
                 m.next = "WRITE"
             with m.State("WRITE"):
                 m.d.comb += self.write.eq(1)
