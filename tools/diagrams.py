@@ -389,6 +389,12 @@ DIAGRAMS = (
         "inputs: switches moving homed outputs: request_kind request_axis request_back brake "
         "latch place restart", 0, 130),
     Diagram(
+        "stored-program",
+        "A line has begun when the program is asked for: it is ended as damaged, 2, and when that "
+        "is answered the program runs. The rest of the line is dropped.",
+        "line: lines_valid lines_ready run outputs: items_valid items_payload.byte "
+        "items_payload.end running answer: answered state: dut.program_state_state", 0, 50),
+    Diagram(
         "g-code-gate",
         "A line of two words is passed; then the machine is locked, and the end of the same line "
         "has status 9.",

@@ -1,11 +1,13 @@
-"""Parts of the interpreter of G-code: its line, its coordinates, and its units."""
+"""Parts of a G-code machine: its program, and its interpreter's line, coordinates and units."""
 
 from fresa.protocol import (
     CoordinateSum,
     GCodeCoordinates,
     GCodeKind,
     GCodeLine,
+    LineEnd,
     Operand,
+    StoredProgram,
     UnitConverter,
 )
 from fresa.protocol.gcode_modes import LETTERS
@@ -123,3 +125,55 @@ def unit_converter(run: Run) -> str:
 
     run.simulate(dut, test, memory)
     return "an inch is 25.4 mm, 60 inches a minute are 25.4 mm/s; 2**40 is too long"
+
+
+@bench
+def stored_program(run: Run) -> str:
+    """A line that is broken, a program of two lines, and the rest of the line."""
+    dut = StoredProgram(b"G1\nX2\n")
+    given = []
+
+    async def watch(ctx):
+        while True:
+            *_, valid, ready, item = await ctx.tick().sample(
+                dut.items.valid, dut.items.ready, dut.items.payload)
+            if valid and ready:
+                given.append(LineEnd(item.byte).name if item.end else chr(item.byte))
+
+    async def lines(ctx):
+        ctx.set(dut.lines.valid, 1)
+        for byte in b"G0 9\n":
+            ctx.set(dut.lines.payload, {"byte": byte if byte != 10 else 0, "end": byte == 10})
+            await run.until(ctx, dut.lines, ready=1)
+            await ctx.tick()
+            if byte == ord(" "):
+                ctx.set(dut.lines.valid, 0)
+                await ctx.tick().repeat(6)
+                ctx.set(dut.lines.valid, 1)
+        ctx.set(dut.lines.valid, 0)
+
+    async def answers(ctx):
+        while True:
+            await run.until(ctx, dut.items, valid=1)
+            ends = ctx.get(dut.items.payload.end)
+            await ctx.tick()
+            if ends:
+                await ctx.tick()
+                ctx.set(dut.answered, 1)
+                await ctx.tick()
+                ctx.set(dut.answered, 0)
+
+    async def test(ctx):
+        ctx.set(dut.items.ready, 1)
+        await ctx.tick().repeat(6)
+        ctx.set(dut.run, 1)
+        await ctx.tick()
+        ctx.set(dut.run, 0)
+        await run.until(ctx, dut, running=1)
+        await run.until(ctx, dut, running=0)
+        await ctx.tick().repeat(10)
+        run.expect("items", given, ["G", "0", " ", "DAMAGED", "G", "1", "GOOD", "X", "2", "GOOD"])
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, watch, lines, answers)
+    return "a line that had begun was ended, two lines were given, and what came behind dropped"

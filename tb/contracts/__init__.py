@@ -51,6 +51,7 @@ from .start import START
 from .step_accumulator import STEP_ACCUMULATOR
 from .step_dir import STEP_DIR
 from .step_ratio import STEP_RATIO
+from .stored_program import STORED_PROGRAM
 from .text import TEXT
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
@@ -112,6 +113,7 @@ GENERAL = {
     "gcode_reader": GCODE_READER,
     "gcode_gate": GCODE_GATE,
     "gcode_line": GCODE_LINE,
+    "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "gcode_coordinates": GCODE_COORDINATES,
     "unit_converter": UNIT_CONVERTER,

@@ -100,7 +100,9 @@ def main(argv: list[str] | None = None) -> int:
                              "steps or the serial line need it)")
     parser.add_argument("--engine", metavar="NAME", choices=["cxxrtl", "amaranth"],
                         help="see below (default: the fastest available)")
-    add_options(parser.add_argument_group("machine"), MACHINE.options)
+    # It runs a program that comes on the line, and nobody presses a button.
+    add_options(parser.add_argument_group("machine"),
+                (option for option in MACHINE.options if option.name != "program"))
     args = parser.parse_args(argv)
 
     check_outputs(args.file, pictures=[args.png], others=[args.json, args.vcd])

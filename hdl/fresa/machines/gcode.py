@@ -1,11 +1,12 @@
 """`gcode`: a CNC controller for three axes, from G-code on a serial line to steps."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
 
 from amaranth import Cat, Module, Mux, ResetInserter, Signal, Value, signed
+from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
@@ -15,6 +16,7 @@ from ..motion import AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePla
 from ..panel import ContactFilter
 from ..protocol import (
     SETTINGS,
+    GCodeActionKind,
     GCodeGate,
     GCodeInterpreter,
     GCodeReader,
@@ -24,6 +26,7 @@ from ..protocol import (
     LineBuffer,
     RealtimeCode,
     RealtimeFilter,
+    StoredProgram,
     UARTReceiver,
     UARTTransmitter,
     bit_period,
@@ -85,6 +88,8 @@ class GCodeSettings:
         Blocks that are looked ahead.
     receive : int
         Bytes of the receive buffer.
+    program : bytes
+        A program that the start button runs, see :class:`StoredProgram`; none if empty.
 
     Raises
     ------
@@ -105,6 +110,7 @@ class GCodeSettings:
     others: Sequence[tuple[int, Fraction]] = ()
     depth: int = 64
     receive: int = 128
+    program: bytes = b""
 
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
@@ -167,7 +173,8 @@ class GCodeSettings:
 class GCode(MachineComponent):
     """CNC controller: programs of G-code come in, steps of three axes go out.
 
-    There is no processor in it, and no computer has to keep up with it. All inputs are synchronous
+    There is no processor in it, and no computer has to keep up with it, nor to be there: ``start``
+    runs a program of its own, if it has one and is idle. All inputs are synchronous
     to the clock. Each line that comes on ``rx`` is answered once, and in order, with ``ok`` or
     ``error:N``, with the codes of GRBL 1.1; ``?`` is answered with a status report, ``!`` holds,
     ``~`` goes on, and byte 0x18 resets, see :class:`GCodeControl`.
@@ -278,7 +285,8 @@ class GCode(MachineComponent):
             m.submodules[name] = anew(part)
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
-        connect(m, buffer.items, reader.items)
+        lines, answers = self._program(m, anew, control, interpreter, buffer.items, faults)
+        connect(m, lines, reader.items)
         connect(m, reader.words, gate.words)
         connect(m, interpreter.actions, planner.actions)
         connect(m, planner.positions, interpreter.position)
@@ -353,7 +361,7 @@ class GCode(MachineComponent):
         m.submodules.reporter = reporter = GCodeReporter(
             position_bits=len(planner.position_um[0]))
         m.submodules.transmitter = transmitter = UARTTransmitter(period=self._bit)
-        connect(m, interpreter.answers, reporter.answers)
+        connect(m, answers, reporter.answers)
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
         connect(m, reporter.bytes, transmitter.bytes)
@@ -374,6 +382,31 @@ class GCode(MachineComponent):
         with m.If(Cat(faults).any()):
             m.d.sync += self.fault.eq(1)
         return m
+
+    def _program(self, m: Module, anew: Callable, control: GCodeControl,
+                 interpreter: GCodeInterpreter, lines: stream.Interface, faults: list
+                 ) -> tuple[stream.Interface, stream.Interface]:
+        """Return the lines to be read, and their answers, with those of the program of its own."""
+        if not self.settings.program:
+            return lines, interpreter.answers
+        program = StoredProgram(self.settings.program)
+        m.submodules.program = anew(program)
+        connect(m, lines, program.lines)
+        answers, said = interpreter.answers, interpreter.answers.signature.create()
+        pressed, silent = Signal(), Signal()
+        m.d.sync += pressed.eq(self.start)
+        m.d.comb += [
+            silent.eq(program.running & (answers.payload == 0)),
+            said.payload.eq(answers.payload), said.valid.eq(answers.valid & ~silent),
+            answers.ready.eq(said.ready | silent),
+            program.answered.eq(answers.valid & answers.ready),
+            program.refused.eq(answers.payload != 0),
+            program.run.eq(self.start & ~pressed & (control.state == GCodeState.IDLE)),
+            program.ended.eq(interpreter.actions.valid & interpreter.actions.ready
+                             & (interpreter.actions.p.kind == GCodeActionKind.END)),
+        ]
+        faults.append(program.fault)
+        return program.items, said
 
     def _system(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
                 motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingStore) -> None:

@@ -27,6 +27,7 @@ from .line_buffer import LineBuffer
 from .realtime import RealtimeCode, RealtimeFilter
 from .receiver import Received, UARTReceiver
 from .reporter import Reporter
+from .stored_program import StoredProgram
 from .text import TextSource
 from .transmitter import UARTTransmitter
 from .unit_converter import UnitConverter
@@ -39,7 +40,7 @@ __all__ = [
     "GCodeLineState", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
     "GCodeSettingStore", "GCodeState", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer",
     "LineEnd", "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
-    "Received", "Reporter", "TextSource", "UARTReceiver", "UARTTransmitter", "UnitConverter",
-    "WordReader", "bit_period", "fixed_point_layout", "gcode_layout", "setting_index",
-    "setting_values",
+    "Received", "Reporter", "StoredProgram", "TextSource", "UARTReceiver", "UARTTransmitter",
+    "UnitConverter", "WordReader", "bit_period", "fixed_point_layout", "gcode_layout",
+    "setting_index", "setting_values",
 ]

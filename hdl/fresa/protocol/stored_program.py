@@ -28,11 +28,11 @@ class StoredProgram(wiring.Component):
     ========  ================================================================  ===================
     LINE      passes a line                                                     ANSWER at its end;
                                                                                 READ or BREAK when
-                                                                                it is asked to run
+                                                                                asked to run
     BREAK     ends the line that had begun                                      ANSWER
     ANSWER    waits for the answer                                              LINE, or READ while
-                                                                                the program goes on
-    READ      reads a byte of the program, in three clocks                      GIVE
+                                                                                or when it runs
+    READ      reads a byte of the program, in two clocks                        GIVE
     GIVE      passes it, or the end of its line                                 READ, or ANSWER
     FAULT     shows ``fault``, passes nothing                                   stays until reset
     ========  ================================================================  ===================
@@ -96,13 +96,17 @@ class StoredProgram(wiring.Component):
         with m.If(self.ended):
             m.d.sync += last.eq(1)
 
+        def begin() -> None:
+            m.d.sync += [wanted.eq(0), self.running.eq(1), place.eq(0), last.eq(0)]
+            m.next = "READ"
+
         with m.FSM(name="program_state") as fsm:
             with m.State("LINE"):
-                with m.If(wanted & ~begun):
-                    m.d.sync += [wanted.eq(0), self.running.eq(1), place.eq(0), last.eq(0)]
-                    m.next = "READ"
-                with m.Elif(wanted):
-                    m.next = "BREAK"
+                with m.If(wanted & ~(lines.valid & ~drops)):
+                    with m.If(begun):
+                        m.next = "BREAK"
+                    with m.Else():
+                        begin()
                 with m.Else():
                     m.d.comb += [items.payload.eq(lines.payload),
                                  items.valid.eq(lines.valid & ~drops),
@@ -126,6 +130,8 @@ class StoredProgram(wiring.Component):
                         m.next = "READ"
                     with m.Else():
                         m.d.sync += self.running.eq(0)
+                    with m.If(wanted):
+                        begin()
             with m.State("READ"):
                 m.d.sync += [read.eq(~read), byte.eq(fetch.data)]
                 with m.If(read):

@@ -2,13 +2,17 @@
 
 from collections.abc import Sequence
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 from fresa.machines.gcode import AXES, BAUD, GCode, GCodeSettings
 from fresa.motion import MAX_BLOCKS
+from fresa.protocol.stored_program import MAX_PROGRAM
+from fresa_host.gcode_lines import ERRORS, program
 
 from ...diagram import Diagram
 from ...machine import Machine, Option, Options, Recorded, Serve, parts
+from ...models.gcode_language import Interpreter, RefusedLine, words
 
 __all__ = ["MACHINE"]
 
@@ -47,14 +51,43 @@ def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
     return tuple(found.items())
 
 
+def _program(name: str) -> bytes:
+    """Return the program in a file, without comments, after the model of the language took it."""
+    if not name:
+        return b""
+    try:
+        text = Path(name).read_text(encoding="ascii")
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not plain text"
+        raise ValueError(f"--program {name} cannot be read: {reason}") from error
+    try:
+        lines = program(text.splitlines())
+    except ValueError as error:
+        raise ValueError(f"--program {name}, {error}") from error
+    language = Interpreter()
+    for number, line in lines:
+        if line.startswith("$"):
+            continue  # the machine says
+        try:
+            language.line(words(line))
+        except RefusedLine as refused:
+            raise ValueError(f"--program {name}, line {number}: {ERRORS[refused.args[0]]} "
+                             f"(error:{refused.args[0]})") from refused
+    data = "".join(f"{line}\n" for _, line in lines).encode()
+    if not 0 < len(data) <= MAX_PROGRAM:
+        raise ValueError(f"--program {name} has {len(data)} bytes without comments: from 1 to "
+                         f"{MAX_PROGRAM} can be stored")
+    return data
+
+
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
-          deviation: str, settings: str, **values: int):
+          deviation: str, settings: str, program: str, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
-        others=_others(settings), **values)}
+        others=_others(settings), program=_program(program), **values)}
 
 
 def _inverted(**options: Any):
@@ -84,6 +117,8 @@ OPTIONS = (
            serve=True),
     Option("settings", "further settings by the numbers of GRBL, such as 22=1,23=3,130=300: see "
            "docs/gcode.md (default: none)", "", metavar="N=V,...", serve=True),
+    Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
+           "(default: none)", "", metavar="FILE"),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
              metavar="NS")
       for name, time, says in (

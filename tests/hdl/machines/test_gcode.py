@@ -4,6 +4,7 @@
 
 import random
 import re
+from dataclasses import replace
 from fractions import Fraction
 from math import hypot
 
@@ -449,3 +450,76 @@ def test_motion_refuses_system_lines_that_have_to_wait(session):
     session.send("G1X4F600\n", wait=False)
     assert session.send("$$\n$100=1\n$H\n$X\n", wait=False) == ["error:8"] * 3 + ["ok"]
     session.send("\x18")
+
+
+PROGRAM = b"G21G90\nG1X1F6000\nM0\nY1\nM30\nX3\n"
+
+
+@pytest.fixture(scope="module")
+def stored():
+    return component("gcode", GCode(settings=replace(SETTINGS, program=PROGRAM)))
+
+
+class TestStoredProgram:
+    @pytest.fixture
+    def machine(self, stored):
+        with CXXRTLEngine(stored) as engine:
+            yield Session(engine)
+            assert not engine.get("fault")
+
+    def press(self, machine, clocks: int = 200_000) -> None:
+        machine.engine.set(start=1)
+        machine.run(100)
+        machine.engine.set(start=0)
+        machine.run(clocks)
+
+    def test_start_runs_it_to_its_end_in_silence(self, machine):
+        for _ in range(2):
+            self.press(machine)
+            assert machine.at(1, machine.position[1] / 40, 0)
+            assert machine.state()[0] == "Hold:0"
+            self.press(machine)
+            assert machine.at(1, 1, 0)  # the line behind M30 is not run
+            assert machine.read() == []
+        assert machine.send("X2\n") == ["ok"]
+        assert machine.at(2, 1, 0)
+
+    def test_lines_come_behind_it(self, machine):
+        machine.engine.set(start=1)
+        machine.run(100)
+        machine.engine.set(start=0)
+        assert machine.send("G1Y2F6000\n", wait=False) == ["ok"]
+        machine.run(400_000)
+        assert machine.at(1, 0, 0)
+        self.press(machine, 500_000)
+        assert machine.at(1, 2, 0)
+
+    def test_a_line_that_has_begun_does_not_keep_it_back(self, machine):
+        machine.send("G1 X", wait=False)
+        self.press(machine)
+        self.press(machine)
+        assert machine.at(1, 1, 0)
+        assert len(machine.read()) == 1
+        assert machine.send("9\nG0X2\n") == ["ok"]  # the rest of that line
+        assert machine.at(2, 1, 0)
+
+    def test_it_ends_with_a_line_that_is_refused_and_with_a_reset(self, machine):
+        assert machine.send("G93\n") == ["ok"]
+        self.press(machine)
+        assert machine.read() == ["error:22"]  # Y1, without a feed of its own
+        self.press(machine)
+        assert machine.at(1, 0, 0)
+        assert machine.send("G94G0X0\n") == ["ok"]
+        self.press(machine)
+        assert machine.state()[0] == "Hold:0"
+        machine.send("\x18", wait=False)
+        assert machine.send("G0X2\n") == ["ok"]
+        assert machine.at(2, 0, 0)
+
+    def test_start_does_nothing_while_there_is_an_alarm(self, machine):
+        machine.engine.set(stop=1)
+        machine.run(1000)
+        machine.engine.set(stop=0)
+        machine.run(1000)
+        self.press(machine)
+        assert machine.at(0, 0, 0)
