@@ -278,6 +278,11 @@ DIAGRAMS = (
         "7 clocks, less than the period of 8, is ignored.",
         "contacts: i levels: o inside: dut.divider.tick", 60, 155),
     Diagram(
+        "core-xy",
+        "A step of X turns both motors forward, one of Y turns them against each other; where both "
+        "come at once, that of Y is a clock later.",
+        "axes: step direction motors: motor_step motor_direction busy", 0, 20),
+    Diagram(
         "contact-filter",
         "A level passes once it has been there for the clocks of `period`, 8 and then 3, whatever "
         "resets; it ends with the clock after the input.",

@@ -1,7 +1,7 @@
 """Benches of the walk, and of its parts."""
 
 from fresa.drive import PendingSteps
-from fresa.motion import PathWalk, Rotator, StepAccumulator, StepRatio
+from fresa.motion import CoreXY, PathWalk, Rotator, StepAccumulator, StepRatio
 
 from ..bench import Run, bench
 
@@ -205,3 +205,35 @@ def path_walk(run: Run) -> str:
 
     run.simulate(dut, test)
     return "a line to (3, -5, 16), an arc to (1, -3, 16); a tick that belonged to nothing: a fault"
+
+
+@bench
+def core_xy(run: Run) -> str:
+    """Steps of X, of Y, and of both at once."""
+    dut = CoreXY()
+    motors = [0, 0]
+
+    async def count(ctx):
+        while True:
+            *_, steps, directions = await ctx.tick().sample(dut.motor_step, dut.motor_direction)
+            for motor in range(2):
+                if steps >> motor & 1:
+                    motors[motor] += 1 if directions >> motor & 1 else -1
+
+    async def test(ctx):
+        for step, direction, ends in ((1, 1, [1, 1]), (2, 0, [0, 2]), (3, 2, [0, 0]),
+                                      (3, 3, [2, 0])):
+            ctx.set(dut.step, step)
+            ctx.set(dut.direction, direction)
+            await ctx.tick()
+            ctx.set(dut.step, 0)
+            for _ in range(3):
+                await ctx.tick()
+            run.expect("motors", motors, ends)
+            for axis, motor in enumerate(motors):
+                ctx.set(dut.motors[axis], motor)
+        await ctx.tick()
+        run.expect("X and Y", [ctx.get(dut.positions[axis]) for axis in range(2)], [1, 1])
+
+    run.simulate(dut, test, count)
+    return "both motors make each step, and two at once are made one after the other"

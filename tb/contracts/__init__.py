@@ -25,6 +25,7 @@ from .gcode_reader import GCODE_READER
 from .glitch import GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
+from .kinematics import CORE_XY
 from .limits import LIMITS
 from .line import LINE
 from .line_buffer import LINE_BUFFER
@@ -75,6 +76,7 @@ GENERAL = {
     "root": ROOT,
     "profile": PROFILE,
     "backlash": BACKLASH,
+    "core_xy": CORE_XY,
     "limits": LIMITS,
     "axis": AXIS,
     "plan": PLAN,

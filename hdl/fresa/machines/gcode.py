@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out, connect
 from ..arithmetic import Line
 from ..clock import CLOCK, clocks_of
 from ..drive import MAX_PULSE, PendingSteps, StepDirDriver
-from ..motion import AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePlanner
+from ..motion import KINEMATICS, AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePlanner
 from ..panel import ContactFilter
 from ..protocol import (
     SETTINGS,
@@ -88,6 +88,8 @@ class GCodeSettings:
         Blocks that are looked ahead.
     receive : int
         Bytes of the receive buffer.
+    kinematics : str
+        What the motors of X and Y move: ``cartesian``, an axis each, or ``corexy``.
     program : bytes
         A program that the start button runs, see :class:`StoredProgram`; none if empty.
 
@@ -110,11 +112,17 @@ class GCodeSettings:
     others: Sequence[tuple[int, Fraction]] = ()
     depth: int = 64
     receive: int = 128
+    kinematics: str = "cartesian"
     program: bytes = b""
 
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
             raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
+        if self.kinematics not in KINEMATICS:
+            raise ValueError(f"kinematics must be {' or '.join(KINEMATICS)}, "
+                             f"not {self.kinematics!r}")
+        if self.kinematics == "corexy" and self.steps_per_mm[0] != self.steps_per_mm[1]:
+            raise ValueError("X and Y of corexy must have the same steps per mm")
         _ = Line(clock=self.clock), setting_values(self.store)  # which check ranges
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
@@ -139,8 +147,12 @@ class GCodeSettings:
 
     @property
     def most_rate(self) -> Fraction:
-        """Steps/s that can be made; a tick lies up to 4 clocks from where its step should be."""
-        return Fraction(self.clock, self.interval + TICK)
+        """Steps/s that an axis can make; a tick lies up to 4 clocks from where its step should be.
+
+        A motor that two axes move makes the steps of both.
+        """
+        return Fraction(self.clock, self.interval + TICK) / (
+            2 if self.kinematics == "corexy" else 1)
 
     @property
     def filter(self) -> int:
@@ -411,11 +423,13 @@ class GCode(MachineComponent):
     def _system(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
                 motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingStore) -> None:
         """Carry out what system lines want: settings, and the homing cycle."""
+        asked, wanted = Signal.like(store.address), Signal.like(store.address)
         m.d.comb += [
             gate.resting.eq(motion.idle & ((control.state == GCodeState.IDLE)
                                            | (control.state == GCodeState.ALARM))),
-            store.address.eq(Mux(planner.configure, planner.setting_address,
-                                 Mux(homing.active, homing.setting_address, gate.address))),
+            asked.eq(Mux(planner.configure, planner.setting_address, homing.setting_address)),
+            wanted.eq(asked),
+            store.address.eq(Mux(planner.configure | homing.active, wanted, gate.address)),
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
             store.trial.eq(gate.trial), store.write.eq(gate.write),
             planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
@@ -431,6 +445,9 @@ class GCode(MachineComponent):
         ]
         m.d.comb += [getattr(gate, name).eq(getattr(store, name))
                      for name in ("value", "number", "decimal", "least", "most")]
+        if self.settings.kinematics == "corexy":
+            with m.If(asked == setting_index(101)):
+                m.d.comb += wanted.eq(setting_index(100))
         connect(m, homing.request, planner.homing)
         with m.If(planner.beyond):
             m.d.comb += control.failure.eq(AlarmCode.SOFT_LIMIT)
@@ -440,8 +457,12 @@ class GCode(MachineComponent):
                  faults: list) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
         times = self.settings.driver
-        made, positions, powered = [], [], []
+        made, powered = [], []
         latched = Signal(signed(36))
+        m.submodules.kinematics = kinematics = KINEMATICS[self.settings.kinematics]()
+        m.d.comb += [kinematics.step.eq(motion.step & (~self.fault).replicate(AXES)),
+                     kinematics.direction.eq(motion.direction)]
+        made.append(~kinematics.busy)
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             driver = StepDirDriver(**times)
@@ -449,28 +470,29 @@ class GCode(MachineComponent):
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
             m.d.comb += [
-                pending.step.eq(motion.step[axis] & ~self.fault),
-                pending.direction.eq(motion.direction[axis]),
+                pending.step.eq(kinematics.motor_step[axis]),
+                pending.direction.eq(kinematics.motor_direction[axis]),
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~control.stop & ~self.fault),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(control.enable),
                 self.step[axis].eq(driver.step_pin),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
-                planner.steps[axis].eq(position),
+                kinematics.motors[axis].eq(position),
+                planner.steps[axis].eq(kinematics.positions[axis]),
             ]
             with m.If(driver.moved):
                 m.d.sync += position.eq(position + Mux(driver.direction, 1, -1))
+            with m.If(homing.place):
+                m.d.sync += position.eq(position + kinematics.motor_shift[axis])
             with m.If(homing.axis == axis):
+                m.d.comb += kinematics.shift[axis].eq(planner.switch - latched)
                 with m.If(homing.latch):
-                    m.d.sync += latched.eq(position)
-                with m.If(homing.place):
-                    m.d.sync += position.eq(position - latched + planner.switch)
+                    m.d.sync += latched.eq(kinematics.positions[axis])
             made.append(~pending.driver_step)
             powered.append(driver.enable_pin)
-            positions.append(position)
             faults.append(pending.fault)
         m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powered).all())]
-        return positions
+        return [*kinematics.positions]
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
                 planner: GCodePlanner, flags: Value) -> Signal:

@@ -12,6 +12,7 @@ from .gcode_control import AlarmCode, GCodeControl
 from .gcode_homing import GCodeHoming
 from .gcode_planner import HOMING, GCodePlanner, HomingRequest
 from .guard import GuardedController
+from .kinematics import KINEMATICS, Cartesian, CoreXY
 from .limits import Limits
 from .manual import ManualControl
 from .order_control import OrderControl
@@ -33,13 +34,13 @@ from .step_ratio import StepRatio
 from .walk import WALK_DELAY, PathWalk, Segment
 
 __all__ = [
-    "HOMING", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS", "PICTURE_LIMIT",
-    "WALK_DELAY",
+    "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
+    "PICTURE_LIMIT", "WALK_DELAY",
     "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BlockLoader", "BlockMotion",
-    "BlockQueue", "CoordinateGenerator", "GCodeControl", "GCodeHoming", "GCodePlanner",
-    "GuardedController", "HomingRequest", "Limits", "ManualControl", "MotionSequencer",
-    "Move", "MoveTo", "NumericalController", "Order", "OrderControl", "OrderLedger", "Outcome",
-    "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
+    "BlockQueue", "Cartesian", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
+    "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
+    "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order", "OrderControl",
+    "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
     "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
     "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
 ]

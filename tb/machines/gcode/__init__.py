@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fresa.machines.gcode import AXES, BAUD, GCode, GCodeSettings
-from fresa.motion import MAX_BLOCKS
+from fresa.motion import KINEMATICS, MAX_BLOCKS
 from fresa.protocol.stored_program import MAX_PROGRAM
 from fresa_host.gcode_lines import ERRORS, program
 
@@ -81,13 +81,15 @@ def _program(name: str) -> bytes:
 
 
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
-          deviation: str, settings: str, program: str, **values: int):
+          deviation: str, settings: str, program: str, kinematics: str,
+          **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
-        others=_others(settings), program=_program(program), **values)}
+        others=_others(settings), program=_program(program), kinematics=kinematics,
+        **values)}
 
 
 def _inverted(**options: Any):
@@ -117,6 +119,9 @@ OPTIONS = (
            serve=True),
     Option("settings", "further settings by the numbers of GRBL, such as 22=1,23=3,130=300: see "
            "docs/gcode.md (default: none)", "", metavar="N=V,...", serve=True),
+    Option("kinematics", "what the motors of X and Y move: an axis each, or both of them by belts, "
+           "A = X + Y and B = X - Y (default: %(default)s)", "cartesian",
+           choices=tuple(KINEMATICS)),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
            "(default: none)", "", metavar="FILE"),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,

@@ -31,6 +31,8 @@ SETTINGS = GCodeSettings(
 class Session:
     """A terminal, and what the motors have made of the steps."""
 
+    steps_per_mm = SETTINGS.steps_per_mm
+
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
         self.bit = bit_period(SETTINGS.clock, SETTINGS.baud)
@@ -89,11 +91,15 @@ class Session:
         assert found, report
         return found[1], [float(each) for each in found.groups()[1:]]
 
+    def axes(self) -> list[float]:
+        """Return where the axes are, in steps."""
+        return [*self.position]
+
     def at(self, *millimetres: float) -> bool:
-        """Return whether the motors are at a place."""
-        return self.position == [
+        """Return whether the axes are at a place."""
+        return self.axes() == [
             round(each * float(steps))
-            for each, steps in zip(millimetres, SETTINGS.steps_per_mm, strict=True)]
+            for each, steps in zip(millimetres, self.steps_per_mm, strict=True)]
 
 
 @pytest.fixture(scope="module")
@@ -310,7 +316,7 @@ class Switches(Session):
 
     def __init__(self, engine: Engine, places: tuple[float, float, float]) -> None:
         self.places = [round(at * float(steps)) for at, steps in zip(
-            places, SETTINGS.steps_per_mm, strict=True)]
+            places, self.steps_per_mm, strict=True)]
         super().__init__(engine)
 
     def run(self, clocks: int) -> None:
@@ -320,7 +326,7 @@ class Switches(Session):
             super().run(min(2500, end - self.engine.clock))
             self.engine.set(limits=sum(
                 (at >= place if place > 0 else at <= place) << axis
-                for axis, (at, place) in enumerate(zip(self.position, self.places, strict=True))))
+                for axis, (at, place) in enumerate(zip(self.axes(), self.places, strict=True))))
 
 
 HOMED = ["$22=1", "$23=2", "$24=1500", "$25=3000", "$27=0.4", "$130=20", "$131=15", "$132=5"]
@@ -523,3 +529,64 @@ class TestStoredProgram:
         machine.run(1000)
         self.press(machine)
         assert machine.at(0, 0, 0)
+
+
+class Belts(Switches):
+    """A machine whose first two motors move X and Y together: A = X + Y, B = X - Y."""
+
+    steps_per_mm = (Fraction(STEPS), Fraction(STEPS), Fraction(250))
+
+    def axes(self) -> list[float]:
+        a, b, z = self.position
+        return [(a + b) / 2, (a - b) / 2, z]
+
+
+@pytest.fixture(scope="module")
+def belts():
+    return component("gcode", GCode(settings=replace(
+        SETTINGS, kinematics="corexy", steps_per_mm=Belts.steps_per_mm)))
+
+
+class TestCoreXY:
+    @pytest.fixture
+    def session(self, belts):
+        with CXXRTLEngine(belts) as engine:
+            session = Belts(engine, (3, -3, 1))
+            yield session
+            assert not engine.get("fault")
+
+    def test_both_motors_move_each_axis(self, session):
+        session.send("G0X1\n")
+        assert session.position == [80, 80, 0]
+        session.send("Y2\n")
+        assert session.position == [240, -80, 0]
+        session.send("G1X0Y0Z1F3000\n")
+        assert session.position == [0, 0, 250]
+
+    def test_paths_end_where_they_should_and_are_reported(self, session):
+        rng = random.Random(1)
+        for _ in range(12):
+            x, y = (round(rng.uniform(-2, 2), 2) for _ in range(2))
+            session.send(f"G1X{x}Y{y}F{rng.choice([600, 6000])}\n")
+            assert session.at(x, y, 0)
+        session.send("G0X0Y0\nG2I1F3000\n")
+        assert session.at(0, 0, 0)
+        session.send("X1.5Y-0.5\n")
+        assert session.state() == ("Idle", [1.5, -0.5, 0.0])
+        assert session.send("$101=10\n") == ["ok"]  # steps of X count for both
+        session.send("X1Y1\n")
+        assert session.at(1, 1, 0)
+
+    def test_axes_find_their_switches_one_by_one(self, session):
+        for line in ("$22=1", "$23=2", "$25=3000", "$24=1500", "$27=0.4", "$130=5", "$131=5",
+                     "$132=2"):
+            assert session.send(line + "\n") == ["ok"]
+        session.send("$H\n", wait=False, read=False)
+        while not (answers := session.read()):
+            session.run(10_000)
+            assert session.engine.clock < 20_000_000
+        assert answers == ["ok"]
+        assert session.state() == ("Idle", [-0.4, -4.6, -0.4])
+        for at, place, per_mm, way in zip(session.axes(), session.places, session.steps_per_mm,
+                                          (-0.4, 0.4, -0.4), strict=True):
+            assert abs(at - place - way * per_mm) <= 0.05 * per_mm + 1
