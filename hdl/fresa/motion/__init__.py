@@ -40,7 +40,7 @@ __all__ = [
     "BlockQueue", "Cartesian", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
     "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
     "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order", "OrderControl",
-    "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request", "RequestKind", "Rotator", "Segment",
-    "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
+    "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request", "RequestKind",
+    "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
     "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
 ]
