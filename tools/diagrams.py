@@ -278,6 +278,19 @@ DIAGRAMS = (
         "7 clocks, less than the period of 8, is ignored.",
         "contacts: i levels: o inside: dut.divider.tick", 60, 155),
     Diagram(
+        "spindle-power",
+        "The power of a spindle at a quarter of its speed; then it is that of a laser on a path at "
+        "half of its feed.",
+        "inputs: on scaled outputs: power state: dut.power_state_state", 0, 230),
+    Diagram(
+        "power-pwm",
+        "The first period has no power yet, the second half of it.",
+        "inputs: power outputs: pin", 0, 3000),
+    Diagram(
+        "servo-pulse",
+        "A pulse every 20 ms: the first has no length yet, then they follow the power.",
+        "inputs: power outputs: pin", 0, 80000),
+    Diagram(
         "core-xy",
         "A step of X turns both motors forward, one of Y turns them against each other; where both "
         "come at once, that of Y is a clock later.",

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from amaranth.lib import wiring
 
 __all__ = ["BUTTON", "BUZZER", "COILS", "COOLANT", "DIGITS", "DIRECTION", "DOOR", "ENABLE",
-           "LIMIT", "MOTOR_FAULT", "NUMBER", "PROBE", "RX", "SEGMENTS", "SPINDLE", "STATUS", "STEP",
-           "STOP", "SWITCH", "TX", "MachineComponent", "Role"]
+           "LIMIT", "MOTOR_FAULT", "NUMBER", "PROBE", "RX", "SEGMENTS", "SERVO", "SPINDLE",
+           "STATUS", "STEP", "STOP", "SWITCH", "TX", "MachineComponent", "Role"]
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ DIRECTION = Role("DIR", registered=True)
 ENABLE = Role("ENABLE", registered=True)
 COILS = Role("coils", registered=True)
 SPINDLE = Role("spindle", registered=True, optional=True)
+SERVO = Role("servo", registered=True, optional=True)
 COOLANT = Role("coolant", registered=True, optional=True)
 BUZZER = Role("buzzer", registered=True, optional=True)
 LIMIT = Role("limit switch", to_ground=True)

@@ -36,7 +36,8 @@ _ALLOTMENTS = {
         header={"step": "GPIO2 GPIO17 GPIO10", "direction": "GPIO3 GPIO27 GPIO9",
                 "enable": "GPIO4", "limits": "GPIO14 GPIO15 GPIO18", "stop": "GPIO23",
                 "door": "GPIO22", "probe": "GPIO24", "motor_fault": "GPIO11",
-                "spindle": "GPIO25", "reverse": "GPIO8", "mist": "GPIO7", "flood": "GPIO1",
+                "spindle": "GPIO25", "reverse": "GPIO8", "pwm": "GPIO12", "servo": "GPIO16",
+                "mist": "GPIO7", "flood": "GPIO1",
                 "abort": "GPIO21", "reset": "GPIO20"},
         panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"}),
     "mill": Allotment(

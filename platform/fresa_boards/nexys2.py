@@ -125,7 +125,8 @@ _ALLOTMENTS = {
     "gcode": Allotment(
         header={"step": "JA1 JA7 JB1", "direction": "JA2 JA8 JB2", "enable": "JA3",
                 "limits": "JC1 JC2 JC3", "stop": "JC4", "door": "JC7", "probe": "JC8",
-                "motor_fault": "JC9", "spindle": "JB7", "reverse": "JB8",
+                "motor_fault": "JC9", "spindle": "JB7", "reverse": "JB8", "pwm": "JC10",
+                "servo": "JB4",
                 "mist": "JB9", "flood": "JB10"},
         panel={"buttons": "hold start abort reset", "rx": "rx", "tx": "tx",
                "leds": "moving alarm fault"}),

@@ -1,6 +1,13 @@
 """Benches of drivers: steps to pins."""
 
-from fresa.drive import AxisDrivers, CoilDriver, FrequencyDivider
+from fresa.drive import (
+    AxisDrivers,
+    CoilDriver,
+    FrequencyDivider,
+    PowerPWM,
+    ServoPulse,
+    SpindlePower,
+)
 
 from ..bench import Run, bench
 from ..plant import WORDS
@@ -100,3 +107,69 @@ def axis_drivers(run: Run) -> str:
 
     run.simulate(dut, test)
     return "64 requests: all axes and directions, each motor followed its own and no other"
+
+
+@bench
+def spindle_power(run: Run) -> str:
+    """A spindle at a quarter, then a laser at half the speed of its path, and off."""
+    dut = SpindlePower()
+
+    async def test(ctx):
+        ctx.set(dut.on, 1)
+        ctx.set(dut.most, 1_000_000)
+        ctx.set(dut.speed, 250_000_000)
+        await ctx.tick().repeat(110)
+        run.see(ctx, dut, power=1 << 14)
+        ctx.set(dut.scaled, 1)
+        ctx.set(dut.feed, 2000)
+        ctx.set(dut.path_speed, 1000)
+        await ctx.tick().repeat(110)
+        run.see(ctx, dut, power=1 << 13)
+        ctx.set(dut.on, 0)
+        await ctx.tick()
+        run.see(ctx, dut, power=0, fault=0)
+        await ctx.tick()
+
+    run.simulate(dut, test)
+    return "powers of 1/4 and 1/8 were computed, and that of a spindle that is off is 0"
+
+
+@bench
+def power_pwm(run: Run) -> str:
+    """Half of full power, from the second period on, and none."""
+    dut = PowerPWM(clock=2048, frequency=2)
+
+    async def test(ctx):
+        ctx.set(dut.power, 1 << 15)
+        on = 0
+        for clock in range(3 * 1024):
+            on += ctx.get(dut.pin) if clock > 1024 else 0
+            await ctx.tick()
+        run.expect("clocks on", on in (1023, 1024), True)
+        ctx.set(dut.power, 0)
+        await ctx.tick()
+        run.see(ctx, dut, pin=0)
+        await ctx.tick()
+
+    run.simulate(dut, test)
+    return "half of two periods was on, and nothing of it without power"
+
+
+@bench
+def servo_pulse(run: Run) -> str:
+    """A pulse of 700 us, then one of 900."""
+    dut = ServoPulse(clock=1_000_000)
+
+    async def test(ctx):
+        ctx.set(dut.low, 700)
+        ctx.set(dut.high, 1100)
+        for power, length in ((0, 700), (1 << 15, 900)):
+            ctx.set(dut.power, power)
+            on = 0
+            for clock in range(40_000):
+                on += ctx.get(dut.pin) if clock >= 20_001 else 0
+                await ctx.tick()
+            run.expect("us", on, length)
+
+    run.simulate(dut, test, deadline=90_000)
+    return "a pulse in 20 ms was 700 us long without power, and 900 us at half of it"

@@ -46,6 +46,7 @@ from .root import ROOT
 from .rotator import ROTATOR
 from .search import SEARCH
 from .sequencer import SEQUENCER
+from .spindle import SPINDLE_POWER
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -115,6 +116,7 @@ GENERAL = {
     "gcode_reader": GCODE_READER,
     "gcode_gate": GCODE_GATE,
     "gcode_line": GCODE_LINE,
+    "spindle_power": SPINDLE_POWER,
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "gcode_coordinates": GCODE_COORDINATES,

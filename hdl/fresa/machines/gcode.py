@@ -11,7 +11,15 @@ from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
 from ..clock import CLOCK, clocks_of
-from ..drive import MAX_PULSE, PendingSteps, StepDirDriver
+from ..drive import (
+    MAX_PULSE,
+    PendingSteps,
+    PowerPWM,
+    ServoPulse,
+    SpindlePower,
+    StepDirDriver,
+    pwm_frequency,
+)
 from ..motion import KINEMATICS, AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePlanner
 from ..panel import ContactFilter
 from ..protocol import (
@@ -43,6 +51,7 @@ from ..roles import (
     MOTOR_FAULT,
     PROBE,
     RX,
+    SERVO,
     SPINDLE,
     STATUS,
     STEP,
@@ -88,6 +97,8 @@ class GCodeSettings:
         Blocks that are looked ahead.
     receive : int
         Bytes of the receive buffer.
+    pwm_hz : int
+        Frequency of the PWM of the spindle.
     kinematics : str
         What the motors of X and Y move: ``cartesian``, an axis each, or ``corexy``.
     program : bytes
@@ -112,6 +123,7 @@ class GCodeSettings:
     others: Sequence[tuple[int, Fraction]] = ()
     depth: int = 64
     receive: int = 128
+    pwm_hz: int = 1000
     kinematics: str = "cartesian"
     program: bytes = b""
 
@@ -123,7 +135,9 @@ class GCodeSettings:
                              f"not {self.kinematics!r}")
         if self.kinematics == "corexy" and self.steps_per_mm[0] != self.steps_per_mm[1]:
             raise ValueError("X and Y of corexy must have the same steps per mm")
-        _ = Line(clock=self.clock), setting_values(self.store)  # which check ranges
+        # Which check ranges
+        _ = Line(clock=self.clock), setting_values(self.store)
+        pwm_frequency(self.pwm_hz, clock=self.clock)
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
             if rate > most:
@@ -223,6 +237,10 @@ class GCode(MachineComponent):
         Power of the motors.
     spindle, reverse : Out(1)
         The spindle turns; counter-clockwise.
+    pwm : Out(1)
+        Power of the spindle or laser: pulses whose duty follows S, from $31 to $30.
+    servo : Out(1)
+        The same as pulses for a hobby servo, from $210 to $211.
     mist, flood : Out(1)
         Coolant.
     moving : Out(1)
@@ -253,6 +271,8 @@ class GCode(MachineComponent):
     enable: Out(1)
     spindle: Out(1)
     reverse: Out(1)
+    pwm: Out(1)
+    servo: Out(1)
     mist: Out(1)
     flood: Out(1)
     moving: Out(1)
@@ -266,7 +286,8 @@ class GCode(MachineComponent):
             "rx": RX, "tx": TX, "step": STEP, "direction": DIRECTION, "enable": ENABLE,
             "limits": LIMIT, "stop": STOP, "door": DOOR, "probe": PROBE,
             "motor_fault": MOTOR_FAULT, "hold": BUTTON, "start": BUTTON, "abort": BUTTON,
-            "spindle": SPINDLE, "reverse": SPINDLE, "mist": COOLANT, "flood": COOLANT,
+            "spindle": SPINDLE, "reverse": SPINDLE, "pwm": SPINDLE, "servo": SERVO,
+            "mist": COOLANT, "flood": COOLANT,
             "moving": STATUS, "alarm": STATUS, "fault": STATUS,
         }
         super().__init__()
@@ -330,7 +351,7 @@ class GCode(MachineComponent):
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
             motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart),
-            motion.off.eq(renewed),
+            motion.off.eq(renewed | control.stop),
             control.moving.eq(moving), control.standing.eq(motion.still),
         ]
         for axis in range(AXES):
@@ -391,6 +412,7 @@ class GCode(MachineComponent):
             self.mist.eq(motion.outputs.mist), self.flood.eq(motion.outputs.flood),
             self.moving.eq(moving), self.alarm.eq(control.state == GCodeState.ALARM),
         ]
+        self._spindle(m, motion, flags, faults)
         with m.If(Cat(faults).any()):
             m.d.sync += self.fault.eq(1)
         return m
@@ -493,6 +515,26 @@ class GCode(MachineComponent):
             faults.append(pending.fault)
         m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powered).all())]
         return [*kinematics.positions]
+
+    def _spindle(self, m: Module, motion: BlockMotion, flags: Value, faults: list) -> None:
+        """Give the spindle, or the laser, the power that the program wants."""
+        m.submodules.power = power = SpindlePower()
+        m.submodules.pwm = pwm = PowerPWM(clock=self.settings.clock,
+                                          frequency=self.settings.pwm_hz)
+        m.submodules.servo = servo = ServoPulse(clock=self.settings.clock)
+        outputs, rapid = motion.outputs, motion.feed.all()
+        spins = outputs.clockwise | outputs.counter_clockwise
+        m.d.comb += [
+            power.on.eq(spins & ~(flags.laser & rapid)),
+            power.scaled.eq(flags.laser & outputs.counter_clockwise),
+            power.speed.eq(motion.extra), power.least.eq(flags.spindle_least),
+            power.most.eq(flags.spindle_most), power.path_speed.eq(motion.speed),
+            power.feed.eq(motion.feed),
+            pwm.power.eq(power.power), self.pwm.eq(pwm.pin),
+            servo.power.eq(power.power), servo.low.eq(flags.servo_low),
+            servo.high.eq(flags.servo_high), self.servo.eq(servo.pin),
+        ]
+        faults.append(power.fault)
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
                 planner: GCodePlanner, flags: Value) -> Signal:

@@ -12,7 +12,7 @@ from .gcode_control import AlarmCode, GCodeControl
 from .gcode_homing import GCodeHoming
 from .gcode_planner import HOMING, GCodePlanner, HomingRequest
 from .guard import GuardedController
-from .kinematics import KINEMATICS, Cartesian, CoreXY
+from .kinematics import KINEMATICS, CoreXY
 from .limits import Limits
 from .manual import ManualControl
 from .order_control import OrderControl
@@ -37,10 +37,11 @@ __all__ = [
     "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
     "PICTURE_LIMIT", "WALK_DELAY",
     "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BlockLoader", "BlockMotion",
-    "BlockQueue", "Cartesian", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
+    "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
     "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
     "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order", "OrderControl",
     "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request", "RequestKind",
-    "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot", "StartHandshake",
+    "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot",
+    "StartHandshake",
     "StepAccumulator", "StepCounter", "StepRatio", "ramp_rates",
 ]

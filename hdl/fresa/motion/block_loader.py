@@ -7,7 +7,15 @@ from amaranth.lib.wiring import In, Out
 from ..arithmetic.line import WIDTH
 from ..checks import in_range
 from ..fsm import leave_unused_codes
-from .blocks import BlockHeader, BlockKind, BlockWord, Outputs
+from .blocks import (
+    FEED_BITS,
+    FEED_HIGH,
+    FEED_LOW,
+    BlockHeader,
+    BlockKind,
+    BlockWord,
+    Outputs,
+)
 from .walk import Segment
 
 __all__ = ["BlockLoader"]
@@ -56,6 +64,9 @@ class BlockLoader(wiring.Component):
         A dwell is counted.
     outputs, extra : Out(Outputs), Out(36)
         Outputs, and the speed of the spindle in 10**-6 rev/min, as they are now.
+    feed : Out(32)
+        Programmed feed of the motion that is made, or was made last, in nm/s; of a rapid, and
+        before the first motion, all ones.
     fault : Out(1)
         The state register was upset. Stays until reset.
 
@@ -77,7 +88,9 @@ class BlockLoader(wiring.Component):
                 "log2_ticks": range(41)}))),
             "segments": Out(stream.Signature(Segment)),
             "idle": In(1), "start": In(1), "off": In(1), "paused": Out(1), "waiting": Out(1),
-            "outputs": Out(Outputs), "extra": Out(WIDTH), "fault": Out(1),
+            "outputs": Out(Outputs), "extra": Out(WIDTH),
+            "feed": Out(FEED_BITS, init=(1 << FEED_BITS) - 1),
+            "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -103,6 +116,7 @@ class BlockLoader(wiring.Component):
         x, y = Signal(WIDTH), Signal(WIDTH)
         residual = Signal(29)
         new_extra = Signal(WIDTH)
+        read_feed, new_feed = Signal(FEED_BITS), Signal(FEED_BITS)
         segment_header = Signal(BlockHeader)
         with m.If(read):
             m.d.sync += number.eq(number + 1)
@@ -130,9 +144,14 @@ class BlockLoader(wiring.Component):
                 with m.Case(BlockWord.RESIDUAL):
                     m.d.sync += residual.eq(word)
                 with m.Case(BlockWord.EXTRA):
-                    m.d.sync += [new_extra.eq(word), segment_header.eq(header)]
+                    m.d.sync += [new_extra.eq(word), new_feed.eq(read_feed),
+                                 segment_header.eq(header)]
                     with m.If(header.kind == BlockKind.MOTION):
                         m.d.sync += self.segments.valid.eq(1)
+            for place, bits in ((FEED_LOW, read_feed[:FEED_LOW[2]]),
+                                (FEED_HIGH, read_feed[FEED_LOW[2]:])):
+                with m.If(number == place[0]):
+                    m.d.sync += bits.eq(word >> place[1])
         self._segment(m, segment_header, starts, ends, changes)
         segment = self.segments.p
         m.d.comb += [segment.turns.eq(Mux(segment_header.arc, turns, 0)), segment.x.eq(x),
@@ -196,7 +215,7 @@ class BlockLoader(wiring.Component):
 
         with m.If(self.segments.valid & self.segments.ready):
             m.d.sync += [self.segments.valid.eq(0), outputs.eq(segment_header.outputs),
-                         extra.eq(new_extra), due.eq(0)]
+                         extra.eq(new_extra), self.feed.eq(new_feed), due.eq(0)]
         with m.Elif(due & self.idle):
             m.d.sync += [outputs.eq(due_outputs), extra.eq(due_extra), due.eq(0)]
         with m.If(self.off | ResetSignal()):

@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic.line import WIDTH
 from .block_loader import BlockLoader
-from .blocks import BLOCK_WORDS, Outputs
+from .blocks import BLOCK_WORDS, FEED_BITS, Outputs
 from .plan import BlockQueue
 from .profile import SpeedProfile
 from .walk import WALK_DELAY, PathWalk
@@ -60,6 +60,8 @@ class BlockMotion(wiring.Component):
         A pause waits.
     outputs, extra : Out(Outputs), Out(36)
         Outputs, and the speed of the spindle in 10**-6 rev/min.
+    feed : Out(32)
+        Programmed feed of the motion, see :class:`BlockLoader`.
     starved : Out(1)
         The speed was cut to 0 since no block followed. For one clock; it is never expected.
     fault : Out(1)
@@ -82,8 +84,8 @@ class BlockMotion(wiring.Component):
             "position": In(data.ArrayLayout(2, 3)), "made": In(1), "start": In(1), "off": In(1),
             "step": Out(3), "direction": Out(3), "free": Out(range(depth + 1)),
             "speed": Out(self._profile.speed_bits), "still": Out(1), "idle": Out(1),
-            "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WIDTH), "starved": Out(1),
-            "fault": Out(1),
+            "paused": Out(1), "outputs": Out(Outputs), "extra": Out(WIDTH),
+            "feed": Out(FEED_BITS), "starved": Out(1), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -114,7 +116,7 @@ class BlockMotion(wiring.Component):
             self.still.eq(settled[-1] & profile.standing & self.made),
             self.paused.eq(loader.paused),
             self.idle.eq(loader.idle & queue.empty),
-            self.outputs.eq(loader.outputs), self.extra.eq(loader.extra),
+            self.outputs.eq(loader.outputs), self.extra.eq(loader.extra), self.feed.eq(loader.feed),
             self.starved.eq(profile.starved),
         ]
         m.d.sync += self.fault.eq(profile.fault | walk.fault | loader.fault)

@@ -43,6 +43,9 @@ class BlockHeader(data.Struct):
 class BlockWord(IntEnum):
     """Addresses of the words; where there are two, that of the high one, the low one follows.
 
+    The programmed feed of a motion is in the highest bits of two words, see `FEED_LOW` and
+    `FEED_HIGH`.
+
     Of a block that is no motion there are the header and ``EXTRA``, and of a PLACE the places.
     """
 
@@ -59,3 +62,10 @@ class BlockWord(IntEnum):
 
 
 BLOCK_WORDS = 16
+
+FEED_LOW = (BlockWord.MODULUS, 14, 22)
+FEED_HIGH = (BlockWord.NOMINAL, 26, 10)
+"""Words, lowest bits, and numbers of bits of a feed in nm/s: in front of what the words are for. A
+rapid has all ones."""
+
+FEED_BITS = 32

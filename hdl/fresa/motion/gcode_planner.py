@@ -22,7 +22,15 @@ from ..protocol import (
     Operand,
     setting_index,
 )
-from .blocks import BLOCK_WORDS, BlockHeader, BlockKind, BlockWord
+from .blocks import (
+    BLOCK_WORDS,
+    FEED_BITS,
+    FEED_HIGH,
+    FEED_LOW,
+    BlockHeader,
+    BlockKind,
+    BlockWord,
+)
 
 __all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 
@@ -102,6 +110,7 @@ class _Kept(enum.Enum, shape=unsigned(5)):
     STEPS_Y = 17
     STEPS_Z = 18
     FILTER = 19
+    PROGRAMMED = 20
 
 
 class _Row(NamedTuple):
@@ -163,6 +172,7 @@ def _zero_limit() -> Iterable[_Row]:
 def _block() -> Iterable[_Row]:
     """Commit the block that tables have computed."""
     yield _Row(_Do.KEEP, _register("ticks"), _Kept.LOG2_TICKS.value)
+    yield _Row(_Do.KEEP, _register("feed"), _Kept.PROGRAMMED.value)
     yield _Row(_Do.HEADER, 0, BlockWord.HEADER)
     for name, word in (("energy", BlockWord.ENERGY), ("modulus", BlockWord.MODULUS),
                        ("nominal", BlockWord.NOMINAL)):
@@ -485,12 +495,13 @@ class GCodePlanner(wiring.Component):
         outputs_last = Signal()  # the last block was one of outputs
         rapid = Signal()
         modes = self.actions.p.modes
+        programmed = Signal(FEED_BITS)
         inverse = modes.inverse & ~rapid
         kept = {_Kept.LOG2_TICKS: header.log2_ticks, _Kept.FEED: self.feed,
                 _Kept.SPINDLE: self.spindle, _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
                 _Kept.SHIFT: header.shift, _Kept.SWITCH: self.switch,
-                _Kept.FILTER: self.filter,
+                _Kept.FILTER: self.filter, _Kept.PROGRAMMED: programmed,
                 **{_Kept(_Kept.STEPS_X.value + axis): self.steps_per_metre[axis]
                    for axis in range(3)},
                 **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},
@@ -514,6 +525,11 @@ class GCodePlanner(wiring.Component):
             self.positions.p.axis.eq(row.destination), self.positions.p.value.eq(
                 value.as_signed()),
         ]
+
+        bits = iter(programmed)
+        for word, lowest, count in FEED_LOW, FEED_HIGH:
+            with m.If(row.destination == word):
+                m.d.comb += self.words.p.data[lowest:].eq(Cat(next(bits) for _ in range(count)))
 
         def begin(which: _Procedure, kind: BlockKind = BlockKind.MOTION) -> None:
             m.d.sync += [procedure.eq(which), place.eq(firsts[which]), header.kind.eq(kind),

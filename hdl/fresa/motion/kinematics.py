@@ -6,7 +6,7 @@ from amaranth.lib.wiring import In, Out
 
 from ..arithmetic.line import WIDTH
 
-__all__ = ["KINEMATICS", "Cartesian", "CoreXY"]
+__all__ = ["KINEMATICS", "CoreXY"]
 
 AXES = 3
 

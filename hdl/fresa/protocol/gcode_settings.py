@@ -67,6 +67,10 @@ SETTINGS = (
     GCodeSetting(24, "speed at which switches are located, mm/min", 1, _MOST, True, 25_000),
     GCodeSetting(25, "speed at which switches are sought, mm/min", 1, _MOST, True, 500_000),
     GCodeSetting(27, "distance from the switches after homing, mm", 1, 6_000_000, True, 1_000),
+    GCodeSetting(30, "speed of the spindle at full power, rev/min", 0, _MOST, True, 1_000_000),
+    GCodeSetting(31, "speed of the spindle at least power, rev/min", 0, _MOST, True, 0),
+    GCodeSetting(32, "the spindle is a laser: off in G0, and with M4 it follows the speed", 0, 1,
+                 False, 0),
     *_axes(100, "steps per mm", _MOST, 250_000),
     *_axes(110, "highest speed, mm/min,", 128_849_018, 500_000),
     *_axes(120, "acceleration, mm/s²,", 17_179_869, 10_000),
@@ -76,6 +80,8 @@ SETTINGS = (
                  MAX_FILTER, False, 10),
     GCodeSetting(202, "contacts that are on while open: 1 stop, 2 door, 4 fault of a driver", 0, 7,
                  False, 0),
+    GCodeSetting(210, "pulse of the servo while the spindle is off, us", 1, 4000, False, 500),
+    GCodeSetting(211, "pulse of the servo at full power, us", 1, 4000, False, 2500),
 )
 """All settings in the order of their numbers, which is that of their addresses in the store."""
 
@@ -113,10 +119,16 @@ class GCodeFlags(data.Struct):
     lower: 3
     strict: 1
     others_open: 3
+    spindle_most: SETTING_BITS
+    spindle_least: SETTING_BITS
+    laser: 1
+    servo_low: 12
+    servo_high: 12
 
 
 _FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
-          "lower": 23, "strict": 200, "others_open": 202}
+          "lower": 23, "strict": 200, "others_open": 202, "spindle_most": 30,
+          "spindle_least": 31, "laser": 32, "servo_low": 210, "servo_high": 211}
 
 
 class GCodeSettingStore(wiring.Component):

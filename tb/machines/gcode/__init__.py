@@ -1,14 +1,15 @@
 """`gcode`: three axes that are programmed in G-code, over a serial line."""
 
+import re
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from fresa.drive.spindle import MAX_PWM
 from fresa.machines.gcode import AXES, BAUD, GCode, GCodeSettings
 from fresa.motion import KINEMATICS, MAX_BLOCKS
 from fresa.protocol.stored_program import MAX_PROGRAM
-from fresa_host.gcode_lines import ERRORS, program
 
 from ...diagram import Diagram
 from ...machine import Machine, Option, Options, Recorded, Serve, parts
@@ -60,20 +61,21 @@ def _program(name: str) -> bytes:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not plain text"
         raise ValueError(f"--program {name} cannot be read: {reason}") from error
-    try:
-        lines = program(text.splitlines())
-    except ValueError as error:
-        raise ValueError(f"--program {name}, {error}") from error
-    language = Interpreter()
-    for number, line in lines:
-        if line.startswith("$"):
-            continue  # the machine says
+    language, lines = Interpreter(), []
+    for number, line in enumerate(text.splitlines(), 1):
+        kept = re.sub(r"\([^)]*(?:\)|$)|;.*", "", line).strip(" \t")
+        if kept in ("", "%"):
+            continue
+        if bad := re.search(r"[^ -~]", kept.replace("\t", " ")):
+            raise ValueError(f"--program {name}, line {number}: {bad[0]!r} may not be in a line")
         try:
-            language.line(words(line))
+            if not kept.startswith("$"):  # of these the machine says it
+                language.line(words(kept))
         except RefusedLine as refused:
-            raise ValueError(f"--program {name}, line {number}: {ERRORS[refused.args[0]]} "
-                             f"(error:{refused.args[0]})") from refused
-    data = "".join(f"{line}\n" for _, line in lines).encode()
+            raise ValueError(f"--program {name}, line {number}: the machine would refuse {line!r} "
+                             f"with error:{refused.args[0]}") from refused
+        lines.append(f"{kept}\n")
+    data = "".join(lines).encode()
     if not 0 < len(data) <= MAX_PROGRAM:
         raise ValueError(f"--program {name} has {len(data)} bytes without comments: from 1 to "
                          f"{MAX_PROGRAM} can be stored")
@@ -119,6 +121,8 @@ OPTIONS = (
            serve=True),
     Option("settings", "further settings by the numbers of GRBL, such as 22=1,23=3,130=300: see "
            "docs/gcode.md (default: none)", "", metavar="N=V,...", serve=True),
+    Option("pwm_hz", "frequency of the PWM of the spindle (default: %(default)s)",
+           GCodeSettings.pwm_hz, least=1, most=MAX_PWM, metavar="HZ"),
     Option("kinematics", "what the motors of X and Y move: an axis each, or both of them by belts, "
            "A = X + Y and B = X - Y (default: %(default)s)", "cartesian",
            choices=tuple(KINEMATICS)),

@@ -590,3 +590,82 @@ class TestCoreXY:
         for at, place, per_mm, way in zip(session.axes(), session.places, session.steps_per_mm,
                                           (-0.4, 0.4, -0.4), strict=True):
             assert abs(at - place - way * per_mm) <= 0.05 * per_mm + 1
+
+
+def share(session: Session, pin: str, clocks: int) -> float:
+    """Return for which share of some clocks a pin is on."""
+    level, at, on = session.engine.get(pin), session.engine.clock, 0
+    seen = session.engine.run(clocks, (pin,))
+    for clock, new in zip(seen.clock.tolist(), seen[pin].tolist(), strict=True):
+        on, at, level = on + (clock - at) * level, clock, new
+    return (on + (session.engine.clock - at) * level) / clocks
+
+
+SECOND = SETTINGS.clock
+
+
+class TestSpindle:
+    @pytest.mark.parametrize(("speed", "duty"), [(0, 0), (1, 1 / 256), (250, 0.25), (5000, 1)])
+    def test_duty_follows_the_speed(self, session, speed, duty):
+        session.send(f"M3S{speed}\n")
+        session.run(5000)
+        assert share(session, "pwm", 100_000) == pytest.approx(duty, abs=0.003)
+        session.send("M5\n")
+        session.run(5000)
+        assert share(session, "pwm", 100_000) == 0
+
+    def test_range_is_a_setting(self, session):
+        session.send("$30=24000\n$31=4000\nM3S14000\n")
+        session.run(5000)
+        assert share(session, "pwm", 100_000) == pytest.approx(0.5, abs=0.003)
+
+    def test_an_emergency_stop_ends_it_at_once(self, session):
+        session.send("M3S1000\nG1X4F6000\n", wait=False)
+        session.run(100_000)
+        assert share(session, "pwm", 1000) == 1
+        session.engine.set(stop=1)
+        session.run(40)
+        assert not session.engine.get("spindle")
+        assert share(session, "pwm", 100_000) == 0
+
+    def test_pulses_of_a_servo(self, session):
+        session.run(SECOND // 10)
+        assert share(session, "servo", SECOND // 50) == pytest.approx(0.5 / 20, abs=1e-4)
+        session.send("$211=1500\nM3S500\n")
+        session.run(SECOND // 10)
+        assert share(session, "servo", SECOND // 50) == pytest.approx(1.0 / 20, abs=1e-4)
+
+
+class TestLaser:
+    def test_power_follows_the_speed_with_m4(self, session):
+        """A line of 1.2 s with ramps of 0.05 s: so much of its time is at full speed."""
+        assert session.send("$32=1\nM4S1000\n") == ["ok", "ok"]
+        assert share(session, "pwm", 100_000) == 0  # it stands
+        session.send("G1X60F3000\n", wait=False)
+        session.run(SECOND // 10)
+        assert share(session, "pwm", 100_000) == pytest.approx(1, abs=0.003)
+        session.send("!", wait=False)
+        session.run(SECOND // 10)
+        assert session.state()[0] == "Hold:0"
+        assert share(session, "pwm", 100_000) == 0
+        session.send("\x18", wait=False)
+        session.run(SECOND // 10)
+        assert not session.engine.get("spindle")
+
+    def test_power_is_in_proportion_where_the_speed_is_not_reached(self, session):
+        """The axis makes no more than 6000 mm/min of the 24000 that the program wants."""
+        session.send("$32=1\nM4S1000\nG1X60F24000\n", wait=False)
+        session.run(SECOND // 5)
+        assert share(session, "pwm", 100_000) == pytest.approx(0.25, abs=0.003)
+        session.send("\x18", wait=False)
+        session.run(SECOND // 10)
+
+    def test_g0_has_no_power_and_m3_has_a_constant_one(self, session):
+        session.send("$32=1\nM3S500\nG1X1F6000\n")
+        session.run(5000)
+        assert share(session, "pwm", 100_000) == pytest.approx(0.5, abs=0.003)
+        session.send("G0X40\n", wait=False)
+        session.run(SECOND // 10)
+        assert share(session, "pwm", 100_000) == 0
+        session.send("\x18", wait=False)
+        session.run(SECOND // 10)

@@ -150,11 +150,16 @@ def check(engine: Engine, seed: int, count: int) -> None:
             assert [header.channel[axis] for axis in range(3)] == [0, 1, 2]
             assert not header.arc
             assert block == MotionBlock(
-                pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS),
-                pair(words, BlockWord.NOMINAL), header.log2_ticks,
+                pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS) % (1 << 50),
+                pair(words, BlockWord.NOMINAL) % (1 << 62), header.log2_ticks,
                 words[16] + words[17] * WORD, limit,
                 tuple(words[BlockWord.PLACE + axis] for axis in range(3)))
             assert words[BlockWord.EXTRA] == operands[Operand.SPEED]
+            programmed = (words[BlockWord.MODULUS] >> 14) + (words[BlockWord.NOMINAL] >> 26 << 22)
+            if kind == GCodeActionKind.RAPID:
+                assert programmed == (1 << 32) - 1
+            elif not inverse:
+                assert programmed == feed
         elif kind in {GCodeActionKind.SPINDLE, GCodeActionKind.COOLANT}:
             if outputs_before:
                 model.stop()
@@ -180,8 +185,8 @@ def planner():
 def motion(words: Mapping[int, int]) -> MotionBlock:
     """Return what the words of a block say of a motion."""
     return MotionBlock(
-        pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS),
-        pair(words, BlockWord.NOMINAL), BlockHeader.from_bits(words[0]).log2_ticks,
+        pair(words, BlockWord.ENERGY), pair(words, BlockWord.MODULUS) % (1 << 50),
+        pair(words, BlockWord.NOMINAL) % (1 << 62), BlockHeader.from_bits(words[0]).log2_ticks,
         words[16] + words[17] * WORD, words[18] + words[19] * WORD,
         tuple(words[BlockWord.PLACE + axis] for axis in range(3)))
 

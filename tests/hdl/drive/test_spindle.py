@@ -1,0 +1,121 @@
+# amaranth: UnusedElaboratable=no
+
+"""Power of a spindle, its PWM, and pulses of a servo: against what they say, in numbers."""
+
+import random
+import re
+
+import pytest
+
+from fresa.drive.spindle import FULL_POWER, LEAST_POWER, PowerPWM, ServoPulse, SpindlePower
+from tb.boards import component
+from tb.engines import AmaranthEngine
+
+
+def ratio(part: int, whole: int) -> int:
+    """Return a share of full power, at most that."""
+    return FULL_POWER if whole <= 0 else max(0, min(FULL_POWER, (part << 16) // whole))
+
+
+def power(*, on: int, scaled: int, speed: int, least: int, most: int, path_speed: int,
+          feed: int) -> int:
+    """Return what the power has to be."""
+    if not on or not speed:
+        return 0
+    share = max(LEAST_POWER, ratio(speed - 1000 * least, 1000 * (most - least)))
+    if not scaled:
+        return share
+    return share * ratio(path_speed, feed) >> 16 if path_speed else 0
+
+
+def _inputs(rng: random.Random) -> dict[str, int]:
+    most = rng.choice([1_000_000, 24_000_000, rng.randrange(1 << 27)])
+    least = rng.choice([0, 0, most // 3, rng.randrange(1 << 27)])
+    feed = rng.choice([0, 1, 16_666_667, rng.randrange(1 << 32), (1 << 32) - 1])
+    return {"on": int(rng.random() < 0.95), "scaled": rng.getrandbits(1),
+            "speed": rng.choice([0, 1, 1000 * least, 1000 * most, rng.randrange(
+                1, 2000 * max(1, most)), rng.randrange(1 << 36)]) & (1 << 36) - 1,
+            "least": least, "most": most, "feed": feed,
+            "path_speed": rng.choice([0, feed, feed // 2, rng.randrange(1 << 31)])}
+
+
+class TestSpindlePower:
+    def test_is_what_it_should_be(self):
+        rng = random.Random(1)
+        with AmaranthEngine(component("power", SpindlePower())) as engine:
+            engine.set(rst=0)
+            for _ in range(400):
+                inputs = _inputs(rng)
+                engine.set(**inputs)
+                engine.run(110)
+                assert engine.get("power") == power(**inputs), inputs
+            assert not engine.get("fault")
+
+    def test_is_off_a_clock_later_and_never_shows_what_was_before(self):
+        with AmaranthEngine(component("power", SpindlePower())) as engine:
+            engine.set(rst=0, on=1, speed=10**9, most=10**6)
+            engine.run(110)
+            assert engine.get("power") == FULL_POWER
+            engine.set(on=0, speed=10**6)
+            engine.run(1)
+            assert engine.get("power") == 0
+            engine.run(30)
+            engine.set(on=1)
+            seen = engine.apply({"on": [1] * 110}, ["power"])["power"]
+            assert {int(level) for level in seen} == {0, LEAST_POWER}
+
+
+@pytest.mark.parametrize(("kind", "parameters", "message"), [
+    (PowerPWM, {"clock": 2_000_000, "frequency": 2000},
+     "frequency of the PWM must be a whole number from 1 to 1953, not 2000"),
+    (PowerPWM, {"clock": 50_000_000, "frequency": 0},
+     "frequency of the PWM must be a whole number from 1 to 48828, not 0"),
+    (ServoPulse, {"clock": 999_999},
+     "clock must be a whole number from 1000000 to 134217727, not 999999")])
+def test_impossible_parameters(kind, parameters, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        kind(**parameters)
+
+
+class TestPWM:
+    @pytest.mark.parametrize("share", [0, 1, 64, 100, 512, 1023, 1024])
+    def test_duty_and_frequency(self, share):
+        clock, frequency = 3_000_000, 1000
+        with AmaranthEngine(component("pwm", PowerPWM(clock=clock, frequency=frequency))) as engine:
+            engine.set(rst=0, power=share << 6)
+            engine.run(6000)
+            seen = engine.apply({"power": [share << 6] * 30_000}, ["pin"])["pin"].astype(int)
+        assert seen.sum() == pytest.approx(30_000 * share / 1024, abs=30)
+        rises = ((seen[1:] == 1) & (seen[:-1] == 0)).nonzero()[0]
+        if 0 < share < 1024:
+            assert len(rises) == 10
+            assert {*(rises[1:] - rises[:-1]).tolist()} <= {2999, 3000, 3001}
+
+    def test_ends_at_once_and_changes_with_a_period(self):
+        with AmaranthEngine(component("pwm", PowerPWM(clock=3_000_000, frequency=1000))) as engine:
+            engine.set(rst=0, power=FULL_POWER)
+            engine.run(7000)
+            assert engine.get("pin")
+            engine.set(power=0)
+            engine.run(2)
+            assert not engine.get("pin")
+            engine.set(power=FULL_POWER)
+            engine.run(2)
+            assert not engine.get("pin")
+            engine.run(3000)
+            assert engine.get("pin")
+
+
+@pytest.mark.parametrize(("low", "high", "shares"), [
+    (500, 2500, (0, 30_000, FULL_POWER - 1, FULL_POWER)), (2000, 1000, (1, 40_000))])
+def test_pulses_of_a_servo(low, high, shares):
+    clock = 1_000_000
+    with AmaranthEngine(component("servo", ServoPulse(clock=clock))) as engine:
+        for share in shares:
+            engine.set(rst=0, power=share, low=low, high=high)
+            engine.run(40_000)
+            seen = engine.apply({"power": [share] * 40_000}, ["pin"])["pin"].astype(int)
+            rises = ((seen[1:] == 1) & (seen[:-1] == 0)).nonzero()[0]
+            assert len(rises) == 2
+            assert rises[1] - rises[0] == 20_000
+            assert seen.sum() == 2 * (low * (FULL_POWER - share) + high * share >> 16)
