@@ -13,5 +13,6 @@ from .step_dir import MAX_PULSE, StepDirDriver
 __all__ = [
     "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE", "AxisDrivers",
     "CoilDriver", "FrequencyDivider", "PendingSteps", "PhaseDriver", "PowerPWM",
-    "RateGenerator", "ServoPulse", "SpindlePower", "StepDirDriver", "pwm_frequency", "swap_inner", "valid_period",
+    "RateGenerator", "ServoPulse", "SpindlePower", "StepDirDriver", "pwm_frequency", "swap_inner",
+    "valid_period",
 ]
