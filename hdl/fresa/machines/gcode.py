@@ -296,8 +296,9 @@ class GCode(MachineComponent):
         m = Module()
         settings = self.settings
         m.submodules.control = control = GCodeControl()
+        # A clock after the control has decided: from there it is far to all that is reset.
         renewed = Signal()
-        m.d.comb += renewed.eq(control.reset | control.flush)
+        m.d.sync += renewed.eq(control.reset | control.flush)
         anew = ResetInserter(renewed)
         faults = [control.fault]
 
@@ -327,7 +328,7 @@ class GCode(MachineComponent):
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
-            control.unlock.eq(gate.unlock),
+            control.unlock.eq(gate.unlock & ~renewed),
             # Lines wait until it is known where they begin.
             interpreter.words.payload.eq(gate.passed.payload),
             interpreter.words.valid.eq(gate.passed.valid & ~settling),
@@ -346,7 +347,7 @@ class GCode(MachineComponent):
         m.submodules.settings = store = GCodeSettingStore(
             values=settings.store)
         flags = store.flags
-        positions = self._drivers(m, control, motion, planner, homing, flags, faults)
+        positions = self._drivers(m, control, renewed, motion, planner, homing, flags, faults)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
@@ -379,7 +380,7 @@ class GCode(MachineComponent):
             settling.eq(configures | begins | placing),
             planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
         ]
-        self._system(m, control, gate, planner, motion, homing, store)
+        self._system(m, control, renewed, gate, planner, motion, homing, store)
         m.d.comb += [gate.settling.eq(settling), homing.begins.eq(settling),
                      homing.moving.eq(moving)]
         pausing = Signal()  # the control holds since the program pauses
@@ -442,8 +443,9 @@ class GCode(MachineComponent):
         faults.append(program.fault)
         return program.items, said
 
-    def _system(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
-                motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingStore) -> None:
+    def _system(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
+                planner: GCodePlanner, motion: BlockMotion, homing: GCodeHoming,
+                store: GCodeSettingStore) -> None:
         """Carry out what system lines want: settings, and the homing cycle."""
         asked, wanted = Signal.like(store.address), Signal.like(store.address)
         m.d.comb += [
@@ -462,7 +464,7 @@ class GCode(MachineComponent):
             homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),
             homing.homed.eq(planner.homed),
             homing.standing.eq(motion.still),
-            control.home.eq(homing.active), control.strict.eq(store.flags.strict),
+            control.home.eq(homing.active & ~renewed), control.strict.eq(store.flags.strict),
             control.locked_start.eq(store.flags.homing), control.failure.eq(homing.failure),
         ]
         m.d.comb += [getattr(gate, name).eq(getattr(store, name))
@@ -474,7 +476,7 @@ class GCode(MachineComponent):
         with m.If(planner.beyond):
             m.d.comb += control.failure.eq(AlarmCode.SOFT_LIMIT)
 
-    def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
+    def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
                  planner: GCodePlanner, homing: GCodeHoming, flags: Value,
                  faults: list) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
@@ -488,7 +490,7 @@ class GCode(MachineComponent):
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             driver = StepDirDriver(**times)
-            m.submodules[f"pending_{name}"] = ResetInserter(control.stop)(pending)
+            m.submodules[f"pending_{name}"] = ResetInserter(control.stop | renewed)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
             m.d.comb += [
