@@ -239,7 +239,7 @@ class GCodeGate(wiring.Component):
                 with m.If((index == self.soft) & (changed != 0) & (self.value == 0)):
                     answer(GCodeStatus.NEEDS_HOMING)
             with m.State("CONFIGURE"):
-                m.d.comb += [self.trial.eq(1), self.configure.eq(1)]
+                m.d.comb += self.configure.eq(1)
                 with m.If(self.configured):
                     m.next = "WRITE"
                     with m.If(self.refused):
@@ -261,6 +261,7 @@ class GCodeGate(wiring.Component):
 
             with m.State("FAULT"):
                 pass
+        m.d.sync += self.trial.eq(fsm.ongoing("CONFIGURE"))  # long before the first is read
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
