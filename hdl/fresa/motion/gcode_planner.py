@@ -535,9 +535,8 @@ class GCodePlanner(wiring.Component):
                 m.d.comb += self.words.p.data[lowest:].eq(Cat(next(bits) for _ in range(count)))
 
         def begin(which: _Procedure, kind: BlockKind = BlockKind.MOTION) -> None:
-            m.d.sync += [procedure.eq(which), place.eq(firsts[which]), header.kind.eq(kind),
-                         committed.eq(0)]
-            m.next = "FETCH"
+            m.d.sync += [procedure.eq(which), header.kind.eq(kind), committed.eq(0)]
+            m.next = "LOOK-UP"
 
         ends = Signal()  # the procedure is through
         m.d.comb += [
@@ -602,6 +601,10 @@ class GCodePlanner(wiring.Component):
                                 begin(by_centre)
                                 with m.If(self.actions.p.by_radius):
                                     begin(by_radius)
+            with m.State("LOOK-UP"):
+                first = Array(firsts[which] for which in _Procedure)
+                m.d.sync += place.eq(first[procedure.as_value()])
+                m.next = "FETCH"
             with m.State("FETCH"):
                 m.next = "ROW"
             with m.State("ROW"):
