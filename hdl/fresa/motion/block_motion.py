@@ -102,11 +102,12 @@ class BlockMotion(wiring.Component):
         flushed = Signal()
         settled = Signal(STEPS_FOLLOW)  # it stood so long
         m.d.sync += settled.eq(Mux(profile.standing, Cat(1, settled), 0))
-        m.d.sync += [flushed.eq(self.flush), self.step.eq(walk.step & ~self.flush.replicate(3)),
+        m.d.sync += [flushed.eq(self.flush), queue.take.eq(loader.take & ~self.flush),
+                     self.step.eq(walk.step & ~self.flush.replicate(3)),
                      self.direction.eq(walk.direction),
                      self.still.eq(settled[-1] & profile.standing & self.made)]
         m.d.comb += [
-            queue.take.eq(loader.take), queue.flush.eq(self.flush),
+            queue.flush.eq(self.flush),
             profile.exit.eq(queue.exit), profile.hold.eq(self.hold),
             walk.tick.eq(profile.tick), walk.last.eq(profile.last),
             walk.load.eq(flushed), walk.position.eq(self.position),
