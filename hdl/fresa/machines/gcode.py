@@ -450,8 +450,7 @@ class GCode(MachineComponent):
         words = interpreter.words
         takes = Signal()
         answering = Signal()  # a line is not answered
-        m.d.comb += [takes.eq((~words.valid | words.ready) & ~answering),
-                     gate.passed.ready.eq(takes & ~settling)]
+        m.d.comb += [takes.eq(~words.valid & ~answering), gate.passed.ready.eq(takes & ~settling)]
         with m.If(gate.answered):
             m.d.sync += answering.eq(0)
         with m.If(words.ready):
