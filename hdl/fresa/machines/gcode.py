@@ -324,7 +324,6 @@ class GCode(MachineComponent):
         connect(m, lines, reader.items)
         connect(m, reader.words, gate.words)
         connect(m, interpreter.actions, planner.actions)
-        connect(m, planner.positions, interpreter.position)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
@@ -335,7 +334,7 @@ class GCode(MachineComponent):
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
         ]
-        self._words(m, gate, interpreter, renewed, settling)
+        self._words(m, gate, interpreter, planner, renewed, settling)
         faults += [receiver.fault, gate.fault, interpreter.fault, planner.fault, homing.fault]
 
         # From blocks to steps
@@ -441,9 +440,9 @@ class GCode(MachineComponent):
         faults.append(program.fault)
         return program.items, said
 
-    def _words(self, m: Module, gate: GCodeGate, interpreter: GCodeInterpreter, renewed: Signal,
-               settling: Signal) -> None:
-        """Pass words on, from a register: lines wait until it is known where they begin.
+    def _words(self, m: Module, gate: GCodeGate, interpreter: GCodeInterpreter,
+               planner: GCodePlanner, renewed: Signal, settling: Signal) -> None:
+        """Pass words and positions on, from registers: lines wait until they know where they begin.
 
         What follows a line waits until that is answered, as the gate has to know.
         """
@@ -460,8 +459,15 @@ class GCode(MachineComponent):
                          words.valid.eq(gate.passed.valid & ~settling),
                          answering.eq(gate.passed.valid & ~settling
                                       & (gate.passed.p.kind == GCodeKind.END))]
+        position = interpreter.position
+        m.d.comb += planner.positions.ready.eq(~position.valid)
+        with m.If(~position.valid):
+            m.d.sync += [position.valid.eq(planner.positions.valid),
+                         position.payload.eq(planner.positions.payload)]
+        with m.Elif(position.ready):
+            m.d.sync += position.valid.eq(0)
         with m.If(renewed):
-            m.d.sync += [words.valid.eq(0), answering.eq(0)]
+            m.d.sync += [words.valid.eq(0), answering.eq(0), position.valid.eq(0)]
 
     def _system(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
                 planner: GCodePlanner, motion: BlockMotion, homing: GCodeHoming,
