@@ -95,7 +95,7 @@ class UnitConverter(wiring.Component):
         fits = remainder >= divisor
         size = Signal(self.width - 1)
         m.d.comb += [self.address.eq(letter), size.eq(number)]
-        m.d.comb += self.data.eq(Mux(negative, -number[:self.width], number[:self.width]))
+        m.d.comb += self.data.eq(Mux(negative, -number, number))
         with m.If(minutes):
             with m.If(number[self.speed:].any()):
                 m.d.comb += size.eq((1 << self.speed) - 1)
