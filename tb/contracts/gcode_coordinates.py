@@ -136,8 +136,8 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
                 "written; no other word changes.", same | ~c.past(1), cover=was_written)
 
     uses, subtracts = c.signal("uses"), c.signal("subtracts")
-    places = [system_address, (Operand.OFFSET + axis)[:6], Const(Operand.LENGTH, 6),
-              (Operand.POSITION + axis)[:6], c.signal("last")]
+    places = [(Operand.OFFSET + axis)[:6], Const(Operand.LENGTH, 6),
+              (Operand.POSITION + axis)[:6], system_address, c.signal("last")]
     partial: Bits = Const(0)
     sums = [partial]
     for number, place in enumerate(places):

@@ -69,7 +69,7 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   when=dut.unlock,
                   then=named("X") & taken & (passed.p.status == GCodeStatus.GOOD))
     c.implication("home", "Only $H homes, and only if $22 is not 0.", when=dut.home,
-                  then=named("H") & (dut.value != 0))
+                  then=named("H") & c.past(dut.value != 0))
     acts = dut.home | dut.write | dut.configure | dut.listed.valid
     c.implication("lines-before-answered", "A system line acts when those before are answered.",
                   when=acts | dut.unlock, then=words.valid & ends & item.system & good & ~open_)
@@ -93,7 +93,7 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                 & (state("PASS") | state("FAULT") | (pending & ~open_)), cover=done, lemma=True)
     homes = c.past(state("ASK"))
     c.invariant("homing", "The states of homing are those of $H.",
-                ~state("ASK", "HOME", "HOMING") | line[1], cover=homes, lemma=True)
+                ~state("ASK", "COMPARE", "HOME", "HOMING") | line[1], cover=homes, lemma=True)
     c.invariant("unlocked", "$X has no error.",
                 ~line[0] | (state("PASS") & (~done | (c.signal("status") == 0)))
                 | state("FAULT"),

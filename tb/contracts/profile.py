@@ -79,11 +79,34 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     c.invariant("work-in-order", "The adder's register is what its state says.", _all(
         ~state("BRAKE") | (work == sampled + brake),
         ~state("NOMINAL") | (work == bound),
-        ~state("DIFFERENCE") | (work == bound) & (c.signal("capped") == (bound >= nominal)),
+        ~state("DIFFERENCE") | (work == bound),
         ~state("BOUND") | (work == goal - square),
         ~state("SUM") | (work == goal - square)
-        & (c.signal("beyond") == Mux(work < 0, work + change < 0, work >= change))
         & (c.signal("none") == (c.signal("from_rest") & (goal == 0)))),
+        cover=state("SUM"), lemma=True)
+    capped, none = bound >= nominal, c.signal("none")
+    beyond = Mux(work < 0, work + change < 0, work >= change)
+
+    def adds(x: dict[str, Bits], y: dict[str, Bits], less: Bits) -> Bits:
+        """Return whether the adder adds these, and nothing else."""
+        return _all(c.signal("subtract") == less, *(
+            c.signal(f"{port}_is_{name}") == choice.get(name, 0)
+            for port, choice, names in (
+                ("x", x, ("brake", "work", "nominal", "square")),
+                ("y", y, ("exit", "change", "nominal", "square", "half", "work")))
+            for name in names))
+
+    c.invariant("adds-in-order", "The adder adds what its state says.", _all(
+        ~state("SEARCH") | adds({"brake": 1}, {"exit": 1}, 0),
+        ~state("BRAKE") | adds({"work": 1}, {"change": 1}, 1),
+        ~state("NOMINAL") | adds({"work": 1}, {"nominal": 1}, 1),
+        ~state("DIFFERENCE") | adds({"nominal": ~held & capped, "work": ~held & ~capped},
+                                    {"square": 1}, 1),
+        ~state("BOUND") | adds({"work": 1}, {"change": 1}, work >= 0),
+        ~state("SUM") | adds({"square": 1}, {"half": none, "change": ~none & beyond,
+                                             "work": ~none & ~beyond}, beyond & (work < 0)),
+        ~state("SPEND") | adds({"brake": 1}, {"change": 1}, 1),
+        c.signal("sums") == state("SUM")),
         cover=state("SUM"), lemma=True)
     missing, digits = c.signal("root.missing"), len(c.part("root").root)
     waits = state("WAIT", "READY")
@@ -142,6 +165,8 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
 def _ticks(c: Contract, dut: SpeedProfile, state) -> None:
     """State what the ticks are, and when it stands."""
     known = c.past(1) & ~c.past(c.rst)
+    c.invariant("final-tick", "The last tick of a granule is known.",
+                c.signal("final") == (c.signal("ticks") == 1), cover=c.signal("final"), lemma=True)
     c.implication("ticks-apart", "Two ticks are never in consecutive clocks.",
                   when=c.past(dut.tick) & known, then=~dut.tick)
     c.implication("stands-still", "It gives no tick while it stands.", when=dut.standing,

@@ -60,20 +60,23 @@ def describe(c: Contract, dut: UnitConverter) -> None:
 
 def _values(c: Contract, dut: UnitConverter, state, feed: Bits) -> None:
     """State what a value becomes."""
-    minutes, number, rest = c.signal("minutes"), c.signal("number"), c.signal("rest")
+    minutes, rest = c.signal("minutes"), c.signal("rest")
+    number = c.signal("number")
+    quotient = c.keep(len(number), name="quotient")
     count, stores = c.signal("count"), state("STORE")
     bits = dut.width + 7
     source = c.keep(dut.width, name="source")  # its magnitude
     minus = c.keep(1, name="minus")
     with c.m.If(state("FETCH")):
         c.m.d.sync += [source.eq(Mux(dut.word < 0, -dut.word, dut.word)), minus.eq(dut.word < 0)]
+    with c.m.If(state("LIMIT")):
+        c.m.d.sync += quotient.eq(number)
     dividend: Bits = Mux(minutes, source, (source << 7) - source + 2)[:bits]
     divisor: Bits = Mux(minutes, 60, 5)
     size = Mux(minus, -dut.data, dut.data)
-    product = number * divisor
     c.implication("length", "A length, or a feed in inches, is 25.4 of it, to the nearest, or the "
                   "longest that there is.", when=stores & ~minutes,
-                  then=Mux(number[dut.width - 1:].any(), size == (1 << dut.width - 1) - 1,
+                  then=Mux(quotient[dut.width - 1:].any(), size == (1 << dut.width - 1) - 1,
                            (size * 5 <= dividend) & (dividend < size * 5 + 5)))
     top = (1 << dut.speed) - 1
     c.implication("feed", "A feed is a 60th of it, towards zero, from 1 to the highest, or 0.",
@@ -90,8 +93,11 @@ def _values(c: Contract, dut: UnitConverter, state, feed: Bits) -> None:
                     (number & ~low) == ((dividend << count) & ~low)[:bits])
                     & ((dividend >> (bits - count)[:6]) == (number & low) * divisor + rest)))
                 & (~state("MULTIPLY") | (number == source))
-                & (~stores | ((rest < divisor) & (product + rest == dividend)))
-                & (state("SELECT", "FETCH") | ((c.signal("zero") == (source == 0))
+                & (~state("LIMIT") | ((rest < divisor) & (number * divisor + rest == dividend)))
+                & (~stores | ((rest < divisor) & (quotient * divisor + rest == dividend)))
+                & (~stores | (number == size))
+                & (~state("SIGN") | (number.as_signed() == Mux(minus, -source, source)))
+                & (state("SELECT", "FETCH", "SIGN") | ((c.signal("zero") == (source == 0))
                                                & (c.signal("negative") == minus)
                                                & (source <= 1 << dut.width - 1))),
                 cover=stores, lemma=True)

@@ -55,17 +55,21 @@ class PendingSteps(wiring.Component):
         m = Module()
 
         back = Signal()
-        total = Signal(signed(self.width + 2))
+        # With and without the step that the driver makes, which is known last.
+        requested = Signal(signed(self.width + 2))
+        made = Signal(signed(self.width + 2))
         m.d.comb += [
             back.eq(self.pending[-1]),
             self.driver_step.eq(self.pending.any()),
             self.driver_direction.eq(~back),
-            total.eq(self.pending + Mux(self.step, Mux(self.direction, 1, -1), 0)
-                     + Mux(self.moved, Mux(back, 1, -1), 0)),
+            requested.eq(self.pending + Mux(self.step, Mux(self.direction, 1, -1), 0)),
+            made.eq(requested + Mux(back, 1, -1)),
         ]
-        with m.If(total == total[:self.width].as_signed()):
-            m.d.sync += self.pending.eq(total)
-        with m.Else():
-            m.d.sync += self.fault.eq(1)
+        fit, made_fit = (total == total[:self.width].as_signed() for total in (requested, made))
+        m.d.sync += [
+            self.pending.eq(Mux(self.moved, Mux(made_fit, made, self.pending),
+                                Mux(fit, requested, self.pending))),
+            self.fault.eq(self.fault | ~Mux(self.moved, made_fit, fit)),
+        ]
 
         return m

@@ -27,6 +27,7 @@ from ..protocol import (
     GCodeActionKind,
     GCodeGate,
     GCodeInterpreter,
+    GCodeKind,
     GCodeReader,
     GCodeReporter,
     GCodeSettingStore,
@@ -296,8 +297,9 @@ class GCode(MachineComponent):
         m = Module()
         settings = self.settings
         m.submodules.control = control = GCodeControl()
+        # A clock after the control has decided: from there it is far to all that is reset.
         renewed = Signal()
-        m.d.comb += renewed.eq(control.reset | control.flush)
+        m.d.sync += renewed.eq(control.reset | control.flush)
         anew = ResetInserter(renewed)
         faults = [control.fault]
 
@@ -322,21 +324,17 @@ class GCode(MachineComponent):
         connect(m, lines, reader.items)
         connect(m, reader.words, gate.words)
         connect(m, interpreter.actions, planner.actions)
-        connect(m, planner.positions, interpreter.position)
         m.d.comb += [
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
-            control.unlock.eq(gate.unlock),
-            # Lines wait until it is known where they begin.
-            interpreter.words.payload.eq(gate.passed.payload),
-            interpreter.words.valid.eq(gate.passed.valid & ~settling),
-            gate.passed.ready.eq(interpreter.words.ready & ~settling),
+            control.unlock.eq(gate.unlock & ~renewed),
             gate.answered.eq(interpreter.answers.valid & interpreter.answers.ready),
             planner.operand.eq(interpreter.operand),
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
         ]
+        self._words(m, gate, interpreter, planner, renewed, settling)
         faults += [receiver.fault, gate.fault, interpreter.fault, planner.fault, homing.fault]
 
         # From blocks to steps
@@ -346,14 +344,14 @@ class GCode(MachineComponent):
         m.submodules.settings = store = GCodeSettingStore(
             values=settings.store)
         flags = store.flags
-        positions = self._drivers(m, control, motion, planner, homing, flags, faults)
+        positions = self._drivers(m, control, renewed, motion, planner, homing, flags, faults)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
             motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart),
-            motion.off.eq(renewed | control.stop),
-            control.moving.eq(moving), control.standing.eq(motion.still),
+            motion.off.eq(renewed | control.stop), control.standing.eq(motion.still),
         ]
+        m.d.sync += control.moving.eq(moving)
         for axis in range(AXES):
             # Places are counted from 34 m below 0, which with an odd number of steps per metre is
             # not a whole number of turns of these two bits.
@@ -379,9 +377,9 @@ class GCode(MachineComponent):
             settling.eq(configures | begins | placing),
             planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
         ]
-        self._system(m, control, gate, planner, motion, homing, store)
+        self._system(m, control, renewed, gate, planner, motion, homing, store)
         m.d.comb += [gate.settling.eq(settling), homing.begins.eq(settling),
-                     homing.moving.eq(moving)]
+                     homing.moving.eq(control.moving)]
         pausing = Signal()  # the control holds since the program pauses
         m.d.sync += pausing.eq(motion.paused & ~control.reset)
         m.d.comb += [control.pause.eq(motion.paused & ~pausing),
@@ -442,16 +440,52 @@ class GCode(MachineComponent):
         faults.append(program.fault)
         return program.items, said
 
-    def _system(self, m: Module, control: GCodeControl, gate: GCodeGate, planner: GCodePlanner,
-                motion: BlockMotion, homing: GCodeHoming, store: GCodeSettingStore) -> None:
+    def _words(self, m: Module, gate: GCodeGate, interpreter: GCodeInterpreter,
+               planner: GCodePlanner, renewed: Signal, settling: Signal) -> None:
+        """Pass words and positions on, from registers: lines wait until they know where they begin.
+
+        What follows a line waits until that is answered, as the gate has to know.
+        """
+        words = interpreter.words
+        takes = Signal()
+        answering = Signal()  # a line is not answered
+        m.d.comb += [takes.eq(~words.valid & ~answering), gate.passed.ready.eq(takes & ~settling)]
+        with m.If(gate.answered):
+            m.d.sync += answering.eq(0)
+        with m.If(words.ready):
+            m.d.sync += words.valid.eq(0)
+        with m.If(takes):
+            m.d.sync += [words.payload.eq(gate.passed.payload),
+                         words.valid.eq(gate.passed.valid & ~settling),
+                         answering.eq(gate.passed.valid & ~settling
+                                      & (gate.passed.p.kind == GCodeKind.END))]
+        position = interpreter.position
+        m.d.comb += planner.positions.ready.eq(~position.valid)
+        with m.If(~position.valid):
+            m.d.sync += [position.valid.eq(planner.positions.valid),
+                         position.payload.eq(planner.positions.payload)]
+        with m.Elif(position.ready):
+            m.d.sync += position.valid.eq(0)
+        with m.If(renewed):
+            m.d.sync += [words.valid.eq(0), answering.eq(0), position.valid.eq(0)]
+
+    def _system(self, m: Module, control: GCodeControl, renewed: Signal, gate: GCodeGate,
+                planner: GCodePlanner, motion: BlockMotion, homing: GCodeHoming,
+                store: GCodeSettingStore) -> None:
         """Carry out what system lines want: settings, and the homing cycle."""
+        # Whose addresses they are is known long before the first.
+        configuring, seeking = Signal(), Signal()
         asked, wanted = Signal.like(store.address), Signal.like(store.address)
-        m.d.comb += [
+        m.d.sync += [
+            configuring.eq(planner.configure), seeking.eq(homing.active),
             gate.resting.eq(motion.idle & ((control.state == GCodeState.IDLE)
                                            | (control.state == GCodeState.ALARM))),
-            asked.eq(Mux(planner.configure, planner.setting_address, homing.setting_address)),
+            control.failure.eq(homing.failure),
+        ]
+        m.d.comb += [
+            asked.eq(Mux(configuring, planner.setting_address, homing.setting_address)),
             wanted.eq(asked),
-            store.address.eq(Mux(planner.configure | homing.active, wanted, gate.address)),
+            store.address.eq(Mux(configuring | seeking, wanted, gate.address)),
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
             store.trial.eq(gate.trial), store.write.eq(gate.write),
             planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
@@ -462,8 +496,8 @@ class GCode(MachineComponent):
             homing.setting.eq(store.value), homing.lower.eq(store.flags.lower),
             homing.homed.eq(planner.homed),
             homing.standing.eq(motion.still),
-            control.home.eq(homing.active), control.strict.eq(store.flags.strict),
-            control.locked_start.eq(store.flags.homing), control.failure.eq(homing.failure),
+            control.home.eq(homing.active & ~renewed), control.strict.eq(store.flags.strict),
+            control.locked_start.eq(store.flags.homing),
         ]
         m.d.comb += [getattr(gate, name).eq(getattr(store, name))
                      for name in ("value", "number", "decimal", "least", "most")]
@@ -472,9 +506,11 @@ class GCode(MachineComponent):
                 m.d.comb += wanted.eq(setting_index(100))
         connect(m, homing.request, planner.homing)
         with m.If(planner.beyond):
-            m.d.comb += control.failure.eq(AlarmCode.SOFT_LIMIT)
+            m.d.sync += control.failure.eq(AlarmCode.SOFT_LIMIT)
+        with m.If(renewed):
+            m.d.sync += control.failure.eq(AlarmCode.NONE)
 
-    def _drivers(self, m: Module, control: GCodeControl, motion: BlockMotion,
+    def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
                  planner: GCodePlanner, homing: GCodeHoming, flags: Value,
                  faults: list) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
@@ -485,29 +521,31 @@ class GCode(MachineComponent):
         m.d.comb += [kinematics.step.eq(motion.step & (~self.fault).replicate(AXES)),
                      kinematics.direction.eq(motion.direction)]
         made.append(~kinematics.busy)
+        shift = Signal(signed(36))  # from the place that was counted to that of the switch
+        stopped = Signal()
+        m.d.sync += [shift.eq(planner.switch - latched), stopped.eq(control.stop | self.fault)]
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             driver = StepDirDriver(**times)
-            m.submodules[f"pending_{name}"] = ResetInserter(control.stop)(pending)
+            m.submodules[f"pending_{name}"] = ResetInserter(stopped | renewed)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
             m.d.comb += [
                 pending.step.eq(kinematics.motor_step[axis]),
                 pending.direction.eq(kinematics.motor_direction[axis]),
                 pending.moved.eq(driver.moved),
-                driver.step.eq(pending.driver_step & ~control.stop & ~self.fault),
+                driver.step.eq(pending.driver_step & ~stopped),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(control.enable),
                 self.step[axis].eq(driver.step_pin),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
                 kinematics.motors[axis].eq(position),
                 planner.steps[axis].eq(kinematics.positions[axis]),
             ]
-            with m.If(driver.moved):
-                m.d.sync += position.eq(position + Mux(driver.direction, 1, -1))
-            with m.If(homing.place):
-                m.d.sync += position.eq(position + kinematics.motor_shift[axis])
+            with m.If(driver.moved | homing.place):
+                m.d.sync += position.eq(position + Mux(
+                    homing.place, kinematics.motor_shift[axis], Mux(driver.direction, 1, -1)))
             with m.If(homing.axis == axis):
-                m.d.comb += kinematics.shift[axis].eq(planner.switch - latched)
+                m.d.comb += kinematics.shift[axis].eq(shift)
                 with m.If(homing.latch):
                     m.d.sync += latched.eq(kinematics.positions[axis])
             made.append(~pending.driver_step)

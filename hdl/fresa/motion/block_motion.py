@@ -13,7 +13,7 @@ from .walk import WALK_DELAY, PathWalk
 
 __all__ = ["BlockMotion"]
 
-STEPS_FOLLOW = WALK_DELAY + 4
+STEPS_FOLLOW = WALK_DELAY + 5
 """Clocks after a tick in which its steps come, and one that corrects an end."""
 
 
@@ -53,7 +53,7 @@ class BlockMotion(wiring.Component):
     speed : Out(31)
         Speed along the path, in nm/s.
     still : Out(1)
-        The speed is 0, and the steps that were due are made.
+        The speed is 0, and the steps that were due are made; a clock later than they are.
     idle : Out(1)
         Nothing moves or waits to move, no dwell is counted, and no pause waits.
     paused : Out(1)
@@ -102,18 +102,19 @@ class BlockMotion(wiring.Component):
         flushed = Signal()
         settled = Signal(STEPS_FOLLOW)  # it stood so long
         m.d.sync += settled.eq(Mux(profile.standing, Cat(1, settled), 0))
-        m.d.sync += flushed.eq(self.flush)
+        m.d.sync += [flushed.eq(self.flush), queue.take.eq(loader.take & ~self.flush),
+                     self.step.eq(walk.step & ~self.flush.replicate(3)),
+                     self.direction.eq(walk.direction),
+                     self.still.eq(settled[-1] & profile.standing & self.made)]
         m.d.comb += [
-            queue.take.eq(loader.take), queue.flush.eq(self.flush),
+            queue.flush.eq(self.flush),
             profile.exit.eq(queue.exit), profile.hold.eq(self.hold),
             walk.tick.eq(profile.tick), walk.last.eq(profile.last),
             walk.load.eq(flushed), walk.position.eq(self.position),
             loader.idle.eq(self.still & ~loader.profile.valid & ~loader.segments.valid
                            & ~walk.busy),
             loader.start.eq(self.start), loader.off.eq(self.off),
-            self.step.eq(walk.step), self.direction.eq(walk.direction),
             self.free.eq(queue.free), self.speed.eq(profile.speed),
-            self.still.eq(settled[-1] & profile.standing & self.made),
             self.paused.eq(loader.paused),
             self.idle.eq(loader.idle & queue.empty),
             self.outputs.eq(loader.outputs), self.extra.eq(loader.extra), self.feed.eq(loader.feed),

@@ -46,7 +46,8 @@ class GCodeHoming(wiring.Component):
     start : In(1)
         Begin. Only in IDLE and ALARM of the control, while nothing moves.
     active, done : Out(1)
-        A cycle is wanted or goes on; it is through, one clock, in which ``active`` is still 1.
+        A cycle goes on, from the clock after ``start``; it is through, one clock, in which
+        ``active`` is still 1.
     allowed : In(1)
         The control is in HOME.
     failure : Out(AlarmCode)
@@ -127,7 +128,7 @@ class GCodeHoming(wiring.Component):
         m.d.comb += self.active.eq(1)
         with m.FSM(name="homing_state") as fsm:
             with m.State("IDLE"):
-                m.d.comb += self.active.eq(self.start)
+                m.d.comb += self.active.eq(0)
                 m.d.sync += [turn.eq(0), located.eq(0)]
                 with m.If(self.start):
                     m.next = "ASK"

@@ -387,7 +387,8 @@ class GCodePlanner(wiring.Component):
     ``beyond`` becomes 1, and nothing is done from then on but a reset. That the circle of an arc
     stays within is not looked at.
 
-    Its procedures are rows without jumps, four clocks each; tables of formulas take their own time.
+    Its procedures are rows without jumps, five or six clocks each; tables of formulas take their
+    own time.
 
     Parameters
     ----------
@@ -487,7 +488,9 @@ class GCodePlanner(wiring.Component):
         place = Signal(range(len(rows)))
         row = Signal(ROW)
         value = Signal(WIDTH)
+        operand = Signal.like(self.operand)  # a register behind the memory
         m.d.comb += following.addr.eq(place)
+        m.d.sync += operand.eq(self.operand)
 
         procedure = Signal(_Procedure)
         header = Signal(BlockHeader)
@@ -532,9 +535,8 @@ class GCodePlanner(wiring.Component):
                 m.d.comb += self.words.p.data[lowest:].eq(Cat(next(bits) for _ in range(count)))
 
         def begin(which: _Procedure, kind: BlockKind = BlockKind.MOTION) -> None:
-            m.d.sync += [procedure.eq(which), place.eq(firsts[which]), header.kind.eq(kind),
-                         committed.eq(0)]
-            m.next = "FETCH"
+            m.d.sync += [procedure.eq(which), header.kind.eq(kind), committed.eq(0)]
+            m.next = "LOOK-UP"
 
         ends = Signal()  # the procedure is through
         m.d.comb += [
@@ -599,6 +601,10 @@ class GCodePlanner(wiring.Component):
                                 begin(by_centre)
                                 with m.If(self.actions.p.by_radius):
                                     begin(by_radius)
+            with m.State("LOOK-UP"):
+                first = Array(firsts[which] for which in _Procedure)
+                m.d.sync += place.eq(first[procedure.as_value()])
+                m.next = "FETCH"
             with m.State("FETCH"):
                 m.next = "ROW"
             with m.State("ROW"):
@@ -614,27 +620,27 @@ class GCodePlanner(wiring.Component):
                         m.d.comb += formulas.start.eq(1)
                         m.next = "COMPUTE"
             with m.State("READ"):
-                m.d.sync += value.eq(Mux(
-                    (row.do == _Do.FEED) & rapid, (1 << WIDTH) - 1, _saturated(self.operand)))
                 m.next = "ACT"
-                with m.If(~from_operand):
-                    with m.Switch(row.do):
-                        with m.Case(_Do.INPUT):
-                            m.d.sync += value.eq(inputs[row.source[:4]])
-                        with m.Case(_Do.SETTING):
-                            m.d.sync += value.eq(self.setting)
-                        with m.Case(_Do.CONSTANT):
-                            m.d.sync += value.eq(row.source)
-                        with m.Case(_Do.HEADER):
-                            m.d.sync += value.eq(header)
-                        with m.Case(_Do.PLANE):
-                            m.d.sync += value.eq(modes.plane)
-                        with m.Case(_Do.CLOCKWISE):
-                            m.d.sync += value.eq(modes.motion == GCodeMotion.CLOCKWISE)
-                        with m.Default():
-                            m.next = "WORD"
-            with m.State("WORD"):  # the register has come
+                with m.Switch(row.do):
+                    with m.Case(_Do.INPUT):
+                        m.d.sync += value.eq(inputs[row.source[:4]])
+                    with m.Case(_Do.SETTING):
+                        m.d.sync += value.eq(self.setting)
+                    with m.Case(_Do.CONSTANT):
+                        m.d.sync += value.eq(row.source)
+                    with m.Case(_Do.HEADER):
+                        m.d.sync += value.eq(header)
+                    with m.Case(_Do.PLANE):
+                        m.d.sync += value.eq(modes.plane)
+                    with m.Case(_Do.CLOCKWISE):
+                        m.d.sync += value.eq(modes.motion == GCodeMotion.CLOCKWISE)
+                    with m.Default():
+                        m.next = "WORD"
+            with m.State("WORD"):  # the register or the operand has come
                 m.d.sync += value.eq(formulas.word)
+                with m.If(from_operand):
+                    m.d.sync += value.eq(Mux(
+                        (row.do == _Do.FEED) & rapid, (1 << WIDTH) - 1, _saturated(operand)))
                 m.next = "ACT"
             with m.State("ACT"):
                 with m.Switch(row.do):

@@ -1,6 +1,6 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Module, Mux, Signal, signed
+from amaranth import Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -146,11 +146,13 @@ class SpeedProfile(wiring.Component):
         count = Signal(range(GRANULE_BITS))  # always as long: the exit of a new block may take time
         size = Signal(GRANULE_BITS + 1, init=1)  # its ticks
         change = Signal(self.square_bits + GRANULE_BITS)  # energy of the granule
+        short = Signal()  # the granule takes fewer than 62 clocks
         least = Signal(rate_bits + GRANULE_BITS + 1)  # what at 2**5 rates takes enough clocks
 
         # Present granule
         running = Signal()
         ticks = Signal(GRANULE_BITS + 1)  # ticks left
+        final = Signal()  # there is one
         rate = Signal(rate_bits)
         opening = Signal()
         closing = Signal()
@@ -158,19 +160,46 @@ class SpeedProfile(wiring.Component):
         end = Signal(rate_bits - 1)  # root at its end
         begin = Signal(self.modulus_bits + 3)  # root at its begin, later with moduli
 
+        sums = Signal()  # the root is taken in this clock
         m.submodules.root = root = SquareRoot(integer_bits=self.speed_bits,
                                               fraction_bits=self.fraction_bits)
 
-        # One adder for all that is squares
+        # One adder for all that is squares. What it adds is chosen a clock before, for the sake of
+        # Fmax: at most one bit each of `x_is` and `y_is` is 1 where the sum is used.
         width = self.brake_bits + 2
         work = Signal(signed(width))
         x, y = Signal(signed(width)), Signal(signed(width))
         subtract = Signal()
         total = Signal(signed(width))
-        m.d.comb += total.eq((((x << 1) | 1) + ((Mux(subtract, ~y, y) << 1) | subtract)) >> 1)
-        capped = Signal()  # the end would be above the nominal w
-        beyond = Signal()  # w would change by more than the granule allows
-        none = Signal()  # from 0 to 0
+        negative = Signal()  # the total is
+        none = Signal()  # from 0 to 0, which goes up and down within the granule
+        x_of = {"brake": brake, "work": work, "nominal": nominal, "square": square}
+        y_of = {"exit": self.exit, "change": change, "nominal": nominal, "square": square,
+                "half": change >> 1, "work": work}
+        x_is = {name: Signal(name=f"x_is_{name}") for name in x_of}
+        y_is = {name: Signal(name=f"y_is_{name}") for name in y_of}
+
+        def chosen(choice: dict[str, Signal], of: dict[str, Value]) -> Value:
+            result = Const(0, signed(width))
+            for name, value in of.items():
+                wide = Signal(signed(width), name=f"adds_{name}")
+                m.d.comb += wide.eq(value)
+                result |= wide & choice[name].replicate(width).as_signed()
+            return result
+
+        m.d.comb += [
+            x.eq(chosen(x_is, x_of)), y.eq(chosen(y_is, y_of)),
+            total.eq((((x << 1) | 1) + ((Mux(subtract, ~y, y) << 1) | subtract)) >> 1),
+            negative.eq(total < 0),
+        ]
+
+        def choose(x: str | dict[str, Value | int], y: str | dict[str, Value | int],
+                   less: Value | int) -> None:
+            """Choose what is added in the next clock."""
+            for choice, which in (x_is, x), (y_is, y):
+                when = {which: 1} if isinstance(which, str) else which
+                m.d.sync += [each.eq(when.get(name, 0)) for name, each in choice.items()]
+            m.d.sync += subtract.eq(less)
 
         over = Signal()  # last tick of the granule, or there is none
         starts = Signal()
@@ -178,7 +207,8 @@ class SpeedProfile(wiring.Component):
         takes = Signal()
         adjusted = Signal(signed(self.modulus_bits + 3))  # half a difference, less a modulus
         m.d.comb += self.blocks.ready.eq(takes & ~more)
-        m.d.sync += [held.eq(self.hold),
+        m.d.comb += [root.radicand.eq(total), root.start.eq(sums)]
+        m.d.sync += [held.eq(self.hold), sums.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
 
         with m.FSM(name="profile_state") as fsm:
@@ -190,44 +220,45 @@ class SpeedProfile(wiring.Component):
                 with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
-                m.d.sync += [least.eq(modulus + (modulus >> 5)), change.eq(energy), size.eq(1)]
+                first_least = modulus + (modulus >> 5)
+                m.d.sync += [least.eq(first_least), change.eq(energy), size.eq(1),
+                             short.eq(first_least < rate << 5)]
+                choose("brake", "exit", 0)
                 m.next = "SEARCH"
             with m.State("SEARCH"):
-                with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
+                m.d.sync += short.eq(short & (least < rate << 4))
+                with m.If(short & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
-                m.d.comb += [x.eq(brake), y.eq(self.exit)]
                 m.d.sync += [work.eq(total), count.eq(count + 1)]
                 with m.If(count == GRANULE_BITS - 1):
                     m.d.sync += count.eq(0)
+                    choose("work", "change", 1)
                     m.next = "BRAKE"
             with m.State("BRAKE"):
-                m.d.comb += [x.eq(work), y.eq(change), subtract.eq(1)]
                 m.d.sync += work.eq(total)
+                choose("work", "nominal", 1)
                 m.next = "NOMINAL"
             with m.State("NOMINAL"):
-                m.d.comb += [x.eq(work), y.eq(nominal), subtract.eq(1)]
-                m.d.sync += capped.eq(total >= 0)
+                # if it is negative the end would be below the nominal w
+                choose({"nominal": ~holds & ~negative, "work": ~holds & negative}, "square", 1)
                 m.next = "DIFFERENCE"
             with m.State("DIFFERENCE"):
-                m.d.comb += [x.eq(Mux(holds, 0, Mux(capped, nominal, work))), y.eq(square),
-                             subtract.eq(1)]
                 m.d.sync += work.eq(total)
+                choose("work", "change", ~negative)
                 m.next = "BOUND"
             with m.State("BOUND"):
-                m.d.comb += [x.eq(work), y.eq(change), subtract.eq(work >= 0)]
-                m.d.sync += [beyond.eq((total < 0) == (work < 0)), none.eq(from_rest & (work == 0))]
+                # w would change by more than the granule allows if the signs are equal
+                rests = from_rest & (work == 0)
+                m.d.sync += [none.eq(rests), sums.eq(1)]
+                beyond = negative == (work < 0)
+                choose("square", {"half": rests, "change": ~rests & beyond,
+                                  "work": ~rests & ~beyond}, negative & (work < 0))
                 m.next = "SUM"
             with m.State("SUM"):
-                # from 0 to 0 it goes up and down within the granule
-                m.d.comb += [
-                    x.eq(square), subtract.eq(beyond & (work < 0)),
-                    y.eq(Mux(none, change >> 1, Mux(beyond, change, work))),
-                    root.radicand.eq(total), root.start.eq(1),
-                ]
                 m.d.sync += square.eq(Mux(none, 0, total))
+                choose("brake", "change", 1)
                 m.next = "SPEND"
             with m.State("SPEND"):
-                m.d.comb += [x.eq(brake), y.eq(change), subtract.eq(1)]
                 m.d.sync += [
                     brake.eq(total),
                     left.eq(left - size),
@@ -266,9 +297,9 @@ class SpeedProfile(wiring.Component):
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
             self.tick.eq(running & (phase >= 0) & ~after),
-            over.eq(~running | (self.tick & (ticks == 1))),
+            over.eq(~running | (self.tick & final)),
             self.first.eq(self.tick & opening),
-            self.last.eq(self.tick & closing & (ticks == 1)),
+            self.last.eq(self.tick & closing & final),
             self.speed.eq(Mux(running, rate >> self.fraction_bits + 1, 0)),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]
@@ -285,11 +316,11 @@ class SpeedProfile(wiring.Component):
         with m.If(jumps | running):
             m.d.sync += phase.eq(((base << 1 | 1) + (growth << 1 | (self.tick & ~starts))) >> 1)
         with m.If(self.tick):
-            m.d.sync += [ticks.eq(ticks - 1), opening.eq(0)]
+            m.d.sync += [ticks.eq(ticks - 1), final.eq(ticks == 2), opening.eq(0)]
         with m.If(starts):
             m.d.sync += [
-                running.eq(1), ticks.eq(size), rate.eq(end + root.root), opening.eq(opens),
-                closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
+                running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(end + root.root),
+                opening.eq(opens), closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
                 end.eq(Mux(at_rest, 0, root.root)),
             ]
         with m.Elif(over | self.fault):

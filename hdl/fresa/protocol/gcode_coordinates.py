@@ -60,8 +60,8 @@ class GCodeCoordinates(wiring.Component):
 
     Each word is a signed number at an address: those of the line's letters, by their place in
     `LETTERS`, then those of `Operand`. A sum is computed for X, Y and Z in turn, of up to five
-    words each: the first four are the origin of the coordinate system, the offset of G92, the
-    length of the tool and the position, where what is computed has them; the last depends on it.
+    words each: the first four are the offset of G92, the length of the tool, the position and the
+    origin of the coordinate system, where what is computed has them; the last depends on it.
     It takes 24 clocks. The memory has no reset.
 
     Parameters
@@ -167,8 +167,11 @@ class GCodeCoordinates(wiring.Component):
             moved.eq(here & (line.axes != AxisUse.LENGTH)),
             absolute.eq(moved & ~modes.relative & ~machine),
         ]
+        # They are constant while the words of an axis are added, and none counts in the first
+        # clock of that, which chooses the offset.
         uses = Signal(self.TERMS)
         subtracts = Signal(self.TERMS)
+        system = Signal(6)
         last = Signal(6)
         to = Signal(6)
         keeps = Signal()
@@ -177,47 +180,47 @@ class GCodeCoordinates(wiring.Component):
         with m.If(((self.sum == CoordinateSum.COORDINATES)
                    | (self.sum == CoordinateSum.SET_COORDINATES)) & (line.p_whole != 0)):
             m.d.comb += own.eq(line.p_whole - 1)
-        system = Signal(6)
-        m.d.comb += system.eq(Operand.SYSTEM + (own << 1) + own + axis)
+        own_system = (Operand.SYSTEM + (own << 1) + own + axis)[:6]
+        m.d.sync += system.eq(own_system)
         predefined = Operand.PREDEFINED + Mux(line.second, 3, 0) + axis
         letter = LETTERS.index("X") + axis
 
         def terms(*counts: Value | int, minus: int = 0, at: Value | int = 0, kept: Value | int = 0,
                   keep: Value | int = 1) -> None:
-            m.d.comb += [uses.eq(Cat(Const(use, 1) if isinstance(use, int) else use
+            m.d.sync += [uses.eq(Cat(Const(use, 1) if isinstance(use, int) else use
                                      for use in counts)),
                          subtracts.eq(minus), last.eq(at), to.eq(kept), keeps.eq(keep)]
 
         set_20 = here & by_20
         with m.Switch(self.sum):
             with m.Case(CoordinateSum.TARGET):
-                terms(absolute, absolute, absolute & only_z, ~absolute & ~(moved & machine), moved,
+                terms(absolute, absolute & only_z, ~absolute & ~(moved & machine), absolute, moved,
                       at=letter, kept=Operand.TARGET + axis)
             with m.Case(CoordinateSum.COORDINATES):
-                terms(~here, set_20, set_20 & only_z, set_20, here, minus=0b00110, at=letter,
+                terms(set_20, set_20 & only_z, set_20, ~here, here, minus=0b00011, at=letter,
                       kept=Operand.NEW + axis)
                 with m.If(by_20):
-                    m.d.comb += subtracts.eq(0b10110)
+                    m.d.sync += subtracts.eq(0b10011)
             with m.Case(CoordinateSum.OFFSET):
-                terms(here, ~here, here & only_z, here, here, minus=0b10101, at=letter,
+                terms(~here, here & only_z, here, here, here, minus=0b11010, at=letter,
                       kept=Operand.NEW + axis)
             with m.Case(CoordinateSum.HOME):
-                terms(0, 0, 0, given.any() & ~here, here | ~given.any(), at=predefined,
+                terms(0, 0, given.any() & ~here, 0, here | ~given.any(), at=predefined,
                       kept=Operand.HOME + axis)
             with m.Case(CoordinateSum.DISTANCE):
-                terms(0, 0, 0, 1, 1, minus=0b01000, at=Operand.TARGET + axis, keep=0)
+                terms(0, 0, 1, 0, 1, minus=0b00100, at=Operand.TARGET + axis, keep=0)
             with m.Case(CoordinateSum.SET_COORDINATES):
-                terms(0, 0, 0, 0, 1, at=Operand.NEW + axis, kept=system)
+                terms(0, 0, 0, 0, 1, at=Operand.NEW + axis, kept=own_system)
             with m.Case(CoordinateSum.SET_OFFSET):
                 terms(0, 0, 0, 0, 1, at=Operand.NEW + axis, kept=Operand.OFFSET + axis)
             with m.Case(CoordinateSum.SET_LENGTH):
                 terms(0, 0, 0, 0, 1, at=LETTERS.index("Z"), kept=Operand.LENGTH, keep=only_z)
             with m.Case(CoordinateSum.ORIGIN_CHANGE):
-                terms(1, 1, only_z, 0, 1, minus=0b10000, at=Operand.ORIGIN + axis, keep=0)
+                terms(1, only_z, 0, 1, 1, minus=0b10000, at=Operand.ORIGIN + axis, keep=0)
             with m.Case(CoordinateSum.SET_ORIGIN):
-                terms(1, 1, only_z, 0, 0, kept=Operand.ORIGIN + axis)
+                terms(1, only_z, 0, 1, 0, kept=Operand.ORIGIN + axis)
             with m.Case(CoordinateSum.PREDEFINE):
-                terms(0, 0, 0, 1, 0, kept=predefined)
+                terms(0, 0, 1, 0, 0, kept=predefined)
             with m.Case(CoordinateSum.TAKE_HOME):
                 terms(0, 0, 0, 0, 1, at=Operand.HOME + axis, kept=Operand.TARGET + axis)
             with m.Case(CoordinateSum.ARRIVE):
@@ -232,6 +235,6 @@ class GCodeCoordinates(wiring.Component):
                 terms(kept=Operand.LENGTH)
             with m.Case(CoordinateSum.CLEAR_RATES):
                 terms(kept=Operand.FEED + axis, keep=~only_z)
-        addresses = Array([system, Operand.OFFSET + axis, Const(Operand.LENGTH, 6),
-                           Operand.POSITION + axis, last, last, last, last])
+        addresses = Array([Operand.OFFSET + axis, Const(Operand.LENGTH, 6),
+                           Operand.POSITION + axis, system, last, last, last, last])
         return uses, subtracts, addresses, to, keeps

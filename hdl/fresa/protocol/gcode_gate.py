@@ -146,6 +146,8 @@ class GCodeGate(wiring.Component):
         changed = Signal(SETTING_BITS)
         left = Signal(range(2 * THOUSANDTH))
         fits = Signal()
+        zero = Signal()  # the value of the clock before was 0
+        m.d.sync += zero.eq(self.value == 0)
         m.d.comb += [
             self.address.eq(index), self.write_address.eq(index), self.data.eq(changed),
             self.listed.p.number.eq(self.number), self.listed.p.decimal.eq(self.decimal),
@@ -175,9 +177,11 @@ class GCodeGate(wiring.Component):
             # A homing cycle, if it is allowed: $22 is read.
             with m.State("ASK"):
                 m.d.comb += self.address.eq(self.homing)
+                m.next = "COMPARE"
+            with m.State("COMPARE"):
                 m.next = "HOME"
             with m.State("HOME"):
-                with m.If(self.value == 0):
+                with m.If(zero):
                     answer(GCodeStatus.NO_HOMING)
                 with m.Else():
                     m.d.comb += self.home.eq(1)
@@ -233,13 +237,15 @@ class GCodeGate(wiring.Component):
             # Soft limits need homing; then all is computed as if it were so.
             with m.State("NEEDS"):
                 m.d.comb += self.address.eq(self.homing)
+                m.next = "LOOK"
+            with m.State("LOOK"):
                 m.next = "HAS"
             with m.State("HAS"):
                 m.next = "CONFIGURE"
-                with m.If((index == self.soft) & (changed != 0) & (self.value == 0)):
+                with m.If((index == self.soft) & (changed != 0) & zero):
                     answer(GCodeStatus.NEEDS_HOMING)
             with m.State("CONFIGURE"):
-                m.d.comb += [self.trial.eq(1), self.configure.eq(1)]
+                m.d.comb += self.configure.eq(1)
                 with m.If(self.configured):
                     m.next = "WRITE"
                     with m.If(self.refused):
@@ -261,6 +267,7 @@ class GCodeGate(wiring.Component):
 
             with m.State("FAULT"):
                 pass
+        m.d.sync += self.trial.eq(fsm.ongoing("CONFIGURE"))  # long before the first is read
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
@@ -276,10 +283,11 @@ class GCodeGate(wiring.Component):
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))
         numeric = digit | Cat(character == ord(each) for each in "+-.").any()
-        with m.If(taken & item.system):
-            with m.If(ends):
-                m.d.sync += [line.eq(0), place.eq(0)]
-            with m.Elif(item.kind == GCodeKind.CHARACTER):
+        with m.If(taken & ends):
+            m.d.sync += [place.eq(0), line.unlocks.eq(0), line.homes.eq(0), line.lists.eq(0),
+                         line.sets.eq(0)]
+        with m.If(self.words.valid & item.system & ~ends):  # such an item is always taken
+            with m.If(item.kind == GCodeKind.CHARACTER):
                 m.d.sync += [place.eq(6), line.unlocks.eq(0), line.homes.eq(0), line.lists.eq(0),
                              line.sets.eq(0)]
                 with m.Switch(place):

@@ -60,7 +60,7 @@ class GCodeInterpreter(wiring.Component):
     1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
 
     Coordinates are summed word by word from one memory, and a serial divider converts units: a line
-    takes 80 to 190 clocks, and in inches 55 more for each length.
+    takes 80 to 190 clocks, and in inches 57 more for each length.
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
     power-up makes 0. It clears all modes, the offset of G92, the length of the tool, feed and

@@ -17,7 +17,7 @@ class UnitConverter(wiring.Component):
     Lengths in inches are multiplied by 127 and divided by 5, rounded half away from zero. A feed is
     divided by 60, towards zero, but is at least 1 if it was not 0, and at most
     ``2**speed - 1``. A centre that is not given becomes 0. One divider serves all, a bit of the
-    quotient a clock: a conversion takes ``width + 11`` clocks, a letter without one takes one.
+    quotient a clock: a conversion takes ``width + 13`` clocks, a letter without one takes one.
 
     Parameters
     ----------
@@ -94,8 +94,8 @@ class UnitConverter(wiring.Component):
         m.d.comb += remainder.eq(Cat(number[-1], rest))
         fits = remainder >= divisor
         size = Signal(self.width - 1)
-        m.d.comb += [self.address.eq(letter), size.eq(number),
-                     self.data.eq(Mux(negative, -size, size))]
+        m.d.comb += [self.address.eq(letter), size.eq(number)]
+        m.d.comb += self.data.eq(Mux(negative, -number, number))
         with m.If(minutes):
             with m.If(number[self.speed:].any()):
                 m.d.comb += size.eq((1 << self.speed) - 1)
@@ -119,8 +119,11 @@ class UnitConverter(wiring.Component):
                         with m.If(is_offset & ~given):
                             m.d.comb += [self.write.eq(1), self.data.eq(0)]
             with m.State("FETCH"):
-                m.d.sync += [negative.eq(self.word[-1]), zero.eq(self.word == 0),
-                             number.eq(Mux(self.word[-1], -self.word, self.word))]
+                m.d.sync += number.eq(self.word)
+                m.next = "SIGN"
+            with m.State("SIGN"):
+                m.d.sync += [negative.eq(number[-1]), zero.eq(number == 0),
+                             number.eq(Mux(number[-1], -number, number))]
                 m.next = "MULTIPLY"
             with m.State("MULTIPLY"):
                 m.d.sync += [rest.eq(0), count.eq(0)]
@@ -132,7 +135,10 @@ class UnitConverter(wiring.Component):
                              rest.eq(Mux(fits, remainder - divisor, remainder)),
                              count.eq(count + 1)]
                 with m.If(count == bits - 1):
-                    m.next = "STORE"
+                    m.next = "LIMIT"
+            with m.State("LIMIT"):
+                m.d.sync += number.eq(size)
+                m.next = "STORE"
             with m.State("STORE"):
                 m.d.comb += self.write.eq(1)
                 m.d.sync += minutes.eq(is_feed & ~minutes)

@@ -30,6 +30,7 @@ class Machine:
         self.requests: list[tuple[int, ...]] = []
         self.failure = 0
         engine.set(start=1, lower=lower)
+        engine.run(1)
 
     def on(self) -> int:
         """Return the switches."""

@@ -349,8 +349,8 @@ def test_a_program():
 
 
 @pytest.mark.parametrize(("line", "clocks"), [
-    ("G4 P1", 78), ("X2", 103), ("G28", 153), ("G1 X1 Y2 F100", 185), ("G20 X2", 103 + 55),
-    ("G20 X1 Y1 Z1", 103 + 3 * 55)])
+    ("G4 P1", 78), ("X2", 103), ("G28", 153), ("G1 X1 Y2 F100", 187), ("G20 X2", 103 + 57),
+    ("G20 X1 Y1 Z1", 103 + 3 * 57)])
 def test_clocks_of_a_line(line, clocks):
     with AmaranthEngine(component("interpreter", Narrow())) as engine:
         pair = Pair(engine)
