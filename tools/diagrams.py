@@ -281,7 +281,7 @@ DIAGRAMS = (
         "spindle-power",
         "The power of a spindle at a quarter of its speed; then it is that of a laser on a path at "
         "half of its feed.",
-        "inputs: on scaled outputs: power state: dut.power_state_state", 0, 230),
+        "inputs: on scaled outputs: power state: dut.power_state_state", 0, 220),
     Diagram(
         "power-pwm",
         "The first period has no power yet, the second half of it.",
@@ -289,17 +289,17 @@ DIAGRAMS = (
     Diagram(
         "servo-pulse",
         "A pulse every 20 ms: the first has no length yet, then they follow the power.",
-        "inputs: power outputs: pin", 0, 80000),
+        "inputs: power outputs: pin", 0, 79_900),
     Diagram(
         "core-xy",
         "A step of X turns both motors forward, one of Y turns them against each other; where both "
         "come at once, that of Y is a clock later.",
-        "axes: step direction motors: motor_step motor_direction busy", 0, 20),
+        "axes: step direction motors: motor_step motor_direction busy", 0, 16),
     Diagram(
         "contact-filter",
         "A level passes once it has been there for the clocks of `period`, 8 and then 3, whatever "
         "resets; it ends with the clock after the input.",
-        "inputs: i period rst outputs: o", 0, 30),
+        "inputs: i period rst outputs: o", 0, 28),
     Diagram(
         "glitch-filter",
         "Bounces do not pass. A level does once it has been there for 8 clocks, and not a clock "
@@ -411,7 +411,7 @@ DIAGRAMS = (
         "A line has begun when the program is asked for: it is ended as damaged, 2, and when that "
         "is answered the program runs. The rest of the line is dropped.",
         "line: lines_valid lines_ready run outputs: items_valid items_payload.byte "
-        "items_payload.end running answer: answered state: dut.program_state_state", 0, 50),
+        "items_payload.end running answer: answered state: dut.program_state_state", 0, 42),
     Diagram(
         "g-code-gate",
         "A line of two words is passed; then the machine is locked, and the end of the same line "

@@ -30,12 +30,17 @@ def line(planner: Planner, target: tuple[int, int, int], feed: int | None = None
     return block
 
 
-def block_words(block: MotionBlock) -> dict[int, int]:
-    """Return the words of a block, by their addresses; the last one commits it."""
+def block_words(block: MotionBlock, feed: int = 0) -> dict[int, int]:
+    """Return the words of a block, by their addresses; the last one commits it.
+
+    The programmed feed is in bits that two of them have left over.
+    """
     words = {BlockWord.HEADER: header(log2_ticks=block.log2_ticks)}
     for address, number in ((BlockWord.ENERGY, block.energy), (BlockWord.MODULUS, block.modulus),
                             (BlockWord.NOMINAL, block.nominal)):
         words |= {address: number >> 36, address + 1: number & WORD}
+    words[BlockWord.MODULUS] |= (feed & (1 << 22) - 1) << 14
+    words[BlockWord.NOMINAL] |= feed >> 22 << 26
     words |= {BlockWord.PLACE + axis: place for axis, place in enumerate(block.place)}
     for address, number in ((16, block.gain), (18, block.limit)):
         words |= {address: number & WORD, address + 1: number >> 36}
@@ -169,7 +174,7 @@ def g_code_planner(run: Run) -> str:
         await act(ctx, GCodeActionKind.LINE)
         block = line(model(), (200_000, -7, 0), 10_000_000)
         run.expect("words", {address: word for address, word in words.items()
-                             if address != BlockWord.EXTRA}, block_words(block))
+                             if address != BlockWord.EXTRA}, block_words(block, 10_000_000))
         await act(ctx, GCodeActionKind.DWELL)
         run.expect("kind", BlockHeader.from_bits(words[0]).kind, BlockKind.DWELL)
         run.expect("time", words[BlockWord.EXTRA], 1500)
