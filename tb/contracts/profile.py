@@ -165,8 +165,6 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
 def _ticks(c: Contract, dut: SpeedProfile, state) -> None:
     """State what the ticks are, and when it stands."""
     known = c.past(1) & ~c.past(c.rst)
-    c.invariant("final-tick", "The last tick of a granule is known.",
-                c.signal("final") == (c.signal("ticks") == 1), cover=c.signal("final"), lemma=True)
     c.implication("ticks-apart", "Two ticks are never in consecutive clocks.",
                   when=c.past(dut.tick) & known, then=~dut.tick)
     c.implication("stands-still", "It gives no tick while it stands.", when=dut.standing,

@@ -152,7 +152,6 @@ class SpeedProfile(wiring.Component):
         # Present granule
         running = Signal()
         ticks = Signal(GRANULE_BITS + 1)  # ticks left
-        final = Signal()  # there is one
         rate = Signal(rate_bits)
         opening = Signal()
         closing = Signal()
@@ -297,9 +296,9 @@ class SpeedProfile(wiring.Component):
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
             self.tick.eq(running & (phase >= 0) & ~after),
-            over.eq(~running | (self.tick & final)),
+            over.eq(~running | (self.tick & (ticks == 1))),
             self.first.eq(self.tick & opening),
-            self.last.eq(self.tick & closing & final),
+            self.last.eq(self.tick & closing & (ticks == 1)),
             self.speed.eq(Mux(running, rate >> self.fraction_bits + 1, 0)),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]
@@ -316,11 +315,11 @@ class SpeedProfile(wiring.Component):
         with m.If(jumps | running):
             m.d.sync += phase.eq(((base << 1 | 1) + (growth << 1 | (self.tick & ~starts))) >> 1)
         with m.If(self.tick):
-            m.d.sync += [ticks.eq(ticks - 1), final.eq(ticks == 2), opening.eq(0)]
+            m.d.sync += [ticks.eq(ticks - 1), opening.eq(0)]
         with m.If(starts):
             m.d.sync += [
-                running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(end + root.root),
-                opening.eq(opens), closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
+                running.eq(1), ticks.eq(size), rate.eq(end + root.root), opening.eq(opens),
+                closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
                 end.eq(Mux(at_rest, 0, root.root)),
             ]
         with m.Elif(over | self.fault):
