@@ -146,7 +146,6 @@ class SpeedProfile(wiring.Component):
         count = Signal(range(GRANULE_BITS))  # always as long: the exit of a new block may take time
         size = Signal(GRANULE_BITS + 1, init=1)  # its ticks
         change = Signal(self.square_bits + GRANULE_BITS)  # energy of the granule
-        short = Signal()  # the granule takes fewer than 62 clocks
         least = Signal(rate_bits + GRANULE_BITS + 1)  # what at 2**5 rates takes enough clocks
 
         # Present granule
@@ -219,14 +218,11 @@ class SpeedProfile(wiring.Component):
                 with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
-                first_least = modulus + (modulus >> 5)
-                m.d.sync += [least.eq(first_least), change.eq(energy), size.eq(1),
-                             short.eq(first_least < rate << 5)]
+                m.d.sync += [least.eq(modulus + (modulus >> 5)), change.eq(energy), size.eq(1)]
                 choose("brake", "exit", 0)
                 m.next = "SEARCH"
             with m.State("SEARCH"):
-                m.d.sync += short.eq(short & (least < rate << 4))
-                with m.If(short & ((left & size) == 0) & ~from_rest):
+                with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
                 m.d.sync += [work.eq(total), count.eq(count + 1)]
                 with m.If(count == GRANULE_BITS - 1):
