@@ -42,17 +42,12 @@ def describe(c: Contract, dut: FixedPoint) -> None:
     sum_, large = c.keep(width, name="sum"), c.keep(1, name="too_large")
     whole, many = c.keep(24, name="whole_part"), c.keep(1, name="whole_too_large")
     more = Mux(grows, (sum_ << 3) + (sum_ << 1) + digit, sum_ + rounds)
-    cleared = c.keep(1, name="was_cleared")
-    c.m.d.sync += cleared.eq(~c.rst & dut.clear)
-    with c.m.If(c.rst | cleared):
-        c.m.d.sync += [sum_.eq(0), large.eq(0)]
-    with c.m.Else():
-        c.m.d.sync += [sum_.eq(more), large.eq(large | (more > limit))]
     with c.m.If(c.rst | dut.clear):
         c.m.d.sync += [register.eq(0) for register in (
-            places, hundredths, rest, fraction, complete, minus)]
+            sum_, large, places, hundredths, rest, fraction, complete, minus)]
     with c.m.Else():
-        c.m.d.sync += complete.eq(complete | dut.done)
+        c.m.d.sync += [sum_.eq(more), large.eq(large | (more > limit)),
+                       complete.eq(complete | dut.done)]
         with c.m.If(dut.finish):
             c.m.d.sync += minus.eq(dut.negative)
         with c.m.If((decimal & (places <= dut.decimals)) | (dut.finish & lacks)):
@@ -86,11 +81,10 @@ def describe(c: Contract, dut: FixedPoint) -> None:
                       c.past(dut.finish & ~lacks & ~c.rst))), then=dut.done)
     c.implication("done-at-end-only", "And not before.", when=dut.done,
                   then=dut.finish & ~lacks)
-    c.implication("clear", "After `clear`, and after reset, a number has no decimals.",
+    c.implication("clear", "After `clear`, and after reset, a number begins at nothing.",
                   when=c.past(c.rst | dut.clear),
-                  then=number.exact & number.integer & (number.hundredths == 0))
-    c.implication("clear-value", "And a clock later it begins at 0.",
-                  when=c.past(c.rst | cleared), then=(number.value == 0) & ~number.overflow)
+                  then=(number.value == 0) & ~number.overflow & number.exact & number.integer
+                  & (number.hundredths == 0))
 
     adds, turns, turned = c.signal("adds"), c.signal("turns"), c.signal("turned")
     counts = adds & ~turns

@@ -140,11 +140,8 @@ class FixedPoint(wiring.Component):
             with m.If(first):
                 large = overflow | value[WHOLE:].any() if self.width > WHOLE else overflow
                 m.d.sync += whole.eq(Mux(large, ~0, value))
-        cleared = Signal()  # the first digit is not added before the clock after this
-        m.d.sync += cleared.eq(self.clear)
         with m.If(self.clear):
-            m.d.sync += [hundredths.eq(0), rest.eq(0), fraction.eq(0), places.eq(0), turned.eq(0)]
-        with m.If(cleared):
-            m.d.sync += [value.eq(0), overflow.eq(0)]
+            m.d.sync += [value.eq(0), overflow.eq(0), hundredths.eq(0), rest.eq(0),
+                         fraction.eq(0), places.eq(0), turned.eq(0)]
 
         return m
