@@ -1,5 +1,7 @@
 """Benches of switches and buttons, LEDs and the display."""
 
+from functools import partial
+
 from fresa.panel import ContactFilter, Debouncer, GlitchFilter, Monitor, SevenSegment
 
 from ..bench import Run, bench
@@ -47,16 +49,21 @@ def debouncer(run: Run) -> str:
             "did, on each of two inputs by itself")
 
 
+async def _level(run: Run, dut: ContactFilter | GlitchFilter, ctx, i: int, clocks: int, o: int
+                 ) -> None:
+    """Hold an input, and expect an output, for some clocks."""
+    ctx.set(dut.i, i)
+    for _ in range(clocks):
+        run.see(ctx, dut, o=o)
+        await ctx.tick()
+
+
 @bench
 def contact_filter(run: Run) -> str:
     """A contact that bounces and closes, for a time that is then shorter."""
     dut = ContactFilter(most=8)
 
-    async def level(ctx, i, clocks, o):
-        ctx.set(dut.i, i)
-        for _ in range(clocks):
-            run.see(ctx, dut, o=o)
-            await ctx.tick()
+    level = partial(_level, run, dut)
 
     async def test(ctx):
         ctx.set(dut.period, 8)
@@ -83,11 +90,7 @@ def glitch_filter(run: Run) -> str:
     """A contact that closes with bounces, opens, and glitches."""
     dut = GlitchFilter(period=8)
 
-    async def level(ctx, i, clocks, o):
-        ctx.set(dut.i, i)
-        for _ in range(clocks):
-            run.see(ctx, dut, o=o)
-            await ctx.tick()
+    level = partial(_level, run, dut)
 
     async def test(ctx):
         for clocks in (1, 3, 7):

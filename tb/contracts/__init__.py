@@ -5,7 +5,6 @@ from .axes import AXES
 from .axis import AXIS
 from .backlash import BACKLASH
 from .coil import COIL
-from .contact_filter import CONTACT_FILTER
 from .contract import Component
 from .controller import CONTROLLER
 from .coordinates import COORDINATES
@@ -22,7 +21,7 @@ from .gcode_gate import GCODE_GATE
 from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_reader import GCODE_READER
-from .glitch import GLITCH
+from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
 from .kinematics import CORE_XY

@@ -147,7 +147,7 @@ class PowerPWM(wiring.Component):
     """Makes pulses whose duty is a power, in 1024 steps.
 
     A new duty begins with a period; power 0 ends the pulse a clock later. Over time there are
-    exactly ``frequency`` periods in a second; from one to the next they differ by a clock.
+    exactly ``frequency`` periods in a second; each is at most a clock longer than another.
 
     Parameters
     ----------

@@ -410,7 +410,7 @@ class GCode(MachineComponent):
             self.mist.eq(motion.outputs.mist), self.flood.eq(motion.outputs.flood),
             self.moving.eq(moving), self.alarm.eq(control.state == GCodeState.ALARM),
         ]
-        self._spindle(m, motion, flags, faults)
+        self._spindle(m, motion, store, faults)
         with m.If(Cat(faults).any()):
             m.d.sync += self.fault.eq(1)
         return m
@@ -554,8 +554,10 @@ class GCode(MachineComponent):
         m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powered).all())]
         return [*kinematics.positions]
 
-    def _spindle(self, m: Module, motion: BlockMotion, flags: Value, faults: list) -> None:
+    def _spindle(self, m: Module, motion: BlockMotion, store: GCodeSettingStore, faults: list
+                 ) -> None:
         """Give the spindle, or the laser, the power that the program wants."""
+        flags = store.flags
         m.submodules.power = power = SpindlePower()
         m.submodules.pwm = pwm = PowerPWM(clock=self.settings.clock,
                                           frequency=self.settings.pwm_hz)
@@ -565,8 +567,8 @@ class GCode(MachineComponent):
         m.d.comb += [
             power.on.eq(spins & ~(flags.laser & rapid)),
             power.scaled.eq(flags.laser & outputs.counter_clockwise),
-            power.speed.eq(motion.extra), power.least.eq(flags.spindle_least),
-            power.most.eq(flags.spindle_most), power.path_speed.eq(motion.speed),
+            power.speed.eq(motion.extra), power.least.eq(store.spindle.least),
+            power.most.eq(store.spindle.most), power.path_speed.eq(motion.speed),
             power.feed.eq(motion.feed),
             pwm.power.eq(power.power), self.pwm.eq(pwm.pin),
             servo.power.eq(power.power), servo.low.eq(flags.servo_low),

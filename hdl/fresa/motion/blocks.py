@@ -68,4 +68,4 @@ FEED_HIGH = (BlockWord.NOMINAL, 26, 10)
 """Words, lowest bits, and numbers of bits of a feed in nm/s: in front of what the words are for. A
 rapid has all ones."""
 
-FEED_BITS = 32
+FEED_BITS = FEED_LOW[2] + FEED_HIGH[2]

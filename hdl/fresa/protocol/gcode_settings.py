@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 
 __all__ = ["LISTED_SETTING", "MAX_FILTER", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
-           "GCodeSettingStore", "setting_index", "setting_values"]
+           "GCodeSettingStore", "SpindleRange", "setting_index", "setting_values"]
 
 SETTING_BITS = 27
 """Bits of a setting: a whole number, or a length or rate in thousandths."""
@@ -108,7 +108,7 @@ def setting_values(values: Mapping[int, int]) -> list[int]:
 
 
 class GCodeFlags(data.Struct):
-    """Settings that are in registers of their own; `_FLAGS` has their numbers."""
+    """Settings that are in registers of their own; `_REGISTERS` has their numbers."""
 
     inverted: 3
     open: 1
@@ -119,16 +119,23 @@ class GCodeFlags(data.Struct):
     lower: 3
     strict: 1
     others_open: 3
-    spindle_most: SETTING_BITS
-    spindle_least: SETTING_BITS
     laser: 1
     servo_low: 12
     servo_high: 12
 
 
-_FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
-          "lower": 23, "strict": 200, "others_open": 202, "spindle_most": 30,
-          "spindle_least": 31, "laser": 32, "servo_low": 210, "servo_high": 211}
+class SpindleRange(data.Struct):
+    """Speeds of the spindle at full and at least power, which are registers, too."""
+
+    most: SETTING_BITS
+    least: SETTING_BITS
+
+
+_REGISTERS = {
+    "flags": {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
+              "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
+              "servo_high": 211},
+    "spindle": {"most": 30, "least": 31}}
 
 
 class GCodeSettingStore(wiring.Component):
@@ -145,7 +152,7 @@ class GCodeSettingStore(wiring.Component):
 
     Members
     -------
-    address : In(5)
+    address : In(range(len(SETTINGS)))
         A setting, by its place in `SETTINGS`.
     value : Out(27)
         Its value, a clock later.
@@ -155,9 +162,9 @@ class GCodeSettingStore(wiring.Component):
         Let ``data`` be read.
     write : In(1)
         Write ``data``.
-    write_address, data : In(5), In(27)
+    write_address, data : In(range(len(SETTINGS))), In(27)
         What is written or tried.
-    flags : Out(GCodeFlags)
+    flags, spindle : Out(GCodeFlags), Out(SpindleRange)
         Values of those that are in registers.
 
     Raises
@@ -173,6 +180,7 @@ class GCodeSettingStore(wiring.Component):
             "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
             "trial": In(1), "write": In(1), "write_address": In(range(len(SETTINGS))),
             "data": In(SETTING_BITS), "flags": Out(GCodeFlags),
+            "spindle": Out(SpindleRange),
         })
 
     def elaborate(self, platform) -> Module:
@@ -194,12 +202,14 @@ class GCodeSettingStore(wiring.Component):
             self.least.eq(fact.data.least), self.most.eq(fact.data.most),
             write.addr.eq(self.write_address), write.data.eq(self.data), write.en.eq(self.write),
         ]
-        for name, number in _FLAGS.items():
+        for port, name, number in ((getattr(self, port), name, number)
+                                   for port, fields in _REGISTERS.items()
+                                   for name, number in fields.items()):
             index = setting_index(number)
             # A reset of the machine leaves it, as it leaves the memory.
-            flag = Signal.like(self.flags[name], init=self.values[index], reset_less=True,
-                               name=f"flag_{name}")
+            register = Signal.like(port[name], init=self.values[index], reset_less=True,
+                                   name=f"setting_{number}")
             with m.If(self.write & (self.write_address == index)):
-                m.d.sync += flag.eq(self.data)
-            m.d.comb += self.flags[name].eq(flag)
+                m.d.sync += register.eq(self.data)
+            m.d.comb += port[name].eq(register)
         return m

@@ -492,9 +492,7 @@ class TestStoredProgram:
         assert machine.at(2, 1, 0)
 
     def test_lines_come_behind_it(self, machine):
-        machine.engine.set(start=1)
-        machine.run(100)
-        machine.engine.set(start=0)
+        self.press(machine, 0)
         assert machine.send("G1Y2F6000\n", wait=False) == ["ok"]
         machine.run(400_000)
         assert machine.at(1, 0, 0)

@@ -7,6 +7,7 @@ import random
 import pytest
 
 from fresa.protocol import SETTINGS, GCodeFlags, GCodeSettingStore, setting_index, setting_values
+from fresa.protocol.gcode_settings import SpindleRange
 from tb.boards import component
 from tb.engines import AmaranthEngine
 
@@ -24,6 +25,11 @@ def test_settings_are_in_order_and_their_defaults_fit():
 def test_values_that_cannot_be_are_refused(values, says):
     with pytest.raises(ValueError, match=says):
         GCodeSettingStore(values=values)
+
+
+FLAGS = {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
+         "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
+         "servo_high": 211}
 
 
 def test_what_is_written_is_read_and_survives_a_reset():
@@ -48,6 +54,8 @@ def test_what_is_written_is_read_and_survives_a_reset():
             assert engine.get("value") == (
                 data if trial and at == to and not reset else before)
             flags = GCodeFlags.from_bits(engine.get("flags"))
-            assert (flags.inverted, flags.open, flags.soft, flags.hard, flags.homing, flags.lower,
-                    flags.strict) == tuple(model[setting_index(number)]
-                                           for number in (3, 5, 20, 21, 22, 23, 200))
+            assert {number: flags[name] for name, number in FLAGS.items()} == {
+                number: model[setting_index(number)] for number in FLAGS.values()}
+            spindle = SpindleRange.from_bits(engine.get("spindle"))
+            assert (spindle.most, spindle.least) == (
+                model[setting_index(30)], model[setting_index(31)])

@@ -1,0 +1,70 @@
+"""What people choose when `gcode` is built: what is taken, and one line about what is not."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from fresa.protocol import SETTINGS
+from fresa.protocol.stored_program import MAX_PROGRAM
+from tb.machines.gcode import MACHINE
+
+DEFAULTS = {option.name: option.default for option in MACHINE.options}
+
+
+def settings(**chosen):
+    return MACHINE.real(50_000_000, **{**DEFAULTS, **chosen})["settings"]
+
+
+@pytest.mark.parametrize(("chosen", "message"), [
+    ({"kinematics": "delta"}, "kinematics must be cartesian or corexy, not 'delta'"),
+    ({"kinematics": "corexy", "steps": ("80", "100", "400")},
+     "X and Y of corexy must have the same steps per mm"),
+    ({"pwm_hz": 60_000}, "frequency of the PWM must be a whole number from 1 to 48828, not 60000"),
+    ({"settings": "201=0"}, "$201 must be a whole number from 1 to 5000, not 0"),
+    ({"settings": "211=5000"}, "$211 must be a whole number from 1 to 4000, not 5000")])
+def test_impossible_machines(chosen, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        settings(**chosen)
+
+
+def test_two_axes_may_ask_a_motor_for_steps_at_once():
+    assert settings(kinematics="corexy").most_rate == settings().most_rate / 2
+    with pytest.raises(ValueError, match="max_rate of X must be at most"):
+        settings(kinematics="corexy", rate=("60000", "500", "500"))
+    settings(rate=("60000", "500", "500"))
+
+
+class TestProgram:
+    def program(self, path: Path, text: bytes) -> bytes:
+        path.write_bytes(text)
+        return settings(program=str(path)).program
+
+    def test_is_stored_without_comments_and_empty_lines(self, tmp_path):
+        assert self.program(tmp_path / "p.ngc", b"%\r\n$H\nG21 (Hello!) G90 ; all\n\n\tG0 X1\nM30"
+                            ) == b"$H\nG21  G90\nG0 X1\nM30\n"
+
+    @pytest.mark.parametrize(("text", "says"), [
+        (b"G21\nG1 X1\n", ", line 2: the machine would refuse 'G1 X1' with error:22"),
+        (b"G0 X1\xff\n", " cannot be read: it is not plain text"),
+        (b"G0 X1!\n", ", line 1: the machine would refuse 'G0 X1!' with error:"),
+        (b"G0 X\x01\n", ", line 1: '\\x01' may not be in a line"),
+        (b"(nothing)\n", " has 0 bytes without comments: from 1 to 65536 can be stored"),
+        (b"G0 X1\n" * (MAX_PROGRAM // 6 + 1), f" has {MAX_PROGRAM // 6 * 6 + 6} bytes")])
+    def test_what_cannot_be_one_is_one_line(self, tmp_path, text, says):
+        with pytest.raises(ValueError, match=re.escape(f"--program {tmp_path / 'p.ngc'}{says}")):
+            self.program(tmp_path / "p.ngc", text)
+
+    def test_a_file_that_is_not_there(self, tmp_path):
+        with pytest.raises(ValueError, match="cannot be read: No such file"):
+            settings(program=str(tmp_path / "none"))
+
+
+def test_each_setting_of_a_machine_is_on_the_page():
+    page = (Path(__file__).parents[2] / "docs" / "gcode.md").read_text()
+    table = page[page.index("## Settings"):page.index("## Homing")]
+    listed = set()
+    for first, between, last in re.findall(r"`\$(\d+)`(?:( to |, )`\$(\d+)`)?", table):
+        listed |= set(range(int(first), int(last) + 1)) if between == " to " else {
+            int(each) for each in (first, last) if each}
+    assert {each.number for each in SETTINGS} <= listed
