@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines.gcode import AXES, GCode, GCodeSettings
-from fresa.protocol import bit_period
 from tb.boards import component
 from tb.engines import CXXRTLEngine
 from tb.models.protocol import bits
@@ -99,7 +98,7 @@ class Machine:
 
     def __init__(self, engine: CXXRTLEngine) -> None:
         self.engine = engine
-        self.bit = bit_period(FAST.clock, FAST.baud)
+        self.bit = FAST.bit
         self.decoder = Decoder(self.bit)
         self.text = ""
         self.position = np.zeros(AXES, np.int64)

@@ -139,6 +139,13 @@ DIAGRAMS = (
         "inputs: backlash moved direction outputs: counted inside: dut.left", 0, 42,
         radix=("backlash=dec", "dut.left=dec")),
     Diagram(
+        "backlash-compensator",
+        "Three steps are requested up, and at each tick one is added, until the load has followed "
+        "by three; each is counted against its direction when it is requested.",
+        "inputs: step tick pending moved direction outputs: extra extra_direction correct "
+        "correct_direction busy inside: dut.slack dut.ahead", 0, 24,
+        radix=("dut.slack=dec", "dut.ahead=dec")),
+    Diagram(
         "limits",
         "The high switch of the lower axis bounces. It counts as on from its first touch until it "
         "has settled, and no other switch does.",
@@ -412,6 +419,14 @@ DIAGRAMS = (
         "is answered the program runs. The rest of the line is dropped.",
         "line: lines_valid lines_ready run outputs: items_valid items_payload.byte "
         "items_payload.end running answer: answered state: dut.program_state_state", 0, 42),
+    Diagram(
+        "thesis-dialect",
+        "The end of a line that moves has come: M3 is added before it. Then G28 waits until the "
+        "machine rests, and becomes `$H`.",
+        "line: words_valid words_ready words_payload.kind words_payload.character passed: "
+        "passed_valid passed_payload.kind passed_payload.character inputs: resting answered "
+        "state: dut.thesis_state_state", 26, 66,
+        radix=("words_payload.character=hex", "passed_payload.character=hex")),
     Diagram(
         "g-code-gate",
         "A line of two words is passed; then the machine is locked, and the end of the same line "

@@ -64,6 +64,14 @@ _PANEL = {
 }
 
 _ALLOTMENTS = {
+    "gcode": Allotment(
+        header={"step": "GN21 GN23 GN25", "direction": "GP21 GP23 GP25", "enable": "GN22",
+                "limits": "GP26 GN27 GP27", "stop": "GN20", "door": "GP20", "probe": "GN24",
+                "motor_fault": "GP22", "spindle": "GN18", "reverse": "GP18", "pwm": "GN26",
+                "servo": "GP24", "mist": "GN19", "flood": "GP19"},
+        # F1, F2 and UP; SW4
+        panel={"buttons": "hold start abort - - - - - - reset", "leds": "moving - alarm fault",
+               "rx": "rx", "tx": "tx"}),
     "mill": Allotment(
         header={"axis_x": "GN21 GP21 GN22 GP22", "axis_y": "GN23 GP23 GN24 GP24",
                 "axis_z": "GN25 GP25 GN26 GP26"},

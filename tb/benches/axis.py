@@ -1,7 +1,7 @@
 """Benches of axes: rates, positions, limit switches, and the drivers of their motors."""
 
 from fresa.drive import HALF_STEP, PhaseDriver, RateGenerator, StepDirDriver
-from fresa.motion import Backlash, Limits, MoveTo
+from fresa.motion import Backlash, BacklashCompensator, Limits, MoveTo
 
 from ..bench import Run, bench
 
@@ -245,6 +245,58 @@ def backlash(run: Run) -> str:
     run.simulate(dut, test)
     return ("3 steps were left out after each reversal, and 2 where only 2 had been taken up; "
             "then 1, then none")
+
+
+@bench
+def backlash_compensator(run: Run) -> str:
+    """Three steps up and two down with a backlash of 3; a stop while it is taken up."""
+    dut = BacklashCompensator(max_backlash=3)
+    motor, position, waiting, tick = [0], [0], [], [0]
+
+    async def around(ctx):
+        """Make each step a clock after it is requested."""
+        while True:
+            ctx.set(dut.pending, bool(waiting))
+            ctx.set(dut.moved, bool(waiting) and not ctx.get(dut.stop))
+            ctx.set(dut.direction, bool(waiting) and waiting[0] > 0)
+            tick[0] = (tick[0] + 1) % 4
+            ctx.set(dut.tick, tick[0] == 0)
+            if ctx.get(dut.moved):
+                motor[0] += waiting[0]
+                position[0] += waiting.pop(0)
+            if ctx.get(dut.correct):
+                position[0] += 1 if ctx.get(dut.correct_direction) else -1
+            if ctx.get(dut.extra):
+                waiting.append(1 if ctx.get(dut.extra_direction) else -1)
+            await ctx.tick()
+
+    async def steps(ctx, count, way):
+        for _ in range(count):
+            ctx.set(dut.step, 1)
+            await ctx.tick()
+            ctx.set(dut.step, 0)
+            waiting.append(way)
+            await ctx.tick()
+
+    async def test(ctx):
+        ctx.set(dut.backlash, 3)
+        await steps(ctx, 3, 1)
+        await ctx.tick().repeat(16)
+        run.see(ctx, dut, busy=0)
+        run.expect("motor, position", (motor[0], position[0]), (6, 3))
+        await steps(ctx, 2, -1)
+        ctx.set(dut.stop, 1)
+        await ctx.tick()
+        ctx.set(dut.stop, 0)
+        await ctx.tick().repeat(8)
+        run.see(ctx, dut, busy=0)
+        run.expect("motor, position", (motor[0], position[0]), (4, 1))
+        await steps(ctx, 1, -1)
+        await ctx.tick().repeat(16)
+        run.expect("motor, position", (motor[0], position[0]), (0, 0))
+
+    run.simulate(dut, test, around)
+    return "a motor makes 3 steps more each way, which its position does not count"
 
 
 @bench

@@ -8,11 +8,13 @@ from fresa.protocol import (
     LineEnd,
     Operand,
     StoredProgram,
+    ThesisDialect,
     UnitConverter,
 )
 from fresa.protocol.gcode_modes import LETTERS
 
-from ..bench import Run, bench
+from ..bench import Run, bench, put
+from ..models.gcode_line import read_lines
 
 
 def letters(text: str) -> int:
@@ -177,3 +179,36 @@ def stored_program(run: Run) -> str:
 
     run.simulate(dut, test, watch, lines, answers)
     return "a line that had begun was ended, two lines were given, and what came behind dropped"
+
+
+@bench
+def thesis_dialect(run: Run) -> str:
+    """A dwell in milliseconds, a motion, and the way home once nothing moves."""
+    dut = ThesisDialect(width=28)
+    passed = []
+
+    async def offer(ctx):
+        for item in read_lines("G4P12\nX1\nG28\nG17\n"):
+            await put(ctx, dut.words, {
+                "kind": GCodeKind[item.kind], "system": item.system, "status": item.status,
+                "character": ord(item.character or "\0"),
+                "number": {**item.number, "value": item.number.get("value", 0) % (1 << 28)}})
+
+    async def test(ctx):
+        ctx.set(dut.passed.ready, 1)
+        for clock in range(90):
+            ctx.set(dut.resting, clock > 60)
+            *_, valid, out = await ctx.tick().sample(dut.passed.valid, dut.passed.payload)
+            ends = valid and out.kind == GCodeKind.END
+            ctx.set(dut.answered, ends)
+            if ends:
+                passed.append("end")
+            elif valid and out.character == ord("P"):
+                passed.append(f"P{out.number.value}")
+            elif valid:
+                whole = out.number.whole if out.kind == GCodeKind.WORD else ""
+                passed.append(f"{chr(out.character)}{whole}")
+
+    run.simulate(dut, offer, test)
+    run.expect("passed", " ".join(passed), "G4 P12000 end X1 M3 end $ H end A17 end")
+    return "G4 P12 is 12 ms, a motion has M3, G28 is $H, and G17 a letter that is unknown"

@@ -4,6 +4,7 @@ from .automatic import AUTOMATIC
 from .axes import AXES
 from .axis import AXIS
 from .backlash import BACKLASH
+from .backlash_compensator import BACKLASH_COMPENSATOR
 from .coil import COIL
 from .contract import Component
 from .controller import CONTROLLER
@@ -54,6 +55,7 @@ from .step_dir import STEP_DIR
 from .step_ratio import STEP_RATIO
 from .stored_program import STORED_PROGRAM
 from .text import TEXT
+from .thesis import THESIS
 from .uart_receiver import UART_RECEIVER
 from .uart_transmitter import UART_TRANSMITTER
 from .unit_converter import UNIT_CONVERTER
@@ -76,6 +78,7 @@ GENERAL = {
     "root": ROOT,
     "profile": PROFILE,
     "backlash": BACKLASH,
+    "backlash_compensator": BACKLASH_COMPENSATOR,
     "core_xy": CORE_XY,
     "limits": LIMITS,
     "axis": AXIS,
@@ -118,6 +121,7 @@ GENERAL = {
     "spindle_power": SPINDLE_POWER,
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
+    "thesis": THESIS,
     "gcode_coordinates": GCODE_COORDINATES,
     "unit_converter": UNIT_CONVERTER,
     "gcode_interpreter": GCODE_INTERPRETER,

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from fresa.machines.gcode import GCodeSettings
-from fresa.protocol import bit_period
 from fresa_host.errors import MachineError
 from fresa_host.gcode_lines import ERRORS, BlockRefused, program
 from tb.engines import Engine, EngineError, build_with_fallback, why_slow
@@ -217,7 +216,7 @@ def _settings(clock: int | None, values: dict[str, Any]) -> GCodeSettings:
     for hertz in CLOCKS if clock is None else (clock,):
         try:
             settings: GCodeSettings = MACHINE.real(hertz, **values)["settings"]
-            bit_period(hertz, settings.baud)  # raises it too
+            _ = settings.bit  # raises it too
             return settings
         except ValueError as error:
             reason = str(error)

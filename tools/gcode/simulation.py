@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from vcd import VCDWriter
 
 from fresa.machines.gcode import AXES, GCodeSettings
-from fresa.protocol import bit_period
 from fresa_host.gcode_lines import RESUME
 from fresa_host.gcode_session import GCodeSession
 from fresa_host.session import Waiting
@@ -131,10 +130,10 @@ class Simulation:
 
     def __init__(self, engine: Engine, settings: GCodeSettings, pins: Pins | None = None) -> None:
         self.engine = engine
-        self.session = GCodeSession(name="the simulation", baud=settings.baud)
+        self.session = GCodeSession(name="the simulation", baud=settings.line_baud)
         self.steps_made = self.pauses = 0
         self._settings, self._pins = settings, pins
-        self._bit = bit_period(settings.clock, settings.baud)
+        self._bit = settings.bit
         self._slice = round(SLICE_S * settings.clock)
         self._decoder = Decoder(self._bit)
         self._waiting = b""

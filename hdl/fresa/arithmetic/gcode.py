@@ -17,7 +17,7 @@ def _registers() -> Registers:
     registers.word(*(f"travel_{axis}" for axis in AXES), "distance", "back", "home_at", "from_home",
                    "beyond", "filter")
     for name, value in {"512": 512, "256000": 256_000, "256e6": 256 * 10**6,
-                        "below_256e6": 256 * 10**6 - 1}.items():
+                        "below_256e6": 256 * 10**6 - 1, "half_1e6": 10**6 // 2}.items():
         registers.word(name, init=value)
     return registers
 
@@ -59,6 +59,13 @@ def _configure() -> Rows:
     yield "DIVIDE", "product", "256e6", "filter"
 
 
+def _in_steps() -> Rows:
+    yield "MULTIPLY", "a", "b", "product"
+    yield "ADD", "product.low", "half_1e6", "product.low"
+    yield "ADD_CARRY", "product", "zero", "product"
+    yield "DIVIDE", "product", "1e6", "a"
+
+
 def _offset() -> Rows:
     """Take a distance in um, and how often, as an offset in nm, which goes back or not."""
     yield from _speed("feed")
@@ -96,7 +103,7 @@ def _travel() -> Rows:
 
 TABLES = ARC_TABLES + tuple(
     FormulaTable.of(name, REGISTERS, rows) for name, rows in [
-        ("configure", _configure()), ("offset", _offset()),
+        ("configure", _configure()), ("in_steps", _in_steps()), ("offset", _offset()),
         *((f"offset_{axis}", _offset_of(axis)) for axis in AXES),
         ("home", _home()), ("travel", _travel())])
 """Tables of formulas: those of lines and arcs, and
@@ -104,6 +111,7 @@ TABLES = ARC_TABLES + tuple(
 - ``configure``: settings from thousandths, as the registers have them at first, to what all other
   tables want; ``verdict`` is 1 if ``most_rate``, in 10**-9 steps/s, is less than an axis would
   make at its highest speed; ``filter`` from us to clocks, rounded up;
+- ``in_steps``: ``a`` from um to steps, of ``b`` per metre, rounded to nearest;
 - ``offset``: ``distance`` in um x ``a`` is ``distance`` in 10**-3 um, or in nm if ``a`` is in
   thousandths; below 0 if ``back`` is not 0; ``feed`` from um/min is in nm/s;
 - ``offset_x`` and so on: let ``to_*`` be from where the last line ended, or if ``from_home`` is not

@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out, connect
 from ..arithmetic import Line
 from ..clock import CLOCK, clocks_of
 from ..drive import (
+    FULL_POWER,
     MAX_PULSE,
     PendingSteps,
     PowerPWM,
@@ -20,7 +21,16 @@ from ..drive import (
     StepDirDriver,
     pwm_frequency,
 )
-from ..motion import KINEMATICS, AlarmCode, BlockMotion, GCodeControl, GCodeHoming, GCodePlanner
+from ..motion import (
+    KINEMATICS,
+    MAX_BACKLASH,
+    AlarmCode,
+    BacklashCompensator,
+    BlockMotion,
+    GCodeControl,
+    GCodeHoming,
+    GCodePlanner,
+)
 from ..panel import ContactFilter
 from ..protocol import (
     SETTINGS,
@@ -36,6 +46,7 @@ from ..protocol import (
     RealtimeCode,
     RealtimeFilter,
     StoredProgram,
+    ThesisDialect,
     UARTReceiver,
     UARTTransmitter,
     bit_period,
@@ -61,12 +72,18 @@ from ..roles import (
     MachineComponent,
 )
 
-__all__ = ["AXES", "BAUD", "GCode", "GCodeSettings"]
+__all__ = ["AXES", "BAUDS", "GCode", "GCodeSettings"]
 
 AXES = 3
 
-BAUD = 115_200
-"""Bits a second on the line, as GRBL has them."""
+BAUDS = {"grbl": 115_200, "thesis": 19_200}
+"""Bits a second on the line, by dialect."""
+
+THESIS_SETTINGS = {21: Fraction(0), 22: Fraction(1), 23: Fraction(0b011)}
+"""Further settings of the thesis' machine: its end stops block steps, and home X and Y down."""
+
+SILENCE, AWAKE = Fraction(1, 100), Fraction(1, 10)
+"""Of the thesis: seconds of silence that end a line, and after which motors are off."""
 
 TICK = 4
 """Clocks by which two steps may be closer than the speed says, in a line: a tick."""
@@ -80,8 +97,10 @@ class GCodeSettings:
     ----------
     clock : int
         Clock in Hz, from 2 000 000.
-    baud : int
-        Bits a second on the line.
+    dialect : str
+        ``grbl``, or ``thesis``: that of the firmware of the thesis.
+    baud : int, optional
+        Bits a second on the line; `BAUDS` has what they are unless given.
     steps_per_mm : sequence of Fraction
         Steps per mm of each axis: $100 to $102.
     max_rate : sequence of Fraction
@@ -112,7 +131,8 @@ class GCodeSettings:
     """
 
     clock: int = CLOCK
-    baud: int = BAUD
+    dialect: str = "grbl"
+    baud: int | None = None
     steps_per_mm: Sequence[Fraction] = (Fraction(250),) * AXES
     max_rate: Sequence[Fraction] = (Fraction(500),) * AXES
     acceleration: Sequence[Fraction] = (Fraction(10),) * AXES
@@ -131,6 +151,8 @@ class GCodeSettings:
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
             raise ValueError(f"steps, rates and accelerations are those of {AXES} axes")
+        if self.dialect not in BAUDS:
+            raise ValueError(f"dialect must be {' or '.join(BAUDS)}, not {self.dialect!r}")
         if self.kinematics not in KINEMATICS:
             raise ValueError(f"kinematics must be {' or '.join(KINEMATICS)}, "
                              f"not {self.kinematics!r}")
@@ -145,6 +167,16 @@ class GCodeSettings:
                 raise ValueError(f"max_rate of {axis} must be at most {float(most):.3f} mm/min "
                                  f"with {float(steps):g} steps/mm, not {float(rate):g}: pulses "
                                  f"are {self.interval} clocks apart")
+
+    @property
+    def line_baud(self) -> int:
+        """Bits a second on the line."""
+        return BAUDS[self.dialect] if self.baud is None else self.baud
+
+    @property
+    def bit(self) -> int:
+        """Clocks of a bit on the line."""
+        return bit_period(self.clock, self.line_baud)
 
     @property
     def driver(self) -> dict[str, int]:
@@ -185,7 +217,7 @@ class GCodeSettings:
         others = dict(self.others)
         if twice := values.keys() & others.keys():
             raise ValueError(f"${min(twice)} has a setting of its own, and is not a further one")
-        values |= others
+        values |= {**({} if self.dialect == "grbl" else THESIS_SETTINGS), **others}
         decimal = {each.number for each in SETTINGS if each.decimal}
         for number, value in values.items():
             if number not in decimal and value != int(value):
@@ -208,6 +240,13 @@ class GCode(MachineComponent):
 
     Lines are planned as they come, ``depth`` blocks ahead: each is made as fast as its feed, the
     limits of the axes and the corners ahead allow, at an acceleration that is never exceeded.
+
+    In the dialect of the thesis lines are those of :class:`ThesisDialect`, or end after 10 ms of
+    silence; G28 is the `simple` cycle of :class:`GCodeHoming`; M0 waits until nothing moves, no
+    more. An axis makes no step towards its limit switch while that is on, nor beyond its
+    travel, and where it is stays known. The motors are off after M5, and 100 ms after the last
+    byte or motion. The servo is up, $211, where Z is above 0 and while it homes, otherwise
+    down, $210. There is no spindle.
 
     Parameters
     ----------
@@ -282,7 +321,6 @@ class GCode(MachineComponent):
 
     def __init__(self, *, settings: GCodeSettings | None = None) -> None:
         self.settings = settings = settings or GCodeSettings()
-        self._bit = bit_period(settings.clock, settings.baud)
         self.roles = {
             "rx": RX, "tx": TX, "step": STEP, "direction": DIRECTION, "enable": ENABLE,
             "limits": LIMIT, "stop": STOP, "door": DOOR, "probe": PROBE,
@@ -308,12 +346,15 @@ class GCode(MachineComponent):
         settling, moving = Signal(), Signal()
 
         # From the line to actions
-        m.submodules.receiver = receiver = UARTReceiver(period=self._bit)
+        m.submodules.receiver = receiver = UARTReceiver(period=settings.bit)
         m.submodules.realtime = realtime = RealtimeFilter()
-        buffer, reader = LineBuffer(depth=settings.receive), GCodeReader()
+        thesis = settings.dialect == "thesis"
+        buffer = LineBuffer(depth=settings.receive,
+                            silence=floor(SILENCE * settings.clock) if thesis else None)
+        reader = GCodeReader()
         gate, interpreter = GCodeGate(), GCodeInterpreter()
         planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
-        homing = GCodeHoming()
+        homing = GCodeHoming(simple=thesis)
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
                            ("interpreter", interpreter), ("planner", planner),
                            ("homing", homing)):
@@ -322,7 +363,6 @@ class GCode(MachineComponent):
         connect(m, realtime.rest, buffer.bytes)
         lines, answers = self._program(m, anew, control, interpreter, buffer.items, faults)
         connect(m, lines, reader.items)
-        connect(m, reader.words, gate.words)
         connect(m, interpreter.actions, planner.actions)
         m.d.comb += [
             receiver.rx.eq(self.rx),
@@ -334,7 +374,10 @@ class GCode(MachineComponent):
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
         ]
-        self._words(m, gate, interpreter, planner, renewed, settling)
+        missed = Signal()  # steps, since where the axes are was last taken over
+        # A line that follows waits until it is known where it begins.
+        self._words(m, gate, interpreter, planner, renewed,
+                    settling | (missed & interpreter.position.ready))
         faults += [receiver.fault, gate.fault, interpreter.fault, planner.fault, homing.fault]
 
         # From blocks to steps
@@ -344,7 +387,11 @@ class GCode(MachineComponent):
         m.submodules.settings = store = GCodeSettingStore(
             values=settings.store)
         flags = store.flags
-        positions = self._drivers(m, control, renewed, motion, planner, homing, flags, faults)
+        switches = Signal(AXES + 2)
+        blocked, powered = Signal(AXES), Signal()
+        m.d.comb += powered.eq(control.enable)
+        positions = self._drivers(m, control, renewed, motion, planner, homing, flags, faults,
+                                  blocked, powered, restart)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
@@ -369,11 +416,12 @@ class GCode(MachineComponent):
             m.d.sync += begins.eq(1)
         with m.Elif(planner.begun):
             m.d.sync += begins.eq(0)
+        resumes = Signal()  # from where the axes are
         placing = Signal()  # the block that sets the place is under way
         m.d.sync += placing.eq((planner.begun | (placing & ~motion.idle)) & ~restart)
         m.d.comb += [
             moving.eq(~motion.idle & ~settling),
-            restart.eq(renewed | planner.configured | homing.restart),
+            restart.eq(renewed | planner.configured | homing.restart | resumes),
             settling.eq(configures | begins | placing),
             planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
         ]
@@ -382,16 +430,17 @@ class GCode(MachineComponent):
                      homing.moving.eq(control.moving)]
         pausing = Signal()  # the control holds since the program pauses
         m.d.sync += pausing.eq(motion.paused & ~control.reset)
-        m.d.comb += [control.pause.eq(motion.paused & ~pausing),
-                     motion.start.eq(motion.paused & pausing & ~control.hold)]
+        if not thesis:
+            m.d.comb += [control.pause.eq(motion.paused & ~pausing),
+                         motion.start.eq(motion.paused & pausing & ~control.hold)]
 
-        switches = self._inputs(m, control, realtime, planner, flags)
-        m.d.comb += homing.switches.eq(switches[:AXES])
+        m.d.comb += [switches.eq(self._inputs(m, control, realtime, planner, flags)),
+                     homing.switches.eq(switches[:AXES])]
 
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
-            position_bits=len(planner.position_um[0]))
-        m.submodules.transmitter = transmitter = UARTTransmitter(period=self._bit)
+            dialect=settings.dialect, position_bits=len(planner.position_um[0]))
+        m.submodules.transmitter = transmitter = UARTTransmitter(period=settings.bit)
         connect(m, answers, reporter.answers)
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
@@ -404,16 +453,61 @@ class GCode(MachineComponent):
         ]
         faults += [reporter.fault]
 
+        if not thesis:
+            m.d.sync += [
+                self.spindle.eq(motion.outputs.clockwise | motion.outputs.counter_clockwise),
+                self.reverse.eq(motion.outputs.counter_clockwise)]
         m.d.sync += [
-            self.spindle.eq(motion.outputs.clockwise | motion.outputs.counter_clockwise),
-            self.reverse.eq(motion.outputs.counter_clockwise),
             self.mist.eq(motion.outputs.mist), self.flood.eq(motion.outputs.flood),
             self.moving.eq(moving), self.alarm.eq(control.state == GCodeState.ALARM),
         ]
-        self._spindle(m, motion, store, faults)
+        if thesis:
+            dialect = ThesisDialect()
+            m.submodules.dialect = anew(dialect)
+            connect(m, reader.words, dialect.words)
+            connect(m, dialect.passed, gate.words)
+            m.d.comb += [dialect.answered.eq(gate.answered),
+                         dialect.resting.eq(gate.resting & ~settling),
+                         motion.start.eq(motion.paused)]
+            faults.append(dialect.fault)
+            up = homing.active | (positions[2] > 0)
+            self._motors(m, control, motion, receiver, homing.active, powered)
+            self._block(m, motion, planner, switches, positions, flags.lower, blocked)
+            with m.If((motion.step & blocked).any()):
+                m.d.sync += missed.eq(1)
+            with m.If(restart):
+                m.d.sync += missed.eq(0)
+            m.d.comb += resumes.eq(missed & motion.idle & interpreter.position.ready
+                                   & ~interpreter.words.valid & ~homing.active & ~settling)
+            self._servo(m, store, Mux(up, FULL_POWER, 0))
+        else:
+            connect(m, reader.words, gate.words)
+            self._servo(m, store, self._spindle(m, motion, store, faults))
         with m.If(Cat(faults).any()):
             m.d.sync += self.fault.eq(1)
         return m
+
+    def _motors(self, m: Module, control: GCodeControl, motion: BlockMotion,
+                receiver: UARTReceiver, homes: Signal, powered: Signal) -> None:
+        """Give the motors power while something moves, and after M3 as long as bytes come."""
+        left = Signal(range(floor(AWAKE * self.settings.clock) + 1))
+        with m.If(receiver.bytes.valid | ~motion.idle):
+            m.d.sync += left.eq(floor(AWAKE * self.settings.clock))
+        with m.Elif(left != 0):
+            m.d.sync += left.eq(left - 1)
+        wanted = Signal()
+        m.d.sync += wanted.eq((motion.outputs.clockwise & (left != 0)) | homes | ~motion.still)
+        m.d.comb += powered.eq(wanted & ~control.stop)
+
+    def _block(self, m: Module, motion: BlockMotion, planner: GCodePlanner, switches: Signal,
+               positions: Sequence[Value], lower: Value, blocked: Signal) -> None:
+        """Block steps towards a limit switch that is on, and beyond the travel from it."""
+        for axis in range(AXES):
+            length, away = planner.lengths[axis], motion.direction[axis] == lower[axis]
+            far = Signal(name=f"far_{axis}")
+            m.d.sync += far.eq(Mux(lower[axis], positions[axis] >= length,
+                                   positions[axis] <= -length))
+            m.d.comb += blocked[axis].eq(Mux(away, far, switches[axis]))
 
     def _program(self, m: Module, anew: Callable, control: GCodeControl,
                  interpreter: GCodeInterpreter, lines: stream.Interface, faults: list
@@ -497,7 +591,7 @@ class GCode(MachineComponent):
             homing.homed.eq(planner.homed),
             homing.standing.eq(motion.still),
             control.home.eq(homing.active & ~renewed), control.strict.eq(store.flags.strict),
-            control.locked_start.eq(store.flags.homing),
+            control.locked_start.eq(store.flags.homing & (self.settings.dialect == "grbl")),
         ]
         m.d.comb += [getattr(gate, name).eq(getattr(store, name))
                      for name in ("value", "number", "decimal", "least", "most")]
@@ -511,57 +605,76 @@ class GCode(MachineComponent):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
 
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
-                 planner: GCodePlanner, homing: GCodeHoming, flags: Value,
-                 faults: list) -> list[Signal]:
+                 planner: GCodePlanner, homing: GCodeHoming, flags: Value, faults: list,
+                 blocked: Signal, powered: Signal, restart: Signal) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
         times = self.settings.driver
-        made, powered = [], []
+        made, powers = [], []
         latched = Signal(signed(36))
         m.submodules.kinematics = kinematics = KINEMATICS[self.settings.kinematics]()
-        m.d.comb += [kinematics.step.eq(motion.step & (~self.fault).replicate(AXES)),
+        m.d.comb += [kinematics.step.eq(motion.step & ~blocked
+                                         & (~self.fault).replicate(AXES)),
                      kinematics.direction.eq(motion.direction)]
         made.append(~kinematics.busy)
         shift = Signal(signed(36))  # from the place that was counted to that of the switch
         stopped = Signal()
         m.d.sync += [shift.eq(planner.switch - latched), stopped.eq(control.stop | self.fault)]
+        tick = Signal()  # steps that take up backlash are this far apart
+        phase = Signal(range(self.settings.clock + (1 << len(flags.backlash_rate))))
+        m.d.comb += tick.eq(phase >= self.settings.clock)
+        m.d.sync += phase.eq(Mux(tick, phase - self.settings.clock, phase) + flags.backlash_rate)
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             driver = StepDirDriver(**times)
             m.submodules[f"pending_{name}"] = ResetInserter(stopped | renewed)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
+            backlash = BacklashCompensator(max_backlash=MAX_BACKLASH)
+            m.submodules[f"backlash_{name}"] = backlash
             m.d.comb += [
-                pending.step.eq(kinematics.motor_step[axis]),
-                pending.direction.eq(kinematics.motor_direction[axis]),
+                backlash.backlash.eq(planner.backlash[axis]), backlash.tick.eq(tick),
+                backlash.step.eq(kinematics.motor_step[axis]),
+                backlash.pending.eq(pending.driver_step), backlash.moved.eq(driver.moved),
+                backlash.direction.eq(pending.driver_direction),
+                backlash.stop.eq(stopped | restart),
+                kinematics.motors[axis].eq(position),
+                pending.step.eq(kinematics.motor_step[axis] | backlash.extra),
+                pending.direction.eq(Mux(backlash.extra, backlash.extra_direction,
+                                         kinematics.motor_direction[axis])),
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~stopped),
-                driver.direction.eq(pending.driver_direction), driver.enable.eq(control.enable),
+                driver.direction.eq(pending.driver_direction), driver.enable.eq(powered),
                 self.step[axis].eq(driver.step_pin),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
-                kinematics.motors[axis].eq(position),
                 planner.steps[axis].eq(kinematics.positions[axis]),
             ]
-            with m.If(driver.moved | homing.place):
+            with m.If(driver.moved | backlash.correct | homing.place):
                 m.d.sync += position.eq(position + Mux(
-                    homing.place, kinematics.motor_shift[axis], Mux(driver.direction, 1, -1)))
+                    homing.place, kinematics.motor_shift[axis],
+                    Mux(Mux(backlash.correct, backlash.correct_direction, driver.direction),
+                        1, -1)))
             with m.If(homing.axis == axis):
                 m.d.comb += kinematics.shift[axis].eq(shift)
                 with m.If(homing.latch):
                     m.d.sync += latched.eq(kinematics.positions[axis])
-            made.append(~pending.driver_step)
-            powered.append(driver.enable_pin)
+            made.append(~(pending.driver_step | backlash.busy))
+            powers.append(driver.enable_pin)
             faults.append(pending.fault)
-        m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powered).all())]
+        m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powers).all())]
         return [*kinematics.positions]
 
+    def _servo(self, m: Module, store: GCodeSettingStore, power: Value) -> None:
+        m.submodules.servo = servo = ServoPulse(clock=self.settings.clock)
+        m.d.comb += [servo.power.eq(power), servo.low.eq(store.flags.servo_low),
+                     servo.high.eq(store.flags.servo_high), self.servo.eq(servo.pin)]
+
     def _spindle(self, m: Module, motion: BlockMotion, store: GCodeSettingStore, faults: list
-                 ) -> None:
-        """Give the spindle, or the laser, the power that the program wants."""
+                 ) -> Signal:
+        """Give the spindle, or the laser, the power that the program wants, and return it."""
         flags = store.flags
         m.submodules.power = power = SpindlePower()
         m.submodules.pwm = pwm = PowerPWM(clock=self.settings.clock,
                                           frequency=self.settings.pwm_hz)
-        m.submodules.servo = servo = ServoPulse(clock=self.settings.clock)
         outputs, rapid = motion.outputs, motion.feed.all()
         spins = outputs.clockwise | outputs.counter_clockwise
         m.d.comb += [
@@ -571,10 +684,9 @@ class GCode(MachineComponent):
             power.most.eq(store.spindle.most), power.path_speed.eq(motion.speed),
             power.feed.eq(motion.feed),
             pwm.power.eq(power.power), self.pwm.eq(pwm.pin),
-            servo.power.eq(power.power), servo.low.eq(flags.servo_low),
-            servo.high.eq(flags.servo_high), self.servo.eq(servo.pin),
         ]
         faults.append(power.fault)
+        return power.power
 
     def _inputs(self, m: Module, control: GCodeControl, realtime: RealtimeFilter,
                 planner: GCodePlanner, flags: Value) -> Signal:

@@ -2,7 +2,7 @@
 
 from .automatic import AutomaticControl
 from .axis import Axis
-from .backlash import MAX_BACKLASH, Backlash
+from .backlash import MAX_BACKLASH, Backlash, BacklashCompensator
 from .block_loader import BlockLoader
 from .block_motion import BlockMotion
 from .controller import NumericalController
@@ -36,7 +36,8 @@ from .walk import WALK_DELAY, PathWalk, Segment
 __all__ = [
     "HOMING", "KINEMATICS", "MAX_ACCELERATION", "MAX_BACKLASH", "MAX_BLOCKS", "MAX_LEVELS",
     "PICTURE_LIMIT", "WALK_DELAY",
-    "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BlockLoader", "BlockMotion",
+    "AlarmCode", "Answer", "AutomaticControl", "Axis", "Backlash", "BacklashCompensator",
+    "BlockLoader", "BlockMotion",
     "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
     "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
     "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order", "OrderControl",

@@ -11,8 +11,9 @@ from .gcode_planner import HOMING, HomingRequest
 
 __all__ = ["GCodeHoming"]
 
-ORDER = (2, 0, 1)
-"""Z first, so that a tool is off the work before X and Y move."""
+ORDER, THESIS_ORDER = (2, 0, 1), (0, 1, 2)
+"""Z first, so that a tool is off the work before X and Y move; that of the thesis, where Z is a
+servo."""
 
 START = 31
 """Clocks in which a line that is planned begins."""
@@ -37,9 +38,17 @@ class GCodeHoming(wiring.Component):
     an axis of $23 its lower end, -$130 to -$132. It pulls off, to $27 from there, locates the
     switch once more at the speed of $24, and pulls off again.
 
+    With `simple` the cycle is that of the thesis' firmware: X, then Y, seeks its switch once, and
+    goes back to where that closed, which is 0, whichever end it is; then Z is 0 where it is.
+
     ``failure`` ends a cycle: HOMING_SEARCH if a switch is not found, HOMING_PULL_OFF if one
     is still on after that. Then, as after any other alarm, it waits for a reset of its
     own.
+
+    Parameters
+    ----------
+    simple : bool
+        The cycle of the thesis.
 
     Members
     -------
@@ -56,7 +65,7 @@ class GCodeHoming(wiring.Component):
         Switches, 1 where one is on.
     lower : In(3)
         Axes that home to their lower end: $23.
-    setting_address, setting : Out(5), In(27)
+    setting_address, setting : Out(6), In(27)
         A setting, a clock after its address in the store.
     request, homed : Out(HOMING), In(1)
         What the planner does, until ``homed``.
@@ -97,17 +106,22 @@ class GCodeHoming(wiring.Component):
     place: Out(1)
     fault: Out(1)
 
+    def __init__(self, *, simple: bool = False) -> None:
+        self.simple = simple
+        super().__init__()
+
     def elaborate(self, platform) -> Module:
         m = Module()
+        order = THESIS_ORDER if self.simple else ORDER
         phase = Signal(_Phase)
-        turn = Signal(range(len(ORDER)))
+        turn = Signal(range(len(order)))
         request = self.request
         switch, lower = Signal(), Signal()
         pause = Signal(range(START + 1))
         seeks = Signal()
         located = Signal()
         m.d.comb += [
-            self.axis.eq(Array(ORDER)[turn]), request.axis.eq(self.axis),
+            self.axis.eq(Array(order)[turn]), request.axis.eq(self.axis),
             switch.eq(self.switches.bit_select(self.axis, 1)),
             lower.eq(self.lower.bit_select(self.axis, 1)),
             seeks.eq((phase == _Phase.SEEK) | (phase == _Phase.LOCATE)),
@@ -142,9 +156,15 @@ class GCodeHoming(wiring.Component):
                 with m.If((phase == _Phase.SEEK) | (phase == _Phase.PLACE)):
                     m.d.comb += self.setting_address.eq(setting_index(130) + self.axis)
                 m.next = "RATE"
+                if self.simple:
+                    with m.If((phase == _Phase.SEEK) & (self.axis == 2)):
+                        m.d.comb += self.latch.eq(1)
+                        follow(_Phase.PLACE)
             with m.State("RATE"):
-                m.d.sync += request.distance.eq(
-                    Mux((phase == _Phase.PLACE) & ~lower, 0, self.setting))
+                m.d.sync += request.distance.eq(self.setting)
+                with m.If((phase != _Phase.SEEK) if self.simple
+                          else (phase == _Phase.PLACE) & ~lower):
+                    m.d.sync += request.distance.eq(0)
                 m.d.comb += self.setting_address.eq(setting_index(25))
                 with m.If(phase == _Phase.LOCATE):
                     m.d.comb += self.setting_address.eq(setting_index(24))
@@ -175,12 +195,13 @@ class GCodeHoming(wiring.Component):
                 with m.Elif(~self.moving):
                     with m.If(seeks):
                         fail(AlarmCode.HOMING_SEARCH)
-                    with m.Elif(switch):
-                        fail(AlarmCode.HOMING_PULL_OFF)
-                    with m.Elif(~located):
-                        m.d.sync += located.eq(1)
-                        follow(_Phase.LOCATE)
-                    with m.Elif(turn == len(ORDER) - 1):
+                    if not self.simple:
+                        with m.Elif(switch):
+                            fail(AlarmCode.HOMING_PULL_OFF)
+                        with m.Elif(~located):
+                            m.d.sync += located.eq(1)
+                            follow(_Phase.LOCATE)
+                    with m.Elif(turn == len(order) - 1):
                         m.next = "DONE"
                     with m.Else():
                         m.d.sync += [turn.eq(turn + 1), located.eq(0)]

@@ -22,6 +22,7 @@ from ..protocol import (
     Operand,
     setting_index,
 )
+from .backlash import MAX_BACKLASH
 from .blocks import (
     BLOCK_WORDS,
     FEED_BITS,
@@ -36,6 +37,9 @@ __all__ = ["HOMING", "GCodePlanner", "HomingRequest"]
 
 UM_BITS = 27
 """Bits of a position in um, which reaches to 34 m, with its sign."""
+
+LENGTH_BITS = 31
+"""Bits of a travel in steps."""
 
 FILTER_BITS = 20
 """Bits of the time of a filter in clocks: `MAX_FILTER` us at any clock."""
@@ -111,6 +115,12 @@ class _Kept(enum.Enum, shape=unsigned(5)):
     STEPS_Z = 18
     FILTER = 19
     PROGRAMMED = 20
+    LENGTH_X = 21
+    LENGTH_Y = 22
+    LENGTH_Z = 23
+    BACKLASH_X = 24
+    BACKLASH_Y = 25
+    BACKLASH_Z = 26
 
 
 class _Row(NamedTuple):
@@ -258,6 +268,12 @@ def _configure() -> Iterable[_Row]:
     for number, register in (11, "deviation"), (201, "filter"):
         yield _Row(_Do.SETTING, setting_index(number), _register(register))
     yield _Row(_Do.RUN, _TABLE["configure"])
+    for first, kept in (130, _Kept.LENGTH_X), (220, _Kept.BACKLASH_X):
+        for axis in range(3):
+            for number, register in (first, "a"), (100, "b"):
+                yield _Row(_Do.SETTING, setting_index(number + axis), _register(register))
+            yield _Row(_Do.RUN, _TABLE["in_steps"])
+            yield _Row(_Do.KEEP, _register("a"), kept.value + axis)
     for register, kept in ("verdict", _Kept.VERDICT), ("filter", _Kept.FILTER):
         yield _Row(_Do.KEEP, _register(register), kept.value)
 
@@ -411,10 +427,12 @@ class GCodePlanner(wiring.Component):
         Take the settings, until ``configured``, which is one clock; ``verdict`` is then 0, or 1 if
         the drivers cannot make the highest speed of an axis. Only while nothing moves and no block
         waits, and then it has to begin.
-    setting_address, setting : Out(5), In(27)
+    setting_address, setting : Out(6), In(27)
         A setting, a clock after its address in the store.
     steps_per_metre : Out(27) x 3
         As the settings have them.
+    lengths, backlash : Out(31) x 3, Out(21) x 3
+        Travel and backlash of each axis in steps.
     filter : Out(20)
         Clocks of $201.
     homing, homed : In(HOMING), Out(1)
@@ -461,7 +479,8 @@ class GCodePlanner(wiring.Component):
             "configure": In(1), "configured": Out(1),
             "setting_address": Out(range(len(SETTINGS))), "setting": In(SETTING_BITS),
             "steps_per_metre": Out(SETTING_BITS).array(3),
-            "filter": Out(FILTER_BITS),
+            "filter": Out(FILTER_BITS), "lengths": Out(LENGTH_BITS).array(3),
+            "backlash": Out(range(MAX_BACKLASH + 1)).array(3),
             "homing": In(HOMING), "homed": Out(1), "switch": Out(signed(WIDTH)),
             "soft": In(1), "beyond": Out(1),
             "words": Out(stream.Signature(data.StructLayout({
@@ -505,8 +524,9 @@ class GCodePlanner(wiring.Component):
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
                 _Kept.SHIFT: header.shift, _Kept.SWITCH: self.switch,
                 _Kept.FILTER: self.filter, _Kept.PROGRAMMED: programmed,
-                **{_Kept(_Kept.STEPS_X.value + axis): self.steps_per_metre[axis]
-                   for axis in range(3)},
+                **{_Kept(first.value + axis): registers[axis] for first, registers in (
+                    (_Kept.STEPS_X, self.steps_per_metre), (_Kept.LENGTH_X, self.lengths),
+                    (_Kept.BACKLASH_X, self.backlash)) for axis in range(3)},
                 **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},
                 **{_Kept(_Kept.ORIGIN_X.value + axis): self.origin_um[axis]
                    for axis in range(3)}}

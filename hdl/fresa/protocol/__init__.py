@@ -29,6 +29,7 @@ from .receiver import Received, UARTReceiver
 from .reporter import Reporter
 from .stored_program import StoredProgram
 from .text import TextSource
+from .thesis import ThesisDialect
 from .transmitter import UARTTransmitter
 from .unit_converter import UnitConverter
 from .words import WordReader
@@ -40,7 +41,7 @@ __all__ = [
     "GCodeLineState", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
     "GCodeSettingStore", "GCodeState", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer",
     "LineEnd", "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
-    "Received", "Reporter", "StoredProgram", "TextSource", "UARTReceiver", "UARTTransmitter",
-    "UnitConverter", "WordReader", "bit_period", "fixed_point_layout", "gcode_layout",
-    "setting_index", "setting_values",
+    "Received", "Reporter", "StoredProgram", "TextSource", "ThesisDialect", "UARTReceiver",
+    "UARTTransmitter", "UnitConverter", "WordReader", "bit_period", "fixed_point_layout",
+    "gcode_layout", "setting_index", "setting_values",
 ]

@@ -68,9 +68,9 @@ class GCodeGate(wiring.Component):
         ``$X``. For one clock, in which its end is passed.
     home, homed : Out(1), In(1)
         Begin a homing cycle, one clock; it is through, one clock.
-    address, value, number, decimal, least, most : Out(5), In(27), In(8), In(1), In(1), In(27)
+    address, value, number, decimal, least, most : Out(6), In(27), In(8), In(1), In(1), In(27)
         The store of settings, for reading, see :class:`GCodeSettingStore`.
-    write_address, data, trial, write : Out(5), Out(27), Out(1), Out(1)
+    write_address, data, trial, write : Out(6), Out(27), Out(1), Out(1)
         For writing.
     configure, configured, refused : Out(1), In(1), In(1)
         Take all settings, until ``configured``, in which clock they are ``refused`` or not.

@@ -22,6 +22,9 @@ LISTED_SETTING = data.StructLayout({"number": 8, "decimal": 1, "value": SETTING_
 MAX_FILTER = 5000
 """Longest time of the filters of contacts, in us."""
 
+MAX_LOST_MOTION = 5000
+"""Most backlash, in um: with the most steps per mm below `MAX_BACKLASH` of them."""
+
 _MOST = (1 << SETTING_BITS) - 1
 
 
@@ -50,8 +53,8 @@ class GCodeSetting(NamedTuple):
     default: int
 
 
-def _axes(first: int, about: str, most: int, default: int) -> list[GCodeSetting]:
-    return [GCodeSetting(first + axis, f"{about} of {name}", 1, most, True, default)
+def _axes(first: int, about: str, most: int, default: int, least: int = 1) -> list[GCodeSetting]:
+    return [GCodeSetting(first + axis, f"{about} of {name}", least, most, True, default)
             for axis, name in enumerate("XYZ")]
 
 
@@ -82,6 +85,8 @@ SETTINGS = (
                  False, 0),
     GCodeSetting(210, "pulse of the servo while the spindle is off, us", 1, 4000, False, 500),
     GCodeSetting(211, "pulse of the servo at full power, us", 1, 4000, False, 2500),
+    *_axes(220, "backlash, mm,", MAX_LOST_MOTION, 0, least=0),
+    GCodeSetting(223, "steps/s at which backlash is taken up", 1, 100_000, False, 500),
 )
 """All settings in the order of their numbers, which is that of their addresses in the store."""
 
@@ -122,6 +127,7 @@ class GCodeFlags(data.Struct):
     laser: 1
     servo_low: 12
     servo_high: 12
+    backlash_rate: 17
 
 
 class SpindleRange(data.Struct):
@@ -134,7 +140,7 @@ class SpindleRange(data.Struct):
 _REGISTERS = {
     "flags": {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
               "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
-              "servo_high": 211},
+              "servo_high": 211, "backlash_rate": 223},
     "spindle": {"most": 30, "least": 31}}
 
 

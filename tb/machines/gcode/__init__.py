@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fresa.drive.spindle import MAX_PWM
-from fresa.machines.gcode import AXES, BAUD, GCode, GCodeSettings
+from fresa.machines.gcode import AXES, BAUDS, GCode, GCodeSettings
 from fresa.motion import KINEMATICS, MAX_BLOCKS
 from fresa.protocol.stored_program import MAX_PROGRAM
 
@@ -84,14 +84,14 @@ def _program(name: str) -> bytes:
 
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
-          **values: int):
+          dialect: str, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
         others=_others(settings), program=_program(program), kinematics=kinematics,
-        **values)}
+        dialect=dialect, **values)}
 
 
 def _inverted(**options: Any):
@@ -103,13 +103,16 @@ def _figures(clock: int, made: Options, **values: Any):
     fastest = max(float(rate * steps) / 60 for rate, steps in zip(
         settings.max_rate, settings.steps_per_mm, strict=True))
     return {**values, "clock": clock, "most_steps_per_s": round(fastest)}, (
-        f"clock {clock / 1e6:g} MHz; {settings.baud} baud; up to {fastest:.0f} steps/s; "
+        f"clock {clock / 1e6:g} MHz; {settings.line_baud} baud; up to {fastest:.0f} steps/s; "
         f"{settings.depth} blocks of look-ahead")
 
 
 OPTIONS = (
-    Option("baud", "bits a second of the serial line (default: %(default)s)", BAUD, least=1,
-           metavar="N"),
+    Option("dialect", "what its lines are: those of GRBL 1.1, or those of the thesis' firmware, "
+           "see docs/gcode.md (default: %(default)s)", "grbl", choices=tuple(BAUDS), serve=True),
+    Option("baud", "bits a second of the serial line (default: "
+           f"{', '.join(f'{baud} with {dialect}' for dialect, baud in BAUDS.items())})", None,
+           least=1, metavar="N"),
     Option("steps", "steps per mm of each axis, $100 to $102 of GRBL (default: 250 250 250)",
            ("250",) * AXES, metavar=("X", "Y", "Z"), serve=True),
     Option("rate", "highest speed of each axis in mm/min, $110 to $112 (default: 500 500 500)",

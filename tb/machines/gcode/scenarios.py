@@ -1,6 +1,5 @@
 """Scenarios of `gcode`: a session on its line."""
 
-from fresa.protocol import bit_period
 
 from ...bench import Run, bench
 from ...scoreboard import monitor
@@ -23,7 +22,7 @@ def gcode(run: Run) -> str:
     """Lines that move, lines that are refused, a report, and a limit switch."""
     dut = MACHINE.make(**MACHINE.bench_options)
     settings = dut.settings
-    bit = bit_period(settings.clock, settings.baud)
+    bit = settings.bit
     received, position, high = bytearray(), [0, 0, 0], [0]
 
     async def count(ctx):

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fresa.machines.gcode import GCodeSettings
-from fresa.protocol import bit_period
 
 from ...stimulus import BLOCK
 from ...uart import encode
@@ -48,7 +47,7 @@ def _bytes(rng: random.Random) -> Iterator[bytes]:
 def directed(settings: GCodeSettings, seed: int, clocks: int) -> dict[str, NDArray]:
     """Send lines, a pause after some of them; then press the buttons and the switches."""
     rng = random.Random(seed)
-    bit = bit_period(settings.clock, settings.baud)
+    bit = settings.bit
     levels = {name: np.zeros(clocks, np.uint8) for name in (
         "rst", "rx", "limits", "stop", "door", "probe", "motor_fault", "hold", "start", "abort")}
     line: list[int] = [1] * 4000
@@ -70,7 +69,7 @@ def random_rows(settings: GCodeSettings, seed: int, block: int, rows: int = BLOC
                 ) -> dict[str, NDArray]:
     """Return the first rows of a random block: lines close by each other, bytes, and noise."""
     rng = random.Random(f"{seed} {block}")
-    bit = bit_period(settings.clock, settings.baud)
+    bit = settings.bit
     line: list[int] = []
     source = _bytes(rng)
     while len(line) < BLOCK:

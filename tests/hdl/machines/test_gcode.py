@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from fresa.machines.gcode import GCode, GCodeSettings
-from fresa.protocol import bit_period
 from tb.boards import component
 from tb.engines import CXXRTLEngine, Engine
 from tb.models.gcode_language import Interpreter, RefusedLine, words
@@ -31,11 +30,13 @@ SETTINGS = GCodeSettings(
 class Session:
     """A terminal, and what the motors have made of the steps."""
 
+    settings = SETTINGS
     steps_per_mm = SETTINGS.steps_per_mm
+    greeting = GREETING
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
-        self.bit = bit_period(SETTINGS.clock, SETTINGS.baud)
+        self.bit = self.settings.bit
         self.decoder = Decoder(self.bit)
         self.waiting = [1] * 10  # levels of the line, a bit each
         self.text = ""
@@ -44,7 +45,7 @@ class Session:
         self.high = 0
         self.on: set[int] = set()  # spindle and flood, if they ever were
         self.run(20_000)
-        assert self.read() == [GREETING]
+        assert self.read() == [self.greeting]
 
     def run(self, clocks: int) -> None:
         """Let time pass, on the line as well."""

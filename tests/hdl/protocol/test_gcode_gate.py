@@ -63,7 +63,7 @@ class Machine:
         self.statuses: list[int] = []
         self.listed: list[tuple[int, int]] = []
         self.unlocks = self.homes = 0
-        self.answer_in = self.busy = 0
+        self.answer_in = self.busy = self.asked = 0
         engine.set(locked=locked, resting=resting)
 
     def clock(self) -> bool:
@@ -79,7 +79,8 @@ class Machine:
         candidate = list(self.values)
         if trial:
             candidate[at] = data
-        if engine.get("configure") and self.rng.random() < 0.3:
+        asked, self.asked = self.asked, engine.get("configure")  # the settings are read later
+        if asked and self.asked and self.rng.random() < 0.3:
             engine.set(configured=1, refused=candidate[setting_index(110)] > self.fastest)
         if engine.get("home"):
             self.homes += 1
