@@ -83,23 +83,23 @@ REGISTERS = arc_registers()
 """Registers of the formulas of lines and arcs, by name."""
 
 
-def _chosen(flag: str, a: str, b: str, *selected: tuple[str, str, str]) -> Rows:
+def chosen(flag: str, a: str, b: str, *selected: tuple[str, str, str]) -> Rows:
     """Select, with a flag from a - b."""
     yield flag, a, b, "flag"
     for row in selected:
         yield "SELECT", *row
 
 
-def _signed_by(flag: str, a: str, b: str, word: str, to: str) -> Rows:
+def signed_by(flag: str, a: str, b: str, word: str, to: str) -> Rows:
     """Negate, with a flag from a - b."""
     yield flag, a, b, "flag"
     yield "NEGATE", word, word, to
 
 
-def _by_plane(choices: Sequence[tuple[str, Sequence[str]]]) -> Rows:
+def by_plane(choices: Sequence[tuple[str, Sequence[str]]]) -> Rows:
     """Select registers: each destination, and what goes there in each plane."""
-    yield from _chosen("SUBTRACT", "plane", "2", *((zx, yz, to) for to, (_, zx, yz) in choices))
-    yield from _chosen("SUBTRACT", "plane", "1", *((xy, to, to) for to, (xy, _, _) in choices))
+    yield from chosen("SUBTRACT", "plane", "2", *((zx, yz, to) for to, (_, zx, yz) in choices))
+    yield from chosen("SUBTRACT", "plane", "1", *((xy, to, to) for to, (xy, _, _) in choices))
 
 
 def _exchanged(*names: str) -> Iterator[tuple[str, str, str]]:
@@ -118,11 +118,11 @@ def _plane() -> Rows:
                 [f"{source}_{axes['uvw'.index(axis)]}" for axes in PLANES])
                for name, source in sources.items() for axis in "uvw"]
     choices += [(way, [f"{axes}_{way}" for axes in PLANES]) for way in ("ahead", "exchanged")]
-    yield from _by_plane(choices)
+    yield from by_plane(choices)
     yield from least("speed_u", "speed_v", "speed_plane")
     yield from least("acceleration_u", "acceleration_v", "acceleration_plane")
     yield "SUBTRACT", "1", "clockwise", "a"
-    yield from _chosen("SUBTRACT", "steps_u", "steps_v",
+    yield from chosen("SUBTRACT", "steps_u", "steps_v",
                        ("1", "zero", "swapped"), ("a", "clockwise", "mirrored"),
                        ("exchanged", "ahead", "channels"),
                        ("centre_v", "centre_u", "middle_u"), ("centre_u", "centre_v", "middle_v"),
@@ -132,7 +132,7 @@ def _plane() -> Rows:
         yield from magnitude(f"to_{axis}", f"from_{axis}", f"chord_{axis}")
 
 
-def _squares(a: str, b: str, to: str) -> Rows:
+def squares(a: str, b: str, to: str) -> Rows:
     yield "MULTIPLY", a, a, to
     yield "MULTIPLY", b, b, "product"
     yield "ADD", f"{to}.low", "product.low", f"{to}.low"
@@ -149,12 +149,12 @@ def _centre() -> Rows:
 
     It is half of the chord, and across it half of the root of 4 radius² - chord².
     """
-    yield from _signed_by("DIFFERENCE", "radius", "zero", "radius", "b")
+    yield from signed_by("DIFFERENCE", "radius", "zero", "radius", "b")
     yield "SUBTRACT", "b", "max_radius", "flag"
     yield _refused("33", fits=True)
     for axis, name in zip("uv", "xy", strict=True):
         yield from least(f"chord_{axis}", "half_turn", f"distance_{name}")
-    yield from _squares("distance_x", "distance_y", "part")
+    yield from squares("distance_x", "distance_y", "part")
     yield "SUBTRACT", "zero", "part.low", "flag"
     yield "SUBTRACT_BORROW", "zero", "part", "flag"
     yield _refused("34", fits=True)
@@ -172,9 +172,9 @@ def _centre() -> Rows:
         yield "MULTIPLY", "a", "ratio", "product"
         yield "ADD", "product.low", "half_turn", "flag"
         yield "ADD_CARRY", "product", "zero", "a"
-        yield from _signed_by("DIFFERENCE", f"to_{other}", f"from_{other}", "a", "a")
-        yield from _signed_by("DIFFERENCE", "radius", "zero", "a", "a")
-        yield from _signed_by("SUBTRACT", "zero", "mirrored", "a", "a")
+        yield from signed_by("DIFFERENCE", f"to_{other}", f"from_{other}", "a", "a")
+        yield from signed_by("DIFFERENCE", "radius", "zero", "a", "a")
+        yield from signed_by("SUBTRACT", "zero", "mirrored", "a", "a")
         yield "SUBTRACT", f"to_{axis}", f"from_{axis}", "b"
         yield ("SUBTRACT" if axis == "u" else "ADD"), "b", "a", "b"
         yield "ADD", "b", "half_turn", "b"
@@ -190,11 +190,11 @@ def _check() -> Rows:
         yield "SUBTRACT", f"chord_{axis}", "reach", "flag"
         yield _refused("33", to="a", fits=True)
         yield "SUBTRACT", "zero", f"middle_{axis}", f"start_{axis}"
-        yield from _signed_by("DIFFERENCE", f"middle_{axis}", "zero", f"middle_{axis}", "b")
+        yield from signed_by("DIFFERENCE", f"middle_{axis}", "zero", f"middle_{axis}", "b")
         yield "ADD", "b", "zero", "lower" if axis == "u" else "upper"
         yield "SUBTRACT", "b", "max_radius", "flag"
         yield _refused("33", to="a", fits=True)
-    yield from _squares("lower", "upper", "part")
+    yield from squares("lower", "upper", "part")
     yield "ROOT", "part", "zero", "ratio"
     yield "SUBTRACT", "ratio", "max_radius", "flag"
     yield _refused("33", to="a", fits=True)
@@ -203,9 +203,9 @@ def _check() -> Rows:
     for axis in "uv":
         yield "SUBTRACT", f"to_{axis}", f"from_{axis}", "b"
         yield "SUBTRACT", "b", f"middle_{axis}", f"end_{axis}"
-        yield from _signed_by("DIFFERENCE", f"end_{axis}", "zero", f"end_{axis}",
+        yield from signed_by("DIFFERENCE", f"end_{axis}", "zero", f"end_{axis}",
                               "lower" if axis == "u" else "upper")
-    yield from _squares("lower", "upper", "part")
+    yield from squares("lower", "upper", "part")
     yield "ROOT", "part", "zero", "b"
     yield "SUBTRACT", "b", "ratio", "gap"
     yield "NEGATE", "gap", "gap", "gap"
@@ -222,7 +222,7 @@ def _check() -> Rows:
     yield "SUBTRACT", "most_steps.low", "product.low", "flag"
     yield "SUBTRACT_BORROW", "most_steps", "product", "flag"
     yield _refused("33", to="a", fits=False)
-    yield from _chosen("SUBTRACT", "zero", "verdict", ("verdict", "a", "verdict"))
+    yield from chosen("SUBTRACT", "zero", "verdict", ("verdict", "a", "verdict"))
 
 
 def _direction(name: str, cosine: str) -> Rows:
@@ -234,7 +234,7 @@ def _direction(name: str, cosine: str) -> Rows:
     p, q = f"{cosine}_u", f"{cosine}_v"
     yield "RATIO", "component_x.low", "length", p
     yield "RATIO", "component_y.low", "length", q
-    yield from _chosen("SUBTRACT", p, q, (p, q, "lower"), (q, p, "upper"))
+    yield from chosen("SUBTRACT", p, q, (p, q, "lower"), (q, p, "upper"))
     # Tangents of a half and of a quarter of the angle up to 1/8 turn, of which the latter is in
     # 2**-36.
     yield "ADD", "upper", "half", "a"
@@ -261,7 +261,7 @@ def _direction(name: str, cosine: str) -> Rows:
     yield "NEGATE", "angle", "angle", "angle"
     yield "SELECT", "half_turn", "zero", "a"
     yield "ADD", "angle", "a", "angle"
-    yield from _signed_by("DIFFERENCE", f"{name}_v", "zero", "angle", "angle")
+    yield from signed_by("DIFFERENCE", f"{name}_v", "zero", "angle", "angle")
 
 
 def _sweep() -> Rows:
@@ -270,8 +270,8 @@ def _sweep() -> Rows:
     yield "ADD", "angle", "zero", "angle_end"
     yield from _direction("start", "cosine")
     yield "SUBTRACT", "angle_end", "angle", "a"
-    yield from _signed_by("SUBTRACT", "zero", "mirrored", "a", "a")
-    yield from _chosen("SUBTRACT", "a", "epsilon", ("2 pi", "zero", "b"))
+    yield from signed_by("SUBTRACT", "zero", "mirrored", "a", "a")
+    yield from chosen("SUBTRACT", "a", "epsilon", ("2 pi", "zero", "b"))
     yield "MULTIPLY", "a", "2 pi", "part"
     yield "ADD", "part", "b", "sweep"
 
@@ -286,7 +286,7 @@ def _rotator() -> Rows:
     yield "RATIO", "numerator", "1e9<<6", "part"
     yield "SUBTRACT", "34", "numerator.low", "shift"
     yield "SUBTRACT", "shift", "exponent", "shift"
-    yield from _chosen("SUBTRACT", "1e9<<6", "numerator", ("1", "zero", "b"))
+    yield from chosen("SUBTRACT", "1e9<<6", "numerator", ("1", "zero", "b"))
     yield "ADD", "shift", "b", "shift"
     yield "SHIFT_RIGHT", "part", "b", "part"
     yield "DIFFERENCE", "shift", "1", "a"
@@ -297,7 +297,7 @@ def _rotator() -> Rows:
     for axis, to in zip("uv", "xy", strict=True):
         yield "MULTIPLY", f"cosine_{axis}", "part", "product"
         yield "SHIFT_LEFT", "product", "2", "scaled"
-        yield from _signed_by("DIFFERENCE", f"start_{axis}", "zero", "scaled", to)
+        yield from signed_by("DIFFERENCE", f"start_{axis}", "zero", "scaled", to)
     yield "SUBTRACT", "28", "shift", "a"
     yield "ADD", "shift", "3", "shift"
     yield "SHIFT_RIGHT", "sweep", "a", "part"
@@ -314,17 +314,17 @@ def _end() -> Rows:
     """Let the arc end on its circle, if the end is further from it than 0.9 steps."""
     yield "MULTIPLY", "gap", "steps_u", "product"
     yield "DIVIDE", "product", "1e9", "a"
-    yield from _chosen("SUBTRACT", "a", "460", ("zero", "1", "apart"))
+    yield from chosen("SUBTRACT", "a", "460", ("zero", "1", "apart"))
     yield "ADD", "exponent", "32", "b"
     for axis in "uv":
         yield "MULTIPLY", "length", f"cosine_end_{axis}", "product"
         yield "SHIFT_RIGHT_LONG", "product", "b", "product"
         yield "ADD", "product.low", "1", "product.low"
         yield "SHIFT_RIGHT", "product", "1", "product"
-        yield from _signed_by("DIFFERENCE", f"end_{axis}", "zero", "product.low", "part")
+        yield from signed_by("DIFFERENCE", f"end_{axis}", "zero", "product.low", "part")
         yield "ADD", "part", f"middle_{axis}", "part"
         yield "ADD", "part", f"from_{axis}", "part"
-        yield from _chosen("SUBTRACT", "zero", "apart", ("part", f"to_{axis}", f"to_{axis}"))
+        yield from chosen("SUBTRACT", "zero", "apart", ("part", f"to_{axis}", f"to_{axis}"))
 
 
 def _helix() -> Rows:
@@ -353,17 +353,17 @@ def _helix() -> Rows:
         for axis, other in ("u", "v"), ("v", "u"):
             yield "MULTIPLY", f"{cosine}_{other}", "ratio", "product"
             yield "SHIFT_LEFT", "product", "2", "product"
-            yield from _signed_by("DIFFERENCE", *(
+            yield from signed_by("DIFFERENCE", *(
                 ("zero", f"{at}_v") if axis == "u" else (f"{at}_u", "zero")), "product", "a")
-            yield from _signed_by("SUBTRACT", "zero", "mirrored", "a", f"{unit}_{axis}")
-        yield from _signed_by("DIFFERENCE", "to_w", "from_w", "b", f"{unit}_w")
+            yield from signed_by("SUBTRACT", "zero", "mirrored", "a", f"{unit}_{axis}")
+        yield from signed_by("DIFFERENCE", "to_w", "from_w", "b", f"{unit}_w")
 
 
 def _to_axes() -> Rows:
     """Put the ends and directions to their axes."""
     names = "to", "unit", "unit_end"
-    yield from _chosen("SUBTRACT", "zero", "swapped", *_exchanged(*names))
-    yield from _by_plane([(f"{name}_{axis}", [f"{name}_{'uvw'[axes.index(axis)]}"
+    yield from chosen("SUBTRACT", "zero", "swapped", *_exchanged(*names))
+    yield from by_plane([(f"{name}_{axis}", [f"{name}_{'uvw'[axes.index(axis)]}"
                                               for axes in PLANES])
                           for name in names for axis in AXES])
 

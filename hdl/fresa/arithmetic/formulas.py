@@ -14,7 +14,7 @@ from .unit import ArithmeticUnit, Operation
 
 __all__ = ["FormulaTable", "Formulas", "Registers", "Row"]
 
-MAX_ROWS = 1024
+MAX_ROWS = 2048
 """Most rows of all tables together."""
 
 

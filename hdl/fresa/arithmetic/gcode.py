@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 from .arc import TABLES as ARC_TABLES
-from .arc import arc_registers
+from .arc import arc_registers, by_plane, chosen, signed_by, squares
 from .formulas import Formulas, FormulaTable, Registers
 from .line import AXES, WIDTH, Line, Rows, magnitude, nearest
 
@@ -101,11 +101,49 @@ def _travel() -> Rows:
             yield "SELECT", "1", "beyond", "beyond"
 
 
+def _arc_travel() -> Rows:
+    """Take how far the centre of an arc is beyond each bound of the travel, and its radius.
+
+    The order is that of the quarters of a circle: along u, along v, against u, against v. 128 nm
+    of the radius are left for rounding.
+    """
+    yield from by_plane([("lower", ("travel_x", "travel_z", "travel_y")),
+                         ("upper", ("travel_y", "travel_x", "travel_z"))])
+    yield from chosen("SUBTRACT", "zero", "swapped", ("lower", "lower", "series"),
+                      ("upper", "lower", "lower"), ("series", "upper", "upper"))
+    for axis, length in ("u", "lower"), ("v", "upper"):
+        yield from magnitude(f"start_{axis}", "zero", f"chord_{axis}")
+        yield "ADD", f"from_{axis}", f"middle_{axis}", f"centre_{axis}"
+        yield "ADD", f"centre_{axis}", length, length
+        yield "SUBTRACT", "zero", length, length
+    yield from squares("chord_u", "chord_v", "part")
+    yield "ROOT", "part", "zero", "ratio"
+    yield "SUBTRACT", "ratio", "128", "ratio"
+    yield "SUBTRACT", "angle_end", "angle", "a"
+    yield from signed_by("SUBTRACT", "zero", "mirrored", "a", "a")
+    yield "SUBTRACT", "zero", "1", "b"
+    yield from chosen("SUBTRACT", "a", "epsilon", ("b", "a", "series"))  # or a full turn
+
+
+def _quarter() -> Rows:
+    """Look at a quarter of the circle, if it is between start and end, and take the next."""
+    yield "ADD", "centre_u", "ratio", "a"
+    yield "DIFFERENCE", "zero", "a", "flag"
+    yield "SELECT", "1", "beyond", "a"
+    yield "SUBTRACT", "zero", "angle", "b"
+    yield from signed_by("SUBTRACT", "zero", "mirrored", "b", "b")
+    yield from chosen("SUBTRACT", "series", "b", ("beyond", "a", "beyond"))
+    yield "SUBTRACT", "angle", "quarter_turn", "angle"
+    for name, following in ("centre_u", "centre_v"), ("centre_v", "lower"), ("lower", "upper"):
+        yield "ADD", following, "zero", name
+
+
 TABLES = ARC_TABLES + tuple(
     FormulaTable.of(name, REGISTERS, rows) for name, rows in [
         ("configure", _configure()), ("in_steps", _in_steps()), ("offset", _offset()),
         *((f"offset_{axis}", _offset_of(axis)) for axis in AXES),
-        ("home", _home()), ("travel", _travel())])
+        ("home", _home()), ("travel", _travel()), ("arc_travel", _arc_travel()),
+        ("quarter", _quarter())])
 """Tables of formulas: those of lines and arcs, and
 
 - ``configure``: settings from thousandths, as the registers have them at first, to what all other
@@ -117,7 +155,9 @@ TABLES = ARC_TABLES + tuple(
 - ``offset_x`` and so on: let ``to_*`` be from where the last line ended, or if ``from_home`` is not
   0 from ``home_at``, by ``distance`` of one axis;
 - ``home``: let ``home_at`` be the offset ``distance``, and ``a`` the same in steps;
-- ``travel``: ``beyond`` is 1 if ``to_*`` is above 0, or more than ``travel_*`` below.
+- ``travel``: ``beyond`` is 1 if ``to_*`` is above 0, or more than ``travel_*`` below;
+- ``arc_travel`` and then four times ``quarter``: after ``arc_path``, ``beyond`` is also 1 if the arc
+  goes out of the travel on its way, by 1 um or more.
 """
 
 

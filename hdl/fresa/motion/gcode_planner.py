@@ -233,6 +233,9 @@ def _arc(*, by_radius: bool) -> Iterable[_Row]:
     yield from _check(by_radius=by_radius)
     yield _Row(_Do.FEED, Operand.FEED, _register("feed"))
     yield _Row(_Do.RUN, _TABLE["arc_path"])
+    for name in ("arc_travel", *["quarter"] * 4):
+        yield _Row(_Do.RUN_SOFT, _TABLE[name])
+    yield _Row(_Do.GUARD, _register("beyond"))
     yield _Row(_Do.RUN_INVERSE, _TABLE["inverse"])
     yield _Row(_Do.RUN, _TABLE["arc_plan"])
     for name, kept in (("1", _Kept.ARC), ("mirrored", _Kept.CLOCKWISE),
@@ -400,8 +403,8 @@ class GCodePlanner(wiring.Component):
     homing cycle.
 
     With soft limits a motion that would leave the travel, which is from 0 down, is not made, but
-    ``beyond`` becomes 1, and nothing is done from then on but a reset. That the circle of an arc
-    stays within is not looked at.
+    ``beyond`` becomes 1, and nothing is done from then on but a reset. Of an arc that is looked at
+    as a whole.
 
     Its procedures are rows without jumps, five or six clocks each; tables of formulas take their
     own time.

@@ -5,6 +5,7 @@
 import random
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import atan2, cos, hypot, pi, sin, tau
 
 import pytest
 
@@ -12,7 +13,13 @@ from fresa.arithmetic import Line
 from fresa.motion.blocks import BlockHeader, BlockKind, BlockWord
 from fresa.motion.gcode_planner import GCodePlanner, HomingRequest
 from fresa.protocol import SETTINGS as SETTING_LIST
-from fresa.protocol import GCodeAction, GCodeActionKind, Operand, setting_values
+from fresa.protocol import (
+    GCodeAction,
+    GCodeActionKind,
+    GCodeMotion,
+    Operand,
+    setting_values,
+)
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine, Engine
 from tb.models.gcode_plan import MotionBlock, Planner, PlanSettings
@@ -290,6 +297,72 @@ def test_soft_limits_let_nothing_out_of_the_travel(kind):
         engine.set(soft=0)
         for target in outside:
             assert do(target)
+
+
+def furthest(start: Sequence[float], centre: Sequence[float], end: Sequence[float], *,
+             clockwise: bool) -> list[tuple[float, float]]:
+    """Return how far an arc goes along both axes of its plane; its end is on the circle."""
+    radius = hypot(start[0] - centre[0], start[1] - centre[1])
+    first, last = (atan2(at[1] - centre[1], at[0] - centre[0]) for at in (start, end))
+    sweep = (first - last if clockwise else last - first) % tau or tau
+    found = []
+    for axis in range(2):
+        reached = [start[axis], end[axis]]
+        for sign in 1, -1:
+            turn = axis * pi / 2 + (0 if sign > 0 else pi) - first
+            if (-turn if clockwise else turn) % tau < sweep:
+                reached.append(centre[axis] + sign * radius)
+        found.append((min(reached), max(reached)))
+    return found
+
+
+@pytest.mark.compiler
+def test_soft_limits_let_no_arc_out_of_the_travel_on_its_way():
+    rng = random.Random(7)
+    travel = [30_000, 20_000, 10_000]  # um
+    seen = {False: 0, True: 0}
+    with CXXRTLEngine(planner()) as engine:
+        machine = Machine(engine)
+        assert machine.configure({130 + axis: each for axis, each in enumerate(travel)}) == 0
+        engine.set(soft=1)
+        for _ in range(60):
+            machine.begin([-rng.randrange(length * per_metre // 10**6)
+                           for length, per_metre in zip(travel, LINE.steps, strict=True)])
+            plane, clockwise = rng.randrange(3), rng.random() < 0.5
+            u, v = ((0, 1), (2, 0), (1, 2))[plane]
+            start = [machine.positions[axis] for axis in (u, v)]
+            i, j = (rng.randint(-6_000_000, 6_000_000) for _ in range(2))
+            centre = start[0] + i, start[1] + j
+            angle, radius = rng.uniform(0, tau), hypot(i, j)
+            end = [round(centre[0] + radius * cos(angle)), round(centre[1] + radius * sin(angle))]
+            if rng.random() < 0.1:
+                end = start
+            target = list(machine.positions)
+            target[u], target[v] = end
+            margins = [margin for axis, (low, high) in zip(
+                (u, v), furthest(start, centre, end, clockwise=clockwise), strict=True)
+                for margin in (-high, low + travel[axis] * 1000)]
+            if abs(min(margins)) < 1000:
+                continue
+            out = min(margins) < 0
+            seen[out] += min(*(-at for at in end), *(
+                at + travel[axis] * 1000 for axis, at in zip((u, v), end, strict=True))) >= 0
+            modes = {"plane": plane, "motion": GCodeMotion.CLOCKWISE if clockwise
+                     else GCodeMotion.COUNTER_CLOCKWISE}
+            engine.set(actions_valid=1, actions_payload=GCodeAction.const(
+                {"kind": GCodeActionKind.ARC, "modes": modes}).as_bits())
+            machine.committed = 0
+            machine.operands = {Operand.FEED: 10**6, Operand.CENTRE + u: i, Operand.CENTRE + v: j,
+                                **{Operand.TARGET + axis: at for axis, at in enumerate(target)}}
+            while engine.get("beyond", "actions_ready") == (0, 0):
+                machine.clock()
+            assert engine.get("beyond") == out, (start, centre, end, clockwise, plane)
+            assert bool(machine.committed) == (not out)
+            machine.clock()
+            engine.set(rst=1, actions_valid=0)
+            engine.run(1)
+            engine.set(rst=0)
+    assert min(seen.values()) > 10, "an arc that ends within, and leaves, or does not"
 
 
 @pytest.mark.compiler
