@@ -74,6 +74,8 @@ class LineProtocol:
         What is sent at first.
     alive : bytes
         What is sent at last: all of it must be answered, and obeyed.
+    spared : bytes
+        Bytes that mutations and random bytes are without, as they do something whenever they come.
     """
 
     legal: Callable[[random.Random], bytes]
@@ -85,6 +87,7 @@ class LineProtocol:
     answer: int
     begin: bytes
     alive: bytes
+    spared: bytes = b""
 
 
 def random_inputs(protocol: LineProtocol, seed: int, count: int, period: int) -> Iterator[Input]:
@@ -154,16 +157,17 @@ def _mutated(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[s
     for _ in range(rng.choice([1, 1, 2, 3])):
         place = rng.randrange(len(line) + 1)
         line[place:place + rng.randrange(3)] = bytes(
-            rng.choices([*protocol.letters, rng.randrange(256)], k=rng.randrange(3)))
+            rng.choices([*protocol.letters, rng.randrange(256)], k=rng.randrange(3))
+            ).translate(None, protocol.spared)
     return "bytes", bytes(line), levels(bytes(line), period)
 
 
 def _any_bytes(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes,
                                                                                  Levels]:
-    data = bytearray(rng.randbytes(rng.choice([1, 3, 10, 40])))
+    data = rng.randbytes(rng.choice([1, 3, 10, 40])).translate(None, protocol.spared)
     if rng.random() < 0.6:
         data += protocol.end
-    return "bytes", bytes(data), levels(bytes(data), period)
+    return "bytes", data, levels(data, period)
 
 
 def _long(rng: random.Random, protocol: LineProtocol, period: int) -> tuple[str, bytes, Levels]:

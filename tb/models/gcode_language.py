@@ -12,7 +12,7 @@ from .gcode_line import read_lines
 
 __all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Line", "Modes",
            "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius",
-           "check_radii", "words"]
+           "check_radii", "read_words", "words"]
 
 Vector = tuple[int, int, int]
 """X, Y and Z, in nm."""
@@ -223,6 +223,16 @@ class Interpreter:
         kept = self.position, self.systems, self.predefined
         self.__init__()
         self.position, self.systems, self.predefined = kept
+
+    def check(self, words: Iterable[Word]) -> None:
+        """Look at words by themselves, of a line that may not be right as a whole.
+
+        Raises
+        ------
+        RefusedLine
+            With GRBL's code, if one is wrong.
+        """
+        self._read(words)
 
     def line(self, words: Iterable[Word]) -> list[Action]:
         """Return what a line does, in order, and keep what it sets.
@@ -528,11 +538,17 @@ def words(line: str) -> list[Word]:
     RefusedLine
         If it cannot be read, with GRBL's code.
     """
+    found, status = read_words(line)
+    if status:
+        raise RefusedLine(status)
+    return found
+
+
+def read_words(line: str) -> tuple[list[Word], int]:
+    """Return the words of a line up to its first error, and GRBL's code of that, or 0."""
     *items, end = read_lines(line.rstrip("\n") + "\n")
-    if end.status:
-        raise RefusedLine(end.status)
     return [Word(item.character, item.number["value"], bool(item.number["overflow"]))
-            for item in items]
+            for item in items], end.status
 
 
 def _vector(values: Iterable[int]) -> Vector:

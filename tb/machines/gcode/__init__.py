@@ -166,4 +166,4 @@ MACHINE = Machine(
                 switches=lambda **options: ("X-", "Y-", "Z-")),
     diagrams=DIAGRAMS,
     recorded=Recorded(unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "scenarios"))
+    **parts(__name__, "scenarios", "fuzz"))

@@ -3,8 +3,6 @@
 """`gcode` with backlash: the load is where the program says, however often an axis turns."""
 
 import random
-from dataclasses import replace
-from fractions import Fraction
 
 import pytest
 
@@ -18,19 +16,15 @@ pytestmark = pytest.mark.compiler
 BACKLASH = (8, 0, 25)
 """In steps of X, Y and Z."""
 
-SLACK = replace(SETTINGS, others=((220, Fraction(1, 10)), (222, Fraction(1, 10)),
-                                  (223, Fraction(4000))))
-
 
 class Geared(Session):
     """The loads, which gears with backlash move: at rest they may be where that leaves them."""
-
-    settings = SLACK
 
     def __init__(self, engine: Engine) -> None:
         self.load = [0, 0, 0]
         self.seen = 0
         super().__init__(engine)
+        assert self.send("$220=0.1\n$222=0.1\n$223=4000\n") == ["ok"] * 3
 
     def loads(self) -> list[int]:
         """Return where the loads are, from what the motors have done since."""
@@ -43,7 +37,7 @@ class Geared(Session):
 
 @pytest.fixture(scope="module")
 def design():
-    return component("gcode", GCode(settings=SLACK))
+    return component("gcode", GCode(settings=SETTINGS))
 
 
 @pytest.fixture

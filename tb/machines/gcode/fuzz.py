@@ -1,0 +1,270 @@
+"""What the line of `gcode` is fuzzed with, and how a session is checked.
+
+What each line is answered and where it leads is that of the model of the language, which a sender
+would know; nothing is looked at but pins. A session ends with a reset in whatever goes on, and a
+motion to 0: an axis that has lost a step, or made one too many, does not get there.
+"""
+
+import random
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fresa.machines.gcode import GCode
+from tb import boards
+from tb.fuzz.inputs import LineProtocol
+from tb.fuzz.target import Findings, Floods, FuzzTarget, Seen
+from tb.fuzz.trajectory import Failure
+from tb.models.gcode_language import Interpreter, RefusedLine, read_words
+from tb.uart import FRAME, Levels, decode, decode_output
+
+from . import SHORT
+
+__all__ = ["FUZZ"]
+
+BIT = SHORT.bit
+AXES = "XYZ"
+PER_MM = 80
+ROOM = 126
+"""Bytes of lines that can wait for sure."""
+STEP = 10**6 // PER_MM
+"""Nm of a step."""
+RESET = 0x18
+REALTIME = {RESET, *b"?!~"}
+GREETING = b"Grbl 1.1h ['$' for help]"
+UNLOCK = b"[MSG:'$H'|'$X' to unlock]"
+DAMAGED = 11
+
+LINES = (b"G21", b"G90", b"G91", b"G54", b"G55", b"G17", b"G18", b"G19", b"M3S500", b"M5", b"M8",
+         b"M9", b"G4P0.001", b"G92X0.1", b"G92.1", b"G10L20P1X0", b"G10L2P2Y0.2", b"G43.1Z0.1",
+         b"G49", b"G28", b"G28.1", b"G30Z0", b"$X", b"G20", b"G93G1X0.1F6000", b"G94", b"G80",
+         b"T1", b"(a comment) G1", b"; and no more", b"", b"X1X2", b"G1X", b"G2X1", b"M30",
+         b"G38.2X1", b"G1X0.00000000000000000000000000000000000000001", b"G53G0X0Y0Z0",
+         b"$H", b"$", b"%")
+
+
+def _legal(rng: random.Random) -> bytes:
+    """Give a line, most often a short motion; with real-time commands now and then."""
+    if rng.random() < 0.02:
+        return ANEW
+    if rng.random() < 0.65:
+        size = rng.choice([0.02, 0.1, 0.4])
+        axes = "".join(f"{axis}{rng.uniform(-size, size):.3f}" for axis in AXES
+                       if rng.random() < 0.6)
+        line = rng.choice([
+            f"G0{axes}", f"G1{axes}F{rng.randint(2000, 12_000)}", axes, f"G90 {axes}",
+            f"G91G{rng.choice('23')}X0Y0I{size:.3f}F6000 G90",
+            f"G17G2X{size / 2:.3f}Y0R{size}F9000"]).encode()
+    else:
+        line = rng.choice(LINES)
+    line += rng.choice([b"\n", b"\n", b"\r\n", b"\r"])
+    if rng.random() < 0.1:
+        place = rng.randrange(len(line) + 1)
+        line = line[:place] + rng.choice([b"?", b"?", b"!~", b"~"]) + line[place:]
+    return line
+
+
+ANEW = b"~\x18" + bytes(400) + b"\n"
+"""A reset, and bytes of value 0, which are skipped, for the time in which it brakes."""
+
+PROTOCOL = LineProtocol(
+    legal=_legal, quiet=(b"\n", b"X1X2\n", b"G5\n", b"(quiet)\n", b"G1X\n"), end=b"\n",
+    letters=b"GMXYZFSPIJKRNT0123456789.-+ ()?", longest=80, room=ROOM, answer=60, begin=b"G21\n",
+    alive=ANEW + b"$X\nG90G94G53G0X0Y0Z0\n" + b"\n" * 60, spared=b"\x18!\x84")
+
+
+@dataclass
+class _Line:
+    """A line of the host: when its end came, its text, and whether bytes of it were damaged."""
+
+    clock: int
+    text: bytes
+    damaged: bool
+    size: int
+
+
+def _lines(received: Iterable[tuple[int, int, bool]]) -> Iterator[_Line]:
+    """Split bytes into lines, without real-time commands."""
+    text, size, damaged, after_cr = bytearray(), 0, False, False
+    for clock, byte, error in received:
+        if not error and byte in b"\r\n":
+            if not (byte == ord("\n") and after_cr):
+                yield _Line(clock, bytes(text), damaged, size + 1)
+                text, size, damaged = bytearray(), 0, False
+            after_cr = byte == ord("\r")
+            continue
+        after_cr = False
+        size, damaged = size + 1, damaged or error
+        if not damaged:  # what follows a damaged byte is dropped
+            text.append(byte)
+        if error and byte in b"\r\n":
+            yield _Line(clock, bytes(text), True, size)
+            text, size, damaged = bytearray(), 0, False
+
+
+def _answer(model: Interpreter, line: _Line) -> tuple[bytes, ...]:
+    """Do a line; return the answers that it may have."""
+    damage = (b"error:%d" % DAMAGED,) if line.damaged else ()
+    try:
+        text = line.text.decode("latin-1")
+        plain = re.sub(r"[\0- /]|\([^)]*(?:\)|$)|;.*", "", text, flags=re.S)
+        if plain.startswith("$"):
+            return (b"ok", b"error:3", b"error:5", b"error:8", b"error:11")
+        items, status = read_words(text)
+        if status or line.damaged:
+            model.check(items)
+            return (*damage, b"error:%d" % status)
+        model.line(items)
+    except RefusedLine as refused:
+        return (*damage, b"error:%d" % refused.args[0])
+    return (b"ok",)
+
+
+def _pins(seen: Seen) -> tuple[list[Failure], NDArray[np.int64], int]:
+    """Check the pulses; return failures, the position at the end, and how many steps there are."""
+    times, failures = SHORT.driver, []
+    position, count = np.zeros(3, np.int64), 0
+    for axis, name in enumerate(AXES):
+        step = (seen["step"] >> axis & 1).astype(np.int8)
+        forward = seen["direction"] >> axis & 1
+        changes = np.flatnonzero(np.diff(step, prepend=0))
+        rises, falls = changes[::2], changes[1::2]
+        turns = np.flatnonzero(np.diff(forward.astype(np.int8), prepend=forward[0]))
+        count += len(rises)
+        position[axis] = np.where(forward[rises] == 1, 1, -1).sum()
+        high = falls - rises[:len(falls)]
+        low = rises[1:] - falls[:len(rises) - 1]
+        before = np.searchsorted(turns, rises, side="right")
+        setup = rises[before > 0] - turns[before[before > 0] - 1]
+        last = np.searchsorted(falls, turns)
+        hold = turns[last > 0] - falls[last[last > 0] - 1]
+        for what, gaps, least in (("STEP is high", high, times["width"]),
+                                  ("STEP is low", low, times["low"]),
+                                  ("DIR is set up", setup, times["setup"]),
+                                  ("DIR holds", hold, times["hold"])):
+            if gaps.size and gaps.min() < least:
+                failures.append(Failure(0, "pins", f"{what} of {name} for {gaps.min()} clocks, "
+                                        f"not {least}"))
+        moving = np.concatenate([[0], seen["moving"]])
+        if rises.size and not (moving[rises] | moving[np.maximum(rises - 40, 0)]).all():
+            failures.append(Failure(int(rises[0]), "step", f"{name} steps where nothing moves"))
+    return failures, position, count
+
+
+def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
+    findings.failures, position, findings.steps = _pins(seen)
+    received = [(each.clock, each.byte, each.error) for each in decode(line, BIT)]
+    findings.bytes = len(received)
+    output = decode_output(seen["tx"], BIT)
+    said = [(output.starts[found.start()], found[1]) for found in re.finditer(
+        rb"([^\r\n]*)\r\n", output.text)]
+    answers = [(clock, text) for clock, text in said
+               if re.fullmatch(rb"ok|error:\d+", text)]
+    findings.answers = len(answers)
+    wrong = [(clock, text) for clock, text in said if not re.fullmatch(
+        rb"ok|error:\d+|ALARM:\d+|\[MSG:.*\]|\$\d+=\d+(?:\.\d{3})?|Grbl 1.1h .*|"
+        rb"<(?:Idle|Run|Hold:[01]|Alarm|Door:[0-3])\|MPos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}"
+        rb"\|Bf:\d+,\d+\|FS:\d+,\d+(?:\|.*)?>", text)]
+    if wrong:
+        findings.failures.append(Failure(wrong[0][0], "answer", f"it says {wrong[0][1]!r}"))
+    commands = [(clock, byte) for clock, byte, error in received
+                if not error and (byte in REALTIME or byte >= 0x80)]
+    resets = [clock for clock, byte in commands if byte == RESET]
+    rest = [each for each in received if each[2] or not (each[1] in REALTIME or each[1] >= 0x80)]
+    findings.failures += _answers(findings, rest, resets, said, seen)
+    reports = sum(text.startswith(b"<") for _, text in said)
+    if reports > sum(byte == ord("?") for _, byte in commands):
+        findings.failures.append(Failure(0, "answer", "more reports than were asked for"))
+    if resets:
+        _alive(findings, said, resets[-1], seen, position)
+    findings.failures.sort()
+
+
+def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: list[int],
+             said: list[tuple[int, bytes]], seen: Seen) -> list[Failure]:
+    """Compare all answers with what lines are answered, from one reset to the next."""
+    model = Interpreter()
+    for begin, end in zip([0, *resets], [*resets, len(seen["step"])], strict=True):
+        after = [each for each in received if begin < each[0] <= end]
+        if begin and [byte for _, byte, _ in after[:100]] != [0] * 100:
+            return []  # noise was taken as a reset, at some time in what follows
+        greeted = begin and next((clock for clock, text in said
+                                  if clock > begin and text == GREETING), None)
+        if greeted is None:  # it may still brake
+            return [] if seen["moving"][-1] else [
+                Failure(begin, "answer", "no greeting after a reset")]
+        lines = [*_lines(after)]
+        own = [(clock, text) for clock, text in said if greeted <= clock < end
+               and re.fullmatch(rb"ok|error:\d+", text)]
+        if begin:
+            model.reset()
+            for axis, place in enumerate(_position(seen, greeted)):
+                model.set_position(axis, STEP * place)
+        failures, sure = _compare(model, lines, own, end)
+        findings.lines += len(lines)
+        if failures or not sure:
+            return failures
+    return []
+
+
+def _compare(model: Interpreter, lines: list[_Line], answers: list[tuple[int, bytes]], end: int
+             ) -> tuple[list[Failure], bool]:
+    """Compare answers with what lines are answered; return whether it is known what they did."""
+    for number, (clock, text) in enumerate(answers):
+        if number >= len(lines) or lines[number].clock > clock:
+            return [Failure(clock, "answer", f"{text!r} answers no line")], False
+    begins = 0
+    for number, line in enumerate(lines):
+        # Of the lines that are not answered some bytes may have had no room.
+        while begins < len(answers) and answers[begins][0] < line.clock - line.size * FRAME * BIT:
+            begins += 1
+        if sum(each.size for each in lines[min(begins, number):number + 1]) > ROOM:
+            return [], False
+        if number >= len(answers):
+            late = end - line.clock > 60 * FRAME * BIT and not _slow(lines[:number + 1])
+            left = b" ".join(each.text for each in lines[number:])
+            return [Failure(line.clock, "answer", f"{line.text!r} is not answered")] * late, \
+                not re.search(rb"10|28|30", left)  # of these it is not known whether they were done
+        expected = _answer(model, line)
+        if answers[number][1] not in expected:
+            return [Failure(line.clock, "answer", f"{line.text!r} is answered "
+                            f"{answers[number][1]!r}, not {expected[0]!r}")], False
+        if b"$" in line.text and b"=" in line.text:
+            return [], False  # a setting may be another
+    return [], True
+
+
+def _position(seen: Seen, clock: int) -> list[int]:
+    """Return where the motors are, in steps."""
+    return [int(np.where(seen["direction"][:clock][at] >> axis & 1, 1, -1).sum())
+            for axis, at in ((axis, np.flatnonzero(np.diff(
+                seen["step"][:clock] >> axis & 1, prepend=0) == 1)) for axis in range(3))]
+
+
+def _slow(lines: list[_Line]) -> bool:
+    """Return whether a line may wait for motions, a dwell, or a pause."""
+    return len(lines) > 60 or any(re.search(rb"[GM]\s*0*[04]|P|F", line.text, re.I)
+                                  for line in lines)
+
+
+def _alive(findings: Findings, said: list[tuple[int, bytes]], reset: int, seen: Seen,
+           position: NDArray[np.int64]) -> None:
+    """Look at what follows the last reset: the machine is there, and goes to 0."""
+    after = [text for clock, text in said if clock > reset]
+    if GREETING not in after or any(text.startswith(b"ALARM") for text in after):
+        return
+    answers = after[after.index(GREETING):]
+    if b"error" in b"".join(answers) or answers.count(b"ok") > 63:
+        findings.failures.append(Failure(reset, "answer", f"after a reset it says {answers[:9]}"))
+    if not seen["moving"][-1] and answers.count(b"ok") >= 3 and position.any():
+        findings.failures.append(Failure(len(seen["moving"]) - 1, "place",
+                                         f"at {position.tolist()} instead of 0"))
+
+
+FUZZ = FuzzTarget(
+    "gcode", BIT, PROTOCOL, lambda: boards.component("gcode", GCode(settings=SHORT)),
+    ("tx", "step", "direction", "enable", "moving", "fault"), _check,
+    about="Each session ends with a reset in what goes on, and a motion to 0.")
