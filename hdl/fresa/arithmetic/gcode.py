@@ -156,8 +156,8 @@ TABLES = ARC_TABLES + tuple(
   0 from ``home_at``, by ``distance`` of one axis;
 - ``home``: let ``home_at`` be the offset ``distance``, and ``a`` the same in steps;
 - ``travel``: ``beyond`` is 1 if ``to_*`` is above 0, or more than ``travel_*`` below;
-- ``arc_travel`` and then four times ``quarter``: after ``arc_path``, ``beyond`` is also 1 if the arc
-  goes out of the travel on its way, by 1 um or more.
+- ``arc_travel`` and then four times ``quarter``: after ``arc_path``, ``beyond`` is also 1 if the
+  arc goes out of the travel on its way, by 1 um or more.
 """
 
 

@@ -619,6 +619,8 @@ class GCode(MachineComponent):
         shift = Signal(signed(36))  # from the place that was counted to that of the switch
         stopped = Signal()
         m.d.sync += [shift.eq(planner.switch - latched), stopped.eq(control.stop | self.fault)]
+        dropped = Signal()  # at rest, and from there it is far
+        m.d.sync += dropped.eq(restart)
         tick = Signal()  # steps that take up backlash are this far apart
         phase = Signal(range(self.settings.clock + (1 << len(flags.backlash_rate))))
         m.d.comb += tick.eq(phase >= self.settings.clock)
@@ -636,7 +638,7 @@ class GCode(MachineComponent):
                 backlash.step.eq(kinematics.motor_step[axis]),
                 backlash.pending.eq(pending.driver_step), backlash.moved.eq(driver.moved),
                 backlash.direction.eq(pending.driver_direction),
-                backlash.stop.eq(stopped | restart),
+                backlash.stop.eq(stopped | dropped),
                 kinematics.motors[axis].eq(position),
                 pending.step.eq(kinematics.motor_step[axis] | backlash.extra),
                 pending.direction.eq(Mux(backlash.extra, backlash.extra_direction,
