@@ -468,6 +468,7 @@ def stored():
     return component("gcode", GCode(settings=replace(SETTINGS, program=PROGRAM)))
 
 
+@pytest.mark.long  # each of these machines is compiled, for a minute
 class TestStoredProgram:
     @pytest.fixture
     def machine(self, stored):
@@ -547,6 +548,7 @@ def belts():
         SETTINGS, kinematics="corexy", steps_per_mm=Belts.steps_per_mm)))
 
 
+@pytest.mark.long
 class TestCoreXY:
     @pytest.fixture
     def session(self, belts):

@@ -12,7 +12,7 @@ from tb.boards import component
 from tb.engines import CXXRTLEngine, Engine
 from tests.hdl.machines.test_gcode import Session
 
-pytestmark = pytest.mark.compiler
+pytestmark = [pytest.mark.compiler, pytest.mark.long]
 
 SETTINGS = GCodeSettings(
     dialect="thesis", clock=2_000_000, baud=100_000, steps_per_mm=(Fraction(10),) * 3,
