@@ -249,7 +249,7 @@ def backlash(run: Run) -> str:
 
 @bench
 def backlash_compensator(run: Run) -> str:
-    """Three steps up and two down with a backlash of 3; a stop while it is taken up."""
+    """Three steps up, two down, with a backlash of 3; a stop in between."""
     dut = BacklashCompensator(max_backlash=3)
     motor, position, waiting, tick = [0], [0], [], [0]
 
