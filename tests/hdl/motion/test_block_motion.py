@@ -60,7 +60,8 @@ def program(rng: random.Random, count: int, sizes: Sequence[int]
     while len(blocks) < count:
         size = rng.choice(sizes)
         target = [at + rng.choice([0, rng.randint(-size, size)]) for at in planner.position]
-        block = planner.line(target, rng.choice([None, rng.randint(10**5, 10**8)]))
+        feed = rng.randint(max(10**5, 4 * size), 10**8)  # a quarter of a second at most
+        block = planner.line(target, rng.choice([None, feed]))
         if block:
             blocks.append(block)
             ends.append(planner.position)
@@ -140,7 +141,7 @@ def test_lines_are_made_as_planned(seed):
 
 def test_lines_are_made_as_planned_without_a_compiler():
     with AmaranthEngine(motion()) as engine:
-        check(engine, 0, 5, [10**4, 3 * 10**4])
+        check(engine, 0, 4, [10**4, 2 * 10**4])
 
 
 @pytest.mark.compiler
