@@ -31,8 +31,8 @@ class TestMachines:
         for outcome in fuzz(TARGETS[name], 5, 2000):
             findings = outcome.findings
             assert findings.failures == []
-            assert findings.bytes >= 2000 and findings.answers > 20 and findings.steps > 500
-            assert findings.timed > findings.steps // 4
+            assert findings.bytes >= 2000 and findings.answers > 20 and findings.steps > 100
+            assert TARGETS[name].rates is None or findings.timed > findings.steps // 4
 
     def test_step_times(self, name):
         rates = TARGETS[name].rates
