@@ -155,8 +155,9 @@ def _fuzz(target: FuzzTarget, args: argparse.Namespace) -> dict:
     if args.bytes:
         say(f"{target.name:11}" + ", ".join(f"{count} {name}" for name, count in total.items()
                                             if name != "timed"))
-        say(f"           {total['timed']} steps at times that can be told, at most "
-            f"{deviation:.4f} clocks apart from them")
+        if target.times:
+            say(f"           {total['timed']} steps at times that can be told, at most "
+                f"{deviation:.4f} clocks apart from them")
     return facts if found is None else facts | _explain(target, found, args)
 
 

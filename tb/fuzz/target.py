@@ -104,6 +104,8 @@ class FuzzTarget:
         Input with switches that are pressed at random, a bit each, and how many.
     rates : Rates, optional
         If its motors have any.
+    times : bool
+        Whether its steps come at times that can be told from the lines.
     others : tuple of FuzzTarget
         The same machine, built in other ways: sessions take turns.
     about : str
@@ -120,6 +122,7 @@ class FuzzTarget:
     levels: Mapping[str, int] = field(default_factory=dict)
     switches: tuple[str, int] | None = None
     rates: Rates | None = None
+    times: bool = True
     others: tuple["FuzzTarget", ...] = ()
     about: str = ""
 

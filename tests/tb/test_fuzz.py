@@ -28,11 +28,11 @@ BIT = 16
 class TestMachines:
     @pytest.mark.long
     def test_nothing_is_found(self, name):
-        for outcome in fuzz(TARGETS[name], 5, 2000):
+        for outcome in fuzz(TARGETS[name], 5, 8000):
             findings = outcome.findings
             assert findings.failures == []
-            assert findings.bytes >= 2000 and findings.answers > 20 and findings.steps > 100
-            assert TARGETS[name].rates is None or findings.timed > findings.steps // 4
+            assert findings.bytes >= 8000 and findings.answers > 20 and findings.steps > 500
+            assert findings.timed > findings.steps // 4 or not TARGETS[name].times
 
     def test_step_times(self, name):
         rates = TARGETS[name].rates

@@ -283,4 +283,5 @@ def _alive(findings: Findings, said: list[tuple[int, bytes]], reset: int, seen: 
 FUZZ = FuzzTarget(
     "gcode", BIT, PROTOCOL, lambda: boards.component("gcode", GCode(settings=SHORT)),
     ("tx", "step", "direction", "enable", "moving", "fault"), _check,
+    times=False,
     about="Each session ends with a reset in what goes on, and a motion to 0.")

@@ -58,10 +58,14 @@ class TestMilling:
         page.set_switches(1 << 7)
         page.until(lambda: page.step == 3 and page.duty("led7"), "ready")
         assert "Press BTN1" in page.status
+        page.script("""
+            window.worked = false;  // the whole job may pass between two looks from here
+            new MutationObserver(() => {
+              window.worked ||= Number(document.getElementById("led5").dataset.duty) > 0;
+            }).observe(document.body, { subtree: true, attributeFilter: ["data-duty"] });""")
         page.find("btn1").click()
-        # The whole job may pass between two looks at the page.
-        page.until(lambda: page.duty("led5") or "Done" in page.status, "LD5, work")
         page.until(lambda: "Done" in page.status, "the end of the job")
+        assert page.script("return window.worked"), "LD5, work"
         assert page.duty("led7") > 0 and not page.duty("led5")
         assert page.cut() == figure.sum()
         assert (seen(page, figure.shape, "--cut") == figure).all()
