@@ -110,7 +110,7 @@ class Planner:
         speed = min(speed, scaled >> exponent + 14)  # 128 clocks at least
         nominal = speed * speed
         acceleration = min(_along(of.accelerations, mantissas) * length >> 36, (1 << 34) - 1)
-        gain = min(4 * acceleration * length >> exponent, BEYOND)
+        gain = 4 * acceleration * length >> exponent
 
         # 2 to 4 clocks a tick, at top speed
         shift, slow = 72 - scaled.bit_length(), 36 - speed.bit_length()

@@ -11,7 +11,7 @@ ONE = 1 << 34
 """A component of a direction that has the length 1."""
 
 BEYOND = (1 << 62) - 1
-"""Squared speeds and gains end here."""
+"""Squared speeds end here."""
 
 
 def root(value: Fraction | int) -> Fraction:

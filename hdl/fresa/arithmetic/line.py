@@ -201,7 +201,6 @@ def acceleration_rows(limits: Iterable[str]) -> Rows:
     yield "ADD", "a", "a", "a"
     yield "MULTIPLY", "a", "length", "product"
     yield "SHIFT_RIGHT", "product", "exponent", "gain"
-    yield from _saturate("gain")
 
 
 def tick_rows() -> Rows:

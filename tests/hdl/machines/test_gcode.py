@@ -203,6 +203,23 @@ def test_a_hold_goes_on_exactly(session, line):
     assert session.state()[0] == "Idle"
 
 
+def test_a_motion_has_its_acceleration_however_long_it_is(design):
+    """The 80th step, which comes at 79.5, after x / v + v / 2 a; 16 m/s² to 100 mm/s."""
+    ramps = []
+    for millimetres in 2, 50, 300, 5000:
+        with CXXRTLEngine(design) as engine:
+            session = Session(engine)
+            session.send("$120=16000\n")
+            session.send(f"G91 G1 X{millimetres} F6000\n", wait=False)
+            session.run(60_000)
+            ramps.append([clock for clock, _ in session.path[:STEPS]])
+            assert not engine.get("fault")
+    for each in ramps:
+        seconds = (each[-1] - each[0]) / SETTINGS.clock
+        first = (2 * 0.5 / STEPS / 16_000) ** 0.5
+        assert seconds == pytest.approx(79.5 / STEPS / 100 + 100 / 16_000 / 2 - first, rel=0.003)
+
+
 def test_a_reset_brakes_and_knows_the_place(session):
     session.send("G1X4Y-1F6000\nG1X0\n", wait=False)
     session.run(60_000)
