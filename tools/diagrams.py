@@ -382,8 +382,8 @@ DIAGRAMS = (
         radix=("items_payload.byte=hex", "words_payload.character=hex")),
     Diagram(
         "g-code-interpreter",
-        "After a reset three sums clear the offset of G92, the length of the tool, feed and speed, "
-        "and one sets the origin. Then a position is taken, and words of a line.",
+        "After a reset three sums clear the offset of G92, the length of the tool, and feed, "
+        "speed and tool; one sets the origin. Then a position is taken, and words of a line.",
         "position: position_valid position_ready line: words_valid words_ready "
         "words_payload.character outputs: actions_valid answers_valid "
         "state: dut.interpreter_state_state",
@@ -393,6 +393,11 @@ DIAGRAMS = (
         "G91, X, and then G90, a second word of the group of G91: error 21.",
         "word: take item.character outputs: has_value line.axes error", 0, 5,
         radix=("item.character=hex", "error=dec")),
+    Diagram(
+        "g-code-lister",
+        "The modes of a list come one after the other; the number of the tool is divided.",
+        "inputs: start list outputs: parts_valid parts_payload.text parts_payload.value done "
+        "state: dut.lister_state_state", 0, 40, radix=("parts_payload.value=dec",)),
     Diagram(
         "g-code-coordinates",
         "The words of the line are stored, and their sums computed: 24 clocks.",

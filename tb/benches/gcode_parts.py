@@ -5,6 +5,9 @@ from fresa.protocol import (
     GCodeCoordinates,
     GCodeKind,
     GCodeLine,
+    GCodeList,
+    GCodeLister,
+    GCodeText,
     LineEnd,
     Operand,
     StoredProgram,
@@ -50,6 +53,45 @@ def g_code_line(run: Run) -> str:
 
     run.simulate(dut, test)
     return "a mode and a value are taken; a second mode of the group is error 21, which stays"
+
+
+@bench
+def g_code_lister(run: Run) -> str:
+    """The modes, with a feed, and what the build is."""
+    dut = GCodeLister()
+    words = {Operand.FEED: 8_333_333, Operand.SPEED: 1_500_000, Operand.TOOL: 3_000_000}
+
+    async def memory(ctx):
+        while True:
+            address = ctx.get(dut.address)
+            await ctx.tick()
+            ctx.set(dut.word, words.get(address, 0))
+
+    async def parts(ctx, which):
+        ctx.set(dut.list, which)
+        ctx.set(dut.start, 1)
+        await ctx.tick()
+        ctx.set(dut.start, 0)
+        listed = []
+        while not ctx.get(dut.done):
+            if ctx.get(dut.parts.valid):
+                part = ctx.get(dut.parts.payload)
+                listed.append((part.text.name, part.value))
+            await ctx.tick()
+        await ctx.tick()
+        return listed
+
+    async def test(ctx):
+        ctx.set(dut.parts.ready, 1)
+        ctx.set(dut.modes.flood, 1)
+        run.expect("modes", [value for _, value in await parts(ctx, GCodeList.MODES)],
+                   [0, 54, 17, 21, 90, 94, 5, 8, 3, 500, 2])
+        run.expect("build", [text for text, _ in await parts(ctx, GCodeList.BUILD)],
+                   [GCodeText.BUILD.name])
+        run.see(ctx, dut, fault=0)
+
+    run.simulate(dut, test, memory)
+    return "the modes are G0 G54 G17 G21 G90 G94 M5 M8, tool 3, 500 mm/min, 2 rev/min"
 
 
 @bench

@@ -21,6 +21,7 @@ from .gcode_coordinates import GCODE_COORDINATES
 from .gcode_gate import GCODE_GATE
 from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
+from .gcode_lister import GCODE_LISTER
 from .gcode_reader import GCODE_READER
 from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
@@ -118,6 +119,7 @@ GENERAL = {
     "gcode_reader": GCODE_READER,
     "gcode_gate": GCODE_GATE,
     "gcode_line": GCODE_LINE,
+    "gcode_lister": GCODE_LISTER,
     "spindle_power": SPINDLE_POWER,
     "stored_program": STORED_PROGRAM,
     "text": TEXT,

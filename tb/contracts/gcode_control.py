@@ -76,11 +76,12 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     c.implication("reset-only-then", "And neither sooner nor unless it was requested.",
                   when=dut.reset, then=(dut.standing | stopped) & resetting)
     c.implication("reset-requested", "A request waits, and holds.",
-                  when=known & c.past(came(RESET) & ~dut.reset), then=resetting & dut.hold)
+                  when=known & c.past((came(RESET) | dut.restart) & ~dut.reset),
+                  then=resetting & dut.hold)
     c.implication("reset-waits", "It waits until it takes effect.",
                   when=known & c.past(resetting & ~dut.reset), then=resetting)
     c.implication("no-other-reset", "Nothing else makes one.",
-                  when=resetting, then=c.past(resetting | came(RESET)))
+                  when=resetting, then=c.past(resetting | came(RESET) | dut.restart))
     c.implication("strict-reset", "A strict one that comes while it moves stops in the next clock.",
                   when=known & c.past(came(RESET) & dut.strict & ~dut.standing
                                       & state("RUN", "JOG", "HOME", "HOLD", "DOOR", "IDLE")),
@@ -95,6 +96,16 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   when=known & c.past(c.signal("wants_greeting")
                                       & (~dut.messages.valid | dut.messages.ready)),
                   then=dut.messages.valid & (dut.messages.payload == GCodeMessage.GREETING))
+    for name, when in [
+            ("unlocked", state("ALARM") & dut.unlock & ~critical & ~cancelling
+             & ~(dut.sleep | dut.home)),
+            ("disabled", state("CHECK") & ~dut.check), ("restoring", dut.restoring)]:
+        c.implication(f"says-{name}", "What has been done is said.", when=known & c.past(when),
+                      then=c.signal(f"wants_{name}"))
+    c.implication("says-where-it-went", "So it is when sleep or check mode begins.",
+                  when=known & c.past(known) & c.past(state("IDLE")),
+                  then=(~state("SLEEP") | c.signal("wants_sleeping"))
+                  & (~state("CHECK") | c.signal("wants_enabled")))
     c.implication("report-requested", "Each request for a report is passed on at once.",
                   when=came(STATUS) | dut.report, then=came(STATUS) & dut.report)
     alarm = c.signal("alarm")

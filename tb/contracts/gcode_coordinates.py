@@ -95,6 +95,7 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
         CoordinateSum.TAKE_HOME: own(Operand.HOME), CoordinateSum.ARRIVE: target,
         CoordinateSum.SET_FEED: at(LETTERS.index("F")),
         CoordinateSum.SET_SPEED: at(LETTERS.index("S")),
+        CoordinateSum.SET_TOOL: at(LETTERS.index("T")),
     }
     goes = {
         CoordinateSum.TARGET: Operand.TARGET + axis, CoordinateSum.COORDINATES: Operand.NEW + axis,
@@ -110,7 +111,7 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
     }
     only = {  # the axis with which it is stored
         CoordinateSum.SET_LENGTH: (Operand.LENGTH, 2), CoordinateSum.SET_FEED: (Operand.FEED, 0),
-        CoordinateSum.SET_SPEED: (Operand.SPEED, 0)}
+        CoordinateSum.SET_SPEED: (Operand.SPEED, 0), CoordinateSum.SET_TOOL: (Operand.TOOL, 0)}
     for each in CoordinateSum:
         c.implication(each.name.lower().replace("_", "-"), "The sum is what it means.",
                       when=stores & (dut.sum == each), then=total == means.get(each, Const(0)))
@@ -123,7 +124,7 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
         keeps = Mux(dut.sum == each, axis == when, keeps)
         goal = Mux(dut.sum == each, address, goal)
     rates = dut.sum == CoordinateSum.CLEAR_RATES
-    keeps = Mux(rates, axis < 2, keeps)
+    keeps = Mux(rates, 1, keeps)
     goal = Mux(rates, Operand.FEED + axis, goal)[:6]
     written = Mux(dut.run, stores & keeps, dut.write)
     address, value = Mux(dut.run, goal, dut.write_address), Mux(dut.run, total, dut.data)

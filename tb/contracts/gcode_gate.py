@@ -1,11 +1,12 @@
 """Contract of the gate for system lines and for lines during an alarm."""
 
-from amaranth import Mux
+from amaranth import Cat, Const, Mux
 
 from fresa.protocol import SETTINGS, GCodeGate
+from fresa.protocol.gcode_gate import COMMANDS
 from fresa.protocol.gcode_reader import GCodeKind, GCodeStatus
 
-from .contract import Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["GCODE_GATE"]
 
@@ -25,8 +26,11 @@ def describe(c: Contract, dut: GCodeGate) -> None:
              | (words.valid & (item.as_value() == c.past(item.as_value()))))
     inside, system = c.keep(1, name="inside"), c.keep(1, name="system")
     c.assume(~words.valid | ~inside | (item.system == system))
-    characters, second = c.keep(2, name="characters"), c.keep(8, name="second")
+    longest = max(map(len, COMMANDS))
+    characters = c.keep(range(longest + 3), name="characters")
+    said = [c.keep(8, name=f"said_{number}") for number in range(longest + 2)]
     open_ = c.keep(1, name="open")
+    c.assume(open_ | ~dut.answered)
     with c.m.If(dut.answered):
         c.m.d.sync += open_.eq(0)
     with c.m.If(taken):
@@ -34,13 +38,19 @@ def describe(c: Contract, dut: GCodeGate) -> None:
         with c.m.If(ends):
             c.m.d.sync += [characters.eq(0), open_.eq(1)]
         with c.m.Elif(item.system & (item.kind == GCodeKind.CHARACTER)):
-            c.m.d.sync += [characters.eq(Mux(characters == 3, 3, characters + 1)),
-                           second.eq(item.character)]
+            c.m.d.sync += characters.eq(Mux(characters == longest + 2, characters, characters + 1))
+            for number, each in enumerate(said):
+                with c.m.If(characters == number):
+                    c.m.d.sync += each.eq(item.character)
     with c.m.If(c.rst):
         c.m.d.sync += [inside.eq(0), characters.eq(0), open_.eq(0)]
 
-    def named(letter: str):
-        return words.valid & ends & item.system & good & (characters == 2) & (second == ord(letter))
+    def begins_with(text: str) -> Bits:
+        return Cat(Const(1), *(said[at + 1] == ord(each) for at, each in enumerate(text))).all()
+
+    def named(*texts: str) -> Bits:
+        return words.valid & ends & item.system & good & Cat(
+            (characters == len(text) + 1) & begins_with(text) for text in texts).any()
 
     c.invariant("one-end-for-each", "An end is passed in the clock in which one is taken.",
                 (taken & ends) == (passed.valid & passed.ready
@@ -70,18 +80,41 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   then=named("X") & taken & (passed.p.status == GCodeStatus.GOOD))
     c.implication("home", "Only $H homes, and only if $22 is not 0.", when=dut.home,
                   then=named("H") & c.past(dut.value != 0))
-    acts = dut.home | dut.write | dut.configure | dut.listed.valid
+    c.implication("lists", "Only the lines of lists begin one, and its own.", when=dut.listing,
+                  then=named("", "G", "#", "I", "N") & Cat(
+                      ~named(text) | (dut.list.as_value() == number)
+                      for number, text in enumerate(("", "G", "#", "I", "N"))).all())
+    c.implication("erases", "Only $RST= with # or * erases coordinates.", when=dut.erase,
+                  then=named("RST=#", "RST=*"))
+    c.implication("restores", "Only $RST= says that something is as it was.", when=dut.restoring,
+                  then=named("RST=$", "RST=#", "RST=*"))
+    c.implication("check-mode", "Only $C begins and ends check mode.",
+                  when=(dut.checking != c.past(dut.checking)) & ~begins,
+                  then=c.past(named("C")))
+    asks, answer_acts = c.keep(1, name="asks"), dut.restart | dut.sleep
+    with c.m.If(dut.answered):
+        c.m.d.sync += asks.eq(0)
+    with c.m.If(taken & named("C", "SLP", "RST=$", "RST=#", "RST=*")):
+        c.m.d.sync += asks.eq(1)
+    with c.m.If(c.rst):
+        c.m.d.sync += asks.eq(0)
+    c.implication("at-the-answer", "A reset and sleep come with the answer of a line for them.",
+                  when=answer_acts, then=dut.answered & asks)
+    acts = dut.home | dut.write | dut.configure | dut.listed.valid | dut.listing | dut.erase
     c.implication("lines-before-answered", "A system line acts when those before are answered.",
                   when=acts | dut.unlock, then=words.valid & ends & item.system & good & ~open_)
     c.implication("acts-before-its-end", "Settings and homing are through when the end is passed.",
                   when=acts, then=~passed.valid)
 
     state, done = c.state("gate_state"), c.signal("done")
-    line, place = c.signal("line"), c.signal("place")
+    place, agrees = c.signal("place"), c.signal("agrees")
+    known = Cat(
+        (characters != length)
+        | (agrees[number] == (begins_with(text[:length - 1]) if length <= len(text) + 1 else 0))
+        for number, text in enumerate(COMMANDS) for length in range(1, longest + 3)).all()
     pending = words.valid & ends & item.system & good
     c.invariant("known-line", "What is known of a system line is that of its characters.",
-                (line[0] == ((characters == 2) & (second == ord("X"))))
-                & (line[1] == ((characters == 2) & (second == ord("H"))))
+                (c.signal("length") == characters) & known
                 & ((place == 0) == (characters == 0)) & ((place == 1) == (characters == 1))
                 & ((characters == 0) | (inside & system)),
                 cover=characters == 2, lemma=True)
@@ -93,11 +126,21 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                 & (state("PASS") | state("FAULT") | (pending & ~open_)), cover=done, lemma=True)
     homes = c.past(state("ASK"))
     c.invariant("homing", "The states of homing are those of $H.",
-                ~state("ASK", "COMPARE", "HOME", "HOMING") | line[1], cover=homes, lemma=True)
+                ~state("ASK", "COMPARE", "HOME", "HOMING") | named("H"), cover=homes, lemma=True)
+    restarts, sleeps = c.signal("restarts"), c.signal("sleeps")
+    c.invariant("lines-of-states", "So are the others.",
+                (~state("BEGIN_LIST", "LIST_ALL") | named("", "G", "#", "I", "N"))
+                & (~state("RENEW", "WRITE_INITIAL") | named("RST=$", "RST=*"))
+                & (~state("ERASE") | named("RST=#", "RST=*"))
+                & (~state("RESTORED") | named("RST=$", "RST=#", "RST=*")),
+                cover=state("ERASE"), lemma=True)
+    c.invariant("asks", "What comes with an answer is asked for by a line.",
+                ~(restarts | sleeps) | asks
+                | (state("PASS") & done & named("C", "SLP", "RST=$", "RST=#", "RST=*")),
+                cover=asks & restarts, lemma=True)
     c.invariant("unlocked", "$X has no error.",
-                ~line[0] | (state("PASS") & (~done | (c.signal("status") == 0)))
-                | state("FAULT"),
-                cover=done & line[0], lemma=True)
+                ~named("X") | (state("PASS") & (~done | (c.signal("status") == 0)))
+                | state("FAULT"), cover=done & named("X"), lemma=True)
     c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
 
 

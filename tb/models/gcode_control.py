@@ -5,7 +5,11 @@ from dataclasses import dataclass, field
 __all__ = ["ControlModel"]
 
 STATES = ("IDLE", "RUN", "HOLD", "JOG", "ALARM", "DOOR", "CHECK", "HOME", "SLEEP")
-GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR = 0, 1, 5, 6
+GREETING, LOCKED, UNLOCKED, ENABLED, DISABLED, RESET_TO_CONTINUE, CHECK_DOOR = range(7)
+SLEEPING, RESTORING = 8, 9
+ORDER = (GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR, UNLOCKED, ENABLED, DISABLED, SLEEPING,
+         RESTORING)
+SAYS = {"SLEEP": SLEEPING, "CHECK": ENABLED}
 HARD_LIMIT, ABORTED, HOMING_RESET, HOMING_DOOR = 1, 3, 6, 7
 EMERGENCY, MOTOR_FAULT = 10, 17
 RESET, HOLD, RESUME, STATUS, DOOR, JOG_CANCEL = 0x18, 0x21, 0x7E, 0x3F, 0x84, 0x85
@@ -33,6 +37,7 @@ class ControlModel:
     def __call__(self, *, rst: int, command: int, code: int, alarms_ready: int,
                  messages_ready: int, **inputs: int) -> dict[str, int | None]:
         came = code if command else None
+        asks_reset = came == RESET or inputs["restart"]
         standing = inputs["standing"]
         reset = self.resetting and (standing or self.stopped)
         flush = self.state in ("JOG", "ALARM") and self.cancelling and standing
@@ -57,14 +62,16 @@ class ControlModel:
         if alarms_ready:
             self.alarm_line = None
         if self.message is None or messages_ready:
-            self.to_say.sort(key=(GREETING, LOCKED, RESET_TO_CONTINUE, CHECK_DOOR).index)
+            self.to_say.sort(key=ORDER.index)
             self.message = self.to_say.pop(0) if self.to_say else None
+        if inputs["restoring"]:
+            self._say(RESTORING)
         was = self.state
         self._follow(came, bool(reset), bool(flush), inputs)
         if self.state == "DOOR" and was != "DOOR":
             self._say(CHECK_DOOR)
-        alarm, critical = self._alarm(came, was, inputs)
-        if came == RESET:
+        alarm, critical = self._alarm(came, bool(asks_reset), was, inputs)
+        if asks_reset:
             self.resetting = True
         if flush:
             self.cancelling = False
@@ -77,7 +84,7 @@ class ControlModel:
             self.state = "START" if reset else "ALARM"
             if self.alarm_line is None:
                 self.alarm_line = alarm
-        if critical or (came == RESET and inputs["strict"] and not standing
+        if critical or (asks_reset and inputs["strict"] and not standing
                         and was not in ("START", "ALARM", "SLEEP")):
             self.stopped = True
         if critical:
@@ -110,6 +117,8 @@ class ControlModel:
                                   ("JOG", moving and inputs["jogging"]), ("RUN", moving)):
                 if wanted:
                     self.state = state
+                    if state in SAYS:
+                        self._say(SAYS[state])
                     break
         elif self.state == "RUN" and not moving:
             self.state = "IDLE"
@@ -127,18 +136,24 @@ class ControlModel:
         elif self.state == "ALARM" and not self.critical and not self.cancelling:
             if inputs["sleep"]:
                 self.state = "SLEEP"
+                self._say(SLEEPING)
             elif inputs["home"]:
                 self.state = "HOME"
             elif inputs["unlock"]:
                 self.state, self.locked = "IDLE", False
+                self._say(UNLOCKED)
         elif (self.state == "CHECK" and not inputs["check"]) or (
                 self.state == "HOME" and not inputs["home"] and not door):
-            self.locked = self.locked and self.state == "CHECK"
+            if self.state == "CHECK":
+                self._say(DISABLED)
+            else:
+                self.locked = False
             self.state = "IDLE"
         elif self.state == "SLEEP":
             self.locked = True
 
-    def _alarm(self, came: int | None, was: str, inputs: dict[str, int]) -> tuple[int, bool]:
+    def _alarm(self, came: int | None, asks_reset: bool, was: str, inputs: dict[str, int]
+               ) -> tuple[int, bool]:
         """Return the alarm that begins, 0 for none, and whether it is one that needs a reset."""
         if inputs["emergency"] and (was == "START" or not self.emergency_before):
             return MOTOR_FAULT if inputs["motor_fault"] else EMERGENCY, True
@@ -146,11 +161,11 @@ class ControlModel:
             return 0, False
         if inputs["hard_limit"] and not self.limit_before and was != "HOME":
             return HARD_LIMIT, True
-        if came == RESET and inputs["strict"] and not inputs["standing"] and was != "HOME":
+        if asks_reset and inputs["strict"] and not inputs["standing"] and was != "HOME":
             return ABORTED, False
         if inputs["failure"]:
             return inputs["failure"], False
-        if was == "HOME" and came == RESET:
+        if was == "HOME" and asks_reset:
             return HOMING_RESET, False
         if was == "HOME" and (came == DOOR or inputs["door"]):
             return HOMING_DOOR, False

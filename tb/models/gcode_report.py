@@ -16,6 +16,8 @@ MESSAGES: Mapping[str, bytes] = {
     "RESET_TO_CONTINUE": b"[MSG:Reset to continue]\r\n",
     "CHECK_DOOR": b"[MSG:Check Door]\r\n",
     "PROGRAM_END": b"[MSG:Pgm End]\r\n",
+    "SLEEPING": b"[MSG:Sleeping]\r\n",
+    "RESTORING": b"[MSG:Restoring defaults]\r\n",
 }
 
 

@@ -60,7 +60,7 @@ class TestStates:
         assert [name for name in found if name in GENERAL] == [
             "profile", "order_control", "sequencer", "start", "coordinates",
             "square", "gcode_control", "uart_receiver", "decimal_writer", "gcode_gate",
-            "spindle_power", "stored_program", "thesis", "unit_converter",
+            "gcode_lister", "spindle_power", "stored_program", "thesis", "unit_converter",
             "gcode_interpreter"]
 
     @pytest.mark.prover

@@ -38,6 +38,7 @@ from ..protocol import (
     GCodeGate,
     GCodeInterpreter,
     GCodeKind,
+    GCodeLister,
     GCodeReader,
     GCodeReporter,
     GCodeSettingStore,
@@ -172,6 +173,11 @@ class GCodeSettings:
     def line_baud(self) -> int:
         """Bits a second on the line."""
         return BAUDS[self.dialect] if self.baud is None else self.baud
+
+    @property
+    def options(self) -> str:
+        """What it is built with, by GRBL's letters: that of a variable spindle, and of CoreXY."""
+        return "V" * (self.dialect == "grbl") + "C" * (self.kinematics == "corexy")
 
     @property
     def bit(self) -> int:
@@ -352,12 +358,12 @@ class GCode(MachineComponent):
         buffer = LineBuffer(depth=settings.receive,
                             silence=floor(SILENCE * settings.clock) if thesis else None)
         reader = GCodeReader()
-        gate, interpreter = GCodeGate(), GCodeInterpreter()
+        gate, interpreter, lister = GCodeGate(), GCodeInterpreter(), GCodeLister()
         planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
         homing = GCodeHoming(simple=thesis)
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
-                           ("interpreter", interpreter), ("planner", planner),
-                           ("homing", homing)):
+                           ("interpreter", interpreter), ("lister", lister),
+                           ("planner", planner), ("homing", homing)):
             m.submodules[name] = anew(part)
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
@@ -368,22 +374,33 @@ class GCode(MachineComponent):
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
-            control.unlock.eq(gate.unlock & ~renewed),
+            *(getattr(control, name).eq(getattr(gate, name) & ~renewed)
+              for name in ("unlock", "sleep", "restart", "restoring")),
+            control.check.eq(gate.checking),
             gate.answered.eq(interpreter.answers.valid & interpreter.answers.ready),
             planner.operand.eq(interpreter.operand),
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
+            interpreter.erase.eq(gate.erase), interpreter.erase_address.eq(gate.erase_address),
+            interpreter.shown_address.eq(lister.address), lister.word.eq(interpreter.shown),
+            lister.modes.eq(interpreter.modes), lister.list.eq(gate.list),
+            lister.start.eq(gate.listing), gate.all_listed.eq(lister.done),
         ]
         missed = Signal()  # steps, since where the axes are was last taken over
         # A line that follows waits until it is known where it begins.
         self._words(m, gate, interpreter, planner, renewed,
                     settling | (missed & interpreter.position.ready))
-        faults += [receiver.fault, gate.fault, interpreter.fault, planner.fault, homing.fault]
+        faults += [receiver.fault, gate.fault, interpreter.fault, lister.fault, planner.fault,
+                   homing.fault]
 
         # From blocks to steps
         m.submodules.motion = motion = BlockMotion(
             clock=settings.clock, depth=settings.depth)
-        connect(m, planner.words, motion.words)
+        checks = Signal()  # nothing is done of what is planned until a reset
+        m.d.sync += checks.eq((checks | (control.state == GCodeState.CHECK)) & ~renewed)
+        m.d.comb += [motion.words.payload.eq(planner.words.payload),
+                     motion.words.valid.eq(planner.words.valid & ~checks),
+                     planner.words.ready.eq(motion.words.ready | checks)]
         m.submodules.settings = store = GCodeSettingStore(
             values=settings.store)
         flags = store.flags
@@ -396,7 +413,8 @@ class GCode(MachineComponent):
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
             motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart),
-            motion.off.eq(renewed | control.stop), control.standing.eq(motion.still),
+            motion.off.eq(renewed | control.stop | (control.state == GCodeState.SLEEP)),
+            control.standing.eq(motion.still),
         ]
         m.d.sync += control.moving.eq(moving)
         for axis in range(AXES):
@@ -439,16 +457,21 @@ class GCode(MachineComponent):
 
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
-            dialect=settings.dialect, position_bits=len(planner.position_um[0]))
+            dialect=settings.dialect, options=settings.options, blocks=settings.depth - 1,
+            receive=settings.receive, position_bits=len(planner.position_um[0]))
         m.submodules.transmitter = transmitter = UARTTransmitter(period=settings.bit)
         connect(m, answers, reporter.answers)
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
         connect(m, reporter.bytes, transmitter.bytes)
         connect(m, gate.listed, reporter.settings)
+        connect(m, lister.parts, reporter.listed)
         self._reports(m, control, planner, motion, reporter, switches)
         m.d.comb += [
-            reporter.free_blocks.eq(motion.free), reporter.free_bytes.eq(buffer.free),
+            reporter.abandon.eq(renewed),
+            # As GRBL does: with one block less than there are
+            reporter.free_blocks.eq(motion.free - (motion.free != 0)),
+            reporter.free_bytes.eq(buffer.free),
             self.tx.eq(transmitter.tx),
         ]
         faults += [reporter.fault]
@@ -594,7 +617,7 @@ class GCode(MachineComponent):
             control.locked_start.eq(store.flags.homing & (self.settings.dialect == "grbl")),
         ]
         m.d.comb += [getattr(gate, name).eq(getattr(store, name))
-                     for name in ("value", "number", "decimal", "least", "most")]
+                     for name in ("value", "number", "decimal", "least", "most", "initial")]
         if self.settings.kinematics == "corexy":
             with m.If(asked == setting_index(101)):
                 m.d.comb += wanted.eq(setting_index(100))

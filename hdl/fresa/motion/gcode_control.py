@@ -46,7 +46,7 @@ class GCodeControl(wiring.Component):
     HOLD   slows down and stands: feed hold, program pause     IDLE by a resume, once it stands
     DOOR   the same, door open                                 IDLE by a resume, once it is closed
     ALARM  slows down or is stopped, refuses to move           IDLE by `unlock`, HOME by `home`
-    CHECK  lines are checked, nothing moves                    IDLE
+    CHECK  lines are checked, nothing moves                    IDLE, or START by a reset
     HOME   homing cycle; resets and alarms alone end it early  IDLE
     SLEEP  nothing moves, motors off                           ALARM, by a reset
     FAULT  a state register was upset: stopped                 stays until reset
@@ -89,6 +89,10 @@ class GCodeControl(wiring.Component):
         Go to sleep, for a clock, in IDLE and ALARM.
     unlock : In(1)
         End an alarm, for a clock.
+    restart : In(1)
+        A reset is wanted, for a clock, as by a command.
+    restoring : In(1)
+        Settings or coordinates are made what they were at power-up, for a clock.
     door : In(1)
         The door is open.
     hard_limit, emergency : In(1)
@@ -122,7 +126,8 @@ class GCodeControl(wiring.Component):
         Numbers of alarms, to be announced.
     messages : Out(stream.Signature(GCodeMessage))
         The greeting after START, and then the reminder of a lock; after an alarm that needs a reset
-        the reminder of that; that the door is open.
+        the reminder of that; that the door is open; that an alarm was ended by `unlock`; that
+        check mode begins and ends, and sleep begins; and `restoring`.
     fault : Out(1)
         The state register was upset: ``stop`` and ``hold`` are 1. Stays until the reset of all.
     """
@@ -137,6 +142,8 @@ class GCodeControl(wiring.Component):
     check: In(1)
     sleep: In(1)
     unlock: In(1)
+    restart: In(1)
+    restoring: In(1)
     door: In(1)
     hard_limit: In(1)
     emergency: In(1)
@@ -167,7 +174,7 @@ class GCodeControl(wiring.Component):
             self.report.eq(received(RealtimeCode.STATUS)),
             asks_hold.eq(received(RealtimeCode.HOLD)),
             asks_resume.eq(received(RealtimeCode.RESUME)),
-            asks_reset.eq(received(RealtimeCode.RESET)),
+            asks_reset.eq(received(RealtimeCode.RESET) | self.restart),
             asks_door.eq(received(RealtimeCode.DOOR) | self.door),
         ]
 
@@ -187,6 +194,12 @@ class GCodeControl(wiring.Component):
             m.d.sync += wants[GCodeMessage.CHECK_DOOR].eq(1)
             m.next = "DOOR"
 
+        def fall_asleep() -> None:
+            m.d.sync += wants[GCodeMessage.SLEEPING].eq(1)
+            m.next = "SLEEP"
+
+        with m.If(self.restoring):
+            m.d.sync += wants[GCodeMessage.RESTORING].eq(1)
         with m.FSM(name="control_state", init="START") as fsm:
             with m.State("START"):
                 m.d.sync += [powered.eq(1), wants[GCodeMessage.GREETING].eq(1)]
@@ -201,10 +214,11 @@ class GCodeControl(wiring.Component):
                 with m.Elif(asks_hold | self.pause):
                     m.next = "HOLD"
                 with m.Elif(self.sleep):
-                    m.next = "SLEEP"
+                    fall_asleep()
                 with m.Elif(self.home):
                     m.next = "HOME"
                 with m.Elif(self.check):
+                    m.d.sync += wants[GCodeMessage.ENABLED].eq(1)
                     m.next = "CHECK"
                 with m.Elif(self.moving & self.jogging):
                     m.next = "JOG"
@@ -245,15 +259,16 @@ class GCodeControl(wiring.Component):
             with m.State("ALARM"):
                 with m.If(~critical & ~cancelling):
                     with m.If(self.sleep):
-                        m.next = "SLEEP"
+                        fall_asleep()
                     with m.Elif(self.home):
                         m.next = "HOME"
                     with m.Elif(self.unlock):
-                        m.d.sync += alarmed.eq(0)
+                        m.d.sync += [alarmed.eq(0), wants[GCodeMessage.UNLOCKED].eq(1)]
                         m.next = "IDLE"
 
             with m.State("CHECK"):
                 with m.If(~self.check):
+                    m.d.sync += wants[GCodeMessage.DISABLED].eq(1)
                     m.next = "IDLE"
 
             with m.State("HOME"):
@@ -334,7 +349,8 @@ class GCodeControl(wiring.Component):
         """Send messages; return a register for each, to be set by what comes after."""
         wants = {message: Signal(name=f"wants_{message.name.lower()}") for message in (
             GCodeMessage.GREETING, GCodeMessage.LOCKED, GCodeMessage.RESET_TO_CONTINUE,
-            GCodeMessage.CHECK_DOOR)}
+            GCodeMessage.CHECK_DOOR, GCodeMessage.UNLOCKED, GCodeMessage.ENABLED,
+            GCodeMessage.DISABLED, GCodeMessage.SLEEPING, GCodeMessage.RESTORING)}
         with m.If(self.alarms.ready):
             m.d.sync += self.alarms.valid.eq(0)
         with m.If(~self.messages.valid | self.messages.ready):

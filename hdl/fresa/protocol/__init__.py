@@ -9,6 +9,7 @@ from .gcode_coordinates import CoordinateSum, GCodeCoordinates, Operand
 from .gcode_gate import GCodeGate
 from .gcode_interpreter import GCodeAction, GCodeActionKind, GCodeInterpreter
 from .gcode_line import GCodeLine
+from .gcode_lister import LISTED, GCodeList, GCodeLister, GCodeText
 from .gcode_modes import GCodeLineState, GCodeModes, GCodeMotion
 from .gcode_reader import GCodeKind, GCodeReader, GCodeStatus, gcode_layout
 from .gcode_reporter import GCodeMessage, GCodeReporter, GCodeState
@@ -35,12 +36,13 @@ from .unit_converter import UnitConverter
 from .words import WordReader
 
 __all__ = [
-    "BAUD", "CHECK_DIGITS", "SETTINGS", "SETTING_BITS", "CoordinateSum", "DecimalReader",
-    "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction", "GCodeActionKind",
-    "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter", "GCodeKind", "GCodeLine",
-    "GCodeLineState", "GCodeMessage", "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter",
-    "GCodeSettingStore", "GCodeState", "GCodeStatus", "HexReader", "HexWriter", "LineBuffer",
-    "LineEnd", "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
+    "BAUD", "CHECK_DIGITS", "LISTED", "SETTINGS", "SETTING_BITS", "CoordinateSum",
+    "DecimalReader", "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction",
+    "GCodeActionKind", "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter",
+    "GCodeKind", "GCodeLine", "GCodeLineState", "GCodeList", "GCodeLister", "GCodeMessage",
+    "GCodeModes", "GCodeMotion", "GCodeReader", "GCodeReporter", "GCodeSettingStore",
+    "GCodeState", "GCodeStatus", "GCodeText", "HexReader", "HexWriter", "LineBuffer", "LineEnd",
+    "LineItem", "LineReader", "NumberError", "Operand", "RealtimeCode", "RealtimeFilter",
     "Received", "Reporter", "StoredProgram", "TextSource", "ThesisDialect", "UARTReceiver",
     "UARTTransmitter", "UnitConverter", "WordReader", "bit_period", "fixed_point_layout",
     "gcode_layout", "setting_index", "setting_values",

@@ -26,6 +26,7 @@ class Operand(IntEnum):
     POSITION = 44  # at the end of the last motion
     FEED = 47  # as RATE, of the last line that had one
     SPEED = 48  # of the spindle, in 10^-6 rev/min
+    TOOL = 49  # in 10^-6
     NEW = 50  # origin that the line sets
     TARGET = 53  # of the motion
     HOME = 56  # of G28 and G30
@@ -52,7 +53,8 @@ class CoordinateSum(enum.Enum, shape=unsigned(5)):
     SET_SPEED = 14
     CLEAR_OFFSET = 15
     CLEAR_LENGTH = 16
-    CLEAR_RATES = 17  # feed and speed
+    CLEAR_RATES = 17  # feed, speed and tool
+    SET_TOOL = 18
 
 
 class GCodeCoordinates(wiring.Component):
@@ -234,7 +236,9 @@ class GCodeCoordinates(wiring.Component):
             with m.Case(CoordinateSum.CLEAR_LENGTH):
                 terms(kept=Operand.LENGTH)
             with m.Case(CoordinateSum.CLEAR_RATES):
-                terms(kept=Operand.FEED + axis, keep=~only_z)
+                terms(kept=Operand.FEED + axis)
+            with m.Case(CoordinateSum.SET_TOOL):
+                terms(0, 0, 0, 0, 1, at=LETTERS.index("T"), kept=Operand.TOOL, keep=axis == 0)
         addresses = Array([Operand.OFFSET + axis, Const(Operand.LENGTH, 6),
                            Operand.POSITION + axis, system, last, last, last, last])
         return uses, subtracts, addresses, to, keeps

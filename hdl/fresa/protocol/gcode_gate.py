@@ -2,16 +2,24 @@
 
 from collections.abc import Sequence
 
-from amaranth import Cat, Module, Mux, Signal
+from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from ..fsm import leave_unused_codes
+from .gcode_coordinates import Operand
+from .gcode_lister import GCodeList
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
 from .gcode_settings import LISTED_SETTING, SETTING_BITS, SETTINGS, GCodeSetting
 
-__all__ = ["GCodeGate"]
+__all__ = ["COMMANDS", "GCodeGate"]
+
+COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", "", "G", "#", "I", "N")
+"""System lines that are a text of their own, behind ``$``; from the empty one on those of lists."""
+
+LISTS = {"": GCodeList.HELP, "G": GCodeList.MODES, "#": GCodeList.COORDINATES,
+         "I": GCodeList.BUILD, "N": GCodeList.STARTUP}
 
 THOUSANDTH = 1000
 """Units of a value in a thousandth: values have six decimals."""
@@ -24,14 +32,24 @@ class GCodeGate(wiring.Component):
     lines are answered by one part, in their order. An error of the reader comes first. System lines
     are
 
-    =========  =================================  ===============================================
-    line       does                               is refused
-    =========  =================================  ===============================================
-    $X         unlocks
-    $H         carries out a homing cycle         with 5 if $22 is 0, 8 unless at rest
-    $$         lists all settings                 with 8 unless at rest
-    $n=value   changes a setting                  with 8 unless at rest; see below
-    =========  =================================  ===============================================
+    ==========  ================================  ===============================================
+    line        does                              is refused
+    ==========  ================================  ===============================================
+    $X          unlocks
+    $ $G        list what there is, and modes
+    $C          begins check mode, or ends it     with 8 unless at rest and not locked, or checking
+                with a reset
+    $$          lists all settings                with 8 unless at rest or checking
+    $# $I $N    list coordinates, the build, and  with 8 unless at rest
+                lines run at a start: there are
+                none
+    $H          carries out a homing cycle        with 5 if $22 is 0, 8 unless at rest
+    $SLP        sleeps                            with 8 unless at rest
+    $RST=$ # *  make settings, coordinates, or    with 8 unless at rest
+                both what they were at power-up,
+                with a reset
+    $n=value    changes a setting                 with 8 unless at rest; see below
+    ==========  ================================  ===============================================
 
     and any other is refused with 3. Settings are refused, and stay as they were: with 3 if there is
     none of that number, 4 if the value is too low, 38 if it is too high, or not whole where it has
@@ -41,7 +59,7 @@ class GCodeGate(wiring.Component):
     A line of G-code is judged by whether the machine is locked when its end comes; its words are
     passed on before, and only the end makes them a line. So nothing of it is done either way. An
     empty line is never refused. A system line is judged when all lines before it are answered, and
-    it is done before its end is passed.
+    it is done before its end is passed; but a reset and sleep begin when it is answered.
 
     Parameters
     ----------
@@ -66,9 +84,19 @@ class GCodeGate(wiring.Component):
         What was done before is not complete: `resting` says nothing yet.
     unlock : Out(1)
         ``$X``. For one clock, in which its end is passed.
+    checking : Out(1)
+        Check mode: lines are to be checked, and nothing done.
+    sleep, restart : Out(1)
+        Sleep; reset. For one clock, that of the answer.
+    restoring : Out(1)
+        Settings or coordinates have become what they were at power-up, for one clock.
+    erase, erase_address : Out(1), Out(6)
+        Make the word of an `Operand` 0.
+    listing, list, all_listed : Out(1), Out(GCodeList), In(1)
+        Begin a list, one clock; which; it is through, one clock.
     home, homed : Out(1), In(1)
         Begin a homing cycle, one clock; it is through, one clock.
-    address, value, number, decimal, least, most : Out(6), In(27), In(8), In(1), In(1), In(27)
+    address, value, number, decimal, least, most, initial : Out(6), In(27), In(8), ..., In(27)
         The store of settings, for reading, see :class:`GCodeSettingStore`.
     write_address, data, trial, write : Out(6), Out(27), Out(1), Out(1)
         For writing.
@@ -98,9 +126,12 @@ class GCodeGate(wiring.Component):
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
             "answered": In(1), "locked": In(1), "resting": In(1), "settling": In(1),
-            "stopped": In(1), "unlock": Out(1), "home": Out(1), "homed": In(1),
+            "stopped": In(1), "unlock": Out(1), "checking": Out(1), "sleep": Out(1),
+            "restart": Out(1), "restoring": Out(1), "erase": Out(1), "erase_address": Out(6),
+            "listing": Out(1), "list": Out(GCodeList), "all_listed": In(1), "home": Out(1),
+            "homed": In(1),
             "address": Out(index), "value": In(SETTING_BITS), "number": In(8), "decimal": In(1),
-            "least": In(1), "most": In(SETTING_BITS),
+            "least": In(1), "most": In(SETTING_BITS), "initial": In(SETTING_BITS),
             "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
             "write": Out(1), "configure": Out(1), "configured": In(1), "refused": In(1),
             "listed": Out(stream.Signature(LISTED_SETTING)), "fault": Out(1),
@@ -110,7 +141,19 @@ class GCodeGate(wiring.Component):
         m = Module()
         item, passed = self.words.p, self.passed.p
         ends, taken = Signal(), Signal()
-        line = self._line(m, ends, taken)
+        line, known = self._line(m, ends, taken)
+        lists = Cat(known[each] for each in LISTS)
+        restores_settings = known["RST=$"] | known["RST=*"]
+        restores = restores_settings | known["RST=#"]
+        restarts = Signal()  # when it is answered
+        sleeps = Signal()  # likewise
+        m.d.comb += [self.restart.eq(self.answered & restarts),
+                     self.sleep.eq(self.answered & sleeps)]
+        with m.If(self.answered):
+            m.d.sync += [restarts.eq(0), sleeps.eq(0)]
+        for each, which in LISTS.items():
+            with m.If(known[each]):
+                m.d.comb += self.list.eq(which)
         filled = Signal()  # the line has a word
         open_ = Signal()  # a line is not answered
         status = Signal(GCodeStatus)  # of a system line
@@ -125,7 +168,7 @@ class GCodeGate(wiring.Component):
             passed.eq(item),
             self.passed.valid.eq(self.words.valid & ~swallowed & ~waits),
             self.words.ready.eq((self.passed.ready | swallowed) & ~waits),
-            self.unlock.eq(taken & ends & done & line.unlocks),
+            self.unlock.eq(taken & ends & done & known["X"]),
         ]
         with m.If(ends & (item.status == GCodeStatus.GOOD)):
             with m.If(item.system):
@@ -142,7 +185,7 @@ class GCodeGate(wiring.Component):
         index = Signal(range(len(self.settings) + 1))
         value = Signal(self.width - 1)  # then its quotient, which comes from below
         remainder = Signal(range(2 * THOUSANDTH))
-        count = Signal(range(self.width))
+        count = Signal(range(max(self.width, Operand.POSITION + 1)))
         changed = Signal(SETTING_BITS)
         left = Signal(range(2 * THOUSANDTH))
         fits = Signal()
@@ -150,6 +193,7 @@ class GCodeGate(wiring.Component):
         m.d.sync += zero.eq(self.value == 0)
         m.d.comb += [
             self.address.eq(index), self.write_address.eq(index), self.data.eq(changed),
+            self.erase_address.eq(count),
             self.listed.p.number.eq(self.number), self.listed.p.decimal.eq(self.decimal),
             self.listed.p.value.eq(self.value),
             left.eq(Cat(value[-1], remainder)), fits.eq(left >= THOUSANDTH),
@@ -163,16 +207,63 @@ class GCodeGate(wiring.Component):
             with m.State("PASS"):
                 m.d.sync += index.eq(0)
                 with m.If(self.words.valid & waits & ~open_ & ~self.settling):
-                    with m.If(line.unlocks):
+                    with m.If(known["X"]):
                         answer(GCodeStatus.GOOD)
-                    with m.Elif(~(line.homes | line.lists | line.sets)):
+                    with m.Elif(known[""] | known["G"]):
+                        m.next = "BEGIN_LIST"
+                    with m.Elif(known["C"] & self.checking):
+                        m.d.sync += [self.checking.eq(0), restarts.eq(1)]
+                        answer(GCodeStatus.GOOD)
+                    with m.Elif(~(Cat(known.values()).any() | line.sets)):
                         answer(GCodeStatus.UNSUPPORTED)
-                    with m.Elif(~self.resting | (line.homes & self.stopped)):
+                    with m.Elif(~(self.resting | (known["$"] & self.checking))
+                                | (known["H"] & self.stopped) | (known["C"] & self.locked)):
                         answer(GCodeStatus.NOT_IDLE)
-                    with m.Elif(line.homes):
+                    with m.Elif(known["C"]):
+                        m.d.sync += self.checking.eq(1)
+                        answer(GCodeStatus.GOOD)
+                    with m.Elif(known["SLP"]):
+                        m.d.sync += sleeps.eq(1)
+                        answer(GCodeStatus.GOOD)
+                    with m.Elif(known["H"]):
                         m.next = "ASK"
+                    with m.Elif(lists.any()):
+                        m.next = "BEGIN_LIST"
+                    with m.Elif(restores):
+                        m.d.sync += count.eq(Operand.SYSTEM)
+                        m.next = "ERASE"
+                        with m.If(restores_settings):
+                            m.next = "RENEW"
                     with m.Else():
                         m.next = "READ"
+
+            with m.State("BEGIN_LIST"):
+                m.d.comb += self.listing.eq(1)
+                m.next = "LIST_ALL"
+            with m.State("LIST_ALL"):
+                with m.If(self.all_listed):
+                    answer(GCodeStatus.GOOD)
+
+            # Settings and coordinates as they were at power-up
+            with m.State("RENEW"):
+                m.next = "WRITE_INITIAL"
+            with m.State("WRITE_INITIAL"):
+                m.d.comb += [self.write.eq(1), self.data.eq(self.initial)]
+                m.d.sync += index.eq(index + 1)
+                m.next = "RENEW"
+                with m.If(index == len(self.settings) - 1):
+                    m.next = "RESTORED"
+                    with m.If(known["RST=*"]):
+                        m.next = "ERASE"
+            with m.State("ERASE"):
+                m.d.comb += self.erase.eq(1)
+                m.d.sync += count.eq(count + 1)
+                with m.If(count == Operand.POSITION - 1):
+                    m.next = "RESTORED"
+            with m.State("RESTORED"):
+                m.d.comb += self.restoring.eq(1)
+                m.d.sync += restarts.eq(1)
+                answer(GCodeStatus.GOOD)
 
             # A homing cycle, if it is allowed: $22 is read.
             with m.State("ASK"):
@@ -193,10 +284,10 @@ class GCodeGate(wiring.Component):
             # Settings, one after the other: to be listed, or for the one of that number.
             with m.State("READ"):
                 m.next = "FOUND"
-                with m.If(line.lists):
+                with m.If(known["$"]):
                     m.next = "LIST"
                 with m.If(index == len(self.settings)):
-                    answer(Mux(line.lists, GCodeStatus.GOOD, GCodeStatus.UNSUPPORTED))
+                    answer(Mux(known["$"], GCodeStatus.GOOD, GCodeStatus.UNSUPPORTED))
             with m.State("LIST"):
                 m.d.comb += self.listed.valid.eq(1)
                 with m.If(self.listed.ready):
@@ -271,49 +362,60 @@ class GCodeGate(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
-    def _line(self, m: Module, ends: Signal, taken: Signal) -> Signal:
-        """Read a system line: what it is, its number and its value."""
+    def _line(self, m: Module, ends: Signal, taken: Signal) -> tuple[Signal, dict[str, Value]]:
+        """Read a system line: its number and its value, and which of `COMMANDS` it is."""
         item = self.words.p
         number = item.number
         line = Signal(data.StructLayout({
-            "unlocks": 1, "homes": 1, "lists": 1, "sets": 1, "number": 8, "value": self.width - 1,
-            "whole": SETTING_BITS, "negative": 1, "overflow": 1, "integer": 1}))
-        # How far it is: nothing, $, a letter behind it, digits, =, a number; or something else
+            "sets": 1, "number": 8, "value": self.width - 1, "whole": SETTING_BITS,
+            "negative": 1, "overflow": 1, "integer": 1}))
+        # How far a setting is: nothing, $, digits, =, a number; or something else
         place = Signal(3)
+        longest = max(map(len, COMMANDS))
+        length = Signal(range(longest + 3))  # characters, at most two more than of a command
+        agrees = Signal(len(COMMANDS))  # with all of them
+        matches = Signal(len(COMMANDS))
+        m.d.comb += matches.eq(Cat(agrees[which] & (length == len(command) + 1)
+                                   for which, command in enumerate(COMMANDS)))
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))
         numeric = digit | Cat(character == ord(each) for each in "+-.").any()
         with m.If(taken & ends):
-            m.d.sync += [place.eq(0), line.unlocks.eq(0), line.homes.eq(0), line.lists.eq(0),
-                         line.sets.eq(0)]
+            m.d.sync += [place.eq(0), line.sets.eq(0), length.eq(0)]
         with m.If(self.words.valid & item.system & ~ends):  # such an item is always taken
             with m.If(item.kind == GCodeKind.CHARACTER):
-                m.d.sync += [place.eq(6), line.unlocks.eq(0), line.homes.eq(0), line.lists.eq(0),
-                             line.sets.eq(0)]
+                m.d.sync += [place.eq(5), line.sets.eq(0),
+                             length.eq(Mux(length == longest + 2, length, length + 1))]
+                for which, command in enumerate(COMMANDS):
+                    same = Signal(name=f"same_{which}")
+                    with m.Switch(length):
+                        with m.Case(0):
+                            m.d.comb += same.eq(1)
+                        for at, each in enumerate(command):
+                            with m.Case(at + 1):
+                                m.d.comb += same.eq(character == ord(each))
+                    m.d.sync += agrees[which].eq((agrees[which] | (length == 0)) & same)
                 with m.Switch(place):
                     with m.Case(0):
                         m.d.sync += place.eq(1)
                     with m.Case(1):
-                        m.d.sync += [
-                            place.eq(Mux(digit, 3, 2)), line.unlocks.eq(character == ord("X")),
-                            line.homes.eq(character == ord("H")),
-                            line.lists.eq(character == ord("$")),
-                        ]
-                    with m.Case(3):
                         with m.If(digit):
-                            m.d.sync += place.eq(3)
+                            m.d.sync += place.eq(2)
+                    with m.Case(2):
+                        with m.If(digit):
+                            m.d.sync += place.eq(2)
                         with m.If(character == ord("=")):
-                            m.d.sync += place.eq(4)
-                    with m.Case(4, 5):
+                            m.d.sync += place.eq(3)
+                    with m.Case(3, 4):
                         with m.If(numeric & ~line.sets):
-                            m.d.sync += place.eq(5)
-            with m.Elif(place == 3):  # the number has ended
+                            m.d.sync += place.eq(4)
+            with m.Elif(place == 2):  # the number has ended
                 m.d.sync += line.number.eq(Mux(number.whole[8:].any(), 0, number.whole))
-            with m.Elif((place == 5) & (character == ord("="))):
+            with m.Elif((place == 4) & (character == ord("="))):
                 m.d.sync += [
                     line.sets.eq(1), line.value.eq(number.value), line.whole.eq(number.whole),
                     line.negative.eq(number.value[-1] & ~number.overflow),
                     line.overflow.eq(number.overflow | number.whole.all()),
                     line.integer.eq(number.integer),
                 ]
-        return line
+        return line, dict(zip(COMMANDS, matches, strict=True))

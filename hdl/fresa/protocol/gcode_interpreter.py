@@ -60,12 +60,12 @@ class GCodeInterpreter(wiring.Component):
     1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
 
     Coordinates are summed word by word from one memory, and a serial divider converts units: a line
-    takes 80 to 190 clocks, and in inches 57 more for each length.
+    takes 80 to 220 clocks, and in inches 57 more for each length.
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
-    power-up makes 0. It clears all modes, the offset of G92, the length of the tool, feed and
-    speed, as GRBL does, for which the first 100 clocks after it are needed; ORIGIN is then that of
-    G54, without an OFFSETS. POSITION is what it was, and has to be loaded. A line that a reset
+    power-up makes 0. It clears all modes, the offset of G92, length and number of the tool, feed
+    and speed, as GRBL does, for which the first 100 clocks after it are needed; ORIGIN is then that
+    of G54, without an OFFSETS. POSITION is what it was, and has to be loaded. A line that a reset
     interrupts is not answered; of the origin that it sets some axes may be new, and some not.
 
     Parameters
@@ -92,6 +92,12 @@ class GCodeInterpreter(wiring.Component):
         Error of each line, or 0.
     modes : Out(GCodeModes)
         The present modes.
+    shown_address : In(6)
+        An `Operand`, to be listed between two lines.
+    shown : Out(signed(width))
+        That word, a clock later.
+    erase, erase_address : In(1), In(6)
+        Make the word at an address 0. Between two lines.
     fault : Out(1)
         A state register was upset. Stays until reset.
 
@@ -110,7 +116,8 @@ class GCodeInterpreter(wiring.Component):
             "actions": Out(stream.Signature(GCodeAction)),
             "verdict": In(6), "operand_address": In(6), "operand": Out(signed(self.width)),
             "answers": Out(stream.Signature(unsigned(8))),
-            "modes": Out(GCodeModes), "fault": Out(1),
+            "modes": Out(GCodeModes), "shown_address": In(6), "shown": Out(signed(self.width)),
+            "erase": In(1), "erase_address": In(6), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -134,6 +141,7 @@ class GCodeInterpreter(wiring.Component):
             store.address.eq(converter.address), store.write_address.eq(converter.address),
             store.write.eq(converter.write), store.data.eq(converter.data),
             store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
+            self.shown.eq(store.word),
         ]
 
         def refuse(code) -> None:
@@ -186,7 +194,11 @@ class GCodeInterpreter(wiring.Component):
             computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
                 places = ~begun & self.position.valid
-                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(~places)]
+                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(~places),
+                             store.address.eq(self.shown_address)]
+                with m.If(self.erase & ~begun & ~places):
+                    m.d.comb += [store.write.eq(1), store.write_address.eq(self.erase_address),
+                                 store.data.eq(0)]
                 with m.If(places):
                     at = self.position.p.axis
                     m.d.comb += [store.write.eq(at != 3),
@@ -283,10 +295,18 @@ class GCodeInterpreter(wiring.Component):
                 m.next = "SPINDLE"
                 with m.If(has["S"]):
                     compute(CoordinateSum.SET_SPEED, "STORE_SPEED")
+                with m.If(has["T"]):
+                    compute(CoordinateSum.SET_TOOL, "STORE_TOOL")
                 with m.If(_unused(line, is_arc).any()):
                     refuse(36)
 
             # The line is right: do it.
+            with m.State("STORE_TOOL"):
+                m.d.comb += store.run.eq(1)
+                with m.If(store.done):
+                    m.next = "SPINDLE"
+                    with m.If(has["S"]):
+                        compute(CoordinateSum.SET_SPEED, "STORE_SPEED")
             computed("STORE_SPEED", "SPINDLE")
             spins = Cat(modes.clockwise, modes.counter_clockwise)
             with m.State("SPINDLE"):

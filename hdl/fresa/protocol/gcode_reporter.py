@@ -7,6 +7,7 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
+from .gcode_lister import LISTED, GCodeText
 from .gcode_settings import LISTED_SETTING, SETTING_BITS
 from .text import TextSource
 
@@ -27,7 +28,7 @@ class GCodeState(enum.Enum, shape=4):
     SLEEP = 8
 
 
-class GCodeMessage(enum.Enum, shape=3):
+class GCodeMessage(enum.Enum, shape=4):
     """Line that a G-code machine sends of itself."""
 
     GREETING = 0
@@ -38,6 +39,8 @@ class GCodeMessage(enum.Enum, shape=3):
     RESET_TO_CONTINUE = 5
     CHECK_DOOR = 6
     PROGRAM_END = 7
+    SLEEPING = 8
+    RESTORING = 9
 
 
 GREETINGS = {"grbl": b"Grbl 1.1h ['$' for help]", "thesis": b"start"}
@@ -51,6 +54,8 @@ NOTICES = {
     GCodeMessage.RESET_TO_CONTINUE: b"Reset to continue",
     GCodeMessage.CHECK_DOOR: b"Check Door",
     GCodeMessage.PROGRAM_END: b"Pgm End",
+    GCodeMessage.SLEEPING: b"Sleeping",
+    GCodeMessage.RESTORING: b"Restoring defaults",
 }
 
 # In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set; and 11xxxxxx for a
@@ -71,6 +76,8 @@ ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_END = range(len(FIELDS))
 OK, ERROR, ALARM, WHOLE_SETTING, DECIMAL_SETTING = range(len(FIELDS), len(FIELDS) + 5)
 MESSAGES = DECIMAL_SETTING + 1  # number of the first
 STATES = MESSAGES + len(GCodeMessage)
+LISTS = STATES + len(GCodeState)
+BREAK = LISTS + len(GCodeText)  # of a line whose rest does not come
 
 REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
 """Reports from one with that field to the next, in a state in which something may move; and in
@@ -83,8 +90,10 @@ class GCodeReporter(wiring.Component):
     """Sends the lines of a G-code machine, one after the other, each ended by CR and LF.
 
     A line that has begun is sent to its end. Then, of what waits, comes first an alarm, then a
-    message, a report, an answer or a setting; but an answer or setting that waits comes before a
-    second report. So no rate of requests keeps them back.
+    message, a report, an answer, a setting or part of a list; but one of the last three that waits
+    comes before a second report. So no rate of requests keeps them back. Behind a part of a list
+    that ends no line nothing else is sent but the next part, or, if the list is abandoned, the end
+    of the line.
 
     A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, with further fields before
     its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
@@ -102,10 +111,11 @@ class GCodeReporter(wiring.Component):
     ========  ================================================================  ===================
     REST      chooses a line                                                    SAMPLE for a report,
                                                                                 or ASK
+    PART      waits for the rest of a line of a list                            ASK
     SAMPLE    samples the state, chooses the fields of the report               ASK
     ASK       requests a text                                                   SEND
-    SEND      sends it with its numbers                                         ASK, or REST after
-                                                                                the last
+    SEND      sends it with its numbers                                         ASK, PART, or REST
+                                                                                after the last
     FAULT     shows ``fault``, sends nothing                                    stays until reset
     ========  ================================================================  ===================
 
@@ -113,6 +123,12 @@ class GCodeReporter(wiring.Component):
     ----------
     dialect : str
         ``grbl`` or ``thesis``: the greeting.
+    options : str
+        Letters of what the machine is built with, of GRBL's, for ``$I``.
+    blocks : int
+        Blocks that it has room for, for ``$I``.
+    receive : int
+        Bytes that it has room for, for ``$I``.
     position_bits : int
         Bits of a position in um, from 12 to 32; the other numbers have at most one bit less.
 
@@ -127,6 +143,10 @@ class GCodeReporter(wiring.Component):
     settings : In(stream.Signature)
         Settings, each taken when its line, ``$number=value``, is sent, and sampled when that
         begins: a number, a value, and whether that has decimals.
+    listed : In(stream.Signature(LISTED))
+        Parts of lists, each taken when it begins to be sent.
+    abandon : In(1)
+        No further part of the list comes, for one clock.
     request : In(1)
         Send a report. A request in the clock in which one begins is for the next.
     reporting : Out(1)
@@ -160,11 +180,12 @@ class GCodeReporter(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, dialect: str = "grbl", position_bits: int = 27) -> None:
+    def __init__(self, *, dialect: str = "grbl", options: str = "V", blocks: int = 63,
+                 receive: int = 128, position_bits: int = 27) -> None:
         if dialect not in GREETINGS:
             raise ValueError(f"dialect must be {' or '.join(GREETINGS)}, not {dialect!r}")
         in_range("position_bits", position_bits, 12, 32)
-        self.texts = TextSource(_texts(GREETINGS[dialect]))
+        self.texts = TextSource(_texts(GREETINGS[dialect], f"{options},{blocks},{receive}"))
         self._writer = DecimalWriter(width=max(position_bits, SETTING_BITS + 1), is_signed=True,
                                      decimals=3)
         super().__init__({
@@ -172,6 +193,7 @@ class GCodeReporter(wiring.Component):
             "alarms": In(stream.Signature(5)),
             "messages": In(stream.Signature(GCodeMessage)),
             "settings": In(stream.Signature(LISTED_SETTING)),
+            "listed": In(stream.Signature(LISTED)), "abandon": In(1),
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2),
             **{f"{name}_{axis}": In(signed(position_bits))
@@ -196,11 +218,15 @@ class GCodeReporter(wiring.Component):
         waiting = Signal()  # a report
         answer_first = Signal()
         is_setting = Signal()
-        value = Signal(SETTING_BITS)  # of a setting
+        value = Signal(signed(SETTING_BITS + 1))  # of a setting or a part
+        part_open = Signal()  # the line of a list goes on with another part
+        abandoned = Signal()  # which does not come
         samples = Signal()
         has_origin, has_overrides = self._intermittent(m, samples)
         with m.If(self.request):
             m.d.sync += waiting.eq(1)
+        with m.If(self.abandon & part_open):
+            m.d.sync += abandoned.eq(1)
         m.d.comb += self.reporting.eq(samples | fields[HAS_END])
 
         # A character, or what stands for one: a register behind the ROM.
@@ -225,6 +251,13 @@ class GCodeReporter(wiring.Component):
             self.bytes.payload.eq(Mux(writer.numbers.ready, item[:7], writer.bytes.payload)),
         ]
 
+        def take_part() -> None:
+            part = self.listed.p
+            m.d.comb += self.listed.ready.eq(1)
+            m.d.sync += [text.eq(LISTS + part.text.as_value()), code.eq(part.code),
+                         value.eq(part.value), part_open.eq(~part.ends)]
+            m.next = "ASK"
+
         with m.FSM(name="reporter_state") as fsm:
             with m.State("REST"):
                 with m.If(self.alarms.valid):
@@ -236,7 +269,8 @@ class GCodeReporter(wiring.Component):
                     m.d.sync += text.eq(MESSAGES + self.messages.payload.as_value())
                     m.next = "ASK"
                 with m.Elif(waiting & ~(answer_first
-                                        & (self.answers.valid | self.settings.valid))):
+                                        & (self.answers.valid | self.settings.valid
+                                           | self.listed.valid))):
                     m.d.sync += [waiting.eq(self.request), answer_first.eq(1)]
                     m.next = "SAMPLE"
                 with m.Elif(self.answers.valid):
@@ -254,6 +288,16 @@ class GCodeReporter(wiring.Component):
                         is_setting.eq(1), answer_first.eq(0),
                     ]
                     m.next = "ASK"
+                with m.Elif(self.listed.valid & ~self.abandon):
+                    m.d.sync += answer_first.eq(0)
+                    take_part()
+
+            with m.State("PART"):
+                with m.If(abandoned):
+                    m.d.sync += [text.eq(BREAK), part_open.eq(0), abandoned.eq(0)]
+                    m.next = "ASK"
+                with m.Elif(self.listed.valid & ~self.abandon):
+                    take_part()
 
             with m.State("SAMPLE"):
                 m.d.comb += samples.eq(1)
@@ -283,6 +327,8 @@ class GCodeReporter(wiring.Component):
                     m.d.comb += self.settings.ready.eq(is_setting)
                     m.d.sync += [fields.eq(fields & (fields - 1)), is_setting.eq(0)]
                     m.next = "REST"
+                    with m.If(part_open):
+                        m.next = "PART"
                     for number in reversed(range(len(FIELDS))):
                         with m.If(fields[number]):
                             m.d.sync += text.eq(number)
@@ -333,7 +379,7 @@ class GCodeReporter(wiring.Component):
         return number
 
 
-def _texts(greeting: bytes) -> list[bytes]:
+def _texts(greeting: bytes, options: str) -> list[bytes]:
     """Return all texts by their numbers."""
     messages = {GCodeMessage.GREETING: greeting,
                 **{message: b"[MSG:%b]" % notice for message, notice in NOTICES.items()}}
@@ -343,4 +389,21 @@ def _texts(greeting: bytes) -> list[bytes]:
     return [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE,
             b"$%c=%c\r\n" % (CODE, WHOLE), b"$%c=%c\r\n" % (CODE, DECIMAL),
             *(messages[message] + b"\r\n" for message in GCodeMessage),
-            *(states[state] for state in GCodeState)]
+            *(states[state] for state in GCodeState),
+            *(_lists(options)[text] for text in GCodeText), b"\r\n"]
+
+
+def _lists(options: str) -> dict[GCodeText, bytes]:
+    """Return what parts of lists say."""
+    return {
+        GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n",
+        GCodeText.BUILD: f"[VER:1.1h.20190830:]\r\n[OPT:{options}]\r\n".encode(),
+        GCodeText.STARTUP: b"$N0=\r\n$N1=\r\n",
+        GCodeText.MOTION: b"[GC:G%c" % WHOLE, GCodeText.G: b" G%c" % WHOLE,
+        GCodeText.M: b" M%c" % WHOLE, GCodeText.TOOL: b" T%c" % WHOLE,
+        GCodeText.FEED: b" F%c" % WHOLE, GCodeText.SPEED: b" S%c]\r\n" % WHOLE,
+        GCodeText.COORDINATES: b"[G%c:%c" % (CODE, DECIMAL), GCodeText.AXIS: b",%c" % DECIMAL,
+        GCodeText.LAST_AXIS: b",%c]\r\n" % DECIMAL,
+        GCodeText.LENGTH: b"[TLO:%c]\r\n" % DECIMAL,
+        GCodeText.PROBED: b"[PRB:0.000,0.000,0.000:0]\r\n",
+    }

@@ -164,6 +164,8 @@ class GCodeSettingStore(wiring.Component):
         Its value, a clock later.
     number, decimal, least, most : Out(8), Out(1), Out(1), Out(27)
         What is known of it, a clock later as well. ``least`` is 0 or 1.
+    initial : Out(27)
+        Its value at power-up, likewise.
     trial : In(1)
         Let ``data`` be read.
     write : In(1)
@@ -184,19 +186,21 @@ class GCodeSettingStore(wiring.Component):
         super().__init__({
             "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
             "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
-            "trial": In(1), "write": In(1), "write_address": In(range(len(SETTINGS))),
-            "data": In(SETTING_BITS), "flags": Out(GCodeFlags),
-            "spindle": Out(SpindleRange),
+            "initial": Out(SETTING_BITS), "trial": In(1), "write": In(1),
+            "write_address": In(range(len(SETTINGS))), "data": In(SETTING_BITS),
+            "flags": Out(GCodeFlags), "spindle": Out(SpindleRange),
         })
 
     def elaborate(self, platform) -> Module:
         m = Module()
         m.submodules.values = values = memory.Memory(
             shape=SETTING_BITS, depth=len(SETTINGS), init=self.values)
-        layout = data.StructLayout({"number": 8, "decimal": 1, "least": 1, "most": SETTING_BITS})
+        layout = data.StructLayout({"number": 8, "decimal": 1, "least": 1, "most": SETTING_BITS,
+                                    "initial": SETTING_BITS})
         m.submodules.known = known = memory.Memory(shape=layout, depth=len(SETTINGS), init=[
             {"number": each.number, "decimal": each.decimal, "least": each.least,
-             "most": each.most} for each in SETTINGS])
+             "most": each.most, "initial": value}
+            for each, value in zip(SETTINGS, self.values, strict=True)])
         write = values.write_port()
         read, fact = values.read_port(), known.read_port()
         tried = Signal()  # what is read
@@ -206,6 +210,7 @@ class GCodeSettingStore(wiring.Component):
             self.value.eq(Mux(tried & self.trial, self.data, read.data)),
             self.number.eq(fact.data.number), self.decimal.eq(fact.data.decimal),
             self.least.eq(fact.data.least), self.most.eq(fact.data.most),
+            self.initial.eq(fact.data.initial),
             write.addr.eq(self.write_address), write.data.eq(self.data), write.en.eq(self.write),
         ]
         for port, name, number in ((getattr(self, port), name, number)

@@ -57,7 +57,7 @@ def gcode(run: Run) -> str:
             run.expect("position", tuple(position), end)
         run.see(ctx, dut, flood=1, spindle=0, enable=1, alarm=0)
         await send(ctx, b"?")
-        await receive(ctx, b"<Idle|MPos:0.000,0.000,0.000|Bf:64,128|FS:0,0|WCO:0.000,0.000,0.000>"
+        await receive(ctx, b"<Idle|MPos:0.000,0.000,0.000|Bf:63,128|FS:0,0|WCO:0.000,0.000,0.000>"
                            b"\r\n")
         await send(ctx, b"G0 X5\n")
         await receive(ctx, b"ok\r\n")
@@ -73,7 +73,7 @@ def gcode(run: Run) -> str:
         await send(ctx, b"G0 X0\n")
         await receive(ctx, b"error:9\r\n")
         await send(ctx, b"$X\nG0 X0\n")
-        await receive(ctx, b"ok\r\nok\r\n")
+        await receive(ctx, b"[MSG:Caution: Unlocked]\r\nok\r\nok\r\n")
         await run.until(ctx, dut, moving=0, within=40_000)
         run.expect("position", tuple(position), (0, 0, 0))
         run.see(ctx, dut, fault=0)

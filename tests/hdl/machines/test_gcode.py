@@ -21,6 +21,7 @@ from tb.uart import Decoder
 pytestmark = pytest.mark.compiler
 
 GREETING = "Grbl 1.1h ['$' for help]"
+LOCKED, UNLOCKED = "[MSG:'$H'|'$X' to unlock]", "[MSG:Caution: Unlocked]"
 STEPS = 80
 SETTINGS = GCodeSettings(
     clock=2_500_000, baud=125_000, steps_per_mm=(Fraction(STEPS), Fraction(40), Fraction(250)),
@@ -248,7 +249,7 @@ def test_switches_stop_at_once(session, pin, alarm):
     assert session.send("G0X0\n$X\n", wait=False) == ["error:9", "ok"]
     assert session.engine.get("alarm") == 1  # a reset is wanted first
     session.send("\x18", wait=False)
-    assert session.send("G0X0\n$X\nG0X0\n") == ["error:9", "ok", "ok"]
+    assert session.send("G0X0\n$X\nG0X0\n") == ["error:9", UNLOCKED, "ok", "ok"]
     assert session.at(0, 0, 0)
 
 
@@ -368,14 +369,96 @@ def test_homing_finds_the_place_and_soft_limits_keep_to_it(design):
             assert abs(off) <= 0.05 * per_mm + 1, home
         session.position = [-32, -584, -100]  # from now on counted as the machine does
         session.places = [10**6] * 3
+        assert session.send("G91X-1Y1Z-1\nG90\n") == ["ok", "ok"]
+        assert session.at(-1.4, -13.6, -1.4)
+        assert session.send("G53Z-0.4\n") == ["ok"]
         assert session.send("$20=1\nG53G0X-20Y-15\n") == ["ok", "ok"]
         assert session.position[:2] == [-1600, -600]
         assert session.send("G53G0X-20.001\n") == ["ALARM:2"]
         assert session.send("G53G0X-1\n") == ["error:9"]
         assert session.state()[0] == "Alarm"
-        assert session.send("G0X-1\n$X\n$20=0\nG53G0X-20.1\n") == ["error:9", "ok", "ok", "ok"]
+        assert session.send("G0X-1\n$X\n$20=0\nG53G0X-20.1\n") == [
+            "error:9", UNLOCKED, "ok", "ok", "ok"]
         assert session.position[0] == -1608
         assert not engine.get("fault")
+
+
+def _listed(session: Session, text: str) -> list[str]:
+    """Return what comes after text while it is listed."""
+    session.send(text, read=False)
+    session.run(200_000)
+    return session.read()
+
+
+def test_lists_say_what_the_machine_has(session):
+    assert session.send("G10L2P2X1Y-2.0005Z3\nG55G20G93T7M8\nM4S250.6\n") == ["ok"] * 3
+    assert session.send("$G\n") == ["[GC:G0 G55 G17 G20 G90 G93 M4 M8 T7 F0 S251]", "ok"]
+    listed = _listed(session, "$#\n")
+    assert listed[:2] == ["[G54:0.000,0.000,0.000]", "[G55:1.000,-2.001,3.000]"]
+    assert [line[1:4] for line in listed[:-1]] == [
+        "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO", "PRB"]
+    assert session.send("$I\n$N\n") == [
+        "[VER:1.1h.20190830:]", "[OPT:V,63,128]", "ok", "$N0=", "$N1=", "ok"]
+    assert session.send("$\n")[0].startswith("[HLP:$$ $# $G $I $N ")
+    assert "|Bf:63,128|" in session.send("?", wait=False)[0]
+    assert session.send("G1X2F1\n$G\n$#\n", wait=False)[1:] == [
+        "[GC:G1 G55 G17 G20 G90 G93 M4 M8 T7 F1 S251]", "ok", "error:8"]
+    assert not session.engine.get("fault")
+
+
+def test_nothing_moves_in_check_mode(session):
+    assert session.send("G1X1F6000\n$C\n", wait=False) == ["ok", "error:8"]
+    session.send("")
+    session.on.clear()
+    assert session.send("$C\n") == ["[MSG:Enabled]", "ok"]
+    assert session.state() == ("Check", [1, 0, 0])
+    before = list(session.position)
+    assert session.send("G1X3Y3M3S100M8\nG2X5I1\nG2X9I99\nG4P0.01\nM0\n$X\n$H\nG99\nM30\n") == [
+        "ok", "ok", "error:33", "ok", "ok", "ok", "error:8", "error:20", "ok"]
+    assert session.position == before
+    assert session.on == set()
+    assert session.send("$C\n") == ["[MSG:Disabled]", "ok", GREETING]
+    assert session.position == before
+    assert session.state() == ("Idle", [1, 0, 0])
+    assert session.send("G91G0X1\n") == ["ok"]
+    assert session.at(2, 0, 0)
+
+
+def test_asleep_the_motors_are_off_until_a_reset(session):
+    session.send("M3S500\nG0X1\n")
+    assert session.engine.get("enable", "spindle") == (1, 1)
+    assert session.send("$SLP\n") == ["ok", "[MSG:Sleeping]"]
+    assert session.engine.get("enable", "spindle") == (0, 0)
+    assert session.state()[0] == "Sleep"
+    assert session.send("G0X2\n") == ["error:9"]
+    assert session.send("\x18") == [GREETING, LOCKED]
+    assert session.send("$X\nG0X0\n") == [UNLOCKED, "ok", "ok"]
+    assert session.at(0, 0, 0)
+
+
+def test_what_was_changed_is_as_at_power_up(session):
+    before = _listed(session, "$$\n"), _listed(session, "$#\n")
+    changes = "$21=0\n$101=33\n$223=7\nG10L2P3X1\nG28.1\nG30.1\n"
+    for which, comes_back in ("$", (True, False)), ("#", (False, True)), ("*", (True, True)):
+        assert session.send(changes) == ["ok"] * 6
+        assert session.send(f"$RST={which}\n") == [
+            "[MSG:Restoring defaults]", "ok", GREETING]
+        after = _listed(session, "$$\n"), _listed(session, "$#\n")
+        assert (after[0] == before[0], after[1] == before[1]) == comes_back
+    assert session.send("G91G0Y1\n") == ["ok"]
+    assert session.at(0, 1, 0)
+    assert session.send("$RST=1\n") == ["error:3"]
+
+
+@pytest.mark.parametrize("clocks", [0, 2_000, 9_000, 20_011, 40_000])
+def test_a_reset_ends_a_list(session, clocks):
+    session.send("$#\n", wait=False, read=False)
+    session.run(clocks)
+    session.send("\x18", wait=False)
+    lines = session.send("$X\n")
+    session.read()
+    assert session.send("G0X1\n$G\n") == ["ok", "[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]", "ok"]
+    assert lines[-1] == "ok"
 
 
 def test_homing_that_finds_no_switch_is_an_alarm(design):
@@ -385,18 +468,11 @@ def test_homing_that_finds_no_switch_is_an_alarm(design):
         session.send("$H\n")
         assert session.at(0, 0, 1.5)
         assert session.state()[0] == "Alarm"
-        assert session.send("G0X1\n$X\nG0X1\n") == ["error:9", "ok", "ok"]
-
-
-def _settings(session: Session) -> list[str]:
-    """Return the lines that list the settings, and what follows."""
-    session.send("$$\n", read=False)
-    session.run(80_000)
-    return session.read()
+        assert session.send("G0X1\n$X\nG0X1\n") == ["error:9", UNLOCKED, "ok", "ok"]
 
 
 def test_settings_are_listed_changed_and_kept(session):
-    listed = _settings(session)
+    listed = _listed(session, "$$\n")
     assert listed[-1] == "ok"
     numbers = {line.partition("=")[0]: line.partition("=")[2] for line in listed[:-1]}
     assert (numbers["$100"], numbers["$101"], numbers["$22"]) == ("80.000", "40.000", "0")
@@ -407,7 +483,7 @@ def test_settings_are_listed_changed_and_kept(session):
     assert session.position == [320, 0, 0]
     assert session.state() == ("Idle", [2, 0, 0])
     assert session.send("\x18") == [GREETING]
-    assert _settings(session) == [
+    assert _listed(session, "$$\n") == [
         {"$100=80.000": "$100=160.000", "$110=6000.000": "$110=90000.000"}.get(line, line)
         for line in listed]
     assert session.send("$100=80\n") == ["ok"]
@@ -435,7 +511,7 @@ def test_the_spindle_stays_on_while_a_setting_is_changed(session):
 
 
 def test_a_reset_in_a_list_of_settings_does_not_change_what_it_says(session):
-    right = {line.split("=")[0]: line for line in _settings(session)}
+    right = {line.split("=")[0]: line for line in _listed(session, "$$\n")}
     for wait in range(0, 60_000, 7_000):
         session.waiting += [level for byte in b"$$\n" for level in bits(byte)]
         session.run(800 + wait)
@@ -461,14 +537,15 @@ def test_directions_and_switches_may_be_inverted(session):
     session.engine.set(limits=0b111)
     session.run(12_000)
     assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
-    assert session.send("\x18$5=1\n$X\nG0X0\n") == [
-        GREETING, "[MSG:'$H'|'$X' to unlock]", "ok", "ok", "ok"]
+    assert session.send("\x18$5=1\n") == [GREETING, LOCKED, "ok"]
+    assert session.send("$X\nG0X0\n") == [UNLOCKED, "ok", "ok"]
     assert session.position == [0, 40, 0]
     session.engine.set(limits=0b011)  # Z is on now
     session.run(12_000)
     assert session.read() == ["ALARM:1", "[MSG:Reset to continue]"]
     session.engine.set(limits=0b111)
-    assert session.send("\x18$21=0\n$5=0\n$X\nG0X1\n")[2:] == ["ok", "ok", "ok", "ok"]
+    assert session.send("\x18$21=0\n$5=0\n")[2:] == ["ok", "ok"]
+    assert session.send("$X\nG0X1\n") == [UNLOCKED, "ok", "ok"]
 
 
 def test_motion_refuses_system_lines_that_have_to_wait(session):

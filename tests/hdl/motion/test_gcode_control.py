@@ -14,7 +14,8 @@ from tb.models.gcode_control import ControlModel
 
 LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard_limit", "emergency",
           "motor_fault", "strict", "locked_start")
-PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "rst")
+PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
+          "restoring", "rst")
 OUTPUTS = ("hold", "stop", "state", "substate", "report", "reset", "flush", "enable", "fault",
            "alarms_valid", "alarms_payload", "messages_valid", "messages_payload")
 CODES = [code.value for code in (RealtimeCode.RESET, RealtimeCode.HOLD, RealtimeCode.RESUME,
@@ -33,7 +34,8 @@ def stimulus(rng, clocks: int) -> dict[str, list[int]]:
                 level = 1 - level
             column.append(level)
         columns[name] = column
-    for name, share in zip(PULSES, (0.02, 0.03, 0.1, 0.2, 0.3, 0.3, 0.001), strict=True):
+    shares = 0.02, 0.03, 0.1, 0.2, 0.3, 0.3, 0.003, 0.003, 0.001
+    for name, share in zip(PULSES, shares, strict=True):
         columns[name] = [int(rng.random() < share) for _ in range(clocks)]
     columns["code"] = [rng.choice([*CODES, CODES[2], rng.randrange(256)]) for _ in range(clocks)]
     columns["failure"] = [rng.choice([2, 4, 5, 8, 9]) if rng.random() < 0.004 else 0
@@ -85,8 +87,8 @@ class Machine:
             else:
                 self.speed = min(self.speed + 1, 5)
             self.engine.run(1)
-            self.engine.set(command=0, pause=0, sleep=0, unlock=0, failure=0,
-                            standing=int(self.speed == 0),
+            self.engine.set(command=0, pause=0, sleep=0, unlock=0, restart=0, restoring=0,
+                            failure=0, standing=int(self.speed == 0),
                             moving=int(self.wants or self.speed > 0))
         state, substate = self.engine.get("state", "substate")
         state = GCodeState(int(state))
@@ -233,3 +235,20 @@ def test_sleep_ends_by_a_reset(engine):
     assert machine.run(8, unlock=1, moving=1) == "SLEEP"
     machine.command(RealtimeCode.RESET, 20)
     assert machine.run(1) == "ALARM"
+
+
+def test_what_is_done_is_said(engine):
+    machine = Machine(engine)
+    machine.run(4)
+    machine.messages.clear()
+    assert machine.run(6, check=1) == "CHECK"
+    assert machine.run(6, check=0) == "IDLE"
+    machine.run(6, restoring=1)
+    machine.run(6, restart=1)
+    machine.run(2, failure=9)
+    assert machine.run(6, unlock=1) == "IDLE"
+    assert machine.run(6, sleep=1) == "SLEEP"
+    assert machine.resets == 1
+    assert machine.messages == [
+        GCodeMessage.ENABLED, GCodeMessage.DISABLED, GCodeMessage.RESTORING,
+        GCodeMessage.GREETING, GCodeMessage.UNLOCKED, GCodeMessage.SLEEPING]

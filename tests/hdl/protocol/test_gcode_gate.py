@@ -12,7 +12,15 @@ from amaranth import Cat, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from fresa.protocol import SETTINGS, GCodeGate, GCodeKind, gcode_layout, setting_index
+from fresa.protocol import (
+    SETTINGS,
+    GCodeGate,
+    GCodeKind,
+    GCodeList,
+    Operand,
+    gcode_layout,
+    setting_index,
+)
 from fresa.protocol.gcode_settings import LISTED_SETTING
 from tb.boards import component
 from tb.engines import AmaranthEngine
@@ -62,7 +70,11 @@ class Machine:
         self.letters = ""
         self.statuses: list[int] = []
         self.listed: list[tuple[int, int]] = []
-        self.unlocks = self.homes = 0
+        self.unlocks = self.homes = self.restored = 0
+        self.lists: list[str] = []
+        self.erased: list[int] = []
+        self.after: list[str] = []  # what begins with an answer
+        self.listing = 0
         self.answer_in = self.busy = self.asked = 0
         engine.set(locked=locked, resting=resting)
 
@@ -74,7 +86,18 @@ class Machine:
         takes = self.rng.random() < 0.5 and not self.answer_in
         lists = self.rng.random() < 0.2
         engine.set(passed_ready=takes, listed_ready=lists, answered=self.answer_in == 1,
-                   configured=0, homed=0)
+                   configured=0, homed=0, all_listed=self.listing == 1)
+        self.listing = max(0, self.listing - 1)
+        begins, which, erases, at, restores, restart, sleep = engine.get(
+            "listing", "list", "erase", "erase_address", "restoring", "restart", "sleep")
+        if begins:
+            self.lists.append(GCodeList(which).name)
+            self.listing = 15
+        if erases:
+            self.erased.append(at)
+        self.restored += restores
+        assert self.answer_in == 1 or not (restart or sleep)
+        self.after += ["restart"] * restart + ["sleep"] * sleep
         trial, at, data = engine.get("trial", "write_address", "data")
         candidate = list(self.values)
         if trial:
@@ -107,7 +130,8 @@ class Machine:
         engine.run(1)
         each = SETTINGS[min(address, len(SETTINGS) - 1)]
         engine.set(value=candidate[SETTINGS.index(each)], number=each.number,
-                   decimal=each.decimal, least=each.least, most=each.most)
+                   decimal=each.decimal, least=each.least, most=each.most,
+                   initial=each.default)
         return bool(ready)
 
     def send(self, text: str) -> None:
@@ -127,6 +151,13 @@ class Machine:
             self.engine.set(words_valid=0)
 
 
+    def wait(self) -> None:
+        """Wait for the answer."""
+        while self.answer_in:
+            self.clock()
+        self.clock()
+
+
 @pytest.fixture(scope="module")
 def gate():
     return component("gate", Ports())
@@ -135,7 +166,7 @@ def gate():
 @pytest.mark.parametrize(("locked", "text", "expected"), [
     (False, "G1X2\n", ("GX", [0], 0)), (True, "G1X2\n", ("GX", [9], 0)),
     (True, "\n", ("", [0], 0)), (False, "$X\n", ("", [0], 1)), (True, "$x\nG0\n", ("G", [0, 9], 1)),
-    (False, "$\n", ("", [3], 0)), (False, "$H\n", ("", [5], 0)), (False, "$XX\n", ("", [3], 0)),
+    (False, "$Z\n", ("", [3], 0)), (False, "$H\n", ("", [5], 0)), (False, "$XX\n", ("", [3], 0)),
     (True, "$100=2.5\n", ("", [0], 0)), (False, "X 1 X\n", ("X", [2], 0)),
     (True, "G\n", ("", [2], 0)), (True, "$J=X1\nG1\n", ("G", [3, 9], 0))])
 def test_lines(gate, locked, text, expected):
@@ -153,13 +184,67 @@ def test_there_is_no_homing_cycle_before_a_reset_that_is_due(gate):
         assert (machine.statuses, machine.homes, machine.unlocks) == ([8, 0, 0], 0, 1)
 
 
-@pytest.mark.parametrize("text", ["$$\n", "$100=1\n", "$H\n"])
+@pytest.mark.parametrize("text", ["$$", "$100=1", "$H", "$#", "$I", "$N", "$C", "$SLP", "$RST=$",
+                                  "$RST=#", "$RST=*"])
 def test_what_has_to_wait_for_rest_is_refused(gate, text):
     with AmaranthEngine(gate) as engine:
         machine = Machine(engine, {**DEFAULTS, 22: 1}, resting=False)
-        machine.send(text + "$X\nG0\n")
+        machine.send(text + "\n$X\nG0\n")
         assert machine.statuses == [8, 0, 0]
-        assert (machine.homes, machine.listed) == (0, [])
+        assert (machine.homes, machine.listed, machine.lists, machine.after) == (0, [], [], [])
+        assert not engine.get("checking")
+
+
+def test_lists_begin_and_are_through_before_their_end(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS)
+        machine.send("$\n$G\n$#\n$I\n$n\n")
+        assert machine.statuses == [0] * 5
+        assert machine.lists == ["HELP", "MODES", "COORDINATES", "BUILD", "STARTUP"]
+        engine.set(resting=0)
+        machine.send("$\n$G\n$N\n")
+        assert machine.statuses[5:] == [0, 0, 8]
+        assert machine.lists[5:] == ["HELP", "MODES"]
+
+
+def test_check_mode_begins_at_rest_and_ends_with_a_reset(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS, locked=True)
+        machine.send("$C\n")
+        engine.set(locked=0)
+        machine.send("$C\n")
+        assert machine.statuses == [8, 0]
+        assert engine.get("checking")
+        engine.set(resting=0)
+        machine.send("G1\n$$\n$H\n$C\n")
+        assert machine.statuses[2:] == [0, 0, 8, 0]
+        assert len(machine.listed) == len(SETTINGS)
+        assert not engine.get("checking")
+        assert machine.after == []
+        machine.wait()
+        assert machine.after == ["restart"]
+
+
+def test_sleep_begins_with_the_answer(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS)
+        machine.send("$SLP\n")
+        machine.wait()
+        assert machine.after == ["sleep"]
+
+
+@pytest.mark.parametrize("which", "$#*")
+def test_what_was_changed_is_as_at_power_up(gate, which):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, {**DEFAULTS, 21: 0, 101: 7, 223: 9})
+        before = list(machine.values)
+        machine.send(f"$RST={which}\n")
+        machine.wait()
+        assert machine.statuses == [0]
+        assert (machine.restored, machine.after) == (1, ["restart"])
+        assert machine.values == ([*DEFAULTS.values()] if which in "$*" else before)
+        assert machine.erased == ([*range(Operand.SYSTEM, Operand.POSITION)]
+                                  if which in "#*" else [])
 
 
 def test_a_homing_cycle_is_answered_when_it_is_through(gate):
@@ -225,13 +310,14 @@ def test_settings_are_changed_or_refused(gate, seed):
         assert dict(zip(DEFAULTS, machine.values, strict=True)) == values
 
 
-@pytest.mark.parametrize("text", ["$100\n", "$100=\n", "$=1\n", "$100=1X\n", "$X100=1\n",
-                                  "$1X=1\n", "$-100=1\n", "$100.0=1\n", "$100==1\n", "$$1\n",
-                                  "$100=1-60\n", "$100=--50\n", "$100=1.5.70\n",
-                                  "$100=+-60\n", "$100=.-60\n"])
+@pytest.mark.parametrize("text", ["$100", "$100=", "$=1", "$RST", "$RST=", "$RST=$$", "$SL",
+                                  "$SLPP", "$RST=1", "$RST=$1", "$GX", "$XRST=$", "$RST=$RST=$",
+                                  "$100=1X", "$X100=1", "$1X=1", "$-100=1", "$100.0=1", "$100==1",
+                                  "$$1", "$100=1-60", "$100=--50", "$100=1.5.70", "$100=+-60",
+                                  "$100=.-60"])
 def test_what_only_looks_like_a_setting_is_refused(gate, text):
     with AmaranthEngine(gate) as engine:
         machine = Machine(engine, DEFAULTS)
-        machine.send(text)
+        machine.send(text + "\n")
         assert machine.statuses == [3]
         assert machine.values == [*DEFAULTS.values()]

@@ -48,8 +48,9 @@ def test_what_is_written_is_read_and_survives_a_reset():
             engine.run(1)
             if write:
                 model[to] = data
-            assert engine.get("number", "decimal", "least", "most") == (
-                SETTINGS[at].number, SETTINGS[at].decimal, SETTINGS[at].least, SETTINGS[at].most)
+            assert engine.get("number", "decimal", "least", "most", "initial") == (
+                SETTINGS[at].number, SETTINGS[at].decimal, SETTINGS[at].least, SETTINGS[at].most,
+                setting_values(values)[at])
             engine.set(write=0, rst=0)
             assert engine.get("value") == (
                 data if trial and at == to and not reset else before)

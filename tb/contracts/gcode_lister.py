@@ -1,0 +1,116 @@
+"""Contract of the lister of a G-code machine: each list is whole, in order, and ends."""
+
+from amaranth import Array, Const, Mux, Value
+
+from fresa.protocol import GCodeList, GCodeLister, GCodeText, Operand
+
+from .contract import Bits, Case, Component, Contract
+
+__all__ = ["GCODE_LISTER"]
+
+NUMBERS = (54, 55, 56, 57, 58, 59, 28, 30, 92)
+PLACES = (*range(Operand.SYSTEM, Operand.OFFSET, 3), Operand.PREDEFINED, Operand.PREDEFINED + 3,
+          Operand.OFFSET)
+"""Numbers of the coordinates that are listed, and where the words of X are."""
+
+
+def describe(c: Contract, dut: GCodeLister) -> None:
+    """Parts come in the order of the list, stay until taken, and then it is through."""
+    state, parts, part, modes = c.state("lister_state"), dut.parts, dut.parts.p, dut.modes
+    kept = c.past(~c.rst)
+    listing = c.keep(1, name="listing")
+    count = c.keep(range(30), name="count")  # parts that were taken
+    which, text = Value.cast(dut.list), Value.cast(modes)
+    c.assume(~dut.start | ~listing)
+    c.assume(~(kept & c.past(listing)) | ((which == c.past(which)) & (text == c.past(text))))
+    c.assume(~(kept & c.past(dut.start)) | ((which == c.past(which)) & (text == c.past(text))))
+    c.assume((which <= 4) & (modes.motion.as_value() <= 4) & (modes.plane <= 2)
+             & (modes.system <= 5) & ~(modes.clockwise & modes.counter_clockwise))
+    taken = parts.valid & parts.ready
+    with c.m.If(dut.start):
+        c.m.d.sync += [listing.eq(1), count.eq(0)]
+    with c.m.If(taken):
+        c.m.d.sync += count.eq(count + 1)
+    with c.m.If(dut.done):
+        c.m.d.sync += listing.eq(0)
+    with c.m.If(c.rst):
+        c.m.d.sync += listing.eq(0)
+
+    of_modes, of_places = (dut.list == each for each in (GCodeList.MODES, GCodeList.COORDINATES))
+    both = modes.mist & modes.flood
+    total = Mux(of_modes, 11 + both, Mux(of_places, 29, 1))
+    c.implication("part-stays", "A part is offered until it is taken, and does not change.",
+                  when=kept & c.past(parts.valid & ~parts.ready), then=parts.valid
+                  & (Value.cast(parts.payload) == c.past(Value.cast(parts.payload))))
+    c.implication("whole", "A list is through when all its parts were taken.", when=dut.done,
+                  then=listing & (count == total))
+    c.implication("only-when-asked", "Nothing is listed unless it was asked for.",
+                  when=parts.valid, then=listing & (count < total))
+    c.implication("ends", "After its last part a list is through.",
+                  when=kept & c.past(taken & (count == total - 1)), then=dut.done)
+
+    # Turns of a list of modes, without the second word of coolant
+    place: Bits = Mux(count > 7, count + ~both, count)[:5]
+    spindle = Mux(modes.clockwise, 3, Mux(modes.counter_clockwise, 4, 5))
+    coolant = Mux(modes.mist, 7, Mux(modes.flood, 8, 9))
+    said = [Mux(modes.motion.as_value() == 4, 80, modes.motion.as_value()), modes.system + 54,
+            modes.plane + 17, Mux(modes.inches, 20, 21), Mux(modes.relative, 91, 90),
+            Mux(modes.inverse, 93, 94), spindle, coolant, Const(8)]
+    words = [GCodeText.MOTION, *[GCodeText.G] * 5, *[GCodeText.M] * 3, GCodeText.TOOL,
+             GCodeText.FEED, GCodeText.SPEED]
+
+    def offers(text: Bits, ends: Bits) -> Bits:
+        return (part.text.as_value() == text) & (part.ends == ends)
+
+    c.implication("modes", "Modes come in GRBL's order.", when=parts.valid & of_modes,
+                  then=offers(Array(word.value for word in words)[place], place == 11)
+                  & (part.code == 0))
+    c.implication("modes-are-said", "What is said of them is what they are.",
+                  when=parts.valid & of_modes & (place <= 8), then=part.value == Array(said)[place])
+    axis, group = count % 3, (count // 3)[:4]
+    c.implication("coordinates", "Coordinates come in GRBL's order, by their axes; then tool and "
+                  "probe.", when=parts.valid & of_places, then=Mux(
+                      count < 27, offers(Mux(axis == 0, GCodeText.COORDINATES.value, Mux(
+                          axis == 1, GCodeText.AXIS.value, GCodeText.LAST_AXIS.value)), axis == 2)
+                      & (part.code == Array(NUMBERS)[group]),
+                      offers(Mux(count == 27, GCodeText.LENGTH.value, GCodeText.PROBED.value),
+                             Const(1))))
+    for which_list, name in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
+                             (GCodeList.STARTUP, GCodeText.STARTUP)):
+        c.implication(f"{which_list.name.lower()}", "A text is a list of one part.",
+                      when=parts.valid & (dut.list == which_list),
+                      then=offers(Const(name.value), Const(1)))
+    reads = state("READ")
+    divided = of_places & (count < 28) | of_modes & (place >= 9)
+    c.implication("address", "A word is read from where it is.",
+                  when=reads & divided,
+                  then=dut.address == Mux(
+                      of_modes, Array([Operand.TOOL, Operand.FEED, Operand.SPEED])[place - 9],
+                      Mux(count == 27, Operand.LENGTH, Array(PLACES)[group] + axis)))
+    c.implication("word-is-divided", "It is taken, and divided, before it is offered.",
+                  when=kept & c.past(reads & divided), then=state("TAKE"))
+
+    turn, own_axis = c.signal("turn"), c.signal("axis")
+    c.invariant("turns", "Turns are those of the parts that were taken.",
+                state("DONE", "IDLE", "FAULT") | (listing & (count < total) & Mux(
+                    of_modes, (turn == place) & (own_axis == 0), Mux(
+                        of_places, Mux(count < 27, (turn == group) & (own_axis == axis),
+                                       (turn == count - 18) & (own_axis == 0)),
+                        (turn == 0) & (own_axis == 0)))), cover=count == 1, lemma=True)
+    c.invariant("listing", "A list is under way in all states but one.",
+                (listing == ~state("IDLE")) | state("FAULT"), cover=listing, lemma=True)
+    c.invariant("through", "It is through when all are taken.",
+                ~state("DONE") | (count == total), cover=state("DONE"), lemma=True)
+    c.invariant("divided", "Nothing else is divided.",
+                ~state("TAKE", "SCALE", "DIVIDE", "ROUND") | divided, cover=state("ROUND"),
+                lemma=True)
+    c.invariant("value-of-a-mode", "A mode is offered as it was sampled.",
+                ~(parts.valid & of_modes & (place <= 8)) | (part.value == Array(said)[place]),
+                cover=parts.valid & of_modes, lemma=True)
+    c.leaves_unused_codes("lister_state", fault=dut.fault,
+                          shows=~parts.valid & ~dut.done)
+
+
+GCODE_LISTER = Component(make=GCodeLister, describe=describe, depth=14,
+                         cases=(Case({"width": 4}), Case(real=True),
+                                Case({"width": 4}, upset=True)))

@@ -1,0 +1,64 @@
+"""Lists of a G-code machine, as GRBL 1.1's interface documents them."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+__all__ = ["listed"]
+
+HELP = b"[HLP:$$ $# $G $I $N $x=val $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n"
+
+
+def listed(which: str, *, modes: Mapping[str, int], words: Mapping[int, int],
+           options: str = "V,63,128") -> bytes:
+    """Return what ``$``, ``$G``, ``$#``, ``$I`` or ``$N`` lists.
+
+    Parameters
+    ----------
+    which : str
+        The line, without its ``$``.
+    modes : mapping of str to int
+        The modes by the names in `GCodeModes`.
+    words : mapping of int to int
+        Stored words by their addresses: lengths in nm, others in millionths, and the feed in nm/s
+        unless it is ``inverse``.
+    options : str
+        Of the build.
+    """
+    match which:
+        case "":
+            return HELP
+        case "I":
+            return f"[VER:1.1h.20190830:]\r\n[OPT:{options}]\r\n".encode()
+        case "N":
+            return b"$N0=\r\n$N1=\r\n"
+        case "G":
+            return _modes(modes, words)
+    # Origins of the systems from 16 on, of G28 and G30 from 38, the offset of G92 from 34
+    places = {**{54 + system: 16 + 3 * system for system in range(6)}, 28: 38, 30: 41, 92: 34}
+    lines = [f"[G{number}:{','.join(_length(words[at + axis]) for axis in range(3))}]"
+             for number, at in places.items()]
+    lines += [f"[TLO:{_length(words[37])}]", "[PRB:0.000,0.000,0.000:0]"]
+    return "".join(f"{line}\r\n" for line in lines).encode()
+
+
+def _modes(modes: Mapping[str, int], words: Mapping[int, int]) -> bytes:
+    of = modes.__getitem__
+    coolant = [name for name, on in (("M7", of("mist")), ("M8", of("flood"))) if on] or ["M9"]
+    spindle = 3 if of("clockwise") else 4 if of("counter_clockwise") else 5
+    feed = Fraction(words[47], 10**6) * (1 if of("inverse") else 60)
+    said = [f"G{(0, 1, 2, 3, 80)[of('motion')]}", f"G{54 + of('system')}", f"G{17 + of('plane')}",
+            "G20" if of("inches") else "G21", "G91" if of("relative") else "G90",
+            "G93" if of("inverse") else "G94", f"M{spindle}", *coolant,
+            f"T{words[49] // 10**6}", f"F{_rounded(feed)}",
+            f"S{_rounded(Fraction(words[48], 10**6))}"]
+    return f"[GC:{' '.join(said)}]\r\n".encode()
+
+
+def _rounded(value: Fraction) -> int:
+    """Return a number rounded half away from zero."""
+    return int(value + Fraction(1, 2)) if value >= 0 else -int(-value + Fraction(1, 2))
+
+
+def _length(nanometres: int) -> str:
+    um = _rounded(Fraction(nanometres, 1000))
+    return f"{'-' if um < 0 else ''}{abs(um) // 1000}.{abs(um) % 1000:03}"
