@@ -96,8 +96,10 @@ class GCodeGate(wiring.Component):
         Begin a list, one clock; which; it is through, one clock.
     home, homed : Out(1), In(1)
         Begin a homing cycle, one clock; it is through, one clock.
-    address, value, number, decimal, least, most, initial : Out(6), In(27), In(8), ..., In(27)
+    address, value, number, decimal, least, most : Out(6), In(27), In(8), In(1), In(1), In(27)
         The store of settings, for reading, see :class:`GCodeSettingStore`.
+    initial : In(27)
+        What the setting at ``address`` was at power-up, with its value.
     write_address, data, trial, write : Out(6), Out(27), Out(1), Out(1)
         For writing.
     configure, configured, refused : Out(1), In(1), In(1)
