@@ -464,8 +464,12 @@ class GCode(MachineComponent):
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
         connect(m, reporter.bytes, transmitter.bytes)
-        connect(m, gate.listed, reporter.settings)
-        connect(m, lister.parts, reporter.listed)
+        parts = lister.parts  # or settings, of the gate, which does not list both
+        m.d.comb += [
+            reporter.listed.valid.eq(parts.valid | gate.listed.valid),
+            reporter.listed.payload.eq(Mux(parts.valid, parts.payload, gate.listed.payload)),
+            parts.ready.eq(reporter.listed.ready), gate.listed.ready.eq(reporter.listed.ready),
+        ]
         self._reports(m, control, planner, motion, reporter, switches)
         m.d.comb += [
             reporter.abandon.eq(renewed),

@@ -202,7 +202,7 @@ class GCodeHoming(wiring.Component):
                             m.d.sync += located.eq(1)
                             follow(_Phase.LOCATE)
                     with m.Elif(turn == len(order) - 1):
-                        m.next = "ARRIVED"
+                        m.next = "RESTART"
                     with m.Else():
                         m.d.sync += [turn.eq(turn + 1), located.eq(0)]
                         follow(_Phase.SEEK)
@@ -221,14 +221,10 @@ class GCodeHoming(wiring.Component):
                     follow(_Phase.PULL_OFF)
                     with m.If(seeks):
                         follow(_Phase.PLACE)
+                    # Lines that follow begin where the last axis is, not at its switch.
+                    with m.Elif(phase == _Phase.PULL_OFF):
+                        m.next = "DONE"
 
-            # Lines that follow begin where the last axis is now, not at its switch.
-            with m.State("ARRIVED"):
-                m.d.comb += [self.brake.eq(1), self.restart.eq(1)]
-                m.next = "SETTLE"
-            with m.State("SETTLE"):
-                with m.If(~self.begins & ~self.moving):
-                    m.next = "DONE"
             with m.State("DONE"):
                 m.d.comb += self.done.eq(1)
                 m.next = "IDLE"

@@ -9,17 +9,18 @@ from amaranth.lib.wiring import In, Out
 from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
-from .gcode_lister import GCodeList
+from .gcode_lister import LISTED, GCodeList, GCodeText
 from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
-from .gcode_settings import LISTED_SETTING, SETTING_BITS, SETTINGS, GCodeSetting
+from .gcode_settings import SETTING_BITS, SETTINGS, GCodeSetting
 
 __all__ = ["COMMANDS", "GCodeGate"]
 
-COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", "", "G", "#", "I", "N")
-"""System lines that are a text of their own, behind ``$``; from the empty one on those of lists."""
-
 LISTS = {"": GCodeList.HELP, "G": GCodeList.MODES, "#": GCodeList.COORDINATES,
          "I": GCodeList.BUILD, "N": GCodeList.STARTUP}
+"""Lines of lists, behind their ``$``."""
+
+COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", *LISTS)
+"""System lines that are a text of their own, behind their ``$``."""
 
 THOUSANDTH = 1000
 """Units of a value in a thousandth: values have six decimals."""
@@ -104,8 +105,8 @@ class GCodeGate(wiring.Component):
         For writing.
     configure, configured, refused : Out(1), In(1), In(1)
         Take all settings, until ``configured``, in which clock they are ``refused`` or not.
-    listed : Out(stream.Signature)
-        Settings, each until its line is sent.
+    listed : Out(stream.Signature(LISTED))
+        Settings, a line each.
     fault : Out(1)
         The state register was upset. Stays until reset.
 
@@ -136,7 +137,7 @@ class GCodeGate(wiring.Component):
             "least": In(1), "most": In(SETTING_BITS), "initial": In(SETTING_BITS),
             "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
             "write": Out(1), "configure": Out(1), "configured": In(1), "refused": In(1),
-            "listed": Out(stream.Signature(LISTED_SETTING)), "fault": Out(1),
+            "listed": Out(stream.Signature(LISTED)), "fault": Out(1),
         })
 
     def elaborate(self, platform) -> Module:
@@ -196,8 +197,10 @@ class GCodeGate(wiring.Component):
         m.d.comb += [
             self.address.eq(index), self.write_address.eq(index), self.data.eq(changed),
             self.erase_address.eq(count),
-            self.listed.p.number.eq(self.number), self.listed.p.decimal.eq(self.decimal),
-            self.listed.p.value.eq(self.value),
+            self.listed.p.code.eq(self.number), self.listed.p.value.eq(self.value),
+            self.listed.p.text.eq(Mux(self.decimal, GCodeText.DECIMAL_SETTING,
+                                      GCodeText.WHOLE_SETTING)),
+            self.listed.p.ends.eq(1),
             left.eq(Cat(value[-1], remainder)), fits.eq(left >= THOUSANDTH),
         ]
 

@@ -8,11 +8,12 @@ from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_modes import GCodeModes, GCodeMotion
+from .gcode_settings import SETTING_BITS
 
 __all__ = ["LISTED", "GCodeList", "GCodeLister", "GCodeText"]
 
-LISTED_BITS = 28
-"""Bits of a value: a position in um reaches to 34 m."""
+LISTED_BITS = SETTING_BITS + 1
+"""Bits of a value, with its sign: a setting, or a position in um, which reaches to 34 m."""
 
 
 class GCodeList(enum.Enum, shape=unsigned(3)):
@@ -42,6 +43,8 @@ class GCodeText(enum.Enum, shape=unsigned(4)):
     LAST_AXIS = 11
     LENGTH = 12
     PROBED = 13
+    WHOLE_SETTING = 14
+    DECIMAL_SETTING = 15
 
 
 LISTED = data.StructLayout({"text": GCodeText, "ends": 1, "code": 8, "value": signed(LISTED_BITS)})
@@ -50,6 +53,9 @@ LISTED = data.StructLayout({"text": GCodeText, "ends": 1, "code": 8, "value": si
 SYSTEMS = (*((54 + system, Operand.SYSTEM + 3 * system) for system in range(6)),
            (28, Operand.PREDEFINED), (30, Operand.PREDEFINED + 3), (92, Operand.OFFSET))
 """Coordinates in the order in which they are listed, by their numbers, and where they are."""
+
+MIST = 7
+"""Turn of the first word of coolant, among the modes."""
 
 PER_UM, PER_ONE, PER_FEED = 1000, 1_000_000, 50_000
 """Units of a length in 1 um; of a number in 1; and a third of the nm/s of 1000 mm/min."""
@@ -111,7 +117,7 @@ class GCodeLister(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         part = self.parts.p
-        turn = Signal(range(12))  # which of the modes, or of the coordinates
+        turn = Signal(range(MIST + 5))  # which of the modes, or of the coordinates
         axis = Signal(2)
         last = Signal()
         divides = Signal()
@@ -190,10 +196,9 @@ class GCodeLister(wiring.Component):
                 with m.If(self.parts.ready):
                     m.next = "READ"
                     m.d.sync += turn.eq(turn + 1)
-                    with m.If((self.list == GCodeList.COORDINATES) & ~part.ends):
-                        m.d.sync += [turn.eq(turn), axis.eq(axis + 1)]
-                    with m.Elif(self.list == GCodeList.COORDINATES):
-                        m.d.sync += axis.eq(0)
+                    with m.If(self.list == GCodeList.COORDINATES):
+                        m.d.sync += [turn.eq(turn + part.ends),
+                                     axis.eq(Mux(part.ends, 0, axis + 1))]
                     with m.Elif((turn == MIST) & ~(self.modes.mist & self.modes.flood)):
                         m.d.sync += turn.eq(MIST + 2)
                     with m.If(last):
@@ -229,6 +234,3 @@ class GCodeLister(wiring.Component):
         with m.If((text == GCodeText.FEED) & ~modes.inverse):
             m.d.comb += per.eq(PER_FEED)
 
-
-MIST = 7
-"""Turn of the first word of coolant."""

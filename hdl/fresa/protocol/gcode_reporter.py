@@ -8,7 +8,7 @@ from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
 from .gcode_lister import LISTED, GCodeText
-from .gcode_settings import LISTED_SETTING, SETTING_BITS
+from .gcode_settings import SETTING_BITS
 from .text import TextSource
 
 __all__ = ["GCodeMessage", "GCodeReporter", "GCodeState"]
@@ -73,8 +73,8 @@ FIELDS = (
 """Of a report, after its state; those between the first and the last are intermittent."""
 
 ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_END = range(len(FIELDS))
-OK, ERROR, ALARM, WHOLE_SETTING, DECIMAL_SETTING = range(len(FIELDS), len(FIELDS) + 5)
-MESSAGES = DECIMAL_SETTING + 1  # number of the first
+OK, ERROR, ALARM = range(len(FIELDS), len(FIELDS) + 3)
+MESSAGES = ALARM + 1  # number of the first
 STATES = MESSAGES + len(GCodeMessage)
 LISTS = STATES + len(GCodeState)
 BREAK = LISTS + len(GCodeText)  # of a line whose rest does not come
@@ -90,8 +90,8 @@ class GCodeReporter(wiring.Component):
     """Sends the lines of a G-code machine, one after the other, each ended by CR and LF.
 
     A line that has begun is sent to its end. Then, of what waits, comes first an alarm, then a
-    message, a report, an answer, a setting or part of a list; but one of the last three that waits
-    comes before a second report. So no rate of requests keeps them back. Behind a part of a list
+    message, a report, an answer or part of a list; but one of the last two that waits comes
+    before a second report. So no rate of requests keeps them back. Behind a part of a list
     that ends no line nothing else is sent but the next part, or, if the list is abandoned, the end
     of the line.
 
@@ -140,9 +140,6 @@ class GCodeReporter(wiring.Component):
         Numbers of alarms.
     messages : In(stream.Signature(GCodeMessage))
         Messages.
-    settings : In(stream.Signature)
-        Settings, each taken when its line, ``$number=value``, is sent, and sampled when that
-        begins: a number, a value, and whether that has decimals.
     listed : In(stream.Signature(LISTED))
         Parts of lists, each taken when it begins to be sent.
     abandon : In(1)
@@ -192,7 +189,6 @@ class GCodeReporter(wiring.Component):
             "answers": In(stream.Signature(8)),
             "alarms": In(stream.Signature(5)),
             "messages": In(stream.Signature(GCodeMessage)),
-            "settings": In(stream.Signature(LISTED_SETTING)),
             "listed": In(stream.Signature(LISTED)), "abandon": In(1),
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2),
@@ -212,13 +208,12 @@ class GCodeReporter(wiring.Component):
         m.submodules.writer = writer = self._writer
 
         text = Signal.like(texts.numbers.payload)
-        code = Signal(8)  # of an answer or an alarm, or the substate
+        code = Signal(8)  # of an answer, an alarm or a part, or the substate
         pins = Signal(8)  # the lowest is the next
         fields = Signal(len(FIELDS))  # of the report, still to be sent
         waiting = Signal()  # a report
         answer_first = Signal()
-        is_setting = Signal()
-        value = Signal(signed(SETTING_BITS + 1))  # of a setting or a part
+        value = Signal.like(self.listed.p.value)
         part_open = Signal()  # the line of a list goes on with another part
         abandoned = Signal()  # which does not come
         samples = Signal()
@@ -269,8 +264,7 @@ class GCodeReporter(wiring.Component):
                     m.d.sync += text.eq(MESSAGES + self.messages.payload.as_value())
                     m.next = "ASK"
                 with m.Elif(waiting & ~(answer_first
-                                        & (self.answers.valid | self.settings.valid
-                                           | self.listed.valid))):
+                                        & (self.answers.valid | self.listed.valid))):
                     m.d.sync += [waiting.eq(self.request), answer_first.eq(1)]
                     m.next = "SAMPLE"
                 with m.Elif(self.answers.valid):
@@ -279,13 +273,6 @@ class GCodeReporter(wiring.Component):
                         text.eq(Mux(self.answers.payload == 0, OK, ERROR)),
                         code.eq(self.answers.payload),
                         answer_first.eq(0),
-                    ]
-                    m.next = "ASK"
-                with m.Elif(self.settings.valid):
-                    m.d.sync += [
-                        text.eq(Mux(self.settings.p.decimal, DECIMAL_SETTING, WHOLE_SETTING)),
-                        code.eq(self.settings.p.number), value.eq(self.settings.p.value),
-                        is_setting.eq(1), answer_first.eq(0),
                     ]
                     m.next = "ASK"
                 with m.Elif(self.listed.valid & ~self.abandon):
@@ -324,8 +311,7 @@ class GCodeReporter(wiring.Component):
                     with m.If(done & is_pin):
                         m.d.sync += pins.eq(pins >> 1)
                 with m.Elif(texts.numbers.ready & writer.numbers.ready):
-                    m.d.comb += self.settings.ready.eq(is_setting)
-                    m.d.sync += [fields.eq(fields & (fields - 1)), is_setting.eq(0)]
+                    m.d.sync += fields.eq(fields & (fields - 1))
                     m.next = "REST"
                     with m.If(part_open):
                         m.next = "PART"
@@ -387,7 +373,6 @@ def _texts(greeting: bytes, options: str) -> list[bytes]:
     for state in (GCodeState.HOLD, GCodeState.DOOR):
         states[state] += b":%c" % CODE
     return [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE,
-            b"$%c=%c\r\n" % (CODE, WHOLE), b"$%c=%c\r\n" % (CODE, DECIMAL),
             *(messages[message] + b"\r\n" for message in GCodeMessage),
             *(states[state] for state in GCodeState),
             *(_lists(options)[text] for text in GCodeText), b"\r\n"]
@@ -406,4 +391,6 @@ def _lists(options: str) -> dict[GCodeText, bytes]:
         GCodeText.LAST_AXIS: b",%c]\r\n" % DECIMAL,
         GCodeText.LENGTH: b"[TLO:%c]\r\n" % DECIMAL,
         GCodeText.PROBED: b"[PRB:0.000,0.000,0.000:0]\r\n",
+        GCodeText.WHOLE_SETTING: b"$%c=%c\r\n" % (CODE, WHOLE),
+        GCodeText.DECIMAL_SETTING: b"$%c=%c\r\n" % (CODE, DECIMAL),
     }

@@ -10,14 +10,11 @@ from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 
-__all__ = ["LISTED_SETTING", "MAX_FILTER", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
+__all__ = ["MAX_FILTER", "SETTINGS", "SETTING_BITS", "GCodeFlags", "GCodeSetting",
            "GCodeSettingStore", "SpindleRange", "setting_index", "setting_values"]
 
 SETTING_BITS = 27
 """Bits of a setting: a whole number, or a length or rate in thousandths."""
-
-LISTED_SETTING = data.StructLayout({"number": 8, "decimal": 1, "value": SETTING_BITS})
-"""A setting as a line of a list says it: with three decimals, or as a whole number."""
 
 MAX_FILTER = 5000
 """Longest time of the filters of contacts, in us."""

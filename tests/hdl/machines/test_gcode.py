@@ -406,6 +406,13 @@ def test_lists_say_what_the_machine_has(session):
     assert not session.engine.get("fault")
 
 
+@pytest.mark.parametrize(("options", "letters"), [
+    ({}, "V"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VC"),
+    ({"dialect": "thesis", "kinematics": "corexy"}, "C")])
+def test_letters_of_the_build(options, letters):
+    assert GCodeSettings(**options).options == letters
+
+
 def test_nothing_moves_in_check_mode(session):
     assert session.send("G1X1F6000\n$C\n", wait=False) == ["ok", "error:8"]
     session.send("")

@@ -13,15 +13,16 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from fresa.protocol import (
+    LISTED,
     SETTINGS,
     GCodeGate,
     GCodeKind,
     GCodeList,
+    GCodeText,
     Operand,
     gcode_layout,
     setting_index,
 )
-from fresa.protocol.gcode_settings import LISTED_SETTING
 from tb.boards import component
 from tb.engines import AmaranthEngine
 from tb.models.gcode_line import read_lines
@@ -122,9 +123,12 @@ class Machine:
             else:
                 self.letters += chr(out.character)
         if listed_valid and lists:
-            line: Any = LISTED_SETTING.from_bits(listed)
-            assert line.decimal == SETTINGS[setting_index(line.number)].decimal
-            self.listed.append((line.number, line.value))
+            line: Any = LISTED.from_bits(listed)
+            decimal = SETTINGS[setting_index(line.code)].decimal
+            assert line.text == (GCodeText.DECIMAL_SETTING if decimal
+                                 else GCodeText.WHOLE_SETTING)
+            assert line.ends
+            self.listed.append((line.code, line.value))
         if write:
             self.values[at] = data
         engine.run(1)
