@@ -47,8 +47,8 @@ def test_an_order_to_go_that_is_refused_ends_the_way_before(fake, path):
         await site.connect()
         go(site, 1, 10_000)
         await site.until(lambda: not fake.resting)
-        site.do("speed", axis=2, speed=9)
         fake.refuse = {b"VEL": b"! RANGE\n"}
+        site.do("speed", axis=2, speed=9)
         await site.until(lambda: "RANGE" in site.told("state")["note"])
         assert site.told("state")["goal"] == 1 and not fake.resting  # which is another line
         fake.damage = {b"GOTO 2\n": b"GOTO 9\n"}
