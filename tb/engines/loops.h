@@ -1,12 +1,11 @@
-// The loops around a design, for ctypes, the same for every engine in C++. Above is its Engine: `pins`
-// that can be set, `pads` that can be got, `settled`, `settle()`, `edge()`, and `advance(clocks, outputs)`,
+// The loops around a design, for ctypes, the same for every engine in C++. Above is its Engine: `put`
+// for inputs, `pads` that can be got, `settled`, `settle()`, `edge()`, and `advance(clocks, outputs)`,
 // which makes a clock or more of which only the last may change these outputs; and API, and fresa_new.
 
 API void fresa_delete(Engine *engine) { delete engine; }
 
 API void fresa_set(Engine *engine, int32_t port, uint64_t bits) {
-	engine->pins[port].set(bits);
-	engine->settled = false;
+	engine->put(port, bits);
 }
 
 API uint64_t fresa_get(Engine *engine, int32_t port) {
@@ -67,10 +66,8 @@ API void fresa_play(
 				differs[row] |= column[row] ^ column[row - 1];
 		}
 		for (int64_t row = 0, next = 0; row < block; row = next) {
-			for (int32_t n = 0; n < played && (row == 0 || differs[row]); n++) {
-				engine->pins[inputs[n]].set(before[n * BLOCK + row]);
-				engine->settled = false;
-			}
+			for (int32_t n = 0; n < played && (row == 0 || differs[row]); n++)
+				engine->put(inputs[n], before[n * BLOCK + row]);
 			for (next = row + 1; next < block && !differs[next];)
 				next++;
 			engine->settle();

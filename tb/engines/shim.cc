@@ -45,6 +45,7 @@ struct Engine {
 	std::vector<Pin> pins;
 	std::vector<Pad> pads;
 	bool settled = false;
+	bool touched = false; // inputs may have changed since they were looked at
 #ifdef VCD
 	debug_items items;
 	std::unique_ptr<vcd_writer> vcd; // of the waveform that is being written, if one is
@@ -63,7 +64,29 @@ struct Engine {
 #ifdef VCD
 		design.debug_info(&items, nullptr, NAME " ");
 #endif
+		wake();
 	}
+
+	void put(size_t port, uint64_t bits) {
+		pins[port].set(bits);
+		touched = true;
+		settled = false;
+	}
+
+	// After the state was changed from outside.
+	void wake() {
+#ifdef PASSES
+		design.wake();
+#endif
+		settled = false;
+	}
+
+#ifdef PASSES
+	void look() {
+		if (std::exchange(touched, false))
+			design.inputs();
+	}
+#endif
 
 	// Until no flip-flop, memory or loop changes any more: then the outputs are right as well.
 	void step() {
@@ -73,20 +96,24 @@ struct Engine {
 	}
 
 	void settle() {
-		if (!settled)
 #ifdef PASSES
+		if (!settled) {
+			look();
 			design.outputs();
+		}
 #else
+		if (!settled)
 			step();
 #endif
 		settled = true;
 	}
 
-	// With the one clock as the only edge, and logic that is in order, a clock is one pass over it: the
-	// clock need not move. Outputs wait until they are looked at.
+	// With the one clock as the only edge, and logic that is in order, a clock is one pass over what has
+	// changed: the clock need not move. Outputs wait until they are looked at.
 	void edge() {
 #ifdef PASSES
 		if (!tracing()) {
+			look();
 			design.next();
 			settled = false;
 			wait(1);
@@ -100,6 +127,8 @@ struct Engine {
 		sample();
 		design.CLK.set<bool>(false);
 		step();
+		wake();
+		settled = true;
 	}
 
 	// Makes a clock, or a stretch of them in which these outputs stay as they are up to the last.
@@ -166,7 +195,7 @@ struct Engine {
 #define X(name) jump(design.name, ahead->name, made);
 		STATE
 #undef X
-		settled = false;
+		wake();
 		wait(made);
 		return made;
 	}

@@ -72,6 +72,11 @@ struct Engine {
 #undef X
 	}
 
+	void put(size_t port, uint64_t bits) {
+		pins[port].set(bits);
+		settled = false;
+	}
+
 	void settle() {
 		if (!settled)
 			design->eval();

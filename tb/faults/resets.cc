@@ -72,8 +72,7 @@ API int32_t faults_resets(
 			trial->apply(runner.row());
 		runner.is_new = false;
 		bool rst = runner.row().rst || resetting;
-		trial->rst.set(rst);
-		engine.settled = false;
+		engine.put(trial->rst, rst);
 		engine.settle();
 		for (size_t n = 0; n < trial->motors.size(); n++) {
 			auto &stand = now.stands[n];

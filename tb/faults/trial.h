@@ -48,7 +48,7 @@ struct Trial {
 	uint64_t idle_level = 1;           // of `idle`, where the machine is
 	int32_t period = 0;                // clocks of a bit of `tx`, if it has one
 	std::string kinds;                 // of answers, by their first bytes
-	Pin rst;
+	size_t rst;                        // number of that input
 	std::vector<uint32_t> power_up, memory_at_power_up;
 
 	std::vector<Row> rows;
@@ -133,14 +133,14 @@ struct Trial {
 			std::copy(words, words + m.words, m.curr);
 			words += m.words;
 		}
-		engine.settled = false;
+		engine.wake();
 	}
 
 	void flip(size_t number, size_t bit) {
 		auto &r = registers[number];
 		r.curr[bit / 32] ^= 1u << bit % 32;
 		r.next[bit / 32] = r.curr[bit / 32];
-		engine.settled = false;
+		engine.wake();
 	}
 
 	// Is the state that of a clock without an upset?
@@ -157,8 +157,7 @@ struct Trial {
 
 	void apply(const Row &row) {
 		for (size_t n = 0; n < engine.pins.size(); n++)
-			engine.pins[n].set(row.levels[n]);
-		engine.settled = false;
+			engine.put(n, row.levels[n]);
 	}
 
 	// Looks at the pins in a clock; where the place was called 0 it is that.

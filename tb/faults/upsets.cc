@@ -5,7 +5,7 @@ API Trial *faults_new(int32_t idle, uint64_t idle_level, int32_t error, int32_t 
 	trial->idle = trial->engine.pads[idle];
 	trial->idle_level = idle_level;
 	trial->error = trial->engine.pads[error];
-	trial->rst = trial->engine.pins[rst];
+	trial->rst = size_t(rst);
 	trial->engine.settle();
 	trial->power_up.resize(trial->words);
 	trial->save(trial->power_up.data());

@@ -1,0 +1,145 @@
+# amaranth: UnusedElaboratable=no
+# pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false, reportReturnType=false
+
+"""Conditional evaluation by CXXRTL: each output of each clock is that of Amaranth's simulator."""
+
+import random
+
+import numpy as np
+import pytest
+from amaranth import Cat, Module, Mux, Signal, Value
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from tb.design import Design
+from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.engines.gating import statements
+from tests.tb.designs import clocked
+
+
+class Part(wiring.Component):
+    """Registers that change seldom, values of them, and perhaps a memory."""
+
+    a: In(9)
+    b: In(40)
+    count: Out(9)
+    wide: Out(40)
+    now: Out(5)
+
+    def __init__(self, seed: int) -> None:
+        self.seed = seed
+        super().__init__()
+
+    def elaborate(self, platform) -> Module:
+        m, rng = Module(), random.Random(self.seed)
+        go = self.a[:3] == rng.randrange(8)
+        halves = Signal(10)
+        m.d.comb += [halves[:3].eq(self.a[2:5] ^ self.count[:3]), halves[3:].eq(self.b[5:12]),
+                     self.now.eq(Mux(go, halves[2:7], self.wide[30:35]))]
+        with m.If(go):
+            m.d.sync += self.count.eq(self.count + rng.choice([1, 3, self.a]))
+        with m.Elif(halves[4]):
+            m.d.sync += self.wide.eq(Cat(self.b[1:], self.count[0] ^ halves[0]))
+        if rng.random() < 0.3:
+            m.submodules.memory = memory = Memory(
+                shape=8, depth=8, init=[rng.randrange(256) for _ in range(8)])
+            read = memory.read_port(domain=rng.choice(["comb", "sync"]))
+            write, other = memory.write_port(), memory.write_port()
+            m.d.comb += [read.addr.eq(self.a[1:4]), write.addr.eq(self.count[:3]),
+                         write.data.eq(self.b[:8]), write.en.eq(go),
+                         other.addr.eq(self.a[:3]), other.data.eq(self.count),
+                         other.en.eq(self.b[3] & (other.addr != write.addr))]
+            with m.If(self.a[0]):
+                m.d.comb += self.now.eq(read.data[:5])
+        return m
+
+
+def design(seed: int, parts: int) -> Design:
+    """Make parts that are joined at random, also by values of the same clock."""
+    rng, clk = random.Random(seed), Signal()
+    inputs = {"p": Signal(9), "q": Signal(40), "rst": Signal()}
+    m = clocked(clk, inputs["rst"])
+    every = [Part(seed * 1000 + number) for number in range(parts)]
+
+    def any_of(width: int, before: int) -> Value:
+        later = [x for part in every for x in (part.count, part.wide)]
+        now = [part.now for part in every[:before]]
+        picked = rng.choice([inputs["p"], inputs["q"], *rng.choice([later, now or later])])
+        return Cat(picked, rng.choice(later))[:width]
+
+    for number, part in enumerate(every):
+        m.submodules[f"part_{number}"] = part
+        m.d.comb += [part.a.eq(any_of(9, number)), part.b.eq(any_of(40, number))]
+    outputs = {f"o{n}": Signal(5) for n in range(4)}
+    for output in outputs.values():
+        m.d.comb += output.eq(any_of(40, parts).xor())
+    outputs |= {f"now_{n}": every[-1 - n].now for n in range(3)}
+    return Design("parts", m, clk, inputs, outputs)
+
+
+def stimulus(seed: int, rows: int) -> dict[str, np.ndarray]:
+    """Return inputs that stay for some clocks, most of them."""
+    rng = np.random.default_rng(seed)
+
+    def held(high: int) -> np.ndarray:
+        levels, clocks = rng.integers(0, high, rows), rng.choice([1, 1, 2, 30], rows)
+        return np.repeat(levels, clocks)[:rows].astype(np.uint64)
+
+    return {"p": held(1 << 9), "q": held(1 << 40),
+            "rst": (rng.random(rows) < 0.02).astype(np.uint64)}
+
+
+@pytest.mark.compiler
+@pytest.mark.usefixtures("libraries")
+@pytest.mark.parametrize(("seed", "parts"), [(1, 3), (2, 12), (3, 100)])
+@pytest.mark.parametrize("traceable", [False, True])
+def test_is_as_the_simulator(seed, parts, traceable):
+    made = design(seed, parts)
+    rows = stimulus(seed, 400)
+    outputs = list(made.outputs)
+    with AmaranthEngine(made) as simulator:
+        expected = simulator.apply(rows, outputs)
+    with CXXRTLEngine(made, traceable=traceable) as engine:
+        seen = engine.apply(rows, outputs)
+    for name in outputs:
+        assert seen[name].tolist() == expected[name].tolist(), name
+    assert max(len(set(expected[name].tolist())) for name in outputs) > 1
+
+
+LOGIC = """\
+\t// \\hdlname: top sum
+\tp_top_2e_sum = add_uu<5>(p_top_2e_count.curr, p_step);
+\tp_top_2e_part.slice<4,2>() = i_flatten_5c_top_2e__24_1.slice<2,0>().val();
+\tauto tmp_0 = memory_index(p_top_2e_sum, 0, 16);
+\tif(tmp_0.valid) {
+\t\ti_auto_24_1 = memory_p_top_2e_rom[tmp_0.index];
+\t} else {
+\t\ti_auto_24_1 = value<6> {};
+\t}
+\tif (posedge_p_clk) {
+\t\tp_top_2e_count.next = (p_rst ? value<5>{0u} : p_top_2e_sum);
+\t}
+\tif (posedge_p_clk) {
+\t\tauto tmp_1 = memory_index(p_top_2e_count.curr, 0, 16);
+\t\tif (tmp_1.valid) {
+\t\t\tmemory_p_top_2e_ring.update(tmp_1.index, p_data, p_write.repeat<8>().val(), 0);
+\t\t}
+\t}
+"""
+
+
+def test_statements_say_what_they_read_and_change():
+    total, part, rom, count, ring = statements(LOGIC)
+    assert (total.values, total.reads) == ({"p_top_2e_sum"}, {"p_top_2e_count", "p_step"})
+    assert (part.values, part.reads) == ({"p_top_2e_part"}, {"i_flatten_5c_top_2e__24_1"})
+    assert (rom.values, rom.reads) == ({"i_auto_24_1"}, {"memory_p_top_2e_rom", "p_top_2e_sum"})
+    assert (count.registers, count.reads) == ({"p_top_2e_count"}, {"p_rst", "p_top_2e_sum"})
+    assert ring.memories == {"memory_p_top_2e_ring"}
+    assert {"p_data", "p_write", "p_top_2e_count"} <= ring.reads
+    assert [each.module for each in (total, part, rom)] == [("top",), ("top",), None]
+
+
+def test_a_register_whose_next_value_is_read_cannot_be_gated():
+    with pytest.raises(ValueError, match="next value"):
+        statements("\tp_a.next = p_b.next;\n")
