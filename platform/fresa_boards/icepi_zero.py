@@ -38,7 +38,8 @@ _ALLOTMENTS = {
                 "door": "GPIO22", "probe": "GPIO24", "motor_fault": "GPIO11",
                 "spindle": "GPIO25", "reverse": "GPIO8", "pwm": "GPIO12", "servo": "GPIO16",
                 "mist": "GPIO7", "flood": "GPIO1",
-                "abort": "GPIO21", "reset": "GPIO20"},
+                "abort": "GPIO21", "reset": "GPIO20",
+                "second_step": "GPIO5", "second_direction": "GPIO6", "second_limit": "GPIO13"},
         panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"}),
     "mill": Allotment(
         header={"axis_x": "GPIO0 GPIO5 GPIO6 GPIO13", "axis_y": "GPIO25 GPIO8 GPIO7 GPIO1",

@@ -127,7 +127,8 @@ _ALLOTMENTS = {
                 "limits": "JC1 JC2 JC3", "stop": "JC4", "door": "JC7", "probe": "JC8",
                 "motor_fault": "JC9", "spindle": "JB7", "reverse": "JB8", "pwm": "JC10",
                 "servo": "JB4",
-                "mist": "JB9", "flood": "JB10"},
+                "mist": "JB9", "flood": "JB10",
+                "second_step": "JA9", "second_direction": "JA10", "second_limit": "JD1"},
         panel={"buttons": "hold start abort reset", "rx": "rx", "tx": "tx",
                "leds": "moving alarm fault"}),
     # A coil word has bit 0, YELLOW, on the lowest pin.

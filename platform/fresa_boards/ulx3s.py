@@ -68,7 +68,9 @@ _ALLOTMENTS = {
         header={"step": "GN21 GN23 GN25", "direction": "GP21 GP23 GP25", "enable": "GN22",
                 "limits": "GP26 GN27 GP27", "stop": "GN20", "door": "GP20", "probe": "GN24",
                 "motor_fault": "GP22", "spindle": "GN18", "reverse": "GP18", "pwm": "GN26",
-                "servo": "GP24", "mist": "GN19", "flood": "GP19"},
+                "servo": "GP24", "mist": "GN19", "flood": "GP19",
+                # On the left header, whose levels are those of its jumper.
+                "second_step": "GN0", "second_direction": "GP0", "second_limit": "GN1"},
         # F1, F2 and UP; SW4
         panel={"buttons": "hold start abort - - - - - - reset", "leds": "moving - alarm fault",
                "rx": "rx", "tx": "tx"}),

@@ -12,6 +12,7 @@ from . import (
     board,
     control,
     drive,
+    gantry,
     gcode_control,
     gcode_parts,
     guard,
@@ -30,8 +31,8 @@ from . import (
 
 __all__ = ["benches", "groups"]
 
-COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, targets, ramp,
-              profile, plan, walk, blocks, gcode_control, serial_line, protocol,
+COMPONENTS = (drive, motion, control, guard, orders, order_ledger, panel, axis, gantry, targets,
+              ramp, profile, plan, walk, blocks, gcode_control, serial_line, protocol,
               gcode_parts)
 
 

@@ -50,9 +50,11 @@ from .sequencer import SEQUENCER
 from .spindle import SPINDLE_POWER
 from .spiral import SPIRAL
 from .square import SQUARE
+from .squaring import SQUARING
 from .start import START
 from .step_accumulator import STEP_ACCUMULATOR
 from .step_dir import STEP_DIR
+from .step_dir_pair import STEP_DIR_PAIR
 from .step_ratio import STEP_RATIO
 from .stored_program import STORED_PROGRAM
 from .text import TEXT
@@ -72,6 +74,7 @@ GENERAL = {
     "axes": AXES,
     "phase": PHASE,
     "step_dir": STEP_DIR,
+    "step_dir_pair": STEP_DIR_PAIR,
     "pending": PENDING,
     "rate": RATE,
     "position": POSITION,
@@ -96,6 +99,7 @@ GENERAL = {
     "coordinates": COORDINATES,
     "search": SEARCH,
     "square": SQUARE,
+    "squaring": SQUARING,
     "step_accumulator": STEP_ACCUMULATOR,
     "step_ratio": STEP_RATIO,
     "rotator": ROTATOR,

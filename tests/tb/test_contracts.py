@@ -49,6 +49,10 @@ WHOLE_MACHINE = {
     "STEP, DIR and ENABLE keep their times, and what is counted is what leaves the pin": {
         "step_dir": ["pulse", "low", "setup", "hold", "direction-as-requested",
                      "step-only-on-request", "made-in-time"]},
+    "two motors of one axis make each step together, and stop at switches of their own": {
+        "step_dir_pair": ["first-made-together", "second-made-together", "step-only-on-request",
+                          "as-one-driver"],
+        "squaring": ["halted-by-its-switch", "fails-beyond", "fails-no-sooner"]},
     "a rate has no drift, and steps come no closer than the highest allows": {
         "rate": ["no-drift", "due-at-exact-time", "spacing"]},
     "a position is that of the steps made, and never wraps; backlash is taken up, no more": {

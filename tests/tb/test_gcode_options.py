@@ -1,3 +1,5 @@
+# amaranth: UnusedElaboratable=no
+
 """What people choose when `gcode` is built: what is taken, and one line about what is not."""
 
 import re
@@ -5,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from fresa.machines.gcode import GCode
 from fresa.protocol import SETTINGS
 from fresa.protocol.stored_program import MAX_PROGRAM
 from tb.machines.gcode import MACHINE
@@ -20,6 +23,13 @@ def settings(**chosen):
     ({"kinematics": "delta"}, "kinematics must be cartesian or corexy, not 'delta'"),
     ({"kinematics": "corexy", "steps": ("80", "100", "400")},
      "X and Y of corexy must have the same steps per mm"),
+    ({"second_motor": "a"}, "second_motor must be one of x, y, z, not 'a'"),
+    ({"second_motor": "y", "kinematics": "corexy"},
+     "with corexy only z may have a second motor, not y: X and Y have no motors of their own"),
+    ({"second_motor": "y", "dialect": "thesis"},
+     "the dialect of the thesis has no second motor: its homing cycle squares no gantry"),
+    ({"settings": "3=8"}, "$3 must be a whole number from 0 to 7, not 8"),
+    ({"second_motor": "y", "settings": "3=16"}, "$3 must be a whole number from 0 to 15, not 16"),
     ({"pwm_hz": 60_000}, "frequency of the PWM must be a whole number from 1 to 48828, not 60000"),
     ({"settings": "201=0"}, "$201 must be a whole number from 1 to 5000, not 0"),
     ({"settings": "211=5000"}, "$211 must be a whole number from 1 to 4000, not 5000")])
@@ -33,6 +43,20 @@ def test_two_axes_may_ask_a_motor_for_steps_at_once():
     with pytest.raises(ValueError, match="max_rate of X must be at most"):
         settings(kinematics="corexy", rate=("60000", "500", "500"))
     settings(rate=("60000", "500", "500"))
+
+
+def test_a_second_motor_may_be_on_any_axis_and_on_z_of_corexy():
+    for axis in "xyz":
+        assert settings(second_motor=axis, settings="3=15").second_motor == axis
+    assert settings(second_motor="z", kinematics="corexy").second_axis == 2
+
+
+def test_ports_of_a_second_motor_are_there_with_it_alone():
+    given, without = (GCode(settings=settings(second_motor=axis)) for axis in ("x", None))
+    further = {"second_step", "second_direction", "second_limit"}
+    assert given.signature.members.keys() - without.signature.members.keys() == further
+    assert without.signature.members.keys() == without.roles.keys()
+    assert given.signature.members.keys() == given.roles.keys()
 
 
 class TestProgram:

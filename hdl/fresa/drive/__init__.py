@@ -9,10 +9,11 @@ from .rate import MAX_MODULUS, RateGenerator
 from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner
 from .spindle import FULL_POWER, PowerPWM, ServoPulse, SpindlePower, pwm_frequency
 from .step_dir import MAX_PULSE, StepDirDriver
+from .step_dir_pair import StepDirPair
 
 __all__ = [
     "FULL_POWER", "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE",
     "AxisDrivers", "CoilDriver", "FrequencyDivider", "PendingSteps", "PhaseDriver", "PowerPWM",
-    "RateGenerator", "ServoPulse", "SpindlePower", "StepDirDriver", "pwm_frequency", "swap_inner",
-    "valid_period",
+    "RateGenerator", "ServoPulse", "SpindlePower", "StepDirDriver", "StepDirPair", "pwm_frequency",
+    "swap_inner", "valid_period",
 ]

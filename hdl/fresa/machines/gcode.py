@@ -19,6 +19,7 @@ from ..drive import (
     ServoPulse,
     SpindlePower,
     StepDirDriver,
+    StepDirPair,
     pwm_frequency,
 )
 from ..motion import (
@@ -76,6 +77,7 @@ from ..roles import (
 __all__ = ["AXES", "BAUDS", "GCode", "GCodeSettings"]
 
 AXES = 3
+AXIS_NAMES = "x", "y", "z"
 
 BAUDS = {"grbl": 115_200, "thesis": 19_200}
 """Bits a second on the line, by dialect."""
@@ -88,6 +90,10 @@ SILENCE, AWAKE = Fraction(1, 100), Fraction(1, 10)
 
 TICK = 4
 """Clocks by which two steps may be closer than the speed says, in a line: a tick."""
+
+SECOND_MOTOR = {"second_step": (STEP, Out(1)), "second_direction": (DIRECTION, Out(1)),
+                "second_limit": (LIMIT, In(1))}
+"""Further ports of a machine with a second motor on one axis: roles and members."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +128,8 @@ class GCodeSettings:
         Frequency of the PWM of the spindle.
     kinematics : str
         What the motors of X and Y move: ``cartesian``, an axis each, or ``corexy``.
+    second_motor : str, optional
+        The axis that has a second motor, such as that of a gantry: ``x``, ``y`` or ``z``.
     program : bytes
         A program that the start button runs, see :class:`StoredProgram`; none if empty.
 
@@ -147,6 +155,7 @@ class GCodeSettings:
     receive: int = 128
     pwm_hz: int = 1000
     kinematics: str = "cartesian"
+    second_motor: str | None = None
     program: bytes = b""
 
     def __post_init__(self) -> None:
@@ -159,8 +168,9 @@ class GCodeSettings:
                              f"not {self.kinematics!r}")
         if self.kinematics == "corexy" and self.steps_per_mm[0] != self.steps_per_mm[1]:
             raise ValueError("X and Y of corexy must have the same steps per mm")
+        self._check_second_motor()
         # Which check ranges
-        _ = Line(clock=self.clock), setting_values(self.store)
+        _ = Line(clock=self.clock), self._values
         pwm_frequency(self.pwm_hz, clock=self.clock)
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
@@ -169,6 +179,29 @@ class GCodeSettings:
                                  f"with {float(steps):g} steps/mm, not {float(rate):g}: pulses "
                                  f"are {self.interval} clocks apart")
 
+    def _check_second_motor(self) -> None:
+        if self.second_motor is None:
+            return
+        if self.second_motor not in AXIS_NAMES:
+            raise ValueError(f"second_motor must be one of {', '.join(AXIS_NAMES)}, "
+                             f"not {self.second_motor!r}")
+        if self.kinematics == "corexy" and self.second_motor != "z":
+            raise ValueError("with corexy only z may have a second motor, "
+                             f"not {self.second_motor}: X and Y have no motors of their own")
+        if self.dialect == "thesis":
+            raise ValueError("the dialect of the thesis has no second motor: its homing cycle "
+                             "squares no gantry")
+
+    @property
+    def second_axis(self) -> int | None:
+        """Number of the axis that has a second motor."""
+        return None if self.second_motor is None else AXIS_NAMES.index(self.second_motor)
+
+    @property
+    def _values(self) -> list[int]:
+        """Settings by their addresses."""
+        return setting_values(self.store, second_motor=self.second_motor is not None)
+
     @property
     def line_baud(self) -> int:
         """Bits a second on the line."""
@@ -176,8 +209,12 @@ class GCodeSettings:
 
     @property
     def options(self) -> str:
-        """What it is built with, by GRBL's letters: that of a variable spindle, and of CoreXY."""
-        return "V" * (self.dialect == "grbl") + "C" * (self.kinematics == "corexy")
+        """What it is built with, by GRBL's letters.
+
+        Those of a variable spindle, of CoreXY, and of two motors on one axis, squared by homing.
+        """
+        return ("V" * (self.dialect == "grbl") + "C" * (self.kinematics == "corexy")
+                + "2" * (self.second_motor is not None))
 
     @property
     def bit(self) -> int:
@@ -210,7 +247,7 @@ class GCodeSettings:
     @property
     def filter(self) -> int:
         """Least time for which a limit switch must be on, in clocks: $201."""
-        time = setting_values(self.store)[setting_index(201)]
+        time = self._values[setting_index(201)]
         return -(-time * self.clock // 10**6)
 
     @property
@@ -279,6 +316,8 @@ class GCode(MachineComponent):
         The line to the host.
     step, direction : Out(3)
         STEP and DIR of the motors; DIR is on for the way to higher positions.
+    second_limit, second_step, second_direction : In(1), Out(1), Out(1)
+        Limit switch, STEP and DIR of the second motor of an axis. Only with `second_motor`.
     enable : Out(1)
         Power of the motors.
     spindle, reverse : Out(1)
@@ -302,31 +341,9 @@ class GCode(MachineComponent):
         If a setting is out of range.
     """
 
-    rx: In(1)
-    limits: In(AXES)
-    stop: In(1)
-    door: In(1)
-    probe: In(1)
-    motor_fault: In(1)
-    hold: In(1)
-    start: In(1)
-    abort: In(1)
-    tx: Out(1)
-    step: Out(AXES)
-    direction: Out(AXES)
-    enable: Out(1)
-    spindle: Out(1)
-    reverse: Out(1)
-    pwm: Out(1)
-    servo: Out(1)
-    mist: Out(1)
-    flood: Out(1)
-    moving: Out(1)
-    alarm: Out(1)
-    fault: Out(1)
-
     def __init__(self, *, settings: GCodeSettings | None = None) -> None:
         self.settings = settings = settings or GCodeSettings()
+        further = SECOND_MOTOR if settings.second_motor is not None else {}
         self.roles = {
             "rx": RX, "tx": TX, "step": STEP, "direction": DIRECTION, "enable": ENABLE,
             "limits": LIMIT, "stop": STOP, "door": DOOR, "probe": PROBE,
@@ -334,8 +351,17 @@ class GCode(MachineComponent):
             "spindle": SPINDLE, "reverse": SPINDLE, "pwm": SPINDLE, "servo": SERVO,
             "mist": COOLANT, "flood": COOLANT,
             "moving": STATUS, "alarm": STATUS, "fault": STATUS,
+            **{name: role for name, (role, _) in further.items()},
         }
-        super().__init__()
+        super().__init__({
+            "rx": In(1), "limits": In(AXES), "stop": In(1), "door": In(1), "probe": In(1),
+            "motor_fault": In(1), "hold": In(1), "start": In(1), "abort": In(1),
+            "tx": Out(1), "step": Out(AXES), "direction": Out(AXES), "enable": Out(1),
+            "spindle": Out(1), "reverse": Out(1), "pwm": Out(1), "servo": Out(1),
+            "mist": Out(1), "flood": Out(1),
+            "moving": Out(1), "alarm": Out(1), "fault": Out(1),
+            **{name: member for name, (_, member) in further.items()},
+        })
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -360,7 +386,7 @@ class GCode(MachineComponent):
         reader = GCodeReader()
         gate, interpreter, lister = GCodeGate(), GCodeInterpreter(), GCodeLister()
         planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
-        homing = GCodeHoming(simple=thesis)
+        homing = GCodeHoming(simple=thesis, squared_axis=settings.second_axis)
         for name, part in (("buffer", buffer), ("reader", reader), ("gate", gate),
                            ("interpreter", interpreter), ("lister", lister),
                            ("planner", planner), ("homing", homing)):
@@ -402,12 +428,12 @@ class GCode(MachineComponent):
                      motion.words.valid.eq(planner.words.valid & ~checks),
                      planner.words.ready.eq(motion.words.ready | checks)]
         m.submodules.settings = store = GCodeSettingStore(
-            values=settings.store)
+            values=settings.store, second_motor=settings.second_motor is not None)
         flags = store.flags
         switches = Signal(AXES + 2)
         blocked, powered = Signal(AXES), Signal()
         m.d.comb += powered.eq(control.enable)
-        positions = self._drivers(m, control, renewed, motion, planner, homing, flags, faults,
+        positions = self._drivers(m, control, renewed, motion, planner, homing, store, faults,
                                   blocked, powered, restart)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
@@ -452,8 +478,13 @@ class GCode(MachineComponent):
             m.d.comb += [control.pause.eq(motion.paused & ~pausing),
                          motion.start.eq(motion.paused & pausing & ~control.hold)]
 
-        m.d.comb += [switches.eq(self._inputs(m, control, realtime, planner, flags)),
-                     homing.switches.eq(switches[:AXES])]
+        contacts = self._inputs(m, control, realtime, planner, flags)
+        m.d.comb += [switches.eq(contacts), homing.switches.eq(switches[:AXES])]
+        second = settings.second_axis
+        if second is not None:  # shown as one, but for homing
+            m.d.comb += [switches[second].eq(Cat(contacts[second], contacts[-1]).any()),
+                         homing.switches[second].eq(contacts[second]),
+                         homing.second_switch.eq(contacts[-1])]
 
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
@@ -632,10 +663,10 @@ class GCode(MachineComponent):
             m.d.sync += control.failure.eq(AlarmCode.NONE)
 
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
-                 planner: GCodePlanner, homing: GCodeHoming, flags: Value, faults: list,
-                 blocked: Signal, powered: Signal, restart: Signal) -> list[Signal]:
+                 planner: GCodePlanner, homing: GCodeHoming, store: GCodeSettingStore,
+                 faults: list, blocked: Signal, powered: Signal, restart: Signal) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
-        times = self.settings.driver
+        times, flags = self.settings.driver, store.flags
         made, powers = [], []
         latched = Signal(signed(36))
         m.submodules.kinematics = kinematics = KINEMATICS[self.settings.kinematics]()
@@ -654,8 +685,14 @@ class GCode(MachineComponent):
         m.d.sync += phase.eq(Mux(tick, phase - self.settings.clock, phase) + flags.backlash_rate)
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
-            driver = StepDirDriver(**times)
-            m.submodules[f"pending_{name}"] = ResetInserter(stopped | renewed)(pending)
+            if axis == self.settings.second_axis:
+                driver, halted = StepDirPair(**times), Signal()
+                m.d.comb += [halted.eq(stopped | homing.halt.all()),
+                             homing.travel.eq(planner.lengths[axis])]
+                self._second_motor(m, driver, homing, store)
+            else:
+                driver, halted = StepDirDriver(**times), stopped
+            m.submodules[f"pending_{name}"] = ResetInserter(halted | renewed)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
             backlash = BacklashCompensator(max_backlash=MAX_BACKLASH)
@@ -665,13 +702,13 @@ class GCode(MachineComponent):
                 backlash.step.eq(kinematics.motor_step[axis]),
                 backlash.pending.eq(pending.driver_step), backlash.moved.eq(driver.moved),
                 backlash.direction.eq(pending.driver_direction),
-                backlash.stop.eq(stopped | dropped),
+                backlash.stop.eq(halted | dropped),
                 kinematics.motors[axis].eq(position),
                 pending.step.eq(kinematics.motor_step[axis] | backlash.extra),
                 pending.direction.eq(Mux(backlash.extra, backlash.extra_direction,
                                          kinematics.motor_direction[axis])),
                 pending.moved.eq(driver.moved),
-                driver.step.eq(pending.driver_step & ~stopped),
+                driver.step.eq(pending.driver_step & ~halted),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(powered),
                 self.step[axis].eq(driver.step_pin),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
@@ -691,6 +728,15 @@ class GCode(MachineComponent):
             faults.append(pending.fault)
         m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powers).all())]
         return [*kinematics.positions]
+
+    def _second_motor(self, m: Module, driver: StepDirPair, homing: GCodeHoming,
+                      store: GCodeSettingStore) -> None:
+        """Give the second motor of an axis its pins, and let homing halt each of the two."""
+        m.d.comb += [
+            self.second_step.eq(driver.second_step_pin),
+            self.second_direction.eq(driver.second_direction_pin ^ store.second_inverted),
+            driver.halt.eq(homing.halt), homing.moved.eq(driver.moved),
+        ]
 
     def _servo(self, m: Module, store: GCodeSettingStore, power: Value) -> None:
         m.submodules.servo = servo = ServoPulse(clock=self.settings.clock)
@@ -721,7 +767,7 @@ class GCode(MachineComponent):
                 planner: GCodePlanner, flags: Value) -> Signal:
         """Give the control commands, buttons as such, and contacts that are on for a period.
 
-        Return the limit switches, probe and door.
+        Return the limit switches, probe and door, and the limit switch of a second motor.
         """
         buttons = {RealtimeCode.RESET: self.abort, RealtimeCode.HOLD: self.hold,
                    RealtimeCode.RESUME: self.start}
@@ -743,6 +789,8 @@ class GCode(MachineComponent):
         pins = [*((limit, flags.open) for limit in self.limits), (self.probe, flags.probe_open),
                 (self.door, flags.others_open[1]), (self.stop, flags.others_open[0]),
                 (self.motor_fault, flags.others_open[2])]
+        if self.settings.second_motor is not None:
+            pins.append((self.second_limit, flags.open))
         on = Signal(len(pins))
         for number, (pin, is_open) in enumerate(pins):
             m.submodules[f"contact_{number}"] = each = ContactFilter(most=(1 << len(period)) - 1)
@@ -754,7 +802,13 @@ class GCode(MachineComponent):
             control.hard_limit.eq(switches[:AXES].any() & flags.hard),
             control.emergency.eq(stop | motor_fault), control.motor_fault.eq(motor_fault & ~stop),
         ]
-        return switches
+        if self.settings.second_motor is None:
+            return switches
+        contacts = Signal(AXES + 3)
+        m.d.comb += [
+            contacts.eq(Cat(switches, on[-1])),
+            control.hard_limit.eq((switches[:AXES].any() | on[-1]) & flags.hard)]
+        return contacts
 
     def _reports(self, m: Module, control: GCodeControl, planner: GCodePlanner,
                  motion: BlockMotion, reporter: GCodeReporter, switches: Value) -> None:

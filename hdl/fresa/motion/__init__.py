@@ -28,6 +28,7 @@ from .rotator import Rotator
 from .sequencer import MotionSequencer
 from .spiral import PICTURE_LIMIT, SpiralWalk
 from .square import SquareGenerator
+from .squaring import MotorSquaring
 from .start import StartHandshake
 from .step_accumulator import StepAccumulator
 from .step_ratio import StepRatio
@@ -40,7 +41,8 @@ __all__ = [
     "BlockLoader", "BlockMotion",
     "BlockQueue", "CoordinateGenerator", "CoreXY", "GCodeControl", "GCodeHoming",
     "GCodePlanner", "GuardedController", "HomingRequest", "Limits", "ManualControl",
-    "MotionSequencer", "Move", "MoveTo", "NumericalController", "Order", "OrderControl",
+    "MotionSequencer", "MotorSquaring",
+    "Move", "MoveTo", "NumericalController", "Order", "OrderControl",
     "OrderLedger", "Outcome", "PathWalk", "PointStore", "Ramp", "Request", "RequestKind",
     "Rotator", "Segment", "SpeedProfile", "SpiralWalk", "SquareGenerator", "SquareRoot",
     "StartHandshake",

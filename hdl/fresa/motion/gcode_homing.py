@@ -1,13 +1,14 @@
 """The homing cycle: each axis to its switch, which tells where it is."""
 
-from amaranth import Array, Module, Mux, Signal, unsigned
+from amaranth import Array, Cat, Module, Mux, Signal, unsigned
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..fsm import leave_unused_codes
 from ..protocol import SETTING_BITS, SETTINGS, setting_index
 from .gcode_control import AlarmCode
-from .gcode_planner import HOMING, HomingRequest
+from .gcode_planner import HOMING, LENGTH_BITS, HomingRequest
+from .squaring import MotorSquaring
 
 __all__ = ["GCodeHoming"]
 
@@ -29,6 +30,9 @@ class _Phase(enum.Enum, shape=unsigned(2)):
 _SEARCH, _LOCATE, _ONCE = 1500, 5000, 1000
 """By how many thousandths of its travel an axis seeks; of $27 it is located, and goes back."""
 
+_SKEW_SHIFT = 4
+"""One of two motors goes on without the other one for a sixteenth of the travel at most."""
+
 
 class GCodeHoming(wiring.Component):
     """Carries out homing cycles, with lines that a planner makes.
@@ -41,6 +45,13 @@ class GCodeHoming(wiring.Component):
     With `simple` the cycle is that of the thesis' firmware: X, then Y, seeks its switch once, and
     goes back to where that closed, which is 0, whichever end it is; then Z is 0 where it is.
 
+    A `squared_axis` has two motors, each of which is halted at its own switch, both where it is
+    sought and where it is located; the place of the switch is where the axis is when the second one
+    closes. So the gantry is square after the cycle, if its switches are. A motor that goes on
+    without the other one does so for a sixteenth of the travel at most, then it is HOMING_SEARCH.
+    This axis stops at its switches without braking: once both motors are halted, steps that are
+    requested of them have to be dropped.
+
     ``failure`` ends a cycle: HOMING_SEARCH if a switch is not found, HOMING_PULL_OFF if one
     is still on after that. Then, as after any other alarm, it waits for a reset of its
     own.
@@ -49,6 +60,8 @@ class GCodeHoming(wiring.Component):
     ----------
     simple : bool
         The cycle of the thesis.
+    squared_axis : int, optional
+        The axis that has two motors, with a switch each.
 
     Members
     -------
@@ -78,6 +91,15 @@ class GCodeHoming(wiring.Component):
         Drop what was not made, and begin where the axes are. For one clock.
     axis : Out(2)
         The axis.
+    second_switch : In(1)
+        The switch of the second motor of `squared_axis`; the first one's is in ``switches``. This
+        and the next three are only there with such an axis.
+    moved : In(1)
+        A step of that axis is made, by the motors that are not halted.
+    travel : In(31)
+        Its travel in steps.
+    halt : Out(2)
+        Motors of it that must make no step.
     latch, place : Out(1)
         Keep where the axis is; then, the place of its switch is where it was then. For one clock
         each.
@@ -85,30 +107,19 @@ class GCodeHoming(wiring.Component):
         The state register was upset. Stays until reset.
     """
 
-    start: In(1)
-    active: Out(1)
-    done: Out(1)
-    allowed: In(1)
-    failure: Out(AlarmCode)
-    switches: In(3)
-    lower: In(3)
-    setting_address: Out(range(len(SETTINGS)))
-    setting: In(SETTING_BITS)
-    request: Out(HOMING)
-    homed: In(1)
-    moving: In(1)
-    standing: In(1)
-    begins: In(1)
-    brake: Out(1)
-    restart: Out(1)
-    axis: Out(2)
-    latch: Out(1)
-    place: Out(1)
-    fault: Out(1)
-
-    def __init__(self, *, simple: bool = False) -> None:
-        self.simple = simple
-        super().__init__()
+    def __init__(self, *, simple: bool = False, squared_axis: int | None = None) -> None:
+        self.simple, self.squared_axis = simple, squared_axis
+        super().__init__({
+            "start": In(1), "active": Out(1), "done": Out(1), "allowed": In(1),
+            "failure": Out(AlarmCode), "switches": In(3), "lower": In(3),
+            "setting_address": Out(range(len(SETTINGS))), "setting": In(SETTING_BITS),
+            "request": Out(HOMING), "homed": In(1), "moving": In(1), "standing": In(1),
+            "begins": In(1), "brake": Out(1), "restart": Out(1), "axis": Out(2), "latch": Out(1),
+            "place": Out(1), "fault": Out(1),
+            **({} if squared_axis is None else {
+                "second_switch": In(1), "moved": In(1), "travel": In(LENGTH_BITS),
+                "halt": Out(2)}),
+        })
 
     def elaborate(self, platform) -> Module:
         m = Module()
@@ -130,6 +141,10 @@ class GCodeHoming(wiring.Component):
             request.thousandths.eq(Mux(phase == _Phase.SEEK, _SEARCH,
                                        Mux(phase == _Phase.LOCATE, _LOCATE, _ONCE))),
         ]
+
+        lost = None  # one of two motors does not find its switch
+        if self.squared_axis is not None:
+            lost = self._square(m, self.squared_axis, seeks, switch)
 
         def follow(then: _Phase) -> None:
             m.d.sync += phase.eq(then)
@@ -206,6 +221,9 @@ class GCodeHoming(wiring.Component):
                     with m.Else():
                         m.d.sync += [turn.eq(turn + 1), located.eq(0)]
                         follow(_Phase.SEEK)
+                if lost is not None:
+                    with m.If(lost):
+                        fail(AlarmCode.HOMING_SEARCH)
             with m.State("BRAKE"):
                 m.d.comb += self.brake.eq(1)
                 with m.If(self.standing):
@@ -234,3 +252,20 @@ class GCodeHoming(wiring.Component):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
+
+    def _square(self, m: Module, axis: int, seeks: Signal, switch: Signal) -> Signal:
+        """Halt the motors of an axis at their switches; say when it has met them, by `switch`.
+
+        Return whether one of the motors does not find its switch.
+        """
+        m.submodules.squaring = squaring = MotorSquaring(width=LENGTH_BITS - _SKEW_SHIFT)
+        here = self.axis == axis
+        m.d.comb += [
+            squaring.seeks.eq(self.active & seeks & here),
+            squaring.switches.eq(Cat(self.switches[axis], self.second_switch)),
+            squaring.moved.eq(self.moved), squaring.most.eq(self.travel[_SKEW_SHIFT:]),
+            self.halt.eq(squaring.halt),
+        ]
+        with m.If(here):
+            m.d.comb += switch.eq(Mux(seeks, squaring.halt.all(), squaring.switches.any()))
+        return squaring.failed

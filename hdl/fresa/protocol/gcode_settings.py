@@ -55,8 +55,11 @@ def _axes(first: int, about: str, most: int, default: int, least: int = 1) -> li
             for axis, name in enumerate("XYZ")]
 
 
+INVERTED = 3
+"""Number of the setting of inverted directions."""
+
 SETTINGS = (
-    GCodeSetting(3, "directions that are inverted, a bit for each axis", 0, 7, False, 0),
+    GCodeSetting(INVERTED, "directions that are inverted, a bit for each axis", 0, 7, False, 0),
     GCodeSetting(5, "limit switches are on while their contact is open", 0, 1, False, 0),
     GCodeSetting(6, "the probe is on while its contact is open", 0, 1, False, 0),
     GCodeSetting(11, "junction deviation, mm", 1, 268_435, True, 10),
@@ -93,8 +96,21 @@ def setting_index(number: int) -> int:
     return [each.number for each in SETTINGS].index(number)
 
 
-def setting_values(values: Mapping[int, int]) -> list[int]:
+def _settings(*, second_motor: bool) -> tuple[GCodeSetting, ...]:
+    """Return all settings; with a second motor on one axis, $3 has a bit for that, too."""
+    return tuple(each._replace(most=15) if second_motor and each.number == INVERTED else each
+                 for each in SETTINGS)
+
+
+def setting_values(values: Mapping[int, int], *, second_motor: bool = False) -> list[int]:
     """Return the values of all settings by their addresses, from some by their numbers.
+
+    Parameters
+    ----------
+    values : mapping of int to int
+        Some values by number, in thousandths of those with decimals.
+    second_motor : bool
+        One axis has a second motor.
 
     Raises
     ------
@@ -106,7 +122,7 @@ def setting_values(values: Mapping[int, int]) -> list[int]:
         raise ValueError(f"there is no setting ${min(unknown)}")
     return [in_range(f"${each.number}{', in thousandths,' if each.decimal else ''}",
                      values.get(each.number, each.default), each.least, each.most)
-            for each in SETTINGS]
+            for each in _settings(second_motor=second_motor)]
 
 
 class GCodeFlags(data.Struct):
@@ -135,9 +151,9 @@ class SpindleRange(data.Struct):
 
 
 _REGISTERS = {
-    "flags": {"inverted": 3, "open": 5, "probe_open": 6, "soft": 20, "hard": 21, "homing": 22,
-              "lower": 23, "laser": 32, "strict": 200, "others_open": 202, "servo_low": 210,
-              "servo_high": 211, "backlash_rate": 223},
+    "flags": {"inverted": INVERTED, "open": 5, "probe_open": 6, "soft": 20, "hard": 21,
+              "homing": 22, "lower": 23, "laser": 32, "strict": 200, "others_open": 202,
+              "servo_low": 210, "servo_high": 211, "backlash_rate": 223},
     "spindle": {"most": 30, "least": 31}}
 
 
@@ -152,6 +168,8 @@ class GCodeSettingStore(wiring.Component):
     values : mapping of int to int
         Values at power-up by number, in thousandths of those with decimals. Others have their
         defaults.
+    second_motor : bool
+        One axis has a second motor: bit 3 of $3 inverts its direction.
 
     Members
     -------
@@ -171,6 +189,8 @@ class GCodeSettingStore(wiring.Component):
         What is written or tried.
     flags, spindle : Out(GCodeFlags), Out(SpindleRange)
         Values of those that are in registers.
+    second_inverted : Out(1)
+        The direction of the second motor is inverted. Only with `second_motor`.
 
     Raises
     ------
@@ -178,14 +198,17 @@ class GCodeSettingStore(wiring.Component):
         If there is no setting of a number, or a value is out of range.
     """
 
-    def __init__(self, *, values: Mapping[int, int] = MappingProxyType({})) -> None:
-        self.values = setting_values(values)
+    def __init__(self, *, values: Mapping[int, int] = MappingProxyType({}),
+                 second_motor: bool = False) -> None:
+        self.second_motor = second_motor
+        self.values = setting_values(values, second_motor=second_motor)
         super().__init__({
             "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
             "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
             "initial": Out(SETTING_BITS), "trial": In(1), "write": In(1),
             "write_address": In(range(len(SETTINGS))), "data": In(SETTING_BITS),
             "flags": Out(GCodeFlags), "spindle": Out(SpindleRange),
+            **({"second_inverted": Out(1)} if second_motor else {}),
         })
 
     def elaborate(self, platform) -> Module:
@@ -197,7 +220,8 @@ class GCodeSettingStore(wiring.Component):
         m.submodules.known = known = memory.Memory(shape=layout, depth=len(SETTINGS), init=[
             {"number": each.number, "decimal": each.decimal, "least": each.least,
              "most": each.most, "initial": value}
-            for each, value in zip(SETTINGS, self.values, strict=True)])
+            for each, value in zip(_settings(second_motor=self.second_motor), self.values,
+                                   strict=True)])
         write = values.write_port()
         read, fact = values.read_port(), known.read_port()
         tried = Signal()  # what is read
@@ -215,9 +239,17 @@ class GCodeSettingStore(wiring.Component):
                                    for name, number in fields.items()):
             index = setting_index(number)
             # A reset of the machine leaves it, as it leaves the memory.
-            register = Signal.like(port[name], init=self.values[index], reset_less=True,
+            init = self.values[index] % (1 << len(port[name]))
+            register = Signal.like(port[name], init=init, reset_less=True,
                                    name=f"setting_{number}")
             with m.If(self.write & (self.write_address == index)):
                 m.d.sync += register.eq(self.data)
             m.d.comb += port[name].eq(register)
+        if self.second_motor:
+            index, bit = setting_index(INVERTED), len(self.flags.inverted)
+            register = Signal(init=self.values[index] >> bit, reset_less=True,
+                              name="setting_second_inverted")
+            with m.If(self.write & (self.write_address == index)):
+                m.d.sync += register.eq(self.data[bit])
+            m.d.comb += self.second_inverted.eq(register)
         return m

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fresa.drive.spindle import MAX_PWM
-from fresa.machines.gcode import AXES, BAUDS, GCode, GCodeSettings
+from fresa.machines.gcode import AXES, AXIS_NAMES, BAUDS, GCode, GCodeSettings
 from fresa.motion import KINEMATICS, MAX_BLOCKS
 from fresa.protocol.stored_program import MAX_PROGRAM
 
@@ -84,14 +84,14 @@ def _program(name: str) -> bytes:
 
 def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration: Sequence[str],
           deviation: str, settings: str, program: str, kinematics: str,
-          dialect: str, **values: int):
+          second_motor: str | None, dialect: str, **values: int):
     each = {name: tuple(_number(f"--{name}", text) for text in texts)
             for name, texts in (("steps", steps), ("rate", rate), ("acceleration", acceleration))}
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
         others=_others(settings), program=_program(program), kinematics=kinematics,
-        dialect=dialect, **values)}
+        second_motor=second_motor, dialect=dialect, **values)}
 
 
 def _inverted(**options: Any):
@@ -129,6 +129,8 @@ OPTIONS = (
     Option("kinematics", "what the motors of X and Y move: an axis each, or both of them by belts, "
            "A = X + Y and B = X - Y (default: %(default)s)", "cartesian",
            choices=tuple(KINEMATICS)),
+    Option("second_motor", "axis that has a second motor with a limit switch, as a gantry may have "
+           "one, which homing squares (default: none)", None, choices=AXIS_NAMES),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
            "(default: none)", "", metavar="FILE"),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,

@@ -408,7 +408,8 @@ def test_lists_say_what_the_machine_has(session):
 
 @pytest.mark.parametrize(("options", "letters"), [
     ({}, "V"), ({"dialect": "thesis"}, ""), ({"kinematics": "corexy"}, "VC"),
-    ({"dialect": "thesis", "kinematics": "corexy"}, "C")])
+    ({"dialect": "thesis", "kinematics": "corexy"}, "C"), ({"second_motor": "y"}, "V2"),
+    ({"kinematics": "corexy", "second_motor": "z"}, "VC2")])
 def test_letters_of_the_build(options, letters):
     assert GCodeSettings(**options).options == letters
 

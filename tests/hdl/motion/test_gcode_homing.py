@@ -16,6 +16,10 @@ VALUES = {24: 30_000, 25: 600_000, 27: 1_500, 100: 80_000, 101: 40_000, 102: 250
           130: 15_000, 131: 10_000, 132: 5_000}
 
 
+STEP = 20
+"""Way of an axis in a clock, in um."""
+
+
 class Machine:
     """What is around the cycle; places are in um, counted from power-up."""
 
@@ -36,6 +40,10 @@ class Machine:
         """Return the switches."""
         return sum((at <= switch if self.lower >> axis & 1 else at >= switch) << axis
                    for axis, (at, switch) in enumerate(zip(self.at, self.switches, strict=True)))
+
+    def move(self, axis: int, way: int) -> None:
+        """Move an axis."""
+        self.at[axis] += way
 
     def clock(self) -> bool:
         """Do a clock; return whether the cycle is through."""
@@ -70,7 +78,7 @@ class Machine:
         elif self.moving:
             moved, target = self.moving
             way = target - self.at[moved]
-            self.at[moved] += max(-20, min(20, way))
+            self.move(moved, max(-STEP, min(STEP, way)))
             if not way:
                 self.moving = None
         if latch:
@@ -147,3 +155,77 @@ def test_a_switch_that_stays_on_is_an_alarm(homing):
 
 def test_the_settings_are_where_the_machine_looks_for_them():
     assert [SETTINGS[setting_index(number)].number for number in VALUES] == [*VALUES]
+
+
+class Gantry(Machine):
+    """Y has two carriages, at 0 and at `skew`, with a switch each, and makes a step in a clock."""
+
+    def __init__(self, engine: Engine, places: tuple[int, int], skew: int, lower: int) -> None:
+        self.carriages, self.places = [0, skew], places
+        engine.set(travel=VALUES[131] // STEP)
+        super().__init__(engine, [10_000 if not lower else -10_000] * 3, lower)
+        self.switches[0] = self.switches[2] = -4_000 if lower else 4_000
+
+    def met(self) -> list[bool]:
+        """Return which of both switches are on."""
+        return [at <= place if self.lower else at >= place
+                for at, place in zip(self.carriages, self.places, strict=True)]
+
+    def on(self) -> int:
+        first, second = self.met()
+        self.engine.set(second_switch=second, moved=0)
+        return super().on() & 0b101 | first << 1
+
+    def move(self, axis: int, way: int) -> None:
+        if axis != 1:
+            super().move(axis, way)
+            return
+        halt = self.engine.get("halt")
+        if halt != 3:
+            super().move(axis, way)
+            self.engine.set(moved=1)
+        for motor in range(2):
+            self.carriages[motor] += 0 if halt >> motor & 1 else way
+
+
+@pytest.fixture(scope="module")
+def squaring():
+    return component("gcode_homing", GCodeHoming(squared_axis=1))
+
+
+@pytest.mark.parametrize(("places", "skew"), [
+    ((4_000, 4_000), 0), ((4_000, 4_300), 0), ((4_500, 4_000), 0), ((4_000, 4_000), -400)])
+@pytest.mark.parametrize("lower", [0, 0b111])
+def test_two_motors_go_to_their_own_switches_and_away_together(squaring, places, skew, lower):
+    sign = -1 if lower else 1
+    places = sign * places[0], sign * places[1]
+    with AmaranthEngine(squaring) as engine:
+        machine = Gantry(engine, places, sign * skew, lower)
+        machine.run()
+        assert not machine.failure
+        assert machine.at == [-VALUES[130 + axis] + 1_500 if lower else -1_500
+                              for axis in range(3)]
+        for at, place in zip(machine.carriages, places, strict=True):
+            assert abs(at - (place - sign * 1_500)) <= 3 * STEP
+        assert engine.get("halt", "fault") == (0, 0)
+
+
+@pytest.mark.parametrize("places", [(2_000, 2_800), (2_800, 2_000)])
+def test_one_motor_does_not_go_on_for_more_than_a_sixteenth(squaring, places):
+    with AmaranthEngine(squaring) as engine:
+        machine = Gantry(engine, places, 0, 0)
+        machine.run()
+        assert machine.failure == AlarmCode.HOMING_SEARCH.value
+        first, second = machine.carriages
+        most = VALUES[131] // 16
+        assert most < abs(first - second) <= most + 4 * STEP
+        engine.run(100)
+        assert engine.get("halt") in (1, 2)  # while it brakes
+
+
+@pytest.mark.parametrize("places", [(0, -2_000), (-2_000, 0)])
+def test_either_switch_that_stays_on_is_an_alarm(squaring, places):
+    with AmaranthEngine(squaring) as engine:
+        machine = Gantry(engine, places, 0, 0)
+        machine.run()
+        assert machine.failure == AlarmCode.HOMING_PULL_OFF.value

@@ -60,3 +60,22 @@ def test_what_is_written_is_read_and_survives_a_reset():
             spindle = SpindleRange.from_bits(engine.get("spindle"))
             assert (spindle.most, spindle.least) == (
                 model[setting_index(30)], model[setting_index(31)])
+
+
+def test_a_second_motor_has_a_bit_of_the_inverted_directions():
+    values = {3: 0b1101}
+    with pytest.raises(ValueError, match="\\$3"):
+        GCodeSettingStore(values=values)
+    store = GCodeSettingStore(values=values, second_motor=True)
+    with AmaranthEngine(component("store", store)) as engine:
+        at = setting_index(3)
+        engine.set(address=at, write_address=at)
+        for written, second, first in ((None, 1, 0b101), (0b0111, 0, 0b111), (0b1000, 1, 0)):
+            if written is not None:
+                engine.set(data=written, write=1)
+                engine.run(1)
+                engine.set(write=0)
+            assert engine.get("second_inverted") == second
+            assert GCodeFlags.from_bits(engine.get("flags")).inverted == first
+        engine.run(1)
+        assert engine.get("value", "most", "initial") == (0b1000, 15, 0b1101)
