@@ -116,7 +116,8 @@ class BlockLoader(wiring.Component):
         x, y = Signal(WIDTH), Signal(WIDTH)
         residual = Signal(29)
         new_extra = Signal(WIDTH)
-        read_feed, new_feed = Signal(FEED_BITS), Signal(FEED_BITS)
+        read_feed = Signal(FEED_BITS)
+        new_feed = Signal(FEED_BITS)
         segment_header = Signal(BlockHeader)
         with m.If(read):
             m.d.sync += number.eq(number + 1)
@@ -164,6 +165,12 @@ class BlockLoader(wiring.Component):
         due = Signal()  # outputs wait for the end of motion
         due_outputs = Signal(Outputs)
         due_extra = Signal(WIDTH)
+        with m.If(self.segments.valid & self.segments.ready):
+            m.d.sync += [self.segments.valid.eq(0), outputs.eq(segment_header.outputs),
+                         extra.eq(new_extra), self.feed.eq(new_feed), due.eq(0)]
+        with m.Elif(due & self.idle):
+            m.d.sync += [outputs.eq(due_outputs), extra.eq(due_extra), due.eq(0)]
+        # In the clock in which some are set others may come, which are due.
         with m.FSM(name="loader_state") as fsm:
             with m.State("READ"):
                 m.d.comb += self.blocks.ready.eq(wanted)
@@ -213,11 +220,6 @@ class BlockLoader(wiring.Component):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
-        with m.If(self.segments.valid & self.segments.ready):
-            m.d.sync += [self.segments.valid.eq(0), outputs.eq(segment_header.outputs),
-                         extra.eq(new_extra), self.feed.eq(new_feed), due.eq(0)]
-        with m.Elif(due & self.idle):
-            m.d.sync += [outputs.eq(due_outputs), extra.eq(due_extra), due.eq(0)]
         with m.If(self.off | ResetSignal()):
             m.d.sync += [outputs.eq(0), extra.eq(0)]
         m.d.comb += [self.outputs.eq(outputs), self.extra.eq(extra)]
