@@ -48,6 +48,7 @@ from .rotator import ROTATOR
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spindle import SPINDLE_POWER
+from .spindle_pulses import POWER_PWM, SERVO_PULSE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .start import START
@@ -121,6 +122,8 @@ GENERAL = {
     "gcode_line": GCODE_LINE,
     "gcode_lister": GCODE_LISTER,
     "spindle_power": SPINDLE_POWER,
+    "power_pwm": POWER_PWM,
+    "servo_pulse": SERVO_PULSE,
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "thesis": THESIS,
