@@ -23,6 +23,7 @@ from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_lister import GCODE_LISTER
 from .gcode_reader import GCODE_READER
+from .gcode_settings import GCODE_SETTINGS
 from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
@@ -121,6 +122,7 @@ GENERAL = {
     "gcode_gate": GCODE_GATE,
     "gcode_line": GCODE_LINE,
     "gcode_lister": GCODE_LISTER,
+    "gcode_settings": GCODE_SETTINGS,
     "spindle_power": SPINDLE_POWER,
     "power_pwm": POWER_PWM,
     "servo_pulse": SERVO_PULSE,

@@ -22,7 +22,7 @@ SPINDLE = {"most": 30, "least": 31}
 
 
 def describe(c: Contract, dut: GCodeSettingStore) -> None:
-    """By any one setting, which is watched from power-up."""
+    """By any one setting, which is watched from power-up; registers by all that is written."""
     began, count = c.past(1), len(NUMBERS)
     watched = c.free(range(count), name="setting")
     c.assume((watched < count) & (~began | (watched == c.past(watched))))
@@ -54,9 +54,12 @@ def describe(c: Contract, dut: GCodeSettingStore) -> None:
                   then=(dut.initial >= dut.least) & (dut.initial <= dut.most))
     for port, fields in ((dut.flags, FLAGS), (dut.spindle, SPINDLE)):
         for field, number in fields.items():
-            c.implication(f"register-of-{number}", "A register is what was last written, through "
-                          "every reset.", when=watched == NUMBERS.index(number),
-                          then=port[field] == present[:len(port[field])])
+            place = NUMBERS.index(number)
+            kept = c.keep(len(port[field]), init=dut.values[place], name=f"last_of_{number}")
+            with c.m.If(dut.write & (dut.write_address == place)):
+                c.m.d.sync += kept.eq(dut.data)
+            c.invariant(f"register-of-{number}", "A register is what was last written, through "
+                        "every reset.", port[field] == kept, cover=kept != dut.values[place])
     c.invariant("memory", "So is the word of each setting.",
                 Array(c.words("values"))[watched] == present, cover=written, lemma=True)
 
