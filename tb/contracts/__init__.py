@@ -5,6 +5,7 @@ from .axes import AXES
 from .axis import AXIS
 from .backlash import BACKLASH
 from .backlash_compensator import BACKLASH_COMPENSATOR
+from .block_loader import BLOCK_LOADER
 from .coil import COIL
 from .contract import Component
 from .controller import CONTROLLER
@@ -102,6 +103,7 @@ GENERAL = {
     "step_ratio": STEP_RATIO,
     "rotator": ROTATOR,
     "walk": WALK,
+    "block_loader": BLOCK_LOADER,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,

@@ -3,6 +3,7 @@
 from itertools import permutations
 
 from amaranth import Array, Cat, Mux, Shape, Value
+from amaranth.lib import data
 
 from fresa.motion import BlockLoader
 from fresa.motion.blocks import BlockHeader, BlockKind
@@ -27,15 +28,19 @@ def describe(c: Contract, dut: BlockLoader) -> None:
     c.assume(~(known & c.past(blocks.valid & ~blocks.ready)) | (
         blocks.valid & (Value.cast(blocks.payload) == c.past(Value.cast(blocks.payload)))))
     c.assume(~blocks.valid | (blocks.p.last == (count == WORDS - 1)))
-    coming = BlockHeader(blocks.p.data[:HEADER])
+    coming = _header(blocks.p.data[:HEADER])
     c.assume(~(blocks.valid & (count == 0)) | _has_channels(coming))
+    one = BlockHeader.const({"channel": (0, 1, 2), "outputs": {"flood": 1}}).as_bits()
+    c.restrict_covers(c.upset | ~c.rst & blocks.valid & Mux(
+        (count == 0) | (count == WORDS), (blocks.p.data >> 3) == one >> 3,
+        blocks.p.data == Mux(count == WORDS - 1, 2, 1 << 7)))
     with c.m.If(dut.take):
         c.m.d.sync += count.eq(0)
     with c.m.If(read):
         c.m.d.sync += [Array(word)[count[:4]].eq(blocks.p.data), count.eq(count + 1)]
     with c.m.If(c.rst):
         c.m.d.sync += count.eq(0)
-    header = BlockHeader(word[0][:HEADER])
+    header = _header(word[0][:HEADER])
     whole = count == WORDS
     moves = whole & (header.kind == BlockKind.MOTION)
 
@@ -78,6 +83,11 @@ def describe(c: Contract, dut: BlockLoader) -> None:
         dut.take | dut.profile.valid | blocks.ready | dut.waiting | dut.paused))
 
 
+def _header(word: Bits) -> Bits:
+    """Return what the bits of a header say."""
+    return data.View(BlockHeader, word)
+
+
 def _has_channels(header: Bits) -> Bits:
     """Return whether each axis has a channel of its own; in a line that of its number."""
     channels = Cat(header.channel[axis] for axis in range(3))
@@ -91,7 +101,7 @@ def _walk(c: Contract, dut: BlockLoader, read: Bits, word: list, count: Bits) ->
     """State what the walk is offered."""
     known, segments, segment = c.past(~c.rst), dut.segments, dut.segments.p
     begins = read & (count == WORDS - 1)
-    first = BlockHeader(word[0][:HEADER])
+    first = _header(word[0][:HEADER])
     header = c.keep(BlockHeader, name="header_of_segment")
     with c.m.If(begins):
         c.m.d.sync += header.eq(first)
@@ -127,12 +137,13 @@ def _walk(c: Contract, dut: BlockLoader, read: Bits, word: list, count: Bits) ->
         with c.m.If(c.rst):
             c.m.d.sync += [came.eq(0), place.eq(0)]
         channel = header.channel[axis]
+        increment: Bits = Array(segment.increment)[channel]
         c.implication(f"{name}-from-its-place", "A motion begins where the last block has put the "
                       "axis, and goes to its own place.", when=segments.valid,
                       then=(Array(segment.start)[channel] == (came + 128)[:8])
                       & (segment.end[axis] == (place + 128)[8:10]) & Mux(
-                          header.arc & (channel != 2), Array(segment.increment)[channel] == 0,
-                          Array(segment.increment)[channel].as_unsigned() == change))
+                          header.arc & (channel != 2), increment == 0,
+                          increment.as_unsigned() == change))
         c.invariant(f"place-of-{name}", "Its places are those.",
                     (c.signal(f"place_{axis}") == place)
                     & ((c.signal(f"start_{axis}") == (came + 128)[:8])

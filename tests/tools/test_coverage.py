@@ -59,8 +59,8 @@ class TestStates:
         found = coverage.with_state_machine()
         assert [name for name in found if name in GENERAL] == [
             "profile", "order_control", "sequencer", "start", "coordinates",
-            "square", "gcode_control", "uart_receiver", "decimal_writer", "gcode_gate",
-            "gcode_lister", "spindle_power", "stored_program", "thesis", "unit_converter",
+            "square", "block_loader", "gcode_control", "uart_receiver", "decimal_writer",
+            "gcode_gate", "gcode_lister", "spindle_power", "stored_program", "thesis", "unit_converter",
             "gcode_interpreter"]
 
     @pytest.mark.prover

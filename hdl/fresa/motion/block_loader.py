@@ -106,6 +106,9 @@ class BlockLoader(wiring.Component):
             read.eq(self.blocks.valid & self.blocks.ready),
             profile.log2_ticks.eq(header.log2_ticks),
         ]
+        of_profile = {name: Signal.like(profile[name], name=name)
+                      for name in ("energy", "modulus", "nominal")}
+        m.d.comb += [profile[name].eq(field) for name, field in of_profile.items()]
 
         places = [Signal(WIDTH, name=f"place_{axis}") for axis in range(3)]
         starts = [Signal(8, name=f"start_{axis}") for axis in range(3)]
@@ -124,9 +127,9 @@ class BlockLoader(wiring.Component):
             with m.Switch(number):
                 with m.Case(BlockWord.HEADER):
                     m.d.sync += header.eq(word)
-                for high, field in ((BlockWord.ENERGY, profile.energy),
-                                    (BlockWord.MODULUS, profile.modulus),
-                                    (BlockWord.NOMINAL, profile.nominal),
+                for high, field in ((BlockWord.ENERGY, of_profile["energy"]),
+                                    (BlockWord.MODULUS, of_profile["modulus"]),
+                                    (BlockWord.NOMINAL, of_profile["nominal"]),
                                     (BlockWord.TURNS, turns)):
                     with m.Case(high):
                         m.d.sync += field[WIDTH:].eq(word)
