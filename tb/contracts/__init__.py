@@ -20,6 +20,7 @@ from .fixed_point import FIXED_POINT
 from .gcode_control import GCODE_CONTROL
 from .gcode_coordinates import GCODE_COORDINATES
 from .gcode_gate import GCODE_GATE
+from .gcode_homing import GCODE_HOMING
 from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_lister import GCODE_LISTER
@@ -104,6 +105,7 @@ GENERAL = {
     "rotator": ROTATOR,
     "walk": WALK,
     "block_loader": BLOCK_LOADER,
+    "gcode_homing": GCODE_HOMING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,

@@ -4,6 +4,7 @@ from amaranth import Array, Module, Mux, Signal, unsigned
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
 from ..fsm import leave_unused_codes
 from ..protocol import SETTING_BITS, SETTINGS, setting_index
 from .gcode_control import AlarmCode
@@ -16,7 +17,7 @@ ORDER, THESIS_ORDER = (2, 0, 1), (0, 1, 2)
 servo."""
 
 START = 31
-"""Clocks in which a line that is planned begins."""
+"""Clocks in which a line that is planned begins, less one."""
 
 
 class _Phase(enum.Enum, shape=unsigned(2)):
@@ -49,6 +50,8 @@ class GCodeHoming(wiring.Component):
     ----------
     simple : bool
         The cycle of the thesis.
+    begins_within : int
+        Clocks in which a line begins that is planned, less one.
 
     Members
     -------
@@ -83,6 +86,11 @@ class GCodeHoming(wiring.Component):
         each.
     fault : Out(1)
         The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``begins_within`` is out of range.
     """
 
     start: In(1)
@@ -106,8 +114,9 @@ class GCodeHoming(wiring.Component):
     place: Out(1)
     fault: Out(1)
 
-    def __init__(self, *, simple: bool = False) -> None:
+    def __init__(self, *, simple: bool = False, begins_within: int = START) -> None:
         self.simple = simple
+        self.begins_within = in_range("begins_within", begins_within, 1, START)
         super().__init__()
 
     def elaborate(self, platform) -> Module:
@@ -117,7 +126,7 @@ class GCodeHoming(wiring.Component):
         turn = Signal(range(len(order)))
         request = self.request
         switch, lower = Signal(), Signal()
-        pause = Signal(range(START + 1))
+        pause = Signal(range(self.begins_within + 1))
         seeks = Signal()
         located = Signal()
         m.d.comb += [
@@ -176,7 +185,7 @@ class GCodeHoming(wiring.Component):
                 m.next = "PLAN"
             with m.State("PLAN"):
                 m.d.comb += request.kind.eq(HomingRequest.MOVE)
-                m.d.sync += pause.eq(START)
+                m.d.sync += pause.eq(self.begins_within)
                 with m.If(phase == _Phase.PLACE):
                     m.d.comb += request.kind.eq(HomingRequest.PLACE)
                 with m.If(self.homed):

@@ -147,3 +147,8 @@ def test_a_switch_that_stays_on_is_an_alarm(homing):
 
 def test_the_settings_are_where_the_machine_looks_for_them():
     assert [SETTINGS[setting_index(number)].number for number in VALUES] == [*VALUES]
+
+
+def test_a_line_that_begins_too_late_is_refused():
+    with pytest.raises(ValueError, match="begins_within must be a whole number from 1 to 31"):
+        GCodeHoming(begins_within=32)
