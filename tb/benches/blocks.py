@@ -78,9 +78,9 @@ def block_loader(run: Run) -> str:
         run.expect("modulus", ctx.get(dut.profile.p.modulus), block.modulus)
         run.expect("nominal", ctx.get(dut.profile.p.nominal), block.nominal)
         run.see(ctx, dut.segments, valid=1)
-        run.expect("increments", [ctx.get(each) for each in dut.segments.p.increment],
+        run.expect("increments", [*ctx.get(dut.segments.p.increment)],
                    [80 * 256, 0, -62])
-        run.expect("start", [ctx.get(each) for each in dut.segments.p.start], [128, 128, 128])
+        run.expect("start", [*ctx.get(dut.segments.p.start)], [128, 128, 128])
         ctx.set(dut.profile.ready, 1)
         run.see(ctx, dut, take=1)
         await ctx.tick()

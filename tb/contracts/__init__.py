@@ -5,6 +5,7 @@ from .axes import AXES
 from .axis import AXIS
 from .backlash import BACKLASH
 from .backlash_compensator import BACKLASH_COMPENSATOR
+from .block_loader import BLOCK_LOADER
 from .coil import COIL
 from .contract import Component
 from .controller import CONTROLLER
@@ -19,10 +20,12 @@ from .fixed_point import FIXED_POINT
 from .gcode_control import GCODE_CONTROL
 from .gcode_coordinates import GCODE_COORDINATES
 from .gcode_gate import GCODE_GATE
+from .gcode_homing import GCODE_HOMING
 from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_lister import GCODE_LISTER
 from .gcode_reader import GCODE_READER
+from .gcode_settings import GCODE_SETTINGS
 from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
 from .hex_digits import HEX_READER, HEX_WRITER
@@ -48,6 +51,7 @@ from .rotator import ROTATOR
 from .search import SEARCH
 from .sequencer import SEQUENCER
 from .spindle import SPINDLE_POWER
+from .spindle_pulses import POWER_PWM, SERVO_PULSE
 from .spiral import SPIRAL
 from .square import SQUARE
 from .squaring import SQUARING
@@ -104,6 +108,8 @@ GENERAL = {
     "step_ratio": STEP_RATIO,
     "rotator": ROTATOR,
     "walk": WALK,
+    "block_loader": BLOCK_LOADER,
+    "gcode_homing": GCODE_HOMING,
     "gcode_control": GCODE_CONTROL,
     "order_ledger": ORDER_LEDGER,
     "debounce": DEBOUNCE,
@@ -124,7 +130,10 @@ GENERAL = {
     "gcode_gate": GCODE_GATE,
     "gcode_line": GCODE_LINE,
     "gcode_lister": GCODE_LISTER,
+    "gcode_settings": GCODE_SETTINGS,
     "spindle_power": SPINDLE_POWER,
+    "power_pwm": POWER_PWM,
+    "servo_pulse": SERVO_PULSE,
     "stored_program": STORED_PROGRAM,
     "text": TEXT,
     "thesis": THESIS,

@@ -24,7 +24,7 @@ MAX_PWM = 100_000
 """Highest frequency of a PWM in Hz."""
 
 SERVO_PERIOD = 20_000
-"""Time from a pulse for a servo to the next, in us."""
+"""Time from a pulse for a servo to the next, in us: the one of analog servos."""
 
 
 class SpindlePower(wiring.Component):
@@ -132,19 +132,24 @@ class SpindlePower(wiring.Component):
         return m
 
 
-def pwm_frequency(frequency: int, *, clock: int) -> int:
+def pwm_frequency(frequency: int, *, clock: int, phase_bits: int = PHASE_BITS) -> int:
     """Return the frequency of a PWM in Hz, if a clock in Hz can make it.
+
+    Parameters
+    ----------
+    frequency, clock, phase_bits : int
+        As of :class:`PowerPWM`.
 
     Raises
     ------
     ValueError
         If it is out of range.
     """
-    return in_range("frequency of the PWM", frequency, 1, min(MAX_PWM, clock >> PHASE_BITS))
+    return in_range("frequency of the PWM", frequency, 1, min(MAX_PWM, clock >> phase_bits))
 
 
 class PowerPWM(wiring.Component):
-    """Makes pulses whose duty is a power, in 1024 steps.
+    """Makes pulses whose duty is a power, in ``2**phase_bits`` steps, rounded down.
 
     A new duty begins with a period; power 0 ends the pulse a clock later. Over time there are
     exactly ``frequency`` periods in a second; each is at most a clock longer than another.
@@ -154,7 +159,9 @@ class PowerPWM(wiring.Component):
     clock : int
         Clock in Hz.
     frequency : int
-        In Hz, and at most 1/1024 of the clock.
+        In Hz, and at most ``2**-phase_bits`` of the clock.
+    phase_bits : int
+        Duties, as a power of two; from 1 to 16.
 
     Members
     -------
@@ -169,19 +176,22 @@ class PowerPWM(wiring.Component):
         If a parameter is out of range.
     """
 
-    def __init__(self, *, clock: int, frequency: int) -> None:
-        self.clock = in_range("clock", clock, 1 << PHASE_BITS, (1 << 27) - 1)
-        self.frequency = pwm_frequency(frequency, clock=clock)
+    def __init__(self, *, clock: int, frequency: int, phase_bits: int = PHASE_BITS) -> None:
+        self.phase_bits = in_range("phase_bits", phase_bits, 1, POWER_BITS)
+        self.clock = in_range("clock", clock, 1 << phase_bits, (1 << 27) - 1)
+        self.frequency = pwm_frequency(frequency, clock=clock, phase_bits=phase_bits)
         super().__init__({"power": In(POWER_BITS + 1), "pin": Out(1)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        phase, duty = Signal(PHASE_BITS), Signal(PHASE_BITS + 1)
-        advance = _share(m, self.frequency << PHASE_BITS, self.clock, "phase")
-        wanted = self.power >> POWER_BITS - PHASE_BITS
+        bits = self.phase_bits
+        phase = Signal(bits)
+        duty = Signal(bits + 1)
+        advance = _share(m, self.frequency << bits, self.clock, "phase")
+        wanted = self.power >> POWER_BITS - bits
         with m.If(advance):
             m.d.sync += phase.eq(phase + 1)
-            with m.If(phase == (1 << PHASE_BITS) - 1):
+            with m.If(phase == (1 << bits) - 1):
                 m.d.sync += duty.eq(wanted)
         with m.If(self.power == 0):
             m.d.sync += duty.eq(0)
@@ -192,49 +202,55 @@ class PowerPWM(wiring.Component):
 class ServoPulse(wiring.Component):
     """Makes the pulses of a hobby servo: one each 20 ms, whose length follows a power.
 
-    It is ``low`` at power 0 and ``high`` at full power, in whole us, rounded down between them.
+    It is ``low`` at power 0 and ``high`` at full power, in whole us, rounded down between them. The
+    power is sampled 17 us before a period ends, and the pulse of the next has its length.
 
     Parameters
     ----------
     clock : int
         Clock in Hz.
+    period : int
+        From a pulse to the next, in us; from 18 to 20 000.
 
     Members
     -------
     power : In(17)
         From 0 to ``FULL_POWER``.
     low, high : In(12)
-        Lengths of pulses in us; either may be the longer one.
+        Lengths of pulses in us; either may be the longer one. A change in those 17 us may give one
+        pulse another length.
     pin : Out(1)
         The pulses.
 
     Raises
     ------
     ValueError
-        If ``clock`` is out of range.
+        If a parameter is out of range.
     """
 
-    def __init__(self, *, clock: int) -> None:
+    def __init__(self, *, clock: int, period: int = SERVO_PERIOD) -> None:
         self.clock = in_range("clock", clock, 1_000_000, (1 << 27) - 1)
+        self.period = in_range("period", period, POWER_BITS + 2, SERVO_PERIOD)
         super().__init__({"power": In(POWER_BITS + 1), "low": In(12), "high": In(12),
                           "pin": Out(1)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        time = Signal(range(SERVO_PERIOD))
+        time = Signal(range(self.period))
         tick = _share(m, 10**6, self.clock, "time")
         length = Signal(12)
         power = Signal(POWER_BITS)
+        full = Signal()
         total = Signal(12 + POWER_BITS)  # 2**-16 us: (low + sum of low or high) by digits of power
         m.d.sync += self.pin.eq(time < length)
         with m.If(tick):
             m.d.sync += time.eq(time + 1)
-            with m.If(time == SERVO_PERIOD - 1):
-                m.d.sync += [time.eq(0), length.eq(Mux(self.power[-1], self.high,
-                                                       total >> POWER_BITS))]
+            with m.If(time == self.period - 1):
+                m.d.sync += [time.eq(0), length.eq(Mux(full, self.high, total >> POWER_BITS))]
             # The digits are looked at before, one a us, the lowest first.
-            with m.If(time == SERVO_PERIOD - POWER_BITS - 2):
-                m.d.sync += [power.eq(self.power), total.eq(self.low << POWER_BITS)]
+            with m.If(time == self.period - POWER_BITS - 2):
+                m.d.sync += [power.eq(self.power), full.eq(self.power[-1]),
+                             total.eq(self.low << POWER_BITS)]
             with m.Else():
                 m.d.sync += [
                     power.eq(power >> 1),

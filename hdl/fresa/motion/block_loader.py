@@ -106,6 +106,9 @@ class BlockLoader(wiring.Component):
             read.eq(self.blocks.valid & self.blocks.ready),
             profile.log2_ticks.eq(header.log2_ticks),
         ]
+        of_profile = {name: Signal.like(profile[name], name=name)
+                      for name in ("energy", "modulus", "nominal")}
+        m.d.comb += [profile[name].eq(field) for name, field in of_profile.items()]
 
         places = [Signal(WIDTH, name=f"place_{axis}") for axis in range(3)]
         starts = [Signal(8, name=f"start_{axis}") for axis in range(3)]
@@ -116,16 +119,17 @@ class BlockLoader(wiring.Component):
         x, y = Signal(WIDTH), Signal(WIDTH)
         residual = Signal(29)
         new_extra = Signal(WIDTH)
-        read_feed, new_feed = Signal(FEED_BITS), Signal(FEED_BITS)
+        read_feed = Signal(FEED_BITS)
+        new_feed = Signal(FEED_BITS)
         segment_header = Signal(BlockHeader)
         with m.If(read):
             m.d.sync += number.eq(number + 1)
             with m.Switch(number):
                 with m.Case(BlockWord.HEADER):
                     m.d.sync += header.eq(word)
-                for high, field in ((BlockWord.ENERGY, profile.energy),
-                                    (BlockWord.MODULUS, profile.modulus),
-                                    (BlockWord.NOMINAL, profile.nominal),
+                for high, field in ((BlockWord.ENERGY, of_profile["energy"]),
+                                    (BlockWord.MODULUS, of_profile["modulus"]),
+                                    (BlockWord.NOMINAL, of_profile["nominal"]),
                                     (BlockWord.TURNS, turns)):
                     with m.Case(high):
                         m.d.sync += field[WIDTH:].eq(word)
@@ -164,6 +168,12 @@ class BlockLoader(wiring.Component):
         due = Signal()  # outputs wait for the end of motion
         due_outputs = Signal(Outputs)
         due_extra = Signal(WIDTH)
+        with m.If(self.segments.valid & self.segments.ready):
+            m.d.sync += [self.segments.valid.eq(0), outputs.eq(segment_header.outputs),
+                         extra.eq(new_extra), self.feed.eq(new_feed), due.eq(0)]
+        with m.Elif(due & self.idle):
+            m.d.sync += [outputs.eq(due_outputs), extra.eq(due_extra), due.eq(0)]
+        # In the clock in which some are set others may come, which are due.
         with m.FSM(name="loader_state") as fsm:
             with m.State("READ"):
                 m.d.comb += self.blocks.ready.eq(wanted)
@@ -213,11 +223,6 @@ class BlockLoader(wiring.Component):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
-        with m.If(self.segments.valid & self.segments.ready):
-            m.d.sync += [self.segments.valid.eq(0), outputs.eq(segment_header.outputs),
-                         extra.eq(new_extra), self.feed.eq(new_feed), due.eq(0)]
-        with m.Elif(due & self.idle):
-            m.d.sync += [outputs.eq(due_outputs), extra.eq(due_extra), due.eq(0)]
         with m.If(self.off | ResetSignal()):
             m.d.sync += [outputs.eq(0), extra.eq(0)]
         m.d.comb += [self.outputs.eq(outputs), self.extra.eq(extra)]

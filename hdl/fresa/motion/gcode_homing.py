@@ -4,6 +4,7 @@ from amaranth import Array, Cat, Module, Mux, Signal, unsigned
 from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..checks import in_range
 from ..fsm import leave_unused_codes
 from ..protocol import SETTING_BITS, SETTINGS, setting_index
 from .gcode_control import AlarmCode
@@ -17,7 +18,7 @@ ORDER, THESIS_ORDER = (2, 0, 1), (0, 1, 2)
 servo."""
 
 START = 31
-"""Clocks in which a line that is planned begins."""
+"""Clocks in which a line that is planned begins, less one."""
 
 
 class _Phase(enum.Enum, shape=unsigned(2)):
@@ -62,6 +63,8 @@ class GCodeHoming(wiring.Component):
         The cycle of the thesis.
     squared_axis : int, optional
         The axis that has two motors, with a switch each.
+    begins_within : int
+        Clocks in which a line begins that is planned, less one.
 
     Members
     -------
@@ -105,10 +108,17 @@ class GCodeHoming(wiring.Component):
         each.
     fault : Out(1)
         The state register was upset. Stays until reset.
+
+    Raises
+    ------
+    ValueError
+        If ``begins_within`` is out of range.
     """
 
-    def __init__(self, *, simple: bool = False, squared_axis: int | None = None) -> None:
+    def __init__(self, *, simple: bool = False, squared_axis: int | None = None,
+                 begins_within: int = START) -> None:
         self.simple, self.squared_axis = simple, squared_axis
+        self.begins_within = in_range("begins_within", begins_within, 1, START)
         super().__init__({
             "start": In(1), "active": Out(1), "done": Out(1), "allowed": In(1),
             "failure": Out(AlarmCode), "switches": In(3), "lower": In(3),
@@ -128,7 +138,7 @@ class GCodeHoming(wiring.Component):
         turn = Signal(range(len(order)))
         request = self.request
         switch, lower = Signal(), Signal()
-        pause = Signal(range(START + 1))
+        pause = Signal(range(self.begins_within + 1))
         seeks = Signal()
         located = Signal()
         m.d.comb += [
@@ -191,7 +201,7 @@ class GCodeHoming(wiring.Component):
                 m.next = "PLAN"
             with m.State("PLAN"):
                 m.d.comb += request.kind.eq(HomingRequest.MOVE)
-                m.d.sync += pause.eq(START)
+                m.d.sync += pause.eq(self.begins_within)
                 with m.If(phase == _Phase.PLACE):
                     m.d.comb += request.kind.eq(HomingRequest.PLACE)
                 with m.If(self.homed):

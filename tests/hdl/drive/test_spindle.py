@@ -70,6 +70,10 @@ class TestSpindlePower:
      "frequency of the PWM must be a whole number from 1 to 1953, not 2000"),
     (PowerPWM, {"clock": 50_000_000, "frequency": 0},
      "frequency of the PWM must be a whole number from 1 to 48828, not 0"),
+    (PowerPWM, {"clock": 12, "frequency": 1, "phase_bits": 17},
+     "phase_bits must be a whole number from 1 to 16, not 17"),
+    (ServoPulse, {"clock": 2_000_000, "period": 17},
+     "period must be a whole number from 18 to 20000, not 17"),
     (ServoPulse, {"clock": 999_999},
      "clock must be a whole number from 1000000 to 134217727, not 999999")])
 def test_impossible_parameters(kind, parameters, message):
@@ -119,3 +123,15 @@ def test_pulses_of_a_servo(low, high, shares):
             assert len(rises) == 2
             assert rises[1] - rises[0] == 20_000
             assert seen.sum() == 2 * (low * (FULL_POWER - share) + high * share >> 16)
+
+
+def test_pulse_of_a_servo_is_of_one_power():
+    """One that falls from full power while the pulse is computed does not make it the shortest."""
+    period = 40
+    with AmaranthEngine(component("servo", ServoPulse(clock=1_000_000, period=period))) as engine:
+        engine.set(rst=0, power=FULL_POWER, low=10, high=20)
+        engine.run(period - 10)
+        engine.set(power=FULL_POWER // 2)
+        seen = engine.apply({"power": [FULL_POWER // 2] * 3 * period}, ["pin"])["pin"].astype(int)
+        edges = (seen[1:] != seen[:-1]).nonzero()[0]
+        assert list(edges[1::2] - edges[:-1:2]) == [20, 15, 15]

@@ -229,3 +229,8 @@ def test_either_switch_that_stays_on_is_an_alarm(squaring, places):
         machine = Gantry(engine, places, 0, 0)
         machine.run()
         assert machine.failure == AlarmCode.HOMING_PULL_OFF.value
+
+
+def test_a_line_that_begins_too_late_is_refused():
+    with pytest.raises(ValueError, match="begins_within must be a whole number from 1 to 31"):
+        GCodeHoming(begins_within=32)

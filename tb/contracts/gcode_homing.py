@@ -1,0 +1,216 @@
+"""Contract of the homing cycle: what it requests, in which order, and that it ends."""
+
+from typing import NamedTuple
+
+from amaranth import Array, Cat, Mux, Value
+
+from fresa.motion import AlarmCode, GCodeHoming, HomingRequest
+
+from .contract import Bits, Case, Component, Contract
+from .gcode_settings import NUMBERS
+
+__all__ = ["GCODE_HOMING"]
+
+
+class _Line(NamedTuple):
+    """A request: of an axis, by how much, towards its switch or not, and by which settings."""
+
+    axis: int
+    phase: int  # 0 seek, 1 place, 2 pull off, 3 locate
+    thousandths: int
+    distance: int
+    speed: int
+    located: bool = False
+
+    @property
+    def places(self) -> bool:
+        return self.phase == 1
+
+
+def _lines(simple: bool) -> list[_Line]:
+    """Return all requests of a cycle in their order; a distance of 0 is none."""
+    if simple:
+        return [_Line(axis, phase, 1500 if phase == 0 else 1000, 130 + axis if phase == 0 else 0,
+                      25)
+                for axis in range(3) for phase in ((0, 1, 2) if axis < 2 else (1, 2))]
+    return [_Line(axis, phase, thousandths, number + axis if number == 130 else number, speed,
+                  located)
+            for axis in (2, 0, 1) for phase, thousandths, number, speed, located in (
+                (0, 1500, 130, 25, False), (1, 1000, 130, 25, False), (2, 1000, 27, 25, False),
+                (3, 5000, 27, 24, True), (1, 1000, 130, 25, True), (2, 1000, 27, 25, True))]
+
+
+def describe(c: Contract, dut: GCodeHoming) -> None:
+    """By a list of the requests of a cycle, and settings that are any and constant."""
+    state, request = c.state("homing_state"), dut.request
+    began, known = c.past(1), c.past(~c.rst)
+    lines = _lines(dut.simple)
+    used = sorted({24, 25, 27, *range(100, 103), *range(130, 133)})
+    settings: dict[int, Bits] = {number: c.free(27, name=f"setting_{number}") for number in used}
+    for number, setting in settings.items():
+        c.assume(~began | (setting == c.past(setting)))
+        c.assume(~(began & c.past(dut.setting_address == NUMBERS.index(number)))
+                 | (dut.setting == setting))
+    c.assume(~began | (dut.lower == c.past(dut.lower)))
+
+    wants = request.kind != HomingRequest.NONE
+    served = wants & dut.homed
+    made = c.keep(range(len(lines) + 1), name="made")
+    # Behind one line the switches are any, or stay on: behind others the cycle goes on.
+    found = Array([0, *(line.phase in (0, 3) for line in lines)])[made].replicate(3)
+    c.restrict_covers(c.upset | ~c.rst & dut.allowed & dut.start & dut.standing & ~dut.begins
+                      & (dut.homed == c.past(wants)) & ~dut.moving & (dut.lower == 0)
+                      & ((dut.switches == found) | (made == 4) if dut.simple
+                         else dut.switches == found ^ (made == 3).replicate(3))
+                      & Cat(value == number for number, value in settings.items()).all())
+    c.m.d.sync += made.eq(Mux(c.rst | dut.done, 0, made + served))
+
+    def of(field: str, at: Bits = made) -> Bits:
+        return Array(int(getattr(line, field)) for line in lines)[at]
+
+    axis, seeks = of("axis"), (of("phase") == 0) | (of("phase") == 3)
+    lower = dut.lower.bit_select(axis, 1)
+    c.implication("requests-in-order", "Requests are those of the cycle, in their order.",
+                  when=wants, then=(made < len(lines)) & (request.axis == axis) & (
+                      Value.cast(request.kind) == Mux(of("places"), HomingRequest.PLACE.value,
+                                                      HomingRequest.MOVE.value))
+                  & (request.thousandths == of("thousandths"))
+                  & (request.from_switch == (of("phase") == 2)))
+    c.implication("towards-its-switch", "A line goes towards the switch of its axis, or away from "
+                  "it, and a switch is at 0 or below.", when=wants,
+                  then=request.back == (of("places") | Mux(seeks, lower, ~lower)))
+    known_settings = {0: 0, **settings}
+
+    def setting(field: str) -> Bits:
+        return Array(known_settings[getattr(line, field)] for line in lines)[made]
+
+    zero = of("places") & ~lower & (not dut.simple)
+    c.implication("distance", "A distance is that of the setting, or 0 where it is none.",
+                  when=wants, then=request.distance == Mux(zero, 0, setting("distance")))
+    c.implication("speed", "A line has the speed of the setting.", when=wants & ~of("places"),
+                  then=request.feed == setting("speed"))
+    c.implication("steps", "The place of a switch comes with the steps of its axis.",
+                  when=wants & of("places"),
+                  then=request.steps == Array(settings[100 + each] for each in range(3))[axis])
+    fields = Cat(Value.cast(getattr(request, name)) for name in (
+        "kind", "axis", "distance", "thousandths", "back", "from_switch", "feed", "steps"))
+    c.implication("request-stays", "A request holds until it is served.",
+                  when=known & c.past(wants & ~dut.homed), then=fields == c.past(fields))
+    _ends(c, dut, made, len(lines), wants)
+    _switches(c, dut, lines, made, wants, served)
+
+    after = state("START", "MOVE", "BRAKE", "PLACE", "RESTART", "BEGIN")
+    at = (made - after)[:5]
+    third = dut.simple & state("DISTANCE") & (c.signal("phase") == 0) & (made == 6)
+    c.invariant("where", "Phase, turn and state are those of the request.", state(
+        "IDLE", "ASK", "DONE", "FAILED", "FAULT") | (
+            (at < len(lines)) & (dut.axis == of("axis", at)) & (c.signal("turn") < 3)
+            & (third | (c.signal("phase") == of("phase", at)))
+            & (c.signal("located") == of("located", at))
+            & (~after | (made != 0)) & (~state("PLACE") | of("places", at))
+            & (~state("BRAKE") | (of("phase", at) == 0) | (of("phase", at) == 3))
+            & (~state("START", "MOVE") | ~of("places", at))
+            & (~state("RESTART", "BEGIN") | (of("phase", at) != 2) | (made == len(lines)))),
+        cover=made == 2, lemma=True)
+    c.invariant("ends-of-it", "At its ends nothing or all was requested.", Cat(
+        ~state("IDLE", "ASK") | (made == 0), ~state("DONE") | (made == len(lines)),
+        ~state("ASK") | ((c.signal("turn") == 0) & ~c.signal("located"))).all(),
+        cover=made == 1, lemma=True)
+    c.invariant("sampled", "Settings are those of the request.", Cat(
+        ~state("REQUEST", "PLAN") | (request.distance == Mux(zero, 0, setting("distance"))),
+        ~state("PLAN") | of("places") | (request.feed == setting("speed")),
+        ~(state("PLAN") & of("places"))
+        | (request.steps == Array(settings[100 + each] for each in range(3))[axis])).all(),
+        cover=wants, lemma=True)
+    c.leaves_unused_codes("homing_state", fault=dut.fault, shows=~(
+        wants | dut.done | dut.restart | dut.latch | dut.place | dut.brake))
+
+
+def _ends(c: Contract, dut: GCodeHoming, made: Bits, total: int, wants: Bits) -> None:
+    """State when a cycle begins, and when it is through."""
+    known = c.past(~c.rst)
+    c.implication("begins", "A cycle begins with a start.", when=known & c.past(~dut.active),
+                  then=dut.active == c.past(dut.start))
+    c.implication("goes-on", "It goes on until it is through.",
+                  when=known & c.past(dut.active & ~dut.done), then=dut.active)
+    c.implication("through", "And then it is over.", when=known & c.past(dut.done),
+                  then=~dut.active)
+    c.implication("all-was-done", "It is through after the last of its requests.", when=dut.done,
+                  then=dut.active & (made == total))
+    failed = c.keep(1, name="failed")
+    c.m.d.sync += failed.eq(~c.rst & (failed | (dut.failure != AlarmCode.NONE)))
+    c.implication("failure-ends-it", "After a failure nothing is done until a reset.", when=failed,
+                  then=dut.active & ~(wants | dut.done | dut.brake | dut.restart | dut.latch
+                                      | dut.place) & (dut.failure == AlarmCode.NONE))
+    c.invariant("failed", "It has failed in one state.",
+                failed == c.state("homing_state")("FAILED"), cover=failed, lemma=True)
+    c.implication("allowed", "It requests nothing before it is allowed to.",
+                  when=wants & (made == 0), then=c.keep(1, name="allowed"))
+    with c.m.If(dut.allowed & dut.active):
+        c.m.d.sync += c.kept["allowed"].eq(1)
+    with c.m.If(~dut.active | c.rst):
+        c.m.d.sync += c.kept["allowed"].eq(0)
+    c.invariant("was-allowed", "It goes on only then.", c.state("homing_state")(
+        "IDLE", "ASK", "FAILED", "FAULT") | c.kept["allowed"], cover=made == 1, lemma=True)
+
+
+def _switches(c: Contract, dut: GCodeHoming, lines: list[_Line], made: Bits, wants: Bits,
+              served: Bits) -> None:
+    """State what comes of switches."""
+    known, state = c.past(~c.rst), c.state("homing_state")
+    begins = dut.begins_within + 1  # clocks in which a line that was committed begins, at most
+    now = (made - (made != 0))[:5]  # the line that was committed
+    phase = Array(line.phase for line in lines)[now]
+    axis = Array(line.axis for line in lines)[now]
+    on = dut.switches.bit_select(axis, 1)
+    seeks = (phase == 0) | (phase == 3)
+    age = c.keep(range(begins + 2), name="age")  # since a line was committed
+    line = served & (dut.request.kind == HomingRequest.MOVE)
+    c.m.d.sync += age.eq(Mux(line | c.rst, 0, age + (age <= begins)))
+    moves = (made != 0) & (age >= begins)
+    third = dut.simple & (made == 6)
+    c.implication("latches-at-a-switch", "A place is kept when the switch that is sought is on.",
+                  when=dut.latch & ~third, then=seeks & on & moves)
+    c.implication("brakes", "Then it brakes, until it stands.",
+                  when=known & (c.past(dut.latch & ~third)
+                                | c.past(dut.brake & ~dut.restart & ~dut.standing)),
+                  then=dut.brake | dut.restart)
+    kept = c.keep(1, name="kept")
+    c.m.d.sync += kept.eq(~c.rst & dut.active & (dut.latch | kept & ~dut.place))
+    c.implication("places-what-was-kept", "A switch is where it was kept.", when=dut.place,
+                  then=kept & c.past(served & (dut.request.kind == HomingRequest.PLACE)))
+    c.implication("restart-after-place", "Lines begin anew behind a switch.",
+                  when=known & c.past(dut.place), then=dut.restart)
+    for name in ("latch", "place", "restart"):
+        port = getattr(dut, name)
+        c.implication(f"{name}-for-a-clock", "It lasts a clock.", when=known & c.past(port),
+                      then=~port)
+    waits = c.keep(1, name="waits")
+    c.m.d.sync += waits.eq(~c.rst & (dut.restart | waits & (dut.begins | dut.moving)))
+    c.implication("waits-for-the-planner", "After a restart nothing is requested before the "
+                  "planner has begun.", when=waits, then=~wants & ~dut.done)
+    c.implication("no-switch", "A search fails if the line ends and its switch is not on.",
+                  when=dut.failure == AlarmCode.HOMING_SEARCH,
+                  then=seeks & ~on & ~dut.moving & moves)
+    if not dut.simple:
+        c.implication("still-on", "Pulling off fails if the line ends and the switch is on.",
+                      when=dut.failure == AlarmCode.HOMING_PULL_OFF,
+                      then=(phase == 2) & on & ~dut.moving & moves)
+    c.implication("no-other-failure", "Nothing else fails.", when=dut.failure != AlarmCode.NONE,
+                  then=Cat(dut.failure == each for each in (
+                      AlarmCode.HOMING_SEARCH, AlarmCode.HOMING_PULL_OFF)).any())
+    pause = c.signal("pause")
+    places: Bits = Array(each.places for each in lines)
+    c.invariant("waits-in", "It waits in one state, and judges a line that has begun.", Cat(
+        ~waits | state("BEGIN"), ~state("START") | (age == begins - 1 - pause),
+        ~state("MOVE") | (age >= begins), age <= begins + 1,
+        ~state("PLAN", "PLACE") | ~places[(made - state("PLACE"))[:5]] | kept,
+        ~state("BRAKE") | kept, ~(state("RESTART", "BEGIN") & seeks) | kept,
+        ~(state("DISTANCE", "RATE", "REQUEST") & ~third & places[made]) | kept,
+        ~(state("RATE", "REQUEST") & third) | kept).all(), cover=waits, lemma=True)
+
+
+GCODE_HOMING = Component(
+    make=GCodeHoming, describe=describe, depth=80,
+    cases=(Case({"begins_within": 1}), Case({"simple": True, "begins_within": 1}),
+           Case(real=True), Case({"simple": True}, real=True), Case(upset=True)))
