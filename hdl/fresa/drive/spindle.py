@@ -190,7 +190,7 @@ class PowerPWM(wiring.Component):
 
 
 class ServoPulse(wiring.Component):
-    """Makes the pulses of a hobby servo: one each 20 ms, whose length follows a power.
+    """Makes the pulses of a hobby servo: one each period, whose length follows a power.
 
     It is ``low`` at power 0 and ``high`` at full power, in whole us, rounded down between them.
 
@@ -198,6 +198,8 @@ class ServoPulse(wiring.Component):
     ----------
     clock : int
         Clock in Hz.
+    period : int
+        From a pulse to the next, in us.
 
     Members
     -------
@@ -211,17 +213,18 @@ class ServoPulse(wiring.Component):
     Raises
     ------
     ValueError
-        If ``clock`` is out of range.
+        If a parameter is out of range.
     """
 
-    def __init__(self, *, clock: int) -> None:
+    def __init__(self, *, clock: int, period: int = SERVO_PERIOD) -> None:
         self.clock = in_range("clock", clock, 1_000_000, (1 << 27) - 1)
+        self.period = in_range("period", period, 2 * POWER_BITS, SERVO_PERIOD)
         super().__init__({"power": In(POWER_BITS + 1), "low": In(12), "high": In(12),
                           "pin": Out(1)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        time = Signal(range(SERVO_PERIOD))
+        time = Signal(range(self.period))
         tick = _share(m, 10**6, self.clock, "time")
         length = Signal(12)
         power = Signal(POWER_BITS)
@@ -229,11 +232,11 @@ class ServoPulse(wiring.Component):
         m.d.sync += self.pin.eq(time < length)
         with m.If(tick):
             m.d.sync += time.eq(time + 1)
-            with m.If(time == SERVO_PERIOD - 1):
+            with m.If(time == self.period - 1):
                 m.d.sync += [time.eq(0), length.eq(Mux(self.power[-1], self.high,
                                                        total >> POWER_BITS))]
             # The digits are looked at before, one a us, the lowest first.
-            with m.If(time == SERVO_PERIOD - POWER_BITS - 2):
+            with m.If(time == self.period - POWER_BITS - 2):
                 m.d.sync += [power.eq(self.power), total.eq(self.low << POWER_BITS)]
             with m.Else():
                 m.d.sync += [
