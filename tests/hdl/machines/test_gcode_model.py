@@ -3,9 +3,11 @@
 """`gcode` against the model of the whole machine: every edge of STEP, in its clock."""
 
 import random
+from fractions import Fraction
 
 import pytest
 
+from benchmarks.end_positions import exact_steps, measure
 from tb.engines import CXXRTLEngine
 from tb.models.gcode_blocks import Motion
 from tb.models.gcode_ends import moved
@@ -97,3 +99,26 @@ def test_ends_of_many_blocks_are_those_of_each(seed):
     assert found.tolist() == [
         block.made() for block in model.blocks if isinstance(block, Motion)]
     assert found.sum(axis=0).tolist() == model.position == steps(model.program.language.position)
+
+
+class TestEndPositions:
+    def test_no_line_ends_off(self):
+        found = measure(400, arcs=0.1)
+        assert found.arcs > 20 and found.steps > 10_000
+        assert (found.off, found.most) == (0, 0)
+
+    def test_a_step_that_is_missing_is_found(self, monkeypatch):
+        def without_one(blocks):
+            steps = moved(blocks)
+            steps[100:101, 1] -= 1
+            return steps
+
+        monkeypatch.setattr("benchmarks.end_positions.moved", without_one)
+        found = measure(200, arcs=0)
+        assert found.most == 1 and 80 < found.off < 120
+
+    @pytest.mark.parametrize(("position", "wanted"), [
+        ((0, 0, 0), [0, 0, 0]), ((Fraction(1, 160), 0, 0), [1, 0, 0]),
+        ((Fraction(-1, 160), Fraction(1, 100), -1), [0, 1, -400])])
+    def test_half_a_step_is_rounded_up(self, position, wanted):
+        assert exact_steps([Fraction(at) for at in position]) == wanted
