@@ -23,8 +23,8 @@ PHASE_BITS = 10
 MAX_PWM = 100_000
 """Highest frequency of a PWM in Hz."""
 
-SERVO_PERIOD = 20_000
-"""Time from a pulse for a servo to the next, in us."""
+MIN_SERVO_PERIOD, SERVO_PERIOD = 2 * POWER_BITS, 20_000
+"""Least time from a pulse for a servo to the next, and the usual one, which is the most, in us."""
 
 
 class SpindlePower(wiring.Component):
@@ -218,7 +218,7 @@ class ServoPulse(wiring.Component):
 
     def __init__(self, *, clock: int, period: int = SERVO_PERIOD) -> None:
         self.clock = in_range("clock", clock, 1_000_000, (1 << 27) - 1)
-        self.period = in_range("period", period, 2 * POWER_BITS, SERVO_PERIOD)
+        self.period = in_range("period", period, MIN_SERVO_PERIOD, SERVO_PERIOD)
         super().__init__({"power": In(POWER_BITS + 1), "low": In(12), "high": In(12),
                           "pin": Out(1)})
 

@@ -10,10 +10,12 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
+from ..checks import in_range
 from ..clock import CLOCK, clocks_of
 from ..drive import (
     FULL_POWER,
     MAX_PULSE,
+    MIN_SERVO_PERIOD,
     SERVO_PERIOD,
     PendingSteps,
     PowerPWM,
@@ -34,6 +36,7 @@ from ..motion import (
 )
 from ..panel import ContactFilter
 from ..protocol import (
+    MAX_SILENCE,
     SETTINGS,
     GCodeActionKind,
     GCodeGate,
@@ -167,6 +170,8 @@ class GCodeSettings:
         # Which check ranges
         _ = Line(clock=self.clock), setting_values(self.store)
         pwm_frequency(self.pwm_hz, clock=self.clock)
+        _ = self.silence, self.awake
+        in_range("servo_us", self.servo_us, MIN_SERVO_PERIOD, SERVO_PERIOD)
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
             if rate > most:
@@ -192,12 +197,12 @@ class GCodeSettings:
     @property
     def silence(self) -> int:
         """Clocks of silence that end a line of the thesis."""
-        return self.silence_us * self.clock // 10**6
+        return clocks_of("silence_us", self.silence_us, 10**6, clock=self.clock, most=MAX_SILENCE)
 
     @property
     def awake(self) -> int:
         """Clocks after which idle motors of the thesis are off."""
-        return self.idle_us * self.clock // 10**6
+        return clocks_of("idle_us", self.idle_us, 10**6, clock=self.clock, most=MAX_SILENCE)
 
     @property
     def driver(self) -> dict[str, int]:
