@@ -172,7 +172,7 @@ def _from_circle(path: list[tuple[int, ...]], centre: tuple[float, float], radiu
 
 @bench
 def gcode_thesis(run: Run) -> str:
-    """The session of the thesis: homing, an arc, a line that silence ends, motors off."""
+    """A session of the thesis: home, a line ended by silence, an arc, motors off."""
     settings = SHORT_THESIS
     per_mm = int(settings.steps_per_mm[0])
     down, up = (settings.clock * dict(settings.others)[number] // 10**6 for number in (210, 211))
