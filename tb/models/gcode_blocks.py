@@ -90,7 +90,7 @@ def corrective(wanted: Any, made: Any) -> Any:
 class ProgramModel:
     """Runs lines of G-code as the machine does, from power-up, as far as its queue of blocks.
 
-    It has neither soft limits nor system lines, and refuses no arc that the rotator cannot make.
+    It has neither soft limits nor system lines.
 
     Parameters
     ----------
@@ -114,7 +114,13 @@ class ProgramModel:
         self._outputs_last = False
 
     def line(self, text: str) -> tuple[str, list[Motion | Event]]:
-        """Return the answer to a line, and its blocks."""
+        """Return the answer to a line, and its blocks.
+
+        Raises
+        ------
+        ValueError
+            If an arc is larger than the rotator can turn, which the machine refuses.
+        """
         try:
             actions = self.language.line(words(text))
         except RefusedLine as refused:
