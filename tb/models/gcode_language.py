@@ -70,7 +70,10 @@ class Line:
 
 @dataclass(frozen=True)
 class Arc:
-    """An arc or helix: `centre` is given from its start, in the plane of the axes `plane`."""
+    """An arc or helix: `centre` is given from its start, in the plane of the axes `plane`.
+
+    `radius` is that of its line, in nm, if there is one: then the centre follows from it.
+    """
 
     target: Vector
     centre: tuple[int, int]
@@ -78,6 +81,7 @@ class Arc:
     clockwise: bool
     feed: int
     inverse: bool = False
+    radius: int | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)
@@ -455,7 +459,8 @@ class Interpreter:
         if motion == 1:
             return [Line(target, feed, line.modes.inverse)] if any(given) else [], ""
         centre, plane, used = self._centre(line, given, target)
-        return [Arc(target, centre, plane, motion == 2, feed, line.modes.inverse)], used
+        radius = _length(line.values["R"], line.modes.inches) if used == "R" else None
+        return [Arc(target, centre, plane, motion == 2, feed, line.modes.inverse, radius)], used
 
     def _centre(self, line: _Line, given: Sequence[bool], target: Vector
                 ) -> tuple[tuple[int, int], tuple[int, int], str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fresa.machines.gcode import GCode
+from fresa.machines.gcode import GCode, GCodeSettings
 from fresa.protocol import SETTINGS
 from fresa.protocol.stored_program import MAX_PROGRAM
 from tb.machines.gcode import MACHINE
@@ -36,6 +36,15 @@ def settings(**chosen):
 def test_impossible_machines(chosen, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         settings(**chosen)
+
+
+@pytest.mark.parametrize(("chosen", "message"), [
+    ({"silence_us": 0}, "silence_us must be a whole number from 1 to 1342177, not 0"),
+    ({"idle_us": 1_342_178}, "idle_us must be a whole number from 1 to 1342177, not 1342178"),
+    ({"servo_us": 20_001}, "servo_us must be a whole number from 18 to 20000, not 20001")])
+def test_impossible_times(chosen, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        GCodeSettings(**chosen)
 
 
 def test_two_axes_may_ask_a_motor_for_steps_at_once():

@@ -7,13 +7,21 @@ from .pending import PendingSteps
 from .phase import PhaseDriver
 from .rate import MAX_MODULUS, RateGenerator
 from .sequences import FULL_STEP, HALF_STEP, ONE_PHASE, swap_inner
-from .spindle import FULL_POWER, PowerPWM, ServoPulse, SpindlePower, pwm_frequency
+from .spindle import (
+    FULL_POWER,
+    MIN_SERVO_PERIOD,
+    SERVO_PERIOD,
+    PowerPWM,
+    ServoPulse,
+    SpindlePower,
+    pwm_frequency,
+)
 from .step_dir import MAX_PULSE, StepDirDriver
 from .step_dir_pair import StepDirPair
 
 __all__ = [
-    "FULL_POWER", "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE", "ONE_PHASE",
-    "AxisDrivers", "CoilDriver", "FrequencyDivider", "PendingSteps", "PhaseDriver", "PowerPWM",
-    "RateGenerator", "ServoPulse", "SpindlePower", "StepDirDriver", "StepDirPair", "pwm_frequency",
-    "swap_inner", "valid_period",
+    "FULL_POWER", "FULL_STEP", "HALF_STEP", "MAX_MODULUS", "MAX_PERIOD", "MAX_PULSE",
+    "MIN_SERVO_PERIOD", "ONE_PHASE", "SERVO_PERIOD", "AxisDrivers", "CoilDriver",
+    "FrequencyDivider", "PendingSteps", "PhaseDriver", "PowerPWM", "RateGenerator", "ServoPulse",
+    "SpindlePower", "StepDirDriver", "StepDirPair", "pwm_frequency", "swap_inner", "valid_period",
 ]

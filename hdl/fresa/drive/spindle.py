@@ -23,8 +23,8 @@ PHASE_BITS = 10
 MAX_PWM = 100_000
 """Highest frequency of a PWM in Hz."""
 
-SERVO_PERIOD = 20_000
-"""Time from a pulse for a servo to the next, in us: the one of analog servos."""
+MIN_SERVO_PERIOD, SERVO_PERIOD = POWER_BITS + 2, 20_000
+"""Least time from a pulse for a servo to the next, and the usual one, which is the most, in us."""
 
 
 class SpindlePower(wiring.Component):
@@ -200,7 +200,7 @@ class PowerPWM(wiring.Component):
 
 
 class ServoPulse(wiring.Component):
-    """Makes the pulses of a hobby servo: one each 20 ms, whose length follows a power.
+    """Makes the pulses of a hobby servo: one each period, whose length follows a power.
 
     It is ``low`` at power 0 and ``high`` at full power, in whole us, rounded down between them. The
     power is sampled 17 us before a period ends, and the pulse of the next has its length.
@@ -210,7 +210,7 @@ class ServoPulse(wiring.Component):
     clock : int
         Clock in Hz.
     period : int
-        From a pulse to the next, in us; from 18 to 20 000.
+        From a pulse to the next, in us; from `MIN_SERVO_PERIOD` to `SERVO_PERIOD`.
 
     Members
     -------
@@ -230,7 +230,7 @@ class ServoPulse(wiring.Component):
 
     def __init__(self, *, clock: int, period: int = SERVO_PERIOD) -> None:
         self.clock = in_range("clock", clock, 1_000_000, (1 << 27) - 1)
-        self.period = in_range("period", period, POWER_BITS + 2, SERVO_PERIOD)
+        self.period = in_range("period", period, MIN_SERVO_PERIOD, SERVO_PERIOD)
         super().__init__({"power": In(POWER_BITS + 1), "low": In(12), "high": In(12),
                           "pin": Out(1)})
 

@@ -10,10 +10,13 @@ from amaranth.lib import stream
 from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
+from ..checks import in_range
 from ..clock import CLOCK, clocks_of
 from ..drive import (
     FULL_POWER,
     MAX_PULSE,
+    MIN_SERVO_PERIOD,
+    SERVO_PERIOD,
     PendingSteps,
     PowerPWM,
     ServoPulse,
@@ -34,6 +37,7 @@ from ..motion import (
 )
 from ..panel import ContactFilter
 from ..protocol import (
+    MAX_SILENCE,
     SETTINGS,
     GCodeActionKind,
     GCodeGate,
@@ -85,9 +89,6 @@ BAUDS = {"grbl": 115_200, "thesis": 19_200}
 THESIS_SETTINGS = {21: Fraction(0), 22: Fraction(1), 23: Fraction(0b011)}
 """Further settings of the thesis' machine: its end stops block steps, and home X and Y down."""
 
-SILENCE, AWAKE = Fraction(1, 100), Fraction(1, 10)
-"""Of the thesis: seconds of silence that end a line, and after which motors are off."""
-
 TICK = 4
 """Clocks by which two steps may be closer than the speed says, in a line: a tick."""
 
@@ -132,6 +133,10 @@ class GCodeSettings:
         The axis that has a second motor, such as that of a gantry: ``x``, ``y`` or ``z``.
     program : bytes
         A program that the start button runs, see :class:`StoredProgram`; none if empty.
+    silence_us, idle_us : int
+        Of the thesis: silence that ends a line, and after which motors are off, in us.
+    servo_us : int
+        From a pulse of the servo to the next, in us.
 
     Raises
     ------
@@ -157,6 +162,9 @@ class GCodeSettings:
     kinematics: str = "cartesian"
     second_motor: str | None = None
     program: bytes = b""
+    silence_us: int = 10_000
+    idle_us: int = 100_000
+    servo_us: int = SERVO_PERIOD
 
     def __post_init__(self) -> None:
         if {len(self.steps_per_mm), len(self.max_rate), len(self.acceleration)} != {AXES}:
@@ -172,6 +180,8 @@ class GCodeSettings:
         # Which check ranges
         _ = Line(clock=self.clock), self._values
         pwm_frequency(self.pwm_hz, clock=self.clock)
+        _ = self.silence, self.awake
+        in_range("servo_us", self.servo_us, MIN_SERVO_PERIOD, SERVO_PERIOD)
         for axis, steps, rate in zip("XYZ", self.steps_per_mm, self.max_rate, strict=True):
             most = self.most_rate * 60 / steps
             if rate > most:
@@ -220,6 +230,16 @@ class GCodeSettings:
     def bit(self) -> int:
         """Clocks of a bit on the line."""
         return bit_period(self.clock, self.line_baud)
+
+    @property
+    def silence(self) -> int:
+        """Clocks of silence that end a line of the thesis."""
+        return clocks_of("silence_us", self.silence_us, 10**6, clock=self.clock, most=MAX_SILENCE)
+
+    @property
+    def awake(self) -> int:
+        """Clocks after which idle motors of the thesis are off."""
+        return clocks_of("idle_us", self.idle_us, 10**6, clock=self.clock, most=MAX_SILENCE)
 
     @property
     def driver(self) -> dict[str, int]:
@@ -382,7 +402,7 @@ class GCode(MachineComponent):
         m.submodules.realtime = realtime = RealtimeFilter()
         thesis = settings.dialect == "thesis"
         buffer = LineBuffer(depth=settings.receive,
-                            silence=floor(SILENCE * settings.clock) if thesis else None)
+                            silence=settings.silence if thesis else None)
         reader = GCodeReader()
         gate, interpreter, lister = GCodeGate(), GCodeInterpreter(), GCodeLister()
         planner = GCodePlanner(line=Line(clock=settings.clock), most_rate=settings.most_rate)
@@ -548,9 +568,9 @@ class GCode(MachineComponent):
     def _motors(self, m: Module, control: GCodeControl, motion: BlockMotion,
                 receiver: UARTReceiver, homes: Signal, powered: Signal) -> None:
         """Give the motors power while something moves, and after M3 as long as bytes come."""
-        left = Signal(range(floor(AWAKE * self.settings.clock) + 1))
+        left = Signal(range(self.settings.awake + 1))
         with m.If(receiver.bytes.valid | ~motion.idle):
-            m.d.sync += left.eq(floor(AWAKE * self.settings.clock))
+            m.d.sync += left.eq(self.settings.awake)
         with m.Elif(left != 0):
             m.d.sync += left.eq(left - 1)
         wanted = Signal()
@@ -739,7 +759,8 @@ class GCode(MachineComponent):
         ]
 
     def _servo(self, m: Module, store: GCodeSettingStore, power: Value) -> None:
-        m.submodules.servo = servo = ServoPulse(clock=self.settings.clock)
+        m.submodules.servo = servo = ServoPulse(clock=self.settings.clock,
+                                                 period=self.settings.servo_us)
         m.d.comb += [servo.power.eq(power), servo.low.eq(store.flags.servo_low),
                      servo.high.eq(store.flags.servo_high), self.servo.eq(servo.pin)]
 

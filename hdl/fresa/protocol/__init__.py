@@ -24,7 +24,7 @@ from .gcode_settings import (
 from .hex_reader import CHECK_DIGITS, HexReader
 from .hex_writer import HexWriter
 from .line import LineEnd, LineItem, LineReader
-from .line_buffer import LineBuffer
+from .line_buffer import MAX_SILENCE, LineBuffer
 from .realtime import RealtimeCode, RealtimeFilter
 from .receiver import Received, UARTReceiver
 from .reporter import Reporter
@@ -36,7 +36,7 @@ from .unit_converter import UnitConverter
 from .words import WordReader
 
 __all__ = [
-    "BAUD", "CHECK_DIGITS", "LISTED", "SETTINGS", "SETTING_BITS", "CoordinateSum",
+    "BAUD", "CHECK_DIGITS", "LISTED", "MAX_SILENCE", "SETTINGS", "SETTING_BITS", "CoordinateSum",
     "DecimalReader", "DecimalWriter", "FixedPoint", "FrameInterpreter", "GCodeAction",
     "GCodeActionKind", "GCodeCoordinates", "GCodeFlags", "GCodeGate", "GCodeInterpreter",
     "GCodeKind", "GCodeLine", "GCodeLineState", "GCodeList", "GCodeLister", "GCodeMessage",

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -147,6 +148,14 @@ OPTIONS = (
 SHORT = GCodeSettings(
     clock=2_000_000, baud=125_000, steps_per_mm=(Fraction(80),) * AXES,
     max_rate=(Fraction(12_000),) * AXES, acceleration=(Fraction(16_000),) * AXES)
+
+SHORT_THESIS = replace(
+    SHORT, dialect="thesis", steps_per_mm=(Fraction(10_000),) * AXES,
+    max_rate=(Fraction(1_500),) * AXES,
+    others=((25, Fraction(300)), (130, Fraction(1)), (131, Fraction(1)), (201, Fraction(1)),
+            (210, Fraction(100)), (211, Fraction(300))),
+    silence_us=500, idle_us=600, servo_us=500)
+"""That of the thesis: steps are fine, and times are a tenth or less, so that a session is short."""
 
 DIAGRAMS = (
     Diagram(

@@ -1,48 +1,9 @@
-"""The registers of the formulas, which tables are carried out on: in Python, and on an engine."""
+"""The registers of the formulas, which tables are carried out on: on an engine."""
 
 from collections.abc import Sequence
 
-from fresa.arithmetic import FormulaTable, Line, Registers
+from fresa.arithmetic import FormulaTable
 from tb.engines import Engine
-from tb.models.arithmetic import run_table
-
-AXES = "xyz"
-SIZE = 1 << 36
-
-
-class FormulaModel:
-    """The registers, by their names, and the tables by theirs."""
-
-    def __init__(self, registers: Registers, tables: Sequence[FormulaTable], line: Line) -> None:
-        self.registers, self.line = registers, line
-        self.rows = {table.name: [(row.operation.name, *row[1:]) for row in table.rows]
-                     for table in tables}
-        self.words = registers.image(line.values())
-
-    def set(self, **values: int) -> None:
-        for name, value in values.items():
-            self.words[self.registers[name]] = value % SIZE
-
-    def set_each(self, name: str, values: Sequence[int]) -> None:
-        self.set(**{f"{name}_{axis}": value for axis, value in zip(AXES, values, strict=True)})
-
-    def get(self, name: str) -> int:
-        return self.words[self.registers[name]]
-
-    def signed(self, name: str) -> int:
-        word = self.get(name)
-        return word - SIZE if word >= SIZE // 2 else word
-
-    def pair(self, name: str) -> int:
-        return self.get(name) * SIZE + self.get(f"{name}.low")
-
-    def each(self, name: str) -> list[int]:
-        return [self.signed(f"{name}_{axis}") for axis in AXES]
-
-    def run(self, *names: str) -> None:
-        """Carry out tables."""
-        for name in names:
-            self.words = run_table(self.rows[name], self.words, width=36)
 
 
 class FormulaGateware:

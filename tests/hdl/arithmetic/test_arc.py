@@ -13,10 +13,11 @@ from fresa.arithmetic.line import CORNER
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.models.arc import PLANES, ArcPath, verdict
+from tb.models.formulas import AXES, SIZE, FormulaModel
 from tb.models.gcode_language import centre_by_radius
 from tb.models.line import ONE, junction, place
 from tb.models.walk import Walked, segment_steps
-from tests.hdl.arithmetic.registers import AXES, SIZE, FormulaGateware, FormulaModel
+from tests.hdl.arithmetic.registers import FormulaGateware
 
 MM = 1_000_000
 

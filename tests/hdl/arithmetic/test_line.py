@@ -12,8 +12,9 @@ from fresa.arithmetic import Line, line_formulas
 from fresa.arithmetic.line import CORNER, REGISTERS, TABLES
 from tb.boards import component
 from tb.engines import AmaranthEngine, CXXRTLEngine
+from tb.models.formulas import AXES, SIZE, FormulaModel
 from tb.models.line import BEYOND, ONE, Bounds, Path, junction, place
-from tests.hdl.arithmetic.registers import AXES, SIZE, FormulaGateware, FormulaModel
+from tests.hdl.arithmetic.registers import FormulaGateware
 
 
 class Machine(FormulaModel):

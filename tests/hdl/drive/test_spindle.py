@@ -75,7 +75,9 @@ class TestSpindlePower:
     (ServoPulse, {"clock": 2_000_000, "period": 17},
      "period must be a whole number from 18 to 20000, not 17"),
     (ServoPulse, {"clock": 999_999},
-     "clock must be a whole number from 1000000 to 134217727, not 999999")])
+     "clock must be a whole number from 1000000 to 134217727, not 999999"),
+    (ServoPulse, {"clock": 2_000_000, "period": 31},
+     "period must be a whole number from 32 to 20000, not 31")])
 def test_impossible_parameters(kind, parameters, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         kind(**parameters)
@@ -110,18 +112,19 @@ class TestPWM:
             assert engine.get("pin")
 
 
-@pytest.mark.parametrize(("low", "high", "shares"), [
-    (500, 2500, (0, 30_000, FULL_POWER - 1, FULL_POWER)), (2000, 1000, (1, 40_000))])
-def test_pulses_of_a_servo(low, high, shares):
+@pytest.mark.parametrize(("low", "high", "shares", "period"), [
+    (500, 2500, (0, 30_000, FULL_POWER - 1, FULL_POWER), 20_000),
+    (2000, 1000, (1, 40_000), 20_000), (30, 90, (0, 999, FULL_POWER), 100)])
+def test_pulses_of_a_servo(low, high, shares, period):
     clock = 1_000_000
-    with AmaranthEngine(component("servo", ServoPulse(clock=clock))) as engine:
+    with AmaranthEngine(component("servo", ServoPulse(clock=clock, period=period))) as engine:
         for share in shares:
             engine.set(rst=0, power=share, low=low, high=high)
-            engine.run(40_000)
-            seen = engine.apply({"power": [share] * 40_000}, ["pin"])["pin"].astype(int)
+            engine.run(2 * period)
+            seen = engine.apply({"power": [share] * 2 * period}, ["pin"])["pin"].astype(int)
             rises = ((seen[1:] == 1) & (seen[:-1] == 0)).nonzero()[0]
             assert len(rises) == 2
-            assert rises[1] - rises[0] == 20_000
+            assert rises[1] - rises[0] == period
             assert seen.sum() == 2 * (low * (FULL_POWER - share) + high * share >> 16)
 
 
