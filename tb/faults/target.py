@@ -18,7 +18,7 @@ class Coils:
     name : str
         What it is called.
     count : str
-        Path of the register that counts its steps.
+        Path of the register that counts its steps; of its bits the lowest 32 are compared.
     output : str
         The output with the coil word.
     words : sequence of int
@@ -38,6 +38,8 @@ class Coils:
 @dataclass(frozen=True)
 class Pulses:
     """A motor that is driven by STEP, DIR and ENABLE: a bit of three outputs.
+
+    ENABLE may be one for all motors.
 
     Attributes
     ----------
