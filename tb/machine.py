@@ -123,6 +123,9 @@ class Recorded:
         machine, and what decides the resources, as `tools.fingerprints` names it.
     campaign : int
         Clocks of a campaign; 0 for none.
+    faults : mapping of str to (int, int)
+        How many ``resets`` and ``flips`` are injected, and where there is little time; of those
+        that are not named, as many as of other machines.
     unmutated : str
         Why there are no mutants of the machine as a whole, if there are none.
     quick_mutants : str
@@ -131,6 +134,7 @@ class Recorded:
 
     sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     campaign: int = 0
+    faults: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     unmutated: str = ""
     quick_mutants: str = ""
 

@@ -114,6 +114,8 @@ class FaultTarget:
         Its serial line.
     guard : bool, optional
         Whether it has its guard, if it can have one.
+    shared : int
+        Upsets of the same work: the next ones are of another.
     """
 
     name: str
@@ -131,3 +133,4 @@ class FaultTarget:
     ignored: tuple[str, ...] = ()
     line: Line | None = None
     guard: bool | None = None
+    shared: int = 20_000

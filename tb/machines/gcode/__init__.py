@@ -165,5 +165,6 @@ MACHINE = Machine(
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
                 switches=lambda **options: ("X-", "Y-", "Z-")),
     diagrams=DIAGRAMS,
-    recorded=Recorded(unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "scenarios", "fuzz"))
+    recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
+                      unmutated="Its parts are mutated one by one."),
+    **parts(__name__, "faults", "fuzz", "scenarios"))
