@@ -167,4 +167,4 @@ MACHINE = Machine(
     diagrams=DIAGRAMS,
     recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "faults", "fuzz", "scenarios"))
+    **parts(__name__, "faults", "fuzz", "netlist", "scenarios"))
