@@ -17,10 +17,10 @@ from .fuzz import AXES, BIT, FUZZ
 
 __all__ = ["FAULTS", "sessions", "target"]
 
-BUILT = replace(SHORT, low_ns=1500, setup_ns=1000, hold_ns=2000)
-
 PLANNED = 6000
 """Clocks in which a line has begun to move, or was answered."""
+
+BUILT = replace(SHORT, low_ns=1500, setup_ns=1000, hold_ns=2000)
 
 DEEDS = 8
 """Pieces of a work."""
@@ -180,11 +180,12 @@ def sessions(seed: int) -> Rows:
 def _question() -> tuple[Rows, tuple[int, ...], tuple[int, ...]]:
     """Give lines, how many answers of each kind they have, and where the motors go for them.
 
-    Where a contact was on in the reset the machine is locked, or stands still; but it answers.
+    Where a contact was on in the reset the machine is locked, or stands still; but it answers,
+    behind its messages of that.
     """
     s = _session()
     s.hold(4 * BYTE)
     s.send(b"\x18", 1000)
-    s.send(b"$X\nG21G91G1X.05Y-.025Z.0125F9000\nX1X2\n", PLANNED)
+    s.send(b"$X\nG21G91G1X.05Y-.025Z.0125F9000\nX1X2\n", 120 * BYTE)
     s.rest(30 * BYTE)
     return s.written, (2, 1), (4, -2, 1)

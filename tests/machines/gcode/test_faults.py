@@ -26,4 +26,4 @@ TestResets = resets_are_checked(target, sessions, {
               "control.alarmed is not as from power-up after a reset"),
     "is silent": (Mistake("tx", lambda *_: Const(1)),
                   "after a reset it does not obey the question"),
-}, gap=16_000, mark=pytest.mark.long)
+}, gap=25_000, mark=pytest.mark.long)
