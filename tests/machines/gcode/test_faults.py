@@ -1,9 +1,8 @@
 # amaranth: UnusedElaboratable=no
 
-"""Fault injection into `gcode`: its sessions, and mistakes of its resets."""
+"""Fault injection into `gcode`: its sessions, and a mistake of its resets."""
 
 import pytest
-from amaranth import Const
 
 from tb.machines.gcode.faults import sessions, target
 from tb.mistake import Mistake
@@ -15,15 +14,7 @@ def test_sessions_are_lines():
 
 
 TestResets = resets_are_checked(target, sessions, {
-    "begins": (Mistake("driver_x.ready", lambda _, at: (
-        at("driver_x.idle") & ~at("driver_x.differs") & at("driver_x.enable_pin"))),
-               "a reset moves "),
-    "cuts": (Mistake("driver_x.high", reset_less=False), "a pulse of "),
     "takes power": (Mistake("enable", lambda _, at: (
         at("driver_x.enable_pin") & at("driver_y.enable_pin") & at("driver_z.enable_pin"))),
                     "DIR or ENABLE of "),
-    "keeps": (Mistake("control.alarmed", reset_less=True),
-              "control.alarmed is not as from power-up after a reset"),
-    "is silent": (Mistake("tx", lambda *_: Const(1)),
-                  "after a reset it does not obey the question"),
 }, gap=25_000, mark=pytest.mark.long)
