@@ -19,7 +19,7 @@ from amaranth.hdl._ast import Assign, Switch
 from .contracts import Component
 from .contracts.contract import Case, Contract, State
 from .contracts.proof import reach
-from .engines.coverage import CoverageEngine, Point
+from .engines.coverage import CoverageEngine, NamedCoverageEngine, Point
 from .machines import machines
 from .mutation.benches import kind_of
 from .registry import components, duts
@@ -192,7 +192,8 @@ def cover_lines(name: str, seed: int, clocks: int,
         Called with the number of clocks done.
     """
     dut, goal = duts()[name], machines()[name].coverage
-    with CoverageEngine(dut.shared) as engine:
+    kind = NamedCoverageEngine if goal and goal.named else CoverageEngine
+    with kind(dut.shared) as engine:
         for block in stimuli(dut, seed, clocks):
             engine.apply(block, ())
             advance(len(next(iter(block.values()))))

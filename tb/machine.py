@@ -45,12 +45,16 @@ class Coverage:
         Percents of the lines and branches, and of the bits, to cover in them.
     explore : callable, optional
         Is given the engine at the end of these clocks, and leads it where no stimulus gets.
+    named : bool
+        Count bits of those signals alone that have a name in the gateware: what is left of a large
+        machine can be compiled soon.
     """
 
     cycles: int
     lines: float
     bits: float
     explore: Callable[[Engine], object] | None = None
+    named: bool = False
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,9 @@ class Recorded:
         machine, and what decides the resources, as `tools.fingerprints` names it.
     campaign : int
         Clocks of a campaign; 0 for none.
+    faults : mapping of str to (int, int)
+        How many ``resets`` and ``flips`` are injected, and where there is little time; of those
+        that are not named, as many as of other machines.
     unmutated : str
         Why there are no mutants of the machine as a whole, if there are none.
     quick_mutants : str
@@ -131,6 +138,7 @@ class Recorded:
 
     sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     campaign: int = 0
+    faults: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     unmutated: str = ""
     quick_mutants: str = ""
 

@@ -41,7 +41,8 @@ Two measures of what is looked at:
            --machine names another.
 
 Bits that nothing can change are counted as well: what a parameter fixes, or a component has and
-its machine does not use. Of those, machines on a serial line have more.
+its machine does not use. Of those, machines on a serial line have more. Of a machine whose
+declaration says so, only bits of signals with a name in the gateware are counted.
 """
 
 EPILOG = """\

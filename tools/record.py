@@ -148,10 +148,7 @@ def parts() -> dict[str, Part]:
              "tools.mutate divider coil counter axes phase rate position points --mutants 330 "
              f"{_STATE} {_JSON}", remembers=True),
         *(_mutants(machine, machine.contracts()) for machine in known if machine.contracts),
-        *(Part(f"{what}-{machine.name}", f"tools.faults {what} --machine {machine.name} {_JSON}",
-               (f"faults {machine.name}",),
-               f"tools.faults {what} --machine {machine.name} --{what} {fewer} {_JSON}")
-          for what, fewer in (("resets", 1000), ("flips", 10_000))
+        *(_faults(machine, what) for what in ("resets", "flips")
           for machine in known if machine.faults),
         Part("coverage-states", f"tools.coverage states {_JSON}", ("contract",)),
         *(Part(f"coverage-{machine.name}",
@@ -175,6 +172,16 @@ def _runs(machine: Machine) -> Iterator[Part]:
         begin = f"tools.cosim --machine {machine.name} --campaign"
         yield Part(f"campaign-{machine.name}", f"{begin} {clocks} {_STATE} {_COSIM}",
                    (f"run {machine.name}",), f"{begin} {clocks // 50} {_STATE} {_COSIM}")
+
+
+def _faults(machine: Machine, what: str) -> Part:
+    """Return the part about faults of a kind; a machine may have other numbers of its own."""
+    own = machine.recorded.faults.get(what)
+    fewer = own[1] if own else {"resets": 1000, "flips": 10_000}[what]
+    begin = f"tools.faults {what} --machine {machine.name}"
+    return Part(f"{what}-{machine.name}", f"{begin} --{what} {own[0]} {_JSON}" if own else
+                f"{begin} {_JSON}", (f"faults {machine.name}",),
+                f"{begin} --{what} {fewer} {_JSON}")
 
 
 def _of(components: Iterable[str]) -> tuple[str, ...]:

@@ -78,7 +78,7 @@ def library(design: Design, *, debug: bool = False, stretches: bool = False,
     return kept(
         folder("cxxrtl"), ".so", parts,
         make=lambda work: _build(work, text, head, command, shims, inputs=list(design.inputs),
-                                 names=debug or bool(more)),
+                                 debug=debug, names=bool(more)),
         load=lambda path, _: ctypes.CDLL(str(path)), limit=KEPT)
 
 
@@ -103,9 +103,11 @@ def _mangled(name: str) -> str:
 
 
 def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequence[Path], *,
-           inputs: Sequence[str], names: bool) -> Path:
+           inputs: Sequence[str], debug: bool, names: bool) -> Path:
     (work / "design.il").write_text(text)
-    script = f"read_rtlil design.il; write_cxxrtl -O6 -g{4 if names else 0} design.cc"
+    # Registers have their names from level 3 on; level 4 adds logic that gives all other signals.
+    level = 4 if debug else 3 if names else 0
+    script = f"read_rtlil design.il; write_cxxrtl -O6 -g{level} design.cc"
     call([*YOSYS, "-q", "-p", script], work)
     code = _plain_memories((work / "design.cc").read_text())
     edges = set(re.findall(r"bool ((?:pos|neg)edge_\w+)\(\) const", code))
@@ -114,7 +116,7 @@ def _build(work: Path, text: str, head: str, command: Sequence[str], shims: Sequ
         # Its code would check an edge of a wire before the wire has its new value.
         raise EngineError(f"CXXRTL cannot run clocks made inside a design: {', '.join(inner)}")
     if falling not in edges and (logic := _logic(code, rising)):
-        code = _passes(code, logic, [_mangled(name) for name in inputs], whole=names)
+        code = _passes(code, logic, [_mangled(name) for name in inputs], whole=debug)
         stretched = _stretches(code, logic) if "#define STRETCHES" in head else ""
         head = f"#define PASSES\n{stretched}{head}"
     (work / "design.cc").write_text("\n".join([code, head, *(p.read_text() for p in shims)]))

@@ -14,7 +14,7 @@ from . import source
 from .cache import call
 from .verilator import VerilatorEngine
 
-__all__ = ["CoverageEngine", "Point"]
+__all__ = ["CoverageEngine", "NamedCoverageEngine", "Point"]
 
 #: Keeps branches of the gateware as branches of the Verilog.
 SCRIPT = ("read_rtlil design.il; proc -nomux -norom; memory_collect; "
@@ -28,6 +28,10 @@ _ESCAPED = re.compile("__0([0-9A-F]{2})")
 
 #: Covered by every run: the first value of a register, and where a process begins.
 _ALWAYS = re.compile(r"(reg|always) .*")
+
+#: A signal to which Amaranth or Yosys has given a name, or a number to tell it from another.
+_UNNAMED = re.compile(r"^( *(?:wire|reg) (?:signed )?(?:\[\d+:\d+\] )?"
+                      r"\\(?:\S*\$\d+|\$\w+)(?:\.\S+)? .*;)$", re.M)
 
 _RECORD = re.compile(r"^C '(.*)' (\d+)$", re.M)
 
@@ -90,6 +94,21 @@ class CoverageEngine(VerilatorEngine):
             return points
         return [replace(point, count=point.count - before.count * (point.kind == "toggle"))
                 for point, before in zip(points, self._at_start, strict=True)]
+
+
+class NamedCoverageEngine(CoverageEngine):
+    """Counts bits of those signals alone that have a name in the gateware. See `CoverageEngine`.
+
+    In a large design the others are most of what there is to compile. So that this takes seconds
+    and not minutes, the compiler does not optimise either, and the engine is several times slower.
+    """
+
+    level = "-O0"
+
+    @classmethod
+    def _sources(cls, design: Design) -> dict[str, str]:
+        return {name: _UNNAMED.sub(r"/*verilator coverage_off*/\1/*verilator coverage_on*/", text)
+                for name, text in super()._sources(design).items()}
 
 
 def _read(records: str, text: list[str]) -> Iterator[Point]:

@@ -68,6 +68,8 @@ class VerilatorEngine(CompiledEngine):
     name = "verilator"
     title = "Verilator"
     coverage: ClassVar[bool] = False
+    level: ClassVar[str] = "-O2"
+    """How far the compiler optimises."""
 
     @classmethod
     def missing(cls) -> str | None:
@@ -107,9 +109,9 @@ class VerilatorEngine(CompiledEngine):
                  *command, *FLAGS, *OPTIONS, Path(__file__).read_text()]
         shims = [path.read_text() for path in SHIMS]
         return kept(
-            folder("verilator"), ".so", [*files.values(), head, *shims, *tools],
+            folder("verilator"), ".so", [*files.values(), head, *shims, *tools, cls.level],
             make=lambda work: _build(work, tool, files, "\n".join([head, *shims]), tools,
-                                     debug=debug, coverage=cls.coverage),
+                                     debug=debug, coverage=cls.coverage, level=cls.level),
             load=lambda path, _: ctypes.CDLL(str(path)))
 
 
@@ -128,7 +130,7 @@ def _head(design: Design, *, debug: bool, coverage: bool) -> str:
 
 def _build(
     work: Path, tool: _Tool, files: dict[str, str], shim: str, tools: Sequence[str], *,
-    debug: bool, coverage: bool,
+    debug: bool, coverage: bool, level: str,
 ) -> Path:
     for name, text in files.items():
         (work / name).write_text(text)
@@ -146,7 +148,7 @@ def _build(
         make=lambda _: _runtime(command, work), load=lambda _, content: content))
     made = sorted((work / "made").glob("*.cpp"))
     (work / "design.cc").write_text("".join(f'#include "{path.name}"\n' for path in made) + shim)
-    call([*command, "-O2", "-shared", "-o", "design.so", "design.cc", "runtime.o"], work)
+    call([*command, level, "-shared", "-o", "design.so", "design.cc", "runtime.o"], work)
     return work / "design.so"
 
 

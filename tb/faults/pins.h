@@ -29,7 +29,7 @@ struct Motor {
 	int8_t phases = 0;                                 // 0 where it has pulses
 	int8_t phase_of[16];                               // by coil words; -1 for those that are none
 	bool may_be_off = false;                           // all coils, from the clock after power goes
-	int bit = 0;                                       // of the pads, and times of the driver module
+	int bits[3] = {0, 0, 0};                           // of the pads, and times of the driver module
 	int64_t width = 0, low = 0, setup = 0, hold = 0;
 
 	Wrong follow(Stand &s) const { return phases ? coils(s) : pulses(s); }
@@ -50,8 +50,9 @@ struct Motor {
 	}
 
 	Wrong pulses(Stand &s) const {
-		bool step = pads[0].get() >> bit & 1, up = pads[1].get() >> bit & 1;
-		uint8_t levels = uint8_t(up | (pads[2].get() >> bit & 1) << 1);
+		auto level = [this](int n) { return bool(pads[n].get() >> bits[n] & 1); };
+		bool step = level(0), up = level(1);
+		uint8_t levels = uint8_t(up | level(2) << 1);
 		int64_t clock = ++s.clock;
 		Wrong wrong = NOTHING;
 		if (levels != s.levels) {

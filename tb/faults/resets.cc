@@ -45,7 +45,7 @@ API int32_t faults_resets(
 	const uint8_t *set, int64_t timeout, int64_t *clock, int32_t *which, int64_t *steps
 ) {
 	auto &engine = trial->engine;
-	trial->restore(trial->power_up.data(), trial->memory_at_power_up);
+	trial->restore(trial->power_up);
 	Runner runner{*trial, &trial->rows};
 	Seen now, at_question;
 	size_t goes_on = 0;

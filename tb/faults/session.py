@@ -90,7 +90,7 @@ def sessions_and_fuzz(inputs: Sequence[str], target: FuzzTarget, sessions: Calla
             sent = press_switches(sent, target.switches[1], own, BIT)
         sent = list(sent)
         rx = np.concatenate([item.levels for item in sent])
-        stimulus = {"rst": np.zeros_like(rx), "rx": rx}
+        stimulus = {**dict.fromkeys(inputs, np.zeros_like(rx)), "rx": rx}
         if target.switches:
             stimulus[target.switches[0]] = switch_levels(sent)
         return rows_of_stimulus(stimulus, inputs)

@@ -18,7 +18,7 @@ class Coils:
     name : str
         What it is called.
     count : str
-        Path of the register that counts its steps.
+        Path of the register that counts its steps; of its bits the lowest 32 are compared.
     output : str
         The output with the coil word.
     words : sequence of int
@@ -38,6 +38,8 @@ class Coils:
 @dataclass(frozen=True)
 class Pulses:
     """A motor that is driven by STEP, DIR and ENABLE: a bit of three outputs.
+
+    ENABLE may be one for all motors.
 
     Attributes
     ----------
@@ -112,6 +114,8 @@ class FaultTarget:
         Its serial line.
     guard : bool, optional
         Whether it has its guard, if it can have one.
+    shared : int
+        Upsets of the same work: the next ones are of another.
     """
 
     name: str
@@ -129,3 +133,4 @@ class FaultTarget:
     ignored: tuple[str, ...] = ()
     line: Line | None = None
     guard: bool | None = None
+    shared: int = 20_000

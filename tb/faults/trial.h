@@ -20,6 +20,13 @@ struct Memory {
 	size_t words;
 };
 
+// A word of the state that is another than in the clock before.
+struct Change {
+	uint32_t word, value;
+};
+
+constexpr int64_t SPAN = 256;  // clocks
+
 struct Row {
 	const uint64_t *levels;
 	int64_t clocks;
@@ -43,20 +50,22 @@ struct Trial {
 	std::vector<uint32_t> compared;    // registers that have to do with more than the display
 	std::vector<size_t> offsets;       // of each register in the state
 	std::vector<size_t> bits;          // of each bit of them all: its register
-	size_t words = 0;                  // of the state
+	size_t words = 0;                  // of the registers in the state; behind them are the memories
 	Pad idle, error, tx;
 	uint64_t idle_level = 1;           // of `idle`, where the machine is
 	int32_t period = 0;                // clocks of a bit of `tx`, if it has one
 	std::string kinds;                 // of answers, by their first bytes
 	size_t rst;                        // number of that input
-	std::vector<uint32_t> power_up, memory_at_power_up;
+	std::vector<uint32_t> power_up;
 
 	std::vector<Row> rows;
 	std::vector<int64_t> starts, ends;  // of each row; a row where everything rests, after each
 	std::vector<int32_t> row_at;        // and of each clock
-	std::vector<uint32_t> states;
-	std::vector<std::vector<uint32_t>> contents;  // of all memories, whenever one has changed
-	std::vector<uint32_t> contents_at;  // of each clock
+	std::vector<Change> changes;        // of the state from clock to clock
+	std::vector<size_t> changes_at;     // the first of each clock
+	std::vector<std::vector<uint32_t>> states;  // of every SPAN-th clock
+	std::vector<uint32_t> expected;     // the state of clock `expected_at`, without an upset
+	int64_t expected_at = 0;
 	std::vector<Seen> seen;             // after each clock
 	std::vector<uint8_t> errors;
 
@@ -89,51 +98,72 @@ struct Trial {
 	bool find_count(const char *name, Motor &motor) {
 		debug_items items;
 		engine.design.debug_info(&items, nullptr, "");
-		if (items.count(name) != 1 || !items[name].curr || items[name].width > 32)
+		if (items.count(name) != 1 || !items[name].curr)
 			return false;
 		motor.count = items[name].curr;
-		motor.mask = (uint64_t(1) << items[name].width) - 1;
+		motor.mask = (uint64_t(1) << std::min(items[name].width, size_t(32))) - 1;
 		return true;
 	}
 
 	bool is_idle() const { return idle.get() == idle_level; }
 
-	void save(uint32_t *state) const {
-		for (auto &r : registers) {
-			std::copy(r.curr, r.curr + r.words, state);
-			state += r.words;
-		}
-	}
-
-	std::vector<uint32_t> memory() const {
+	std::vector<uint32_t> state() const {
 		std::vector<uint32_t> all;
+		for (auto &r : registers)
+			all.insert(all.end(), r.curr, r.curr + r.words);
 		for (auto &m : memories)
 			all.insert(all.end(), m.curr, m.curr + m.words);
 		return all;
 	}
 
-	bool memory_is(const std::vector<uint32_t> &all) const {
-		const uint32_t *words = all.data();
-		for (auto &m : memories) {
-			if (!std::equal(m.curr, m.curr + m.words, words))
-				return false;
-			words += m.words;
-		}
-		return true;
-	}
-
-	void restore(const uint32_t *state, const std::vector<uint32_t> &all) {
+	void restore(const std::vector<uint32_t> &all) {
+		const uint32_t *state = all.data();
 		for (auto &r : registers) {
 			std::copy(state, state + r.words, r.curr);
 			std::copy(state, state + r.words, r.next);
 			state += r.words;
 		}
-		const uint32_t *words = all.data();
 		for (auto &m : memories) {
-			std::copy(words, words + m.words, m.curr);
-			words += m.words;
+			std::copy(state, state + m.words, m.curr);
+			state += m.words;
 		}
 		engine.wake();
+	}
+
+	// Writes down the state of the next clock of the work.
+	void keep() {
+		int64_t clock = int64_t(changes_at.size());
+		changes_at.push_back(changes.size());
+		uint32_t *state = expected.data();
+		auto follow = [&](const uint32_t *now, size_t size) {
+			bool same = std::equal(now, now + size, state);
+			for (size_t n = 0; n < size && !same; n++)
+				if (now[n] != state[n])
+					changes.push_back({uint32_t(state + n - expected.data()), state[n] = now[n]});
+			state += size;
+		};
+		for (auto &r : registers)
+			follow(r.curr, r.words);
+		for (auto &m : memories)
+			follow(m.curr, m.words);
+		if (clock % SPAN == 0)
+			states.push_back(expected);
+		expected_at = clock;
+	}
+
+	// Finds the state of a clock of the work.
+	const std::vector<uint32_t> &state_at(int64_t clock) {
+		if (clock < expected_at || clock - expected_at > SPAN) {
+			expected = states[size_t(clock / SPAN)];
+			expected_at = clock / SPAN * SPAN;
+		}
+		while (expected_at < clock) {
+			size_t next = size_t(++expected_at);
+			size_t end = next + 1 < changes_at.size() ? changes_at[next + 1] : changes.size();
+			for (size_t n = changes_at[next]; n < end; n++)
+				expected[changes[n].word] = changes[n].value;
+		}
+		return expected;
 	}
 
 	void flip(size_t number, size_t bit) {
@@ -144,15 +174,20 @@ struct Trial {
 	}
 
 	// Is the state that of a clock without an upset?
-	bool same(int64_t clock) const {
-		const uint32_t *state = &states[clock * words];
+	bool same(int64_t clock) {
+		const uint32_t *state = state_at(clock).data();
 		for (auto number : compared) {
 			auto &r = registers[number];
-			for (size_t n = 0; n < r.words; n++)
-				if (r.curr[n] != state[offsets[number] + n])
-					return false;
+			if (!std::equal(r.curr, r.curr + r.words, state + offsets[number]))
+				return false;
 		}
-		return memory_is(contents[contents_at[clock]]);
+		state += words;
+		for (auto &m : memories) {
+			if (!std::equal(m.curr, m.curr + m.words, state))
+				return false;
+			state += m.words;
+		}
+		return true;
 	}
 
 	void apply(const Row &row) {
@@ -206,9 +241,10 @@ struct Trial {
 
 // Does all rows without an upset; false if the machine is wrong or never idle, which it must not be.
 bool Trial::work(int64_t timeout) {
-	starts.clear(), row_at.clear(), states.clear(), seen.clear(), errors.clear();
-	contents.assign(1, memory_at_power_up), contents_at.clear();
-	restore(power_up.data(), memory_at_power_up);
+	starts.clear(), row_at.clear(), seen.clear(), errors.clear();
+	changes.clear(), changes_at.clear(), states.clear();
+	restore(power_up);
+	expected = power_up;
 	Seen now;
 	for (size_t number = 0; number < rows.size(); number++) {
 		auto &row = rows[number];
@@ -220,11 +256,7 @@ bool Trial::work(int64_t timeout) {
 			if (follow(now, row) || !counts_right(now) || elapsed > row.clocks + timeout)
 				return false;
 			row_at.push_back(int32_t(number));
-			states.resize(states.size() + words);
-			save(&states[states.size() - words]);
-			if (!memory_is(contents.back()))
-				contents.push_back(memory());
-			contents_at.push_back(uint32_t(contents.size() - 1));
+			keep();
 			seen.push_back(now);
 			errors.push_back(uint8_t(error.get()));
 			was_idle = is_idle();

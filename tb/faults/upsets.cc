@@ -7,9 +7,7 @@ API Trial *faults_new(int32_t idle, uint64_t idle_level, int32_t error, int32_t 
 	trial->error = trial->engine.pads[error];
 	trial->rst = size_t(rst);
 	trial->engine.settle();
-	trial->power_up.resize(trial->words);
-	trial->save(trial->power_up.data());
-	trial->memory_at_power_up = trial->memory();
+	trial->power_up = trial->state();
 	return trial;
 }
 
@@ -37,12 +35,11 @@ API bool faults_coils(
 
 // Adds one that is driven by a bit of each of STEP, DIR and ENABLE, with the times of its driver module.
 API bool faults_pulses(
-	Trial *trial, const char *count, const int32_t *pads, int32_t bit, const int64_t *times
+	Trial *trial, const char *count, const int32_t *pads, const int32_t *bits, const int64_t *times
 ) {
 	Motor motor;
 	for (int n = 0; n < 3; n++)
-		motor.pads[n] = trial->engine.pads[pads[n]];
-	motor.bit = bit;
+		motor.pads[n] = trial->engine.pads[pads[n]], motor.bits[n] = bits[n];
 	motor.width = times[0], motor.low = times[1], motor.setup = times[2], motor.hold = times[3];
 	if (trial->motors.size() == MOST || !trial->find_count(count, motor))
 		return false;
@@ -101,7 +98,7 @@ Verdict Trial::inject(
 	size_t at = row_at[clock], end = row_at[clock];
 	while (ends[end] >= 0 && starts[end] < clock + window)
 		end = ends[end];
-	restore(&states[clock * words], contents[contents_at[clock]]);
+	restore(state_at(clock));
 	flip(number, bit);
 	Seen now = seen[clock - 1];
 	int64_t elapsed = clock - starts[at], made = 0, moved = 0;

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from amaranth import Value
 from numpy.typing import NDArray
 
 from ..engines import EngineError
@@ -58,9 +59,13 @@ class Trial:
                     self._handle, count, output(motor.output),
                     output(motor.power) if motor.power else -1, words, len(words))
             else:
-                pads = [output(name) for name in ("step", "direction", "enable")]
-                added = self._lib.faults_pulses(self._handle, count, np.array(pads, np.int32),
-                                                motor.bit, np.array(motor.times, np.int64))
+                names = "step", "direction", "enable"
+                pads = [output(name) for name in names]
+                bits = [motor.bit if len(Value.cast(design.outputs[name])) > 1 else 0
+                        for name in names]
+                added = self._lib.faults_pulses(
+                    self._handle, count, np.array(pads, np.int32), np.array(bits, np.int32),
+                    np.array(motor.times, np.int64))
             if not added:
                 raise EngineError(f"CXXRTL knows no {motor.count}")
         if line := machine.line:
@@ -202,7 +207,7 @@ def _declare(lib: ctypes.CDLL) -> ctypes.CDLL:
     for name, result, arguments in [
         ("new", handle, [i32, u64, i32, i32]),
         ("coils", flag, [handle, text, i32, i32, ints, i32]),
-        ("pulses", flag, [handle, text, ints, i32, longs]),
+        ("pulses", flag, [handle, text, ints, ints, longs]),
         ("line", None, [handle, i32, i32, text]),
         ("delete", None, [handle]),
         ("register", text, [handle, i32, ctypes.POINTER(i64)]),

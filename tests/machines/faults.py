@@ -18,6 +18,7 @@ from tb.uart import decode
 
 __all__ = ["check_sessions", "resets_are_checked", "run_with_fault"]
 
+
 def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows, gap: int
            ) -> tuple[int, WrongReset | None]:
     """Reset a machine with a mistake in it; return the clocks that it took, and what is wrong."""
@@ -32,7 +33,8 @@ def run_with_fault(mistake: Mistake, make: Callable[[], FaultTarget], rows: Rows
 
 
 def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int], Rows],
-                       mistakes: Mapping[str, tuple[Mistake, str]]) -> type:
+                       mistakes: Mapping[str, tuple[Mistake, str]], *, gap: int = 6000,
+                       mark: pytest.MarkDecorator = pytest.mark.compiler) -> type:
     """Return the tests that mistakes in the resets of a machine on a line are found, and no other.
 
     Parameters
@@ -43,21 +45,26 @@ def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int]
         Makes sessions of a seed.
     mistakes : mapping of str to tuple of Mistake and str
         Each with what is found, or how that begins.
+    gap : int
+        Clocks from reset to reset in which its motors move; mistakes have up to half as many more.
+    mark : mark
+        Of the tests with mistakes, each of which compiles the machine.
     """
     @pytest.mark.compiler
     class Tests:
+        @mark
         @pytest.mark.parametrize("mistake", mistakes)
         def test_mistakes_are_found(self, mistake):
             planted, found = mistakes[mistake]
-            _, wrong = run_with_fault(planted, make, sessions(1), 9000)
+            _, wrong = run_with_fault(planted, make, sessions(1), gap * 3 // 2)
             assert wrong is not None and wrong.what.startswith(found)
 
         def test_none_without_a_mistake(self):
             with closing(Trial(make())) as trial:
                 trial.load(sessions(2))
-                clocks, steps, wrong = trial.resets([6000] * 40, [3] * 40, [False, True] * 20)
+                clocks, steps, wrong = trial.resets([gap] * 40, [3] * 40, [False, True] * 20)
                 assert wrong is None
-                assert clocks > 40 * 6003 and steps > 1000
+                assert clocks > 40 * (gap + 3) and steps > 1000
 
     return Tests
 

@@ -16,7 +16,7 @@ from fresa.fsm import leave_unused_codes
 from tb import coverage
 from tb.boards import component
 from tb.contracts import GENERAL, Component
-from tb.engines.coverage import CoverageEngine
+from tb.engines.coverage import CoverageEngine, NamedCoverageEngine
 from tb.machine import Coverage
 from tb.machines import machines
 from tb.registry import components, duts
@@ -115,6 +115,17 @@ class TestLines:
         assert {"if of if (go) begin", "else of if (go) begin"} <= taken
         assert not any("verilog_backend" in what or what.startswith(("reg ", "always"))
                        for _, what in after)
+
+    def test_of_a_large_machine_only_what_has_a_name(self):
+        design = component("lamp", Lamp())
+        with CoverageEngine(design) as engine:
+            every = {point.what for point in engine.points() if point.kind == "toggle"}
+        with NamedCoverageEngine(design) as engine:
+            points = engine.points()
+        named = {point.what for point in points if point.kind == "toggle"}
+        assert {"lit", "go"} <= named < every
+        assert any(point.kind == "branch" for point in points)
+        assert not any("$" in what for what in named)
 
     def test_the_cosimulation_comes_by_what_is_asked(self, tmp_path, capsys):
         facts = tmp_path / "lines.json"

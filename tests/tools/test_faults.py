@@ -106,7 +106,9 @@ class TestResets:
 @pytest.mark.compiler
 class TestMachinesOnALine:
     @pytest.mark.parametrize("name", [
-        name for name, machine in machines().items() if machine.faults and machine.fuzz
+        # Those that are slow declare fewer faults: the record injects them.
+        pytest.param(name, marks=pytest.mark.long if machine.recorded.faults else ())
+        for name, machine in machines().items() if machine.faults and machine.fuzz
         and None in machine.faults()])
     def test_resets_and_flips(self, name, tmp_path, capsys):
         status, (machine,) = run_json(tmp_path / "it.json", "resets", "--machine", name,

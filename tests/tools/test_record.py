@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from fresa_boards.nexys2 import NEXYS2_500
+from tb.machines import machines
 from tb.registry import components
 from tools import fingerprints, record
 from tools.record import BEGUN, KEPT, Part, main, parts, run
@@ -220,6 +221,13 @@ def test_mutants_are_of_every_component():
     named = [name for part in parts().values() if "tools.mutate" in part.command
              for name in part.on if name != "bench"]
     assert sorted(named) == sorted(f"contract {name}" for name in components())
+
+
+def test_a_machine_may_have_numbers_of_faults_of_its_own():
+    most, fewer = machines()["gcode"].recorded.faults["flips"]
+    own, other = parts()["flips-gcode"], parts()["flips-single"]
+    assert f" --flips {most} " in own.command and f" --flips {fewer} " in (own.quick or "")
+    assert "--flips" not in other.command and " --flips 10000 " in (other.quick or "")
 
 
 class TestPage:

@@ -17,11 +17,8 @@ from .results import Resets, Upsets
 
 __all__ = ["SHOWN", "run_upsets", "run_resets"]
 
-UPSETS = 20_000
-"""Upsets of a chunk: each chunk has work of its own."""
-
 RESETS = 500
-"""Resets of a chunk."""
+"""Resets of a chunk: each chunk has work of its own."""
 
 SHOWN = 20
 """Silent upsets that are listed."""
@@ -76,13 +73,13 @@ def run_upsets(machine: FaultTarget, count: int, seed: int, *, jobs: int,
               ) -> tuple[int, NDArray[np.int64], list[Silent]]:
         trial.load(machine.work(seed * 1_000_003 + number))
         clocks = trial.work()
-        return clocks, *trial.upsets(seed, number * UPSETS, size)
+        return clocks, *trial.upsets(seed, number * machine.shared, size)
 
     with _trials(machine, jobs) as trials:
         registers = trials[0].registers
         result = Upsets(machine, registers, np.zeros((len(registers), len(Verdict)), np.int64))
         began = time.perf_counter()
-        for size, (clocks, verdicts, silent) in _in_order(trials, count, UPSETS, chunk):
+        for size, (clocks, verdicts, silent) in _in_order(trials, count, machine.shared, chunk):
             result.clocks += clocks
             result.verdicts += verdicts
             result.silent += silent[: SHOWN - len(result.silent)]

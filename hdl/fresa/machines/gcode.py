@@ -746,7 +746,7 @@ class GCode(MachineComponent):
             made.append(~(pending.driver_step | backlash.busy))
             powers.append(driver.enable_pin)
             faults.append(pending.fault)
-        m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powers).all())]
+        m.d.comb += [motion.made.eq(Cat(made).all()), self.enable.eq(Cat(powers).any())]
         return [*kinematics.positions]
 
     def _second_motor(self, m: Module, driver: StepDirPair, homing: GCodeHoming,

@@ -253,6 +253,16 @@ def test_switches_stop_at_once(session, pin, alarm):
     assert session.at(0, 0, 0)
 
 
+def test_power_stays_until_the_pulses_of_all_motors_have_ended(session):
+    session.send("G1X4F6000\n", wait=False)
+    session.engine.run(100_000, until={"step": 1})  # Y and Z rest
+    session.engine.set(rst=1)
+    session.engine.run(100, ("step",), until={"step": 0})
+    assert session.engine.get("step", "enable") == (0, 1)
+    session.engine.run(100)
+    assert session.engine.get("enable") == 0
+
+
 def test_a_door_holds_until_it_is_closed(session):
     session.send("G1X4F6000\n", wait=False)
     session.run(100_000)
