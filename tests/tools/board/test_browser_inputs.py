@@ -74,7 +74,7 @@ class TestRunningJob:
     def busy(self, fresh):
         fresh.set_switches(1 << 7)
         fresh.until(lambda: fresh.step == 3 and fresh.duty("led7") > 0, "ready")
-        with speed(fresh, "30 k clocks/s"):
+        with speed(fresh, "3 k clocks/s"):
             fresh.find("btn1").click()
             fresh.until(lambda: fresh.duty("led5") and fresh.cut(), "a job")
             fresh.script("document.activeElement.blur()")

@@ -99,7 +99,7 @@ class TestMilling:
     def test_another_job_begins_on_a_new_plate(self, fresh, figure):
         page = fresh
         page.mill()
-        with speed(page, "30 k clocks/s"):
+        with speed(page, "3 k clocks/s"):
             page.find("btn1").click()
             page.until(lambda: page.duty("led5") and page.cut() == 0, "a new plate")
             page.pause()
@@ -113,7 +113,7 @@ class TestMilling:
         page = fresh
         page.set_switches(1 << 7)
         page.until(lambda: page.duty("led7"), "ready")
-        with speed(page, "30 k clocks/s"):
+        with speed(page, "3 k clocks/s"):
             page.find("btn1").click()
             page.until(lambda: page.cut() > 0, "a part of the job")
             page.find("sw7").click()
@@ -129,7 +129,7 @@ class TestMilling:
         page = fresh
         page.set_switches(1 << 7)
         page.until(lambda: page.duty("led7"), "ready")
-        with speed(page, "30 k clocks/s"):
+        with speed(page, "3 k clocks/s"):
             page.find("btn1").click()
             page.until(lambda: page.position("z") > 0, "a movement")
             page.find("btn3").click()
@@ -159,7 +159,7 @@ class TestDisplay:
         page = fresh
         page.set_switches(1 << 7 | 1)
         page.until(lambda: shown(page) == "0000" and page.duty("led7"), "four digits")
-        with speed(page, "30 k clocks/s"):
+        with speed(page, "3 k clocks/s"):
             page.find("btn1").click()
             page.until(lambda: page.cut() > 0, "the first pixel")
             page.find("btn3").click()
@@ -293,7 +293,7 @@ class TestProgress:
         meter = page.find("meter")
         page.set_switches(1 << 7)
         page.until(lambda: page.step == 3 and page.duty("led7") > 0, "ready")
-        with speed(page, "30 k clocks/s"):
+        with speed(page, "3 k clocks/s"):
             page.find("btn1").click()
             page.until(lambda: page.cut() > 0, "the first pixel")
             text = page.until(lambda: "left" in meter.text and meter.text, "the time left")
