@@ -94,6 +94,12 @@ class Page(browsing.Page):
         work()
         self.until(lambda: number() != before, "another machine")
 
+    def goes_on(self, frames: int) -> None:
+        """Wait until the page has shown so many later times."""
+        for _ in range(frames):
+            at = self.find("clock").text
+            self.until(lambda at=at: self.find("clock").text != at, "time going on")
+
     def pause(self) -> None:
         """Make time stand still."""
         self.find("run").click()

@@ -135,10 +135,10 @@ class TestMilling:
             page.find("btn3").click()
             page.until(lambda: "Stopped" in page.status, "stop")
         # What is told is here at once; the picture of the machine may be of shortly before.
-        goes_on(page, 2)
+        page.goes_on(2)
         assert 0 < page.position("z") < 1152
         before = [page.position(axis) for axis in "xyz"]
-        goes_on(page, 1)
+        page.goes_on(1)
         assert [page.position(axis) for axis in "xyz"] == before
         # A page that comes later knows it too, and so does manual mode.
         page.browser.refresh()
@@ -202,9 +202,10 @@ class TestByHand:
         (0, "x", 1), (1, "x", -1), (2, "y", 1), (3, "y", -1), (4, "z", -1), (5, "z", 1)])
     def test_a_switch_moves_an_axis_while_it_is_on(self, fresh, switch, axis, sign):
         page = fresh
-        page.find(f"sw{switch}").click()
-        page.until(lambda: sign * page.position(axis) > 20, "movement")
-        page.find(f"sw{switch}").click()
+        with speed(page, "1 M clocks/s"):
+            page.find(f"sw{switch}").click()
+            page.until(lambda: sign * page.position(axis) > 20, "movement")
+            page.find(f"sw{switch}").click()
         page.until(lambda: page.script(
             "return new Promise(done => { const p = document.getElementById(arguments[0]).dataset;"
             "const was = p.position; setTimeout(() => done(p.position === was), 150) })",
@@ -260,10 +261,13 @@ class TestTime:
         field.clear()
         page.programmed(lambda: field.send_keys(field.get_attribute("max"), "\n"))
         page.pause()
-        page.find("one-step").click()
-        page.until(lambda: page.find("run").text == "Pause" and "under way" in page.status, "work")
-        page.find("run").click()
-        page.until(lambda: page.find("run").text == "Run" and "press Run" in page.status, "rest")
+        with speed(page, "1 M clocks/s"):
+            page.find("one-step").click()
+            page.until(lambda: page.find("run").text == "Pause" and "under way" in page.status,
+                       "work")
+            page.find("run").click()
+            page.until(lambda: page.find("run").text == "Run" and "press Run" in page.status,
+                       "rest")
         at = clock(page)
         page.browser.refresh()
         page.until(lambda: page.step == 2 and clock(page) == at, "the same clock")
@@ -387,13 +391,6 @@ class TestWaveform:
                     " box.checked = false")
         page.find("draw").click()
         page.until(lambda: page.find("wave-error").text == "Choose a signal.", "advice")
-
-
-def goes_on(page, frames: int) -> None:
-    """Wait until the page has shown so many later times."""
-    for _ in range(frames):
-        at = page.find("clock").text
-        page.until(lambda at=at: page.find("clock").text != at, "time going on")
 
 
 def clock(page) -> int:

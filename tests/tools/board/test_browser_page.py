@@ -97,6 +97,7 @@ class TestCompany:
         page.until(lambda: page.is_on(0), "the other's switch")
         page.find("sw0").click()
         other.until(lambda: not other.is_on(0), "this one's switch")
+        page.goes_on(3)  # what is shown may be of shortly before
         page.until(lambda: page.position("x") == other.position("x") > 0, "one position")
         place = page.position("x")
         other.browser.get("about:blank")
@@ -197,18 +198,18 @@ class TestMishaps:
         browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": """
             window.ResizeObserver = class { observe() {} };
             Object.defineProperty(HTMLImageElement.prototype, "src", { set() {} });"""})
-        goes_on(Page(browser, board))
+        Page(browser, board).goes_on(3)
 
     def test_a_drawing_that_fails_once(self, chromium, board):
         page = Page(chromium(), board)
-        goes_on(page)
+        page.goes_on(3)
         page.script("""
             const context = CanvasRenderingContext2D.prototype;
             const { stroke } = context;
             Object.defineProperty(context, "stroke", { configurable: true, get() {
               Object.defineProperty(context, "stroke", { value: stroke });
             } });""")
-        goes_on(page)
+        page.goes_on(3)
         page.until(lambda: "has failed" in page.status, "the failure")
 
     def test_nothing_came_from_elsewhere_and_nothing_went_wrong(self, fresh, board):
@@ -220,13 +221,6 @@ class TestMishaps:
         assert len(names) > 10
         assert all(name.startswith((board, "blob:")) for name in names)
         assert page.browser.get_log("browser") == []
-
-
-def goes_on(page) -> None:
-    """Wait until the page has shown three later times."""
-    for _ in range(3):
-        at = page.find("clock").text
-        page.until(lambda at=at: page.find("clock").text != at, "another frame")
 
 
 class TestSizes:
