@@ -13,7 +13,7 @@ from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from amaranth import Signal, Value
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from ..bench import Bench, Run
 from ..benches import groups
 from ..contracts import Component
+from ..design import Design
 from ..rtlil import fingerprint
 from ..runners import Dut, ModelRunner
 from ..stimulus import Stimulus
@@ -46,14 +47,23 @@ class _Look(Run):
                  inside: Sequence[str] = (), deadline: int = 0) -> None:
         raise _Found(dut)
 
+    def engine(self, design: Design, *, inside: Sequence[str] = ()) -> NoReturn:
+        raise _Found(None)  # a design, of which a component may be a part
+
 
 def component_of(bench: Bench) -> wiring.Component:
     """Make the component of a bench as the bench does, not elaborated yet."""
+    if (found := _component_of(bench)) is None:
+        raise MutationError(f"the bench {bench.name} runs no component by itself")
+    return found
+
+
+def _component_of(bench: Bench) -> wiring.Component | None:
     try:
         bench.function(_Look())
     except _Found as found:
         return found.args[0]
-    raise MutationError(f"the bench {bench.name} runs no component by itself")
+    return None
 
 
 def kind_of(component: Component) -> type[wiring.Component]:
@@ -67,7 +77,7 @@ def bench_of(kind: type[wiring.Component]) -> Bench | None:
     """Find the bench that runs components of a class, if there is one."""
     with unused():
         return next((bench for bench in [*groups()["components"], *groups()["machine"]]
-                     if type(component_of(bench)) is kind), None)
+                     if type(_component_of(bench)) is kind), None)
 
 
 _quiet: ContextVar[bool] = ContextVar("_quiet", default=False)
