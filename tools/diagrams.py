@@ -303,6 +303,17 @@ DIAGRAMS = (
         "come at once, that of Y is a clock later.",
         "axes: step direction motors: motor_step motor_direction busy", 0, 16),
     Diagram(
+        "step-dir-pair",
+        "Two motors of one axis make each step in the same clock, or, where one of them is halted, "
+        "the other alone.",
+        "inputs: step direction halt pins: step_pin second_step_pin direction_pin "
+        "second_direction_pin moved", 0, 50),
+    Diagram(
+        "motor-squaring",
+        "A motor halts at its own switch, the other goes on to its own; it fails where that is too "
+        "far away.",
+        "inputs: seeks switches moved outputs: halt failed", 0, 30),
+    Diagram(
         "contact-filter",
         "A level passes once it has been there for the clocks of `period`, 8 and then 3, whatever "
         "resets; it ends with the clock after the input.",

@@ -169,6 +169,10 @@ DIAGRAMS = (
         "gcode",
         "A line of G-code has been read, `ok` begins, and the first steps are made.",
         "line: rx tx outputs: moving enable step direction", 7_600, 14_000),
+    Diagram(
+        "gcode-thesis",
+        "In the dialect of the thesis: `start`, then `G28`, with which the motors go on.",
+        "line: rx tx outputs: moving enable servo step direction", 0, 12_000),
 )
 
 MACHINE = Machine(
