@@ -101,6 +101,11 @@ class Segment:
     statements: list[Statement]
     number: int = 0
 
+    @property
+    def flag(self) -> tuple[int, int]:
+        """The word of its flag, and the bit there."""
+        return self.number // WORD, 1 << self.number % WORD
+
     def all(self, what: str) -> set[str]:
         """Return what its statements have under a name."""
         return set().union(*(getattr(each, what) for each in self.statements))
@@ -111,7 +116,7 @@ def _place(every: Sequence[Statement]) -> None:
     wanted: dict[str, Counter] = {}
     for each in reversed(every):
         if each.module is None:
-            votes = sum((wanted.get(name, Counter()) for name in each.values), Counter())
+            votes = sum((wanted.get(name, Counter()) for name in sorted(each.values)), Counter())
             each.module = votes.most_common(1)[0][0] if votes else ()
         for name in each.reads:
             wanted.setdefault(name, Counter())[each.module] += 1
@@ -206,16 +211,17 @@ class _Writer:
             for number, each in enumerate(of, first):
                 each.number = number
         self.words = -(-(begin + len(self.stores)) // WORD) or 1
-        self._readers: dict[str, list[int]] = {}
+        self._readers: dict[str, list[Segment]] = {}
         self._homes: dict[str, set[int]] = {}
         for each in found:
             for name in each.all("reads") | each.all("memories"):
-                self._readers.setdefault(name, []).append(each.number)
+                self._readers.setdefault(name, []).append(each)
             for name in each.all("reads") | each.all("values"):
                 self._homes.setdefault(name, set()).add(each.number)
 
     @property
     def all(self) -> list[Segment]:
+        """All segments, in the order in which they are evaluated."""
         return self.flow + self.stores
 
     @property
@@ -224,18 +230,19 @@ class _Writer:
         return [f"{kind} {name};" for name, kind in self._locals.items()
                 if len(self._homes.get(name, ())) > 1]
 
-    def wake(self, name: str, but: int = -1) -> str:
-        """Raise the flags of the segments that read a name."""
+    def wake(self, name: str, but: Segment | None = None) -> str:
+        """Raise the flags of the segments that read a name, but for one."""
         masks = [0] * self.words
-        for number in self._readers.get(name, ()):
-            if number != but:
-                masks[number // WORD] |= 1 << number % WORD
+        for each in self._readers.get(name, ()):
+            word, bit = each.flag
+            if each is not but:
+                masks[word] |= bit
         return " ".join(f"dirty[{word}] |= {mask:#x}ull;"
                         for word, mask in enumerate(masks) if mask)
 
     def evaluate(self, each: Segment) -> list[str]:
         """Define the function that evaluates a segment."""
-        outside = [name for name in sorted(each.all("values")) if self.wake(name, each.number)]
+        outside = [name for name in sorted(each.all("values")) if self.wake(name, each)]
         return [
             f"SEGMENT void {self._module}::segment_{each.number}() {{",
             f"\tconstexpr bool {self._edge} = true; (void){self._edge};",
@@ -243,7 +250,7 @@ class _Writer:
               if self._homes.get(name) == {each.number}),
             *(f"\tauto was_{name} = {name};" for name in outside),
             *(one.text.rstrip("\n") for one in each.statements),
-            *(f"\tif ({name} != was_{name}) {{ {self.wake(name, each.number)} }}"
+            *(f"\tif ({name} != was_{name}) {{ {self.wake(name, each)} }}"
               for name in outside), "}"]
 
     def take(self, each: Segment) -> list[str]:
@@ -255,14 +262,14 @@ class _Writer:
 
     def run(self, each: Segment) -> str:
         """Evaluate a segment if its flag says so."""
-        word, bit = each.number // WORD, f"{1 << each.number % WORD:#x}ull"
-        return (f"\tif (dirty[{word}] & {bit}) {{ dirty[{word}] &= ~{bit}; ran[{word}] |= {bit}; "
-                f"segment_{each.number}(); }}")
+        word, bit = each.flag
+        return (f"\tif (dirty[{word}] & {bit:#x}ull) {{ dirty[{word}] &= ~{bit:#x}ull; "
+                f"ran[{word}] |= {bit:#x}ull; segment_{each.number}(); }}")
 
     def follow(self, each: Segment) -> str:
         """Let registers of a segment follow if it was evaluated."""
-        word, bit = each.number // WORD, f"{1 << each.number % WORD:#x}ull"
-        return f"\tif (ran[{word}] & {bit}) take_{each.number}();"
+        word, bit = each.flag
+        return f"\tif (ran[{word}] & {bit:#x}ull) take_{each.number}();"
 
 
 def gated(module: str, edge: str, lines: str, inputs: Sequence[str],
