@@ -310,8 +310,8 @@ DIAGRAMS = (
         "second_direction_pin moved", 0, 50),
     Diagram(
         "motor-squaring",
-        "A motor halts at its own switch, the other goes on to its own; it fails where that is too "
-        "far away.",
+        "Each motor halts at its own switch, and stays there when that opens again, until the next "
+        "search.",
         "inputs: seeks switches moved outputs: halt failed", 0, 30),
     Diagram(
         "contact-filter",
