@@ -118,7 +118,8 @@ class Run:
     @contextmanager
     def engine(self, design: Design, *, inside: Sequence[str] = ()) -> Iterator[Engine]:
         """Run a design by its pins, on Amaranth's own simulator: it shows states by name."""
-        self.layout = Layout(design.name, list(design.inputs), list(design.outputs), inside)
+        inputs = [name for name in design.inputs if name != "rst"]  # which is shown with the clock
+        self.layout = Layout(design.name, inputs, list(design.outputs), inside)
         with AmaranthEngine(design, vcd=self._vcd) as engine:
             self._clock = lambda: engine.clock
             yield engine
