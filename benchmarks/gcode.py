@@ -158,7 +158,7 @@ def _rate(machine: Machine) -> Iterator[Figure]:
 
 def _lines(machine: Machine, count: int) -> Iterator[Figure]:
     """Stream short lines with no pause; the path goes on and on, at a corner now and then."""
-    machine.send(b"G90G1F9000\n")
+    machine.send(b"G90G1F15000\n")  # 8800 of these lines a second
     machine.finish()
     machine.forget()
     at = machine.position.copy()
