@@ -34,6 +34,7 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     last = state("DIGIT") & (place == 0)
     digits = offered - minus  # taken so far, once the sign is
     pointed = _watch_point(c, dut, digits, place) if dut.decimals else 0
+    needed = (place == 0) | (pointed & (place <= dut.decimals))  # even if it is a 0
 
     c.implication("ready-at-rest", "A number is taken at rest, and only there.",
                   when=state("REST") | dut.numbers.ready, then=state("REST") & dut.numbers.ready)
@@ -49,7 +50,8 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
         c.implication("sign-is-there", "The sign is taken before its digits are counted.",
                       when=state("COUNT", "DIGIT") & minus, then=offered > 0)
         c.implication("sign-before-digits", "Until the sign is taken nothing is counted.",
-                      when=state("SIGN"), then=minus & (offered == 0) & ~c.signal("written")
+                      when=state("SIGN"), then=minus & (offered == 0)
+                      & (c.signal("shown") == needed)
                       & (digit == 0) & (place == dut.digits - 1) & (left == number.as_unsigned()))
     c.implication("no-sign", "No other number has one.", when=dut.bytes.valid & ~minus,
                   then=byte != ord("-"))
@@ -78,9 +80,11 @@ def describe(c: Contract, dut: DecimalWriter) -> None:
     c.implication("remainder-bounded", "The remainder never exceeds that.",
                   when=writes, then=left <= Mux(minus, -number,
                                                                  number)[:len(left)])
-    c.implication("written-counts", "The state agrees with whether a digit was written.",
-                  when=writes, then=(c.signal("written") == (digits > 0))
-                  & (digits + place < dut.digits))
+    c.implication("written-counts", "The state agrees with whether a digit was written, or has to "
+                  "be.", when=writes, then=(digits + place < dut.digits)
+                  & (c.signal("shown") == ((digits > 0) | needed)))
+    c.invariant("power", "The power of ten is that of the place.",
+                ~busy | (c.signal("power") == Mux(writes, power, 1)), cover=writes, lemma=True)
     if dut.decimals:
         c.implication("point-before-decimals", "The point stands before the decimals.",
                       when=state("POINT"), then=pointed & (byte == ord(".")) & (digits > 0)

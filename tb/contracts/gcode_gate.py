@@ -124,13 +124,19 @@ def describe(c: Contract, dut: GCodeGate) -> None:
     c.invariant("judged", "Only a system line that waits is judged.",
                 (~done | (state("PASS") & pending & ~open_))
                 & (state("PASS") | state("FAULT") | (pending & ~open_)), cover=done, lemma=True)
+    matches = c.signal("matches")
+    c.invariant("known-when-judged", "By then it is known which line it is.",
+                (state("PASS", "FAULT") & ~done)
+                | Cat(matches[number] == ((characters == len(text) + 1) & begins_with(text))
+                      for number, text in enumerate(COMMANDS)).all(), cover=done, lemma=True)
     homes = c.past(state("ASK"))
     c.invariant("homing", "The states of homing are those of $H.",
                 ~state("ASK", "COMPARE", "HOME", "HOMING") | named("H"), cover=homes, lemma=True)
     restarts, sleeps = c.signal("restarts"), c.signal("sleeps")
     c.invariant("lines-of-states", "So are the others.",
                 (~state("BEGIN_LIST", "LIST_ALL") | named("", "G", "#", "I", "N"))
-                & (~state("RENEW", "WRITE_INITIAL") | named("RST=$", "RST=*"))
+                & (~state("RENEW", "ADDRESS_INITIAL", "READ_INITIAL", "WRITE_INITIAL")
+                   | named("RST=$", "RST=*"))
                 & (~state("ERASE") | named("RST=#", "RST=*"))
                 & (~state("RESTORED") | named("RST=$", "RST=#", "RST=*")),
                 cover=state("ERASE"), lemma=True)

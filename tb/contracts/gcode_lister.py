@@ -102,8 +102,12 @@ def describe(c: Contract, dut: GCodeLister) -> None:
     c.invariant("through", "It is through when all are taken.",
                 ~state("DONE") | (count == total), cover=state("DONE"), lemma=True)
     c.invariant("divided", "Nothing else is divided.",
-                ~state("TAKE", "SCALE", "DIVIDE", "ROUND") | divided, cover=state("ROUND"),
+                ~state("TAKE", "SIGN", "SCALE", "DIVIDE", "ROUND") | divided, cover=state("ROUND"),
                 lemma=True)
+    c.invariant("chosen", "What was chosen for a part stays until that is taken.",
+                state("IDLE", "CHOOSE", "DONE", "FAULT")
+                | (Value.cast(c.signal("chosen")) == Value.cast(c.signal("choice"))),
+                cover=state("READ"), lemma=True)
     c.invariant("value-of-a-mode", "A mode is offered as it was sampled.",
                 ~(parts.valid & of_modes & (place <= 8)) | (part.value == Array(said)[place]),
                 cover=parts.valid & of_modes, lemma=True)
@@ -111,6 +115,6 @@ def describe(c: Contract, dut: GCodeLister) -> None:
                           shows=~parts.valid & ~dut.done)
 
 
-GCODE_LISTER = Component(make=GCodeLister, describe=describe, depth=14,
+GCODE_LISTER = Component(make=GCodeLister, describe=describe, depth=18,
                          cases=(Case({"width": 4}), Case(real=True),
                                 Case({"width": 4}, upset=True)))

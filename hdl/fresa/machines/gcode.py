@@ -353,7 +353,8 @@ class GCode(MachineComponent):
     alarm : Out(1)
         Nothing moves until a reset and ``$X``.
     fault : Out(1)
-        A register was upset, or steps were lost: never expected. No step is made until reset.
+        A register was upset, or steps were lost: never expected. No step is made until reset,
+        from the second clock after a part has shown it.
 
     Raises
     ------
@@ -561,7 +562,9 @@ class GCode(MachineComponent):
         else:
             connect(m, reader.words, gate.words)
             self._servo(m, store, self._spindle(m, motion, store, faults))
-        with m.If(Cat(faults).any()):
+        shown = Signal(len(faults))  # by parts, a clock before: from all of them it is far
+        m.d.sync += shown.eq(Cat(faults))
+        with m.If(shown.any()):
             m.d.sync += self.fault.eq(1)
         return m
 

@@ -71,54 +71,67 @@ class DecimalWriter(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
+        first = self.digits - 1
         left = Signal(self.shape.width)  # of the number without its sign
         place = Signal(range(self.digits))
+        power = Signal(self.shape.width)  # of ten, of that place; 1 while a sign is to go
         digit = Signal(range(10))
-        written = Signal()  # a digit, so that a zero now counts
+        shown = Signal()  # the digit, even if it is a leading zero: one is written, or it is needed
         after = Signal(signed(self.shape.width + 1))
-        m.d.comb += after.eq(left - Array(10**n for n in range(self.digits))[place])
-        counts = (digit != 0) | written | (place == 0)  # not a leading zero
+        m.d.comb += after.eq(left - power)
         pointed = None
+        needs_next = place == 1  # a digit at the next place
         if self.decimals:
             pointed = Signal()
-            counts |= pointed & (place <= self.decimals)
+            needs_next |= pointed & (place <= self.decimals + 1)
+
+        def pass_place() -> None:
+            m.d.sync += [place.eq(place - 1),
+                         power.eq(Array([0, *(10**n for n in range(first))])[place])]
 
         with m.FSM(name="writer_state") as fsm:
             with m.State("REST"):
                 m.d.comb += self.numbers.ready.eq(1)
                 m.d.sync += [
                     left.eq(self.numbers.payload),
-                    place.eq(self.digits - 1),
+                    place.eq(first),
+                    power.eq(10**first),
                     digit.eq(0),
-                    written.eq(0),
+                    shown.eq(0),
                 ]
                 if pointed is not None:
                     m.d.sync += pointed.eq(self.pointed)
+                    if self.decimals == first:
+                        m.d.sync += shown.eq(self.pointed)
                 with m.If(self.numbers.valid):
                     m.next = "COUNT"
                     if self.shape.signed:
                         with m.If(self.numbers.payload < 0):
+                            m.d.sync += power.eq(1)
                             m.next = "SIGN"
 
             if self.shape.signed:
                 with m.State("SIGN"):
                     m.d.comb += [self.bytes.valid.eq(1), self.bytes.payload.eq(ord("-"))]
                     with m.If(self.bytes.ready):
-                        m.d.sync += left.eq(-left)
+                        # -x is ~(x - 1), so that the digits' own subtraction serves.
+                        m.d.sync += [left.eq(~after), power.eq(10**first)]
                         m.next = "COUNT"
 
             with m.State("COUNT"):
                 with m.If(after >= 0):
                     m.d.sync += [left.eq(after), digit.eq(digit + 1)]
-                with m.Elif(counts):
+                with m.Elif((digit != 0) | shown):
                     m.next = "DIGIT"
                 with m.Else():
-                    m.d.sync += place.eq(place - 1)
+                    pass_place()
+                    m.d.sync += shown.eq(needs_next)
 
             with m.State("DIGIT"):
                 m.d.comb += [self.bytes.valid.eq(1), self.bytes.payload.eq(ord("0") | digit)]
                 with m.If(self.bytes.ready):
-                    m.d.sync += [digit.eq(0), written.eq(1), place.eq(place - 1)]
+                    pass_place()
+                    m.d.sync += [digit.eq(0), shown.eq(1)]
                     m.next = "COUNT"
                     with m.If(place == 0):
                         m.next = "REST"

@@ -98,7 +98,8 @@ class GCodeGate(wiring.Component):
     home, homed : Out(1), In(1)
         Begin a homing cycle, one clock; it is through, one clock.
     address, value, number, decimal, least, most : Out(6), In(27), In(8), In(1), In(1), In(27)
-        The store of settings, for reading, see :class:`GCodeSettingStore`.
+        The store of settings, for reading, see :class:`GCodeSettingStore`; ``address`` is a
+        register.
     initial : In(27)
         What the setting at ``address`` was at power-up, with its value.
     write_address, data, trial, write : Out(6), Out(27), Out(1), Out(1)
@@ -185,17 +186,20 @@ class GCodeGate(wiring.Component):
             with m.If(ends):
                 m.d.sync += [done.eq(0), open_.eq(1)]
 
-        index = Signal(range(len(self.settings) + 1))
+        index = Signal(range(len(self.settings) + 1))  # of a setting; `address` follows it
         value = Signal(self.width - 1)  # then its quotient, which comes from below
         remainder = Signal(range(2 * THOUSANDTH))
         count = Signal(range(max(self.width, Operand.POSITION + 1)))
         changed = Signal(SETTING_BITS)
         left = Signal(range(2 * THOUSANDTH))
         fits = Signal()
+        is_it = Signal()  # the setting of the number that the line has
         zero = Signal()  # the value of the clock before was 0
-        m.d.sync += zero.eq(self.value == 0)
+        above, below = Signal(), Signal()  # its limits
+        m.d.sync += [zero.eq(self.value == 0), above.eq(value > self.most),
+                     below.eq(value < self.least), self.address.eq(index)]
         m.d.comb += [
-            self.address.eq(index), self.write_address.eq(index), self.data.eq(changed),
+            self.write_address.eq(index), self.data.eq(changed),
             self.erase_address.eq(count),
             self.listed.p.code.eq(self.number), self.listed.p.value.eq(self.value),
             self.listed.p.text.eq(Mux(self.decimal, GCodeText.DECIMAL_SETTING,
@@ -212,6 +216,11 @@ class GCodeGate(wiring.Component):
             with m.State("PASS"):
                 m.d.sync += index.eq(0)
                 with m.If(self.words.valid & waits & ~open_ & ~self.settling):
+                    m.next = "JUDGE"
+            with m.State("JUDGE"):
+                with m.If(self.settling):
+                    m.next = "PASS"
+                with m.Else():
                     with m.If(known["X"]):
                         answer(GCodeStatus.GOOD)
                     with m.Elif(known[""] | known["G"]):
@@ -231,6 +240,7 @@ class GCodeGate(wiring.Component):
                         m.d.sync += sleeps.eq(1)
                         answer(GCodeStatus.GOOD)
                     with m.Elif(known["H"]):
+                        m.d.sync += self.address.eq(self.homing)
                         m.next = "ASK"
                     with m.Elif(lists.any()):
                         m.next = "BEGIN_LIST"
@@ -251,9 +261,14 @@ class GCodeGate(wiring.Component):
 
             # Settings and coordinates as they were at power-up
             with m.State("RENEW"):
+                m.next = "ADDRESS_INITIAL"
+            with m.State("ADDRESS_INITIAL"):
+                m.next = "READ_INITIAL"
+            with m.State("READ_INITIAL"):
+                m.d.sync += changed.eq(self.initial)
                 m.next = "WRITE_INITIAL"
             with m.State("WRITE_INITIAL"):
-                m.d.comb += [self.write.eq(1), self.data.eq(self.initial)]
+                m.d.comb += self.write.eq(1)
                 m.d.sync += index.eq(index + 1)
                 m.next = "RENEW"
                 with m.If(index == len(self.settings) - 1):
@@ -272,7 +287,6 @@ class GCodeGate(wiring.Component):
 
             # A homing cycle, if it is allowed: $22 is read.
             with m.State("ASK"):
-                m.d.comb += self.address.eq(self.homing)
                 m.next = "COMPARE"
             with m.State("COMPARE"):
                 m.next = "HOME"
@@ -288,11 +302,16 @@ class GCodeGate(wiring.Component):
 
             # Settings, one after the other: to be listed, or for the one of that number.
             with m.State("READ"):
-                m.next = "FOUND"
-                with m.If(known["$"]):
-                    m.next = "LIST"
+                m.next = "ADDRESS"
                 with m.If(index == len(self.settings)):
                     answer(Mux(known["$"], GCodeStatus.GOOD, GCodeStatus.UNSUPPORTED))
+            with m.State("ADDRESS"):
+                m.next = "MATCH"
+                with m.If(known["$"]):
+                    m.next = "LIST"
+            with m.State("MATCH"):
+                m.d.sync += is_it.eq(line.number == self.number)
+                m.next = "FOUND"
             with m.State("LIST"):
                 m.d.comb += self.listed.valid.eq(1)
                 with m.If(self.listed.ready):
@@ -301,9 +320,9 @@ class GCodeGate(wiring.Component):
             with m.State("FOUND"):
                 m.d.sync += [
                     value.eq(Mux(self.decimal, line.value, line.whole)), remainder.eq(0),
-                    count.eq(self.width - 2),
+                    count.eq(self.width - 1),
                 ]
-                with m.If(line.number != self.number):
+                with m.If(~is_it):
                     m.d.sync += index.eq(index + 1)
                     m.next = "READ"
                 with m.Elif(line.negative):
@@ -313,26 +332,27 @@ class GCodeGate(wiring.Component):
                 with m.Elif(self.decimal):
                     m.next = "DIVIDE"
                 with m.Else():
-                    m.next = "CHECK"
+                    m.next = "COMPARE_LIMITS"
             with m.State("DIVIDE"):
                 m.d.sync += [value.eq(Cat(fits, value)), count.eq(count - 1),
                              remainder.eq(Mux(fits, left - THOUSANDTH, left))]
                 with m.If(count == 0):
                     m.next = "ROUND"
-            with m.State("ROUND"):
-                m.d.sync += value.eq(value + (remainder >= THOUSANDTH // 2))
+            with m.State("ROUND"):  # by the last digit, which is the first behind the point
+                m.d.sync += value.eq(value[1:] + value[0])
+                m.next = "COMPARE_LIMITS"
+            with m.State("COMPARE_LIMITS"):
                 m.next = "CHECK"
             with m.State("CHECK"):
-                m.d.sync += changed.eq(value)
+                m.d.sync += [changed.eq(value), self.address.eq(self.homing)]
                 m.next = "NEEDS"
-                with m.If(value > self.most):
+                with m.If(above):
                     answer(GCodeStatus.TOO_LARGE)
-                with m.Elif(value < self.least):
+                with m.Elif(below):
                     answer(GCodeStatus.NEGATIVE)
 
             # Soft limits need homing; then all is computed as if it were so.
             with m.State("NEEDS"):
-                m.d.comb += self.address.eq(self.homing)
                 m.next = "LOOK"
             with m.State("LOOK"):
                 m.next = "HAS"
@@ -379,8 +399,8 @@ class GCodeGate(wiring.Component):
         longest = max(map(len, COMMANDS))
         length = Signal(range(longest + 3))  # characters, at most two more than of a command
         agrees = Signal(len(COMMANDS))  # with all of them
-        matches = Signal(len(COMMANDS))
-        m.d.comb += matches.eq(Cat(agrees[which] & (length == len(command) + 1)
+        matches = Signal(len(COMMANDS))  # a clock after its last character
+        m.d.sync += matches.eq(Cat(agrees[which] & (length == len(command) + 1)
                                    for which, command in enumerate(COMMANDS)))
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))

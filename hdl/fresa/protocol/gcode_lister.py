@@ -1,6 +1,6 @@
 """Lists of a G-code machine: modes, coordinates, what it is and what it understands."""
 
-from amaranth import Array, Cat, Const, Module, Mux, Signal, signed, unsigned
+from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -61,6 +61,21 @@ PER_UM, PER_ONE, PER_FEED = 1000, 1_000_000, 50_000
 """Units of a length in 1 um; of a number in 1; and a third of the nm/s of 1000 mm/min."""
 
 
+class GCodeUnit(enum.Enum, shape=unsigned(2)):
+    """What a word is divided by."""
+
+    UM = 0
+    ONE = 1
+    FEED = 2
+
+
+CHOICE = data.StructLayout({
+    "text": GCodeText, "ends": 1, "code": 8, "last": 1, "mode": 7, "divides": 1, "address": 6,
+    "unit": GCodeUnit})
+"""What a part is: text, end and code of it, whether it is the last, and where its value is from: a
+mode, or a word that is divided, by its address."""
+
+
 class GCodeLister(wiring.Component):
     """Gives lists in parts, each a text and at most two numbers.
 
@@ -75,8 +90,8 @@ class GCodeLister(wiring.Component):
     ===========  ============================================================================
 
     A number is read by its address and divided serially, rounded half away from zero, but that of
-    the tool towards 0. A part is offered two clocks after ``start``, or after the one before was
-    taken, and one with such a number ``width`` + 5 clocks later.
+    the tool towards 0. A part is offered three clocks after ``start``, or after the one before was
+    taken, and one with such a number ``width`` + 7 clocks later.
 
     Parameters
     ----------
@@ -119,89 +134,88 @@ class GCodeLister(wiring.Component):
         part = self.parts.p
         turn = Signal(range(MIST + 5))  # which of the modes, or of the coordinates
         axis = Signal(2)
-        last = Signal()
-        divides = Signal()
-        per = Signal(range(PER_ONE + 1))
-        mode = Signal(7)  # a number that is no word
-        text = Signal(GCodeText)
+        choice = Signal(CHOICE)  # of the next part; `chosen` is that of the present one
+        chosen = Signal(CHOICE)
         value = Signal(signed(LISTED_BITS))
-        m.d.comb += [part.text.eq(text), part.value.eq(value)]
+        m.d.comb += [part.text.eq(chosen.text), part.ends.eq(chosen.ends),
+                     part.code.eq(chosen.code), part.value.eq(value),
+                     self.address.eq(chosen.address)]
         with m.Switch(self.list):
             for each, only in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
                                (GCodeList.STARTUP, GCodeText.STARTUP)):
                 with m.Case(each):
-                    m.d.comb += [text.eq(only), part.ends.eq(1), last.eq(1)]
+                    m.d.comb += [choice.text.eq(only), choice.ends.eq(1), choice.last.eq(1)]
             with m.Case(GCodeList.MODES):
-                self._modes(m, turn, text, mode, divides, per)
-                m.d.comb += [last.eq(turn == MIST + 4), part.ends.eq(last)]
+                self._modes(m, turn, choice)
             with m.Case(GCodeList.COORDINATES):
-                numbers, places = zip(*SYSTEMS, strict=True)
-                m.d.comb += [
-                    per.eq(PER_UM), divides.eq(1), part.code.eq(Array(numbers)[turn]),
-                    self.address.eq(Array(places)[turn] + axis), part.ends.eq(axis == 2),
-                    text.eq(Mux(axis == 0, GCodeText.COORDINATES,
-                                Mux(axis == 1, GCodeText.AXIS, GCodeText.LAST_AXIS))),
-                ]
-                with m.If(turn == len(SYSTEMS)):
-                    m.d.comb += [text.eq(GCodeText.LENGTH), self.address.eq(Operand.LENGTH),
-                                 part.code.eq(0), part.ends.eq(1)]
-                with m.If(turn == len(SYSTEMS) + 1):
-                    m.d.comb += [text.eq(GCodeText.PROBED), divides.eq(0), part.code.eq(0),
-                                 part.ends.eq(1), last.eq(1)]
+                self._coordinates(m, turn, axis, choice)
 
-        # The digits of the quotient come from below as those of the word leave above.
+        # The digits of the quotient come from below as those of the word leave above: one more
+        # than it has, as the first behind the point, 1 from a half on, rounds it.
         negative = Signal()
         magnitude = Signal(self.width + 2)
-        remainder = Signal(range(2 * PER_ONE))
-        count = Signal(range(self.width + 2))
+        remainder = Signal(range(PER_ONE))
+        count = Signal(range(self.width + 3))
+        per = Signal(range(PER_ONE + 1))
         left, fits = Signal(range(2 * PER_ONE)), Signal()
-        rounds = Signal()
-        quotient = Signal(LISTED_BITS - 1)
+        below = Signal(signed(len(left) + 1))  # what is left without `per`
+        quotient, rounds = Signal(LISTED_BITS - 1), Signal()
+        with m.Switch(chosen.unit):
+            for unit, units in ((GCodeUnit.UM, PER_UM), (GCodeUnit.FEED, PER_FEED),
+                                (GCodeUnit.ONE, PER_ONE)):
+                with m.Case(unit):
+                    m.d.comb += per.eq(units)
         m.d.comb += [
-            left.eq(Cat(magnitude[-1], remainder)), fits.eq(left >= per),
-            rounds.eq((Cat(Const(0, 1), remainder) >= per) & (text != GCodeText.TOOL)),
-            quotient.eq(magnitude + rounds),
+            left.eq(Cat(magnitude[-1], remainder)), below.eq(left - per), fits.eq(~below[-1]),
+            quotient.eq(magnitude[1:]),
+            rounds.eq(magnitude[0] & (chosen.text != GCodeText.TOOL)),
         ]
-        size = Signal(self.width)
-        m.d.comb += size.eq(Mux(self.word < 0, -self.word, self.word))
 
         with m.FSM(name="lister_state") as fsm:
             with m.State("IDLE"):
                 m.d.sync += [turn.eq(0), axis.eq(0)]
                 with m.If(self.start):
-                    m.next = "READ"
+                    m.next = "CHOOSE"
+            with m.State("CHOOSE"):
+                m.d.sync += chosen.eq(choice)
+                m.next = "READ"
             with m.State("READ"):
-                m.d.sync += value.eq(mode)
+                m.d.sync += value.eq(chosen.mode)
                 m.next = "OFFER"
-                with m.If(divides):
+                with m.If(chosen.divides):
                     m.next = "TAKE"
-            with m.State("TAKE"):
-                m.d.sync += [negative.eq(self.word < 0), remainder.eq(0), count.eq(self.width + 1),
-                             magnitude.eq(size)]
+            with m.State("TAKE"):  # as it is, for the way from the memory is long
+                m.d.sync += [negative.eq(self.word < 0), magnitude.eq(self.word.as_unsigned()),
+                             remainder.eq(0), count.eq(self.width + 2)]
+                m.next = "SIGN"
+            with m.State("SIGN"):
+                m.d.sync += magnitude.eq((magnitude[:self.width] ^ negative.replicate(self.width))
+                                         + negative)
                 m.next = "SCALE"
             with m.State("SCALE"):
-                with m.If(per == PER_FEED):
+                with m.If(chosen.unit == GCodeUnit.FEED):
                     m.d.sync += magnitude.eq(magnitude + (magnitude << 1))
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
                 m.d.sync += [magnitude.eq(Cat(fits, magnitude)), count.eq(count - 1),
-                             remainder.eq(Mux(fits, left - per, left))]
+                             remainder.eq(Mux(fits, below, left))]
                 with m.If(count == 0):
                     m.next = "ROUND"
-            with m.State("ROUND"):
-                m.d.sync += value.eq(Mux(negative, -quotient, quotient))
+            with m.State("ROUND"):  # negated in the same sum: -(q + r) is ~q + ~r, by one bit of r
+                m.d.sync += value.eq((quotient ^ negative.replicate(LISTED_BITS))
+                                     + (rounds ^ negative))
                 m.next = "OFFER"
             with m.State("OFFER"):
                 m.d.comb += self.parts.valid.eq(1)
                 with m.If(self.parts.ready):
-                    m.next = "READ"
+                    m.next = "CHOOSE"
                     m.d.sync += turn.eq(turn + 1)
                     with m.If(self.list == GCodeList.COORDINATES):
                         m.d.sync += [turn.eq(turn + part.ends),
                                      axis.eq(Mux(part.ends, 0, axis + 1))]
                     with m.Elif((turn == MIST) & ~(self.modes.mist & self.modes.flood)):
                         m.d.sync += turn.eq(MIST + 2)
-                    with m.If(last):
+                    with m.If(chosen.last):
                         m.next = "DONE"
             with m.State("DONE"):
                 m.d.comb += self.done.eq(1)
@@ -211,26 +225,44 @@ class GCodeLister(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
-    def _modes(self, m: Module, turn: Signal, text: Signal, mode: Signal, divides: Signal,
-               per: Signal) -> None:
-        """Say one of the modes."""
+    def _modes(self, m: Module, turn: Signal, choice: data.View) -> None:
+        """Choose one of the modes."""
         modes = self.modes
         none = modes.motion == GCodeMotion.NONE
         spindle = Mux(modes.clockwise, 3, Mux(modes.counter_clockwise, 4, 5))
-        for number, (name, value) in enumerate([
-                (GCodeText.MOTION, Mux(none, 80, modes.motion.as_value())),
-                (GCodeText.G, 54 + modes.system), (GCodeText.G, 17 + modes.plane),
-                (GCodeText.G, 21 - modes.inches), (GCodeText.G, 90 + modes.relative),
-                (GCodeText.G, 94 - modes.inverse), (GCodeText.M, spindle),
-                (GCodeText.M, Mux(modes.mist, 7, Mux(modes.flood, 8, 9))), (GCodeText.M, 8)]):
-            with m.If(turn == number):
-                m.d.comb += [text.eq(name), mode.eq(value)]
-        for number, (name, operand) in enumerate([
-                (GCodeText.TOOL, Operand.TOOL), (GCodeText.FEED, Operand.FEED),
-                (GCodeText.SPEED, Operand.SPEED)], MIST + 2):
-            with m.If(turn == number):
-                m.d.comb += [text.eq(name), self.address.eq(operand), divides.eq(1),
-                             per.eq(PER_ONE)]
-        with m.If((text == GCodeText.FEED) & ~modes.inverse):
-            m.d.comb += per.eq(PER_FEED)
+        with m.Switch(turn):
+            for number, (text, mode) in enumerate([
+                    (GCodeText.MOTION, Mux(none, 80, modes.motion.as_value())),
+                    (GCodeText.G, 54 + modes.system), (GCodeText.G, 17 + modes.plane),
+                    (GCodeText.G, 21 - modes.inches), (GCodeText.G, 90 + modes.relative),
+                    (GCodeText.G, 94 - modes.inverse), (GCodeText.M, spindle),
+                    (GCodeText.M, Mux(modes.mist, 7, Mux(modes.flood, 8, 9))), (GCodeText.M, 8)]):
+                with m.Case(number):
+                    m.d.comb += [choice.text.eq(text), choice.mode.eq(mode)]
+            for number, (text, operand, unit) in enumerate([
+                    (GCodeText.TOOL, Operand.TOOL, GCodeUnit.ONE),
+                    (GCodeText.FEED, Operand.FEED,
+                     Mux(modes.inverse, GCodeUnit.ONE, GCodeUnit.FEED)),
+                    (GCodeText.SPEED, Operand.SPEED, GCodeUnit.ONE)], MIST + 2):
+                with m.Case(number):
+                    last = text == GCodeText.SPEED
+                    m.d.comb += [choice.text.eq(text), choice.address.eq(operand),
+                                 choice.divides.eq(1), choice.unit.eq(unit),
+                                 choice.ends.eq(last), choice.last.eq(last)]
 
+    def _coordinates(self, m: Module, turn: Signal, axis: Signal, choice: data.View) -> None:
+        """Choose one of the coordinates."""
+        m.d.comb += [choice.unit.eq(GCodeUnit.UM), choice.divides.eq(1), choice.ends.eq(1)]
+        with m.Switch(turn):
+            for number, (code, place) in enumerate(SYSTEMS):
+                with m.Case(number):
+                    m.d.comb += [choice.code.eq(code), choice.address.eq(place + axis),
+                                 choice.ends.eq(axis == 2),
+                                 choice.text.eq(Mux(axis == 0, GCodeText.COORDINATES,
+                                                    Mux(axis == 1, GCodeText.AXIS,
+                                                        GCodeText.LAST_AXIS)))]
+            with m.Case(len(SYSTEMS)):
+                m.d.comb += [choice.text.eq(GCodeText.LENGTH), choice.address.eq(Operand.LENGTH)]
+            with m.Case(len(SYSTEMS) + 1):
+                m.d.comb += [choice.text.eq(GCodeText.PROBED), choice.divides.eq(0),
+                             choice.last.eq(1)]

@@ -91,9 +91,9 @@ class GCodeReporter(wiring.Component):
 
     A line that has begun is sent to its end. Then, of what waits, comes first an alarm, then a
     message, a report, an answer or part of a list; but one of the last two that waits comes
-    before a second report. So no rate of requests keeps them back. Behind a part of a list
-    that ends no line nothing else is sent but the next part, or, if the list is abandoned, the end
-    of the line.
+    before a second report. So no rate of requests keeps them back. What is chosen is taken a clock
+    later, if it is still there. Behind a part of a list that ends no line nothing else is sent but
+    the next part, or, if the list is abandoned, the end of the line.
 
     A report is ``<state|MPos:x,y,z|Bf:blocks,bytes|FS:feed,speed>``, with further fields before
     its end: ``Pn:`` and the letters of the pins that are on, if any is; ``WCO:`` in the first
@@ -110,7 +110,8 @@ class GCodeReporter(wiring.Component):
     state     does                                                              next
     ========  ================================================================  ===================
     REST      chooses a line                                                    SAMPLE for a report,
-                                                                                or ASK
+                                                                                or TAKE
+    TAKE      takes what was chosen, if it is still there                       ASK, or REST
     PART      waits for the rest of a line of a list                            ASK
     SAMPLE    samples the state, chooses the fields of the report               ASK
     ASK       requests a text                                                   SEND
@@ -246,45 +247,71 @@ class GCodeReporter(wiring.Component):
             self.bytes.payload.eq(Mux(writer.numbers.ready, item[:7], writer.bytes.payload)),
         ]
 
-        def take_part() -> None:
-            part = self.listed.p
-            m.d.comb += self.listed.ready.eq(1)
+        # What is taken: chosen a clock before, so that no source waits for all the others.
+        takes_alarm, takes_message, takes_answer = Signal(), Signal(), Signal()
+        has_part, takes_part = Signal(), Signal()
+        m.d.comb += has_part.eq(self.listed.valid & ~self.abandon)
+        part = self.listed.p
+        with m.If(takes_part):
             m.d.sync += [text.eq(LISTS + part.text.as_value()), code.eq(part.code),
                          value.eq(part.value), part_open.eq(~part.ends)]
-            m.next = "ASK"
 
         with m.FSM(name="reporter_state") as fsm:
             with m.State("REST"):
+                m.d.sync += [takes_alarm.eq(0), takes_message.eq(0), takes_answer.eq(0)]
                 with m.If(self.alarms.valid):
-                    m.d.comb += self.alarms.ready.eq(1)
-                    m.d.sync += [text.eq(ALARM), code.eq(self.alarms.payload)]
-                    m.next = "ASK"
+                    m.d.sync += takes_alarm.eq(1)
+                    m.next = "TAKE"
                 with m.Elif(self.messages.valid):
-                    m.d.comb += self.messages.ready.eq(1)
-                    m.d.sync += text.eq(MESSAGES + self.messages.payload.as_value())
-                    m.next = "ASK"
+                    m.d.sync += takes_message.eq(1)
+                    m.next = "TAKE"
                 with m.Elif(waiting & ~(answer_first
                                         & (self.answers.valid | self.listed.valid))):
                     m.d.sync += [waiting.eq(self.request), answer_first.eq(1)]
                     m.next = "SAMPLE"
                 with m.Elif(self.answers.valid):
+                    m.d.sync += takes_answer.eq(1)
+                    m.next = "TAKE"
+                with m.Elif(has_part):
+                    m.next = "TAKE"
+
+            with m.State("TAKE"):
+                m.next = "REST"
+                with m.If(takes_alarm):
+                    m.d.comb += self.alarms.ready.eq(1)
+                    with m.If(self.alarms.valid):
+                        m.d.sync += [text.eq(ALARM), code.eq(self.alarms.payload)]
+                        m.next = "ASK"
+                with m.Elif(takes_message):
+                    m.d.comb += self.messages.ready.eq(1)
+                    with m.If(self.messages.valid):
+                        m.d.sync += text.eq(MESSAGES + self.messages.payload.as_value())
+                        m.next = "ASK"
+                with m.Elif(takes_answer):
                     m.d.comb += self.answers.ready.eq(1)
-                    m.d.sync += [
-                        text.eq(Mux(self.answers.payload == 0, OK, ERROR)),
-                        code.eq(self.answers.payload),
-                        answer_first.eq(0),
-                    ]
-                    m.next = "ASK"
-                with m.Elif(self.listed.valid & ~self.abandon):
-                    m.d.sync += answer_first.eq(0)
-                    take_part()
+                    with m.If(self.answers.valid):
+                        m.d.sync += [
+                            text.eq(Mux(self.answers.payload == 0, OK, ERROR)),
+                            code.eq(self.answers.payload),
+                            answer_first.eq(0),
+                        ]
+                        m.next = "ASK"
+                with m.Else():
+                    m.d.comb += self.listed.ready.eq(~self.abandon)
+                    with m.If(has_part):
+                        m.d.comb += takes_part.eq(1)
+                        m.d.sync += answer_first.eq(0)
+                        m.next = "ASK"
 
             with m.State("PART"):
                 with m.If(abandoned):
                     m.d.sync += [text.eq(BREAK), part_open.eq(0), abandoned.eq(0)]
                     m.next = "ASK"
-                with m.Elif(self.listed.valid & ~self.abandon):
-                    take_part()
+                with m.Else():
+                    m.d.comb += self.listed.ready.eq(~self.abandon)
+                    with m.If(has_part):
+                        m.d.comb += takes_part.eq(1)
+                        m.next = "ASK"
 
             with m.State("SAMPLE"):
                 m.d.comb += samples.eq(1)

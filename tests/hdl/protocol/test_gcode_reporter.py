@@ -188,7 +188,7 @@ def test_requests_while_one_waits_are_dropped(line):
 
 def test_alarm_then_message_then_report_then_answer(line):
     line.show(Sample())
-    line.run(answers_valid=1, answers_payload=3)  # busy with an answer
+    line.run(2, answers_valid=1, answers_payload=3)  # busy with an answer
     line.run(request=1)
     inputs = {"answers": 1, "alarms": 1, "messages": 1}
     for _ in range(3000):
@@ -204,7 +204,7 @@ def test_alarm_then_message_then_report_then_answer(line):
 def test_greeting(dialect, greeting):
     with AmaranthEngine(component("reporter", GCodeReporter(dialect=dialect))) as engine:
         engine.set(messages_valid=1, bytes_ready=1)
-        engine.run(1)
+        engine.run(2)
         engine.set(messages_valid=0)
         sent = bytearray()
         for _ in range(100):
