@@ -33,6 +33,7 @@ def g_code_line(run: Run) -> str:
     async def word(ctx, letter, whole, value=0):
         ctx.set(dut.item, {"kind": GCodeKind.WORD, "character": ord(letter), "number": {
             "value": value or whole * 10**6, "whole": whole, "exact": 1, "integer": 1}})
+        await ctx.tick()
         ctx.set(dut.take, 1)
         await ctx.tick()
         ctx.set(dut.take, 0)
@@ -100,7 +101,7 @@ def g_code_coordinates(run: Run) -> str:
     dut = GCodeCoordinates()
 
     async def store(ctx, address, value):
-        ctx.set(dut.write_address, address)
+        ctx.set(dut.address, address)
         ctx.set(dut.data, value)
         ctx.set(dut.write, 1)
         await ctx.tick()
@@ -137,8 +138,10 @@ def unit_converter(run: Run) -> str:
     written = {}
 
     async def memory(ctx):
+        read = 0
         while True:
-            ctx.set(dut.word, values[LETTERS[min(ctx.get(dut.address), len(LETTERS) - 1)]])
+            ctx.set(dut.word, read)
+            read = values[LETTERS[min(ctx.get(dut.address), len(LETTERS) - 1)]]
             if ctx.get(dut.write):
                 letter = LETTERS[ctx.get(dut.address)]
                 written[letter] = values[letter] = ctx.get(dut.data)

@@ -1,6 +1,6 @@
 """Contract of the coordinates of G-code: each sum is what its meaning says."""
 
-from amaranth import Array, Const, Mux, Value
+from amaranth import Array, Cat, Const, Mux, Value
 
 from fresa.protocol import CoordinateSum, GCodeCoordinates, Operand
 from fresa.protocol.gcode_modes import LETTERS, AxisUse, NonModal
@@ -58,11 +58,11 @@ def describe(c: Contract, dut: GCodeCoordinates) -> None:
 
 def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, stores) -> None:
     line, modes = dut.line, dut.line.modes
-    words = c.words("words")
+    words = c.words("words_0")
 
     def at(address: Bits) -> Bits:
         """Return the word at an address."""
-        return Array(words)[address]
+        return Array([word.as_signed() for word in words])[address]
 
     def own(base: int) -> Bits:
         """Return a word of the axis."""
@@ -127,16 +127,24 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
     keeps = Mux(rates, 1, keeps)
     goal = Mux(rates, Operand.FEED + axis, goal)[:6]
     written = Mux(dut.run, stores & keeps, dut.write)
-    address, value = Mux(dut.run, goal, dut.write_address), Mux(dut.run, total, dut.data)
+    address, value = Mux(dut.run, goal, dut.address), Mux(dut.run, total, dut.data)
     was_written, where, what = c.past(written), c.past(address), c.past(value[:dut.width])
     same = Const(1)
     for number, word in enumerate(words):
-        same = same & (word.as_unsigned() == Mux(was_written & (where == number), what,
-                                                 c.past(word.as_unsigned())))
+        same = same & (word == Mux(was_written & (where == number), what, c.past(word)))
     c.invariant("memory", "A sum is stored where it belongs, and what is written where it is "
                 "written; no other word changes.", same | ~c.past(1), cover=was_written)
 
+    c.invariant("operands", "Operands are the same words.",
+                Cat(word == copy for word, copy in
+                    zip(words, c.words("operands_0"), strict=True)).all(), cover=was_written)
+
     uses, subtracts = c.signal("uses"), c.signal("subtracts")
+    chosen_uses, chosen_minus = (Cat(Const(0, 2), which, Const(0, 1)).bit_select(step, 1)
+                                 for which in (uses, subtracts))
+    c.invariant("counts", "Whether the word that was fetched counts was found a clock before.",
+                (c.signal("counts") == chosen_uses) & (~chosen_uses | (
+                    c.signal("minus") == chosen_minus)), cover=c.signal("counts"), lemma=True)
     places = [(Operand.OFFSET + axis)[:6], Const(Operand.LENGTH, 6),
               (Operand.POSITION + axis)[:6], system_address, c.signal("last")]
     partial: Bits = Const(0)

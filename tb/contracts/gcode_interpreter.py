@@ -80,7 +80,7 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.implication("position-is-stored", "It is stored as that of its axis.",
                   when=position.valid & position.ready,
                   then=(store.write == (position.p.axis != 3)) & (
-                      (store.write_address == Operand.POSITION + position.p.axis)
+                      (store.address == Operand.POSITION + position.p.axis)
                       & (store.data == position.p.value)))
     _line(c, dut, state, begun)
     _streams(c, dut, kept)

@@ -12,7 +12,9 @@ __all__ = ["GCODE_LINE"]
 
 def describe(c: Contract, dut: GCodeLine) -> None:
     """The first error of a line stays, and a word is taken once, whole or not at all."""
-    line, item = dut.line, dut.item
+    line = dut.line
+    item = c.keep(dut.item.shape(), init={}, name="word")  # of the clock before
+    c.m.d.sync += item.eq(dut.item)
     c.assume(~dut.take | ~(dut.clear | dut.end_program))
     known = c.past(1) & ~c.past(c.rst)
     state = Cat(line.as_value(), dut.error)

@@ -74,6 +74,8 @@ def describe(c: Contract, dut: LineBuffer) -> None:
     size = len(c.signal("tail"))
     c.invariant("registers", "The registers hold the state of the line, and where the items are.",
                 (c.signal("owed") == owed) & (c.signal("begun") == begun)
+                & (c.signal("owes") == (owed != 0)) & (c.signal("room") == (dut.free != 0))
+                & (c.signal("waits") == (dut.free != dut.depth))
                 & (c.signal("damaged") == damaged) & (c.signal("after") == after)
                 & (~damaged | begun)
                 & ((c.signal("head") - c.signal("tail"))[:size] == (dut.depth - dut.free)[:size])

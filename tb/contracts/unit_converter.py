@@ -67,7 +67,7 @@ def _values(c: Contract, dut: UnitConverter, state, feed: Bits) -> None:
     bits = dut.width + 7
     source = c.keep(dut.width, name="source")  # its magnitude
     minus = c.keep(1, name="minus")
-    with c.m.If(state("FETCH")):
+    with c.m.If(state("LOAD")):
         c.m.d.sync += [source.eq(Mux(dut.word < 0, -dut.word, dut.word)), minus.eq(dut.word < 0)]
     with c.m.If(state("LIMIT")):
         c.m.d.sync += quotient.eq(number)
@@ -87,6 +87,10 @@ def _values(c: Contract, dut: UnitConverter, state, feed: Bits) -> None:
     c.implication("too-long", "A length beyond reach is refused, and no other value.",
                   when=stores, then=dut.too_long == (
                       ~feed & (dividend >= (5 << dut.reach - 1))))
+    magnitude: Bits = Mux(
+        minutes, Mux(quotient > top, top, Mux(quotient == 0, source != 0, quotient)),
+        Mux(quotient[dut.width - 1:].any(), (1 << dut.width - 1) - 1, quotient))
+    beyond = ~feed & (magnitude >> dut.reach - 1).any()
     low = ((Const(1, bits + 1) << count) - 1)[:bits]
     c.invariant("division", "A bit of the quotient replaces one of the dividend.",
                 (~state("DIVIDE") | ((count < bits) & (rest < divisor) & (
@@ -95,11 +99,15 @@ def _values(c: Contract, dut: UnitConverter, state, feed: Bits) -> None:
                 & (~state("MULTIPLY") | (number == source))
                 & (~state("LIMIT") | ((rest < divisor) & (number * divisor + rest == dividend)))
                 & (~stores | ((rest < divisor) & (quotient * divisor + rest == dividend)))
-                & (~stores | (number == size))
+                & (~stores | ((number[:dut.width] == Mux(minus, -magnitude, magnitude)[:dut.width])
+                              & (c.signal("beyond") == beyond)))
+                & (~state("NEGATE") | ((rest < divisor) & (quotient * divisor + rest == dividend)
+                                       & (number == magnitude)))
                 & (~state("SIGN") | (number.as_signed() == Mux(minus, -source, source)))
-                & (state("SELECT", "FETCH", "SIGN") | ((c.signal("zero") == (source == 0))
-                                               & (c.signal("negative") == minus)
-                                               & (source <= 1 << dut.width - 1))),
+                & (state("SELECT", "FETCH", "LOAD") | ((c.signal("negative") == minus)
+                                                       & (source <= 1 << dut.width - 1)))
+                & (state("SELECT", "FETCH", "LOAD", "SIGN")
+                   | (c.signal("zero") == (source == 0))),
                 cover=stores, lemma=True)
 
 

@@ -11,6 +11,9 @@ from .gcode_modes import LETTERS, AxisUse, GCodeLineState, NonModal
 
 __all__ = ["CoordinateSum", "GCodeCoordinates", "Operand"]
 
+SLICE = 16
+"""Largest number of bits of a memory."""
+
 
 class Operand(IntEnum):
     """Addresses of what actions are about, and of what reports show."""
@@ -86,17 +89,17 @@ class GCodeCoordinates(wiring.Component):
     changed, beyond : Out(1)
         With ``done``: a sum is not 0; a sum has more than ``reach`` bits.
     address : In(6)
-        Of a word that is read while ``run`` is 0.
+        Of a word that is read, or stored, while ``run`` is 0.
     word : Out(signed(width))
-        That word, a clock later.
+        The word that is read, a clock later.
+    fetched : Out(signed(width))
+        That word from a register, a clock later still.
     write : In(1)
-        Store ``data`` at ``write_address``, unless ``run`` is 1.
-    write_address : In(6)
-        Where.
+        Store ``data`` at ``address``, unless ``run`` is 1.
     data : In(signed(width))
         What.
     operand_address : In(6)
-        Of a word that is read at any time.
+        Of a word that is read at any time, but in a clock in which a word is stored.
     operand : Out(signed(width))
         That word, a clock later.
 
@@ -114,49 +117,66 @@ class GCodeCoordinates(wiring.Component):
         super().__init__({
             "run": In(1), "sum": In(CoordinateSum), "line": In(GCodeLineState),
             "done": Out(1), "changed": Out(1), "beyond": Out(1),
-            "address": In(6), "word": Out(signed(width)),
-            "write": In(1), "write_address": In(6), "data": In(signed(width)),
+            "address": In(6), "word": Out(signed(width)), "fetched": Out(signed(width)),
+            "write": In(1), "data": In(signed(width)),
             "operand_address": In(6), "operand": Out(signed(width)),
         })
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        m.submodules.words = words = memory.Memory(
-            shape=signed(self.width), depth=64, init=[], attrs={"ram_style": "block"})
-        write, read, operand = words.write_port(), words.read_port(), words.read_port()
-        m.d.comb += [operand.addr.eq(self.operand_address), self.operand.eq(operand.data),
-                     self.word.eq(read.data)]
+        address, operand_address = Signal(6), Signal(6)
+        writes = Signal()
+        stored = Signal(self.width)
+        m.d.comb += operand_address.eq(Mux(writes, address, self.operand_address))
+        # Two copies, so that each has one port, which does not read while it writes, in slices of
+        # as many bits as a RAM with such a port has: else synthesis would take one with two ports,
+        # and put a bypass around it.
+        for name, place, word in (("words", address, self.word),
+                                  ("operands", operand_address, self.operand)):
+            for low in range(0, self.width, SLICE):
+                bits = min(SLICE, self.width - low)
+                words = memory.Memory(shape=unsigned(bits), depth=64, init=[],
+                                      attrs={"ram_style": "block"})
+                m.submodules[f"{name}_{low}"] = words
+                write, read = words.write_port(), words.read_port()
+                m.d.comb += [write.addr.eq(place), write.data.eq(stored[low:]), write.en.eq(writes),
+                             read.addr.eq(place), read.en.eq(~writes),
+                             word[low:low + bits].eq(read.data)]
 
         axis = Signal(2)
         step = Signal(3)  # a word is fetched, a clock later it is there, and in the next it counts
         total = Signal(signed(self.width + 3))
-        fetched = Signal(signed(self.width))
-        uses, subtracts, addresses, to, keeps = self._terms(m, axis)
-        term = (step - 2)[:3]
-        m.d.comb += [read.addr.eq(self.address), write.addr.eq(self.write_address),
-                     write.data.eq(self.data), write.en.eq(self.write)]
-        m.d.sync += [fetched.eq(read.data), self.done.eq(0)]
+        uses, subtracts, addresses, keeps = self._terms(m, axis)
+        counts = Signal()  # the word that is fetched
+        minus = Signal()
+        m.d.comb += [address.eq(self.address), stored.eq(self.data), writes.eq(self.write)]
+        m.d.sync += [self.fetched.eq(self.word), self.done.eq(0),
+                     counts.eq(Cat(Const(0), uses, Const(0, 2)).bit_select(step, 1)),
+                     minus.eq(Cat(Const(0), subtracts, Const(0, 2)).bit_select(step, 1))]
         with m.If(self.run):
-            m.d.comb += [read.addr.eq(addresses[step]), write.addr.eq(to), write.data.eq(total),
-                         write.en.eq(0)]
+            m.d.comb += [address.eq(addresses[step]), stored.eq(total),
+                         writes.eq(keeps & (step == 7))]
         with m.If(self.run & ~self.done):
             m.d.sync += step.eq(step + 1)
             with m.If((step == 0) & (axis == 0)):
                 m.d.sync += [self.changed.eq(0), self.beyond.eq(0)]
-            with m.If(step == 7):
-                m.d.comb += write.en.eq(keeps)
-                high = total.as_unsigned()[self.reach - 1:]
-                m.d.sync += [self.changed.eq(self.changed | (total != 0)),
-                             self.beyond.eq(self.beyond | (high.any() & ~high.all())),
-                             total.eq(0), axis.eq(Mux(axis == 2, 0, axis + 1)),
-                             self.done.eq(axis == 2)]
-            with m.Elif((step >= 2) & uses.bit_select(term, 1)):
-                m.d.sync += total.eq(Mux(subtracts.bit_select(term, 1), total - fetched,
-                                         total + fetched))
+        with m.If(step == 7):
+            high = total.as_unsigned()[self.reach - 1:]
+            m.d.sync += [self.changed.eq(self.changed | (total != 0)),
+                         self.beyond.eq(self.beyond | (high.any() & ~high.all())),
+                         total.eq(0), axis.eq(Mux(axis == 2, 0, axis + 1)),
+                         self.done.eq(axis == 2)]
+        with m.Elif(counts):  # a minus is an inversion and a carry: one adder does both
+            term = Signal(signed(self.width + 3))
+            m.d.comb += term.eq(Mux(minus, ~self.fetched, self.fetched))
+            m.d.sync += total.eq(total.as_unsigned() + term.as_unsigned() + minus)
         return m
 
-    def _terms(self, m: Module, axis: Signal) -> tuple[Signal, Signal, Array, Signal, Signal]:
-        """Return which words count, and which with a minus; their addresses; where the sum goes."""
+    def _terms(self, m: Module, axis: Signal) -> tuple[Signal, Signal, Array, Signal]:
+        """Return which words count, which with a minus, addresses, and whether the sum is stored.
+
+        Addresses are those of the words, and where the sum goes.
+        """
         line, modes = self.line, self.line.modes
         given = line.given
         here = Signal()  # the line gives this axis
@@ -240,5 +260,5 @@ class GCodeCoordinates(wiring.Component):
             with m.Case(CoordinateSum.SET_TOOL):
                 terms(0, 0, 0, 0, 1, at=LETTERS.index("T"), kept=Operand.TOOL, keep=axis == 0)
         addresses = Array([Operand.OFFSET + axis, Const(Operand.LENGTH, 6),
-                           Operand.POSITION + axis, system, last, last, last, last])
-        return uses, subtracts, addresses, to, keeps
+                           Operand.POSITION + axis, system, last, last, last, to])
+        return uses, subtracts, addresses, keeps

@@ -1,6 +1,6 @@
 """Words of G-code to motions and other actions: modes, coordinates, and what GRBL refuses."""
 
-from amaranth import Cat, Const, Module, Signal, signed, unsigned
+from amaranth import Cat, Const, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -60,7 +60,8 @@ class GCodeInterpreter(wiring.Component):
     1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
 
     Coordinates are summed word by word from one memory, and a serial divider converts units: a line
-    takes 80 to 220 clocks, and in inches 57 more for each length.
+    takes 80 to 220 clocks, and in inches 59 more for each length. An item is taken a clock after it
+    is offered, at the earliest.
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
     power-up makes 0. It clears all modes, the offset of G92, length and number of the tool, feed
@@ -87,7 +88,7 @@ class GCodeInterpreter(wiring.Component):
     operand_address : In(6)
         An `Operand`, or one of the words that follow it.
     operand : Out(signed(width))
-        That word, a clock later.
+        That word, a clock later, unless that is one in which a word was stored.
     answers : Out(stream.Signature(unsigned(8)))
         Error of each line, or 0.
     modes : Out(GCodeModes)
@@ -129,16 +130,18 @@ class GCodeInterpreter(wiring.Component):
 
         error = Signal(8)
         begun = Signal()  # a word of the line is there
+        read = Signal()  # the item that is offered was so a clock ago
         ending = Signal()  # M2 or M30 is done, and resets the modes
         starting = Signal(init=1)  # after a reset
         total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
+        computing = Signal(init=1)  # that sum
         action = self.actions.p
         m.d.comb += [
             action.modes.eq(line.modes), collected.item.eq(self.words.p),
             collected.modes.eq(self.modes),
             converter.line.eq(line), converter.was_inverse.eq(self.modes.inverse),
-            converter.word.eq(store.word), store.line.eq(line), store.sum.eq(total),
-            store.address.eq(converter.address), store.write_address.eq(converter.address),
+            converter.word.eq(store.fetched), store.line.eq(line), store.sum.eq(total),
+            store.run.eq(computing), store.address.eq(converter.address),
             store.write.eq(converter.write), store.data.eq(converter.data),
             store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
             self.shown.eq(store.word),
@@ -148,45 +151,50 @@ class GCodeInterpreter(wiring.Component):
             m.d.sync += error.eq(code)
             m.next = "ANSWER"
 
-        def offer(kind: GCodeActionKind, then: str) -> None:
+        def compute(which: CoordinateSum, state: str) -> None:
+            m.d.sync += [total.eq(which), computing.eq(1)]
+            m.next = state
+
+        def offer(kind: GCodeActionKind, then: str, following: CoordinateSum | None = None) -> None:
             m.d.comb += [self.actions.valid.eq(1), action.kind.eq(kind)]
             with m.If(self.actions.ready):
                 m.next = then
-
-        def compute(which: CoordinateSum, state: str) -> None:
-            m.d.sync += total.eq(which)
-            m.next = state
+                if following is not None:
+                    compute(following, then)
 
         def computed(state: str, then: str, following: CoordinateSum | None = None) -> None:
-            with m.State(state):
-                m.d.comb += store.run.eq(1)
-                with m.If(store.done):
-                    m.next = then
-                    if following is not None:
-                        m.d.sync += total.eq(following)
+            with m.State(state), m.If(store.done):
+                m.next = then
+                if following is not None:
+                    compute(following, then)
+
+        # In a state that waits for a sum. A register, since from the state it is far to the sum.
+        with m.If(store.done):
+            m.d.sync += computing.eq(0)
 
         given, axes = line.given, line.axes
         any_axis = given.any()
         modes, motion = line.modes, line.modes.motion
+        has = {letter: line.has(letter) for letter in LETTERS}
+        # What the words of a line mean together is found in registers: each is right a clock or two
+        # after the last word, or after the modes of a program's end, and is asked for later.
         is_arc = Signal()
         moves = Signal()  # the line has a motion of its own
+        unused = Signal()  # a value
         feed_zero = Signal(init=1)  # no line so far had a feed
         line_feed_zero = Signal()
-        has = {letter: line.has(letter) for letter in LETTERS}
-        with m.If(has["F"]):
-            m.d.comb += line_feed_zero.eq(line.zero_feed)
-        with m.Elif(modes.inverse | self.modes.inverse):
-            m.d.comb += line_feed_zero.eq(1)
-        with m.Else():
-            m.d.comb += line_feed_zero.eq(feed_zero)
-        in_target = _in_plane(modes.plane, given)
-        in_plane = _in_plane(modes.plane, Cat(has["I"], has["J"], has["K"]))
-        m.d.comb += [
+        words_error, line_error = Signal(6), Signal(6)
+        m.d.sync += [
             is_arc.eq((axes == AxisUse.MOTION) & ((motion == GCodeMotion.CLOCKWISE)
                                                   | (motion == GCodeMotion.COUNTER_CLOCKWISE))),
             moves.eq((axes == AxisUse.MOTION) & any_axis & (motion != GCodeMotion.NONE)),
-            action.by_radius.eq(has["R"]),
+            unused.eq(_unused(line, is_arc).any()),
+            line_feed_zero.eq(Mux(has["F"], line.zero_feed,
+                                  modes.inverse | self.modes.inverse | feed_zero)),
+            words_error.eq(_error_of_words(m, line)),
+            line_error.eq(_error_of_line(m, line, is_arc, line_feed_zero)),
         ]
+        m.d.comb += action.by_radius.eq(has["R"])
 
         with m.FSM(name="interpreter_state") as fsm:
             computed("CLEAR_OFFSET", "CLEAR_LENGTH", CoordinateSum.CLEAR_LENGTH)
@@ -194,21 +202,23 @@ class GCodeInterpreter(wiring.Component):
             computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
                 places = ~begun & self.position.valid
-                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(~places),
-                             store.address.eq(self.shown_address)]
+                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places),
+                             store.address.eq(self.shown_address),
+                             store.data.eq(self.words.p.number.value)]
+                m.d.sync += read.eq(self.words.valid & ~self.words.ready)
                 with m.If(self.erase & ~begun & ~places):
-                    m.d.comb += [store.write.eq(1), store.write_address.eq(self.erase_address),
+                    m.d.comb += [store.write.eq(1), store.address.eq(self.erase_address),
                                  store.data.eq(0)]
                 with m.If(places):
                     at = self.position.p.axis
                     m.d.comb += [store.write.eq(at != 3),
-                                 store.write_address.eq(Operand.POSITION + at),
+                                 store.address.eq(Operand.POSITION + at),
                                  store.data.eq(self.position.p.value)]
-                with m.Elif(self.words.valid):
+                with m.Elif(self.words.valid & read):
                     m.d.sync += begun.eq(1)
                     with m.If(self.words.p.kind == GCodeKind.WORD):
                         m.d.comb += [collected.take.eq(1), store.write.eq(collected.has_value),
-                                     store.write_address.eq(collected.index),
+                                     store.address.eq(collected.index),
                                      store.data.eq(self.words.p.number.value)]
                     with m.Elif(self.words.p.kind == GCodeKind.END):
                         m.next = "CHECK_WORDS"
@@ -217,35 +227,10 @@ class GCodeInterpreter(wiring.Component):
                         with m.Elif(self.words.p.status.as_value() != 0):
                             refuse(self.words.p.status.as_value())
 
-            # In the order of the codes that GRBL gives.
             with m.State("CHECK_WORDS"):
                 m.next = "CONVERT"
-                with m.If(line.number_too_large):
-                    refuse(27)
-                with m.Elif(modes.inverse & (axes == AxisUse.MOTION) & ~has["F"]
-                            & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.NONE)):
-                    refuse(22)
-                with m.Elif((line.non_modal == NonModal.DWELL) & ~has["P"]):
-                    refuse(28)
-                with m.Elif((axes == AxisUse.LENGTH) & ~line.cancels & (given != 0b100)):
-                    refuse(37)
-                with m.Elif(line.non_modal == NonModal.COORDINATES):
-                    with m.If(~any_axis):
-                        refuse(26)
-                    with m.Elif(~has["P"] & ~has["L"]):
-                        refuse(28)
-                    with m.Elif(has["P"] & (line.p_whole > SYSTEMS)):
-                        refuse(29)
-                    with m.Elif(~has["L"] | ((line.l_whole != 2) & (line.l_whole != 20))
-                                | ((line.l_whole == 2) & has["R"])):
-                        refuse(20)
-                with m.Elif(line.non_modal == NonModal.OFFSET):
-                    with m.If(~any_axis):
-                        refuse(26)
-                with m.Elif((line.non_modal == NonModal.MACHINE)
-                            & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.LINE)):
-                    refuse(30)
-
+                with m.If(words_error != 0):
+                    refuse(words_error)
             with m.State("CONVERT"):
                 m.d.comb += converter.run.eq(~line.too_long)
                 with m.If(line.too_long | converter.too_long):
@@ -259,30 +244,17 @@ class GCodeInterpreter(wiring.Component):
 
             # What the line would set; nothing of it stays if the line is refused.
             with m.State("COMPUTE"):
-                m.d.comb += store.run.eq(1)
                 with m.If(store.done):
                     m.next = "CHECK_LINE"
                     with m.If(store.beyond):
                         refuse(33)
             with m.State("CHECK_LINE"):
                 m.next = "CHECK_UNUSED"
-                with m.If(motion == GCodeMotion.NONE):
-                    with m.If(any_axis):
-                        refuse(31)
-                with m.Elif((axes == AxisUse.MOTION) & (motion != GCodeMotion.RAPID)
-                            & line_feed_zero):
-                    refuse(22)
+                with m.If(line_error != 0):
+                    refuse(line_error)
                 with m.Elif(is_arc):
-                    with m.If(~any_axis):
-                        refuse(26)
-                    with m.Elif(in_target == 0):
-                        refuse(32)
-                    with m.Elif(~has["R"] & (in_plane == 0)):
-                        refuse(35)
-                    with m.Else():
-                        compute(CoordinateSum.DISTANCE, "COMPARE")
+                    compute(CoordinateSum.DISTANCE, "COMPARE")
             with m.State("COMPARE"):
-                m.d.comb += store.run.eq(1)
                 with m.If(store.done):
                     m.next = "CHECK_ARC"
                     with m.If(has["R"] & ~store.changed):
@@ -293,16 +265,15 @@ class GCodeInterpreter(wiring.Component):
                     refuse(self.verdict)
             with m.State("CHECK_UNUSED"):
                 m.next = "SPINDLE"
-                with m.If(has["S"]):
-                    compute(CoordinateSum.SET_SPEED, "STORE_SPEED")
-                with m.If(has["T"]):
-                    compute(CoordinateSum.SET_TOOL, "STORE_TOOL")
-                with m.If(_unused(line, is_arc).any()):
+                with m.If(unused):
                     refuse(36)
+                with m.Elif(has["T"]):
+                    compute(CoordinateSum.SET_TOOL, "STORE_TOOL")
+                with m.Elif(has["S"]):
+                    compute(CoordinateSum.SET_SPEED, "STORE_SPEED")
 
             # The line is right: do it.
             with m.State("STORE_TOOL"):
-                m.d.comb += store.run.eq(1)
                 with m.If(store.done):
                     m.next = "SPINDLE"
                     with m.If(has["S"]):
@@ -352,13 +323,11 @@ class GCodeInterpreter(wiring.Component):
                                 m.d.sync += total.eq(CoordinateSum.CLEAR_LENGTH)
             computed("STORE_NON_MODAL", "COMPARE_ORIGIN", CoordinateSum.ORIGIN_CHANGE)
             with m.State("COMPARE_ORIGIN"):
-                m.d.comb += store.run.eq(1)
                 with m.If(store.done):
-                    compute(CoordinateSum.SET_ORIGIN, "SET_ORIGIN")
-                    with m.If(~store.changed):
-                        m.next = "MOVE"
+                    m.next = "MOVE"
+                    with m.If(store.changed):
+                        compute(CoordinateSum.SET_ORIGIN, "SET_ORIGIN")
             with m.State("SET_ORIGIN"):
-                m.d.comb += store.run.eq(1)
                 with m.If(store.done):
                     m.d.sync += starting.eq(0)
                     m.next = "OFFSETS"
@@ -369,7 +338,6 @@ class GCodeInterpreter(wiring.Component):
 
             with m.State("MOVE"):
                 m.next = "FLOW"
-                m.d.sync += total.eq(CoordinateSum.ARRIVE)
                 with m.If(line.non_modal == NonModal.HOME):
                     m.next = "INTERMEDIATE"
                     with m.If(~any_axis):
@@ -377,15 +345,15 @@ class GCodeInterpreter(wiring.Component):
                 with m.Elif(moves):
                     m.next = "MOTION"
             with m.State("INTERMEDIATE"):
-                offer(GCodeActionKind.RAPID, "ARRIVE_INTERMEDIATE")
+                offer(GCodeActionKind.RAPID, "ARRIVE_INTERMEDIATE", CoordinateSum.ARRIVE)
             # G28 with axes leaves the others where the target has them, which is where they are.
             computed("ARRIVE_INTERMEDIATE", "FIND_HOME", CoordinateSum.HOME)
             computed("FIND_HOME", "TAKE_HOME", CoordinateSum.TAKE_HOME)
-            computed("TAKE_HOME", "GO_HOME", CoordinateSum.ARRIVE)
+            computed("TAKE_HOME", "GO_HOME")
             with m.State("GO_HOME"):
-                offer(GCodeActionKind.RAPID, "ARRIVE")
+                offer(GCodeActionKind.RAPID, "ARRIVE", CoordinateSum.ARRIVE)
             with m.State("MOTION"):
-                offer(GCodeActionKind.LINE, "ARRIVE")
+                offer(GCodeActionKind.LINE, "ARRIVE", CoordinateSum.ARRIVE)
                 with m.If(is_arc):
                     m.d.comb += action.kind.eq(GCodeActionKind.ARC)
                 with m.Elif(motion == GCodeMotion.RAPID):
@@ -416,6 +384,60 @@ class GCodeInterpreter(wiring.Component):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | converter.fault)
         return m
+
+
+def _error_of_words(m: Module, line) -> Signal:
+    """Return the error of words that do not go together, or 0, in the order of GRBL."""
+    error = Signal(6)
+    modes, axes, motion = line.modes, line.axes, line.modes.motion
+    any_axis, has_l, has_p = line.given.any(), line.has("L"), line.has("P")
+    with m.If(line.number_too_large):
+        m.d.comb += error.eq(27)
+    with m.Elif(modes.inverse & (axes == AxisUse.MOTION) & ~line.has("F")
+                & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.NONE)):
+        m.d.comb += error.eq(22)
+    with m.Elif((line.non_modal == NonModal.DWELL) & ~has_p):
+        m.d.comb += error.eq(28)
+    with m.Elif((axes == AxisUse.LENGTH) & ~line.cancels & (line.given != 0b100)):
+        m.d.comb += error.eq(37)
+    with m.Else(), m.Switch(line.non_modal):
+        with m.Case(NonModal.COORDINATES):
+            with m.If(~any_axis):
+                m.d.comb += error.eq(26)
+            with m.Elif(~has_p & ~has_l):
+                m.d.comb += error.eq(28)
+            with m.Elif(has_p & (line.p_whole > SYSTEMS)):
+                m.d.comb += error.eq(29)
+            with m.Elif(~has_l | ((line.l_whole != 2) & (line.l_whole != 20))
+                        | ((line.l_whole == 2) & line.has("R"))):
+                m.d.comb += error.eq(20)
+        with m.Case(NonModal.OFFSET):
+            with m.If(~any_axis):
+                m.d.comb += error.eq(26)
+        with m.Case(NonModal.MACHINE):
+            with m.If((motion != GCodeMotion.RAPID) & (motion != GCodeMotion.LINE)):
+                m.d.comb += error.eq(30)
+    return error
+
+
+def _error_of_line(m: Module, line, is_arc: Signal, feed_zero: Signal) -> Signal:
+    """Return the error of a line whose words go together, or 0."""
+    error = Signal(6)
+    axes, motion, any_axis = line.axes, line.modes.motion, line.given.any()
+    offsets = Cat(line.has("I"), line.has("J"), line.has("K"))
+    with m.If(motion == GCodeMotion.NONE):
+        with m.If(any_axis):
+            m.d.comb += error.eq(31)
+    with m.Elif((axes == AxisUse.MOTION) & (motion != GCodeMotion.RAPID) & feed_zero):
+        m.d.comb += error.eq(22)
+    with m.Elif(is_arc):
+        with m.If(~any_axis):
+            m.d.comb += error.eq(26)
+        with m.Elif(_in_plane(line.modes.plane, line.given) == 0):
+            m.d.comb += error.eq(32)
+        with m.Elif(~line.has("R") & (_in_plane(line.modes.plane, offsets) == 0)):
+            m.d.comb += error.eq(35)
+    return error
 
 
 def _in_plane(plane, given):

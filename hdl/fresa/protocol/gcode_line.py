@@ -1,7 +1,7 @@
 """Words of G-code to what their line says, each checked by itself."""
 
-from amaranth import Const, Module, Mux, Signal
-from amaranth.lib import wiring
+from amaranth import Module, Mux, Signal, unsigned
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
@@ -23,10 +23,35 @@ MAX_LINE_NUMBER = 10_000_000
 MAX_TOOL = 255
 
 
+class GCodeWord(data.Struct):
+    """What a word says by itself."""
+
+    letter: unsigned(len(LETTERS))  # that it gives a value: one, or none
+    index: unsigned(4)  # of that letter
+    has_value: unsigned(1)
+    groups: unsigned(len(ModalGroup))  # of which it is: one, or none
+    choice: unsigned(4)  # what it chooses in its group
+    second: unsigned(1)  # G30, not G28
+    axes: AxisUse  # what its line's axis words are for, if it says so
+    whole: unsigned(8)  # saturated
+    number_too_large: unsigned(1)  # as N
+    zero: unsigned(1)
+    too_long: unsigned(1)  # a length is beyond reach
+    fault: unsigned(6)
+    comes_first: unsigned(1)  # the fault, before one that the line makes of it
+
+    def is_of(self, group: ModalGroup):
+        """Return whether it is of a modal group."""
+        return self.groups[group]
+
+
 class GCodeLine(wiring.Component):
     """Collects what the words of a line say, and checks each word as GRBL does.
 
     The first error of a line stays, and later words change nothing.
+
+    What a word is, of all that there are, is found in one clock; whether it goes with the line, in
+    the next, in which it is taken.
 
     Parameters
     ----------
@@ -38,7 +63,7 @@ class GCodeLine(wiring.Component):
     item : In(gcode_layout(width))
         A word.
     take : In(1)
-        It belongs to the line.
+        The word of the clock before belongs to the line.
     clear : In(1)
         A line begins, with ``modes``. It comes without ``take``.
     end_program : In(1)
@@ -50,7 +75,7 @@ class GCodeLine(wiring.Component):
     error : Out(8)
         The first error, or 0.
     index : Out(4)
-        Where among `LETTERS` the letter of ``item`` is.
+        Where among `LETTERS` the letter of that word is.
     has_value : Out(1)
         It is there.
 
@@ -72,31 +97,41 @@ class GCodeLine(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         line = Signal(GCodeLineState)
-        groups = Signal(len(ModalGroup))
+        groups = Signal(len(ModalGroup))  # those of which there is a word
         m.d.comb += self.line.eq(line)
         with m.If((line.axes == AxisUse.NONE) & line.given.any()):
             m.d.comb += self.line.axes.eq(AxisUse.MOTION)
 
-        fault = Signal(8)  # of the word
-        group = Signal(range(16))
-        grouped = Signal()  # the word is of a modal group
-        with m.If(self.take & (self.error == 0)):
-            m.d.sync += self.error.eq(fault)
-            with m.If(grouped):
-                m.d.sync += groups.bit_select(group, 1).eq(1)
+        item = Signal(GCodeWord)
+        word = Signal(GCodeWord, init={"fault": 20}, reset_less=True)  # none, which is no word
+        m.d.sync += word.eq(item)
         with m.Switch(self.item.character):
             with m.Case(ord("G")):
-                m.d.comb += grouped.eq(1)
-                self._take_g(m, line, groups, group, fault)
+                self._read_g(m, item)
             with m.Case(ord("M")):
-                m.d.comb += grouped.eq(1)
-                self._take_m(m, line, groups, group, fault)
+                self._read_m(m, item)
             for index, letter in enumerate(LETTERS):
                 with m.Case(ord(letter)):
-                    m.d.comb += [self.index.eq(index), self.has_value.eq(1)]
-                    self._take_value(m, line, letter, fault)
+                    m.d.comb += [item.letter[index].eq(1), item.index.eq(index),
+                                 item.has_value.eq(1)]
+                    self._read_value(m, item, letter)
             with m.Default():
-                m.d.comb += fault.eq(20)
+                m.d.comb += item.fault.eq(20)
+
+        m.d.comb += [self.index.eq(word.index), self.has_value.eq(word.has_value)]
+        with m.If(self.take & (self.error == 0)):
+            m.d.sync += groups.eq(groups | word.groups)
+            with m.If(word.comes_first):
+                m.d.sync += self.error.eq(word.fault)
+            with m.Elif((word.axes != AxisUse.NONE) & (line.axes != AxisUse.NONE)):
+                m.d.sync += self.error.eq(24)
+            with m.Elif((word.letter & line.letters).any()):
+                m.d.sync += self.error.eq(25)
+            with m.Elif(word.fault != 0):
+                m.d.sync += self.error.eq(word.fault)
+            with m.Elif((word.groups & groups).any()):
+                m.d.sync += self.error.eq(21)
+            self._keep(m, line, word)
 
         with m.If(self.clear):
             m.d.sync += [line.eq(0), line.modes.eq(self.modes), groups.eq(0), self.error.eq(0)]
@@ -107,144 +142,149 @@ class GCodeLine(wiring.Component):
                 line.axes.eq(AxisUse.NONE), line.non_modal.eq(NonModal.NONE)]
         return m
 
-    def _says(self, m: Module, *assignments) -> None:
-        """Keep what a word says, if it is taken."""
-        with m.If(self.take & (self.error == 0)):
-            m.d.sync += assignments
+    @staticmethod
+    def _keep(m: Module, line, word) -> None:
+        """Keep what a word says."""
+        modes, choice = line.modes, word.choice
+        m.d.sync += line.letters.eq(line.letters | word.letter)
+        with m.If(word.letter[LETTERS.index("F")]):
+            m.d.sync += line.zero_feed.eq(word.zero)
+        with m.If(word.letter[LETTERS.index("L")]):
+            m.d.sync += line.l_whole.eq(word.whole)
+        with m.If(word.letter[LETTERS.index("N")]):
+            m.d.sync += line.number_too_large.eq(word.number_too_large)
+        with m.If(word.letter[LETTERS.index("P")]):
+            m.d.sync += line.p_whole.eq(word.whole)
+        with m.If(word.too_long):
+            m.d.sync += line.too_long.eq(1)
+        with m.If(word.axes != AxisUse.NONE):
+            m.d.sync += line.axes.eq(word.axes)
+        with m.If(word.is_of(ModalGroup.NON_MODAL)):
+            m.d.sync += [line.non_modal.eq(choice), line.second.eq(word.second)]
+        with m.If(word.is_of(ModalGroup.LENGTH)):
+            m.d.sync += line.cancels.eq(choice)
+        with m.If(word.is_of(ModalGroup.FLOW)):
+            m.d.sync += line.flow.eq(choice)
+        with m.If(word.is_of(ModalGroup.SPINDLE)):
+            m.d.sync += [modes.clockwise.eq(choice[0]), modes.counter_clockwise.eq(choice[1])]
+        with m.If(word.is_of(ModalGroup.COOLANT)):
+            m.d.sync += [modes.mist.eq(choice[0] | (modes.mist & choice.any())),
+                         modes.flood.eq(choice[1] | (modes.flood & choice.any()))]
+        for group, mode in [
+                (ModalGroup.MOTION, modes.motion), (ModalGroup.PLANE, modes.plane),
+                (ModalGroup.DISTANCE, modes.relative), (ModalGroup.FEED, modes.inverse),
+                (ModalGroup.UNITS, modes.inches), (ModalGroup.SYSTEM, modes.system)]:
+            with m.If(word.is_of(group)):
+                m.d.sync += mode.eq(choice)
 
-    def _take_value(self, m: Module, line, letter: str, fault: Signal) -> None:
+    def _read_value(self, m: Module, item, letter: str) -> None:
         number = self.item.number
         whole = number.whole
-        again = line.has(letter)
-        with m.If(again):
-            m.d.comb += fault.eq(25)
-        with m.Elif(number.overflow):
-            if letter != "N":  # it may have as many digits as its whole part
-                m.d.comb += fault.eq(38)
-        with m.Elif((number.value < 0) if letter in "FNPST" else Const(0)):
-            m.d.comb += fault.eq(4)
+        m.d.comb += [item.whole.eq(Mux(whole > 255, 255, whole)), item.zero.eq(number.value == 0)]
+        if letter == "N":  # it may have as many digits as its whole part
+            m.d.comb += item.number_too_large.eq(whole > MAX_LINE_NUMBER)
+        else:
+            with m.If(number.overflow):
+                m.d.comb += item.fault.eq(38)
+        if letter in "FNPST":
+            with m.If(~number.overflow & (number.value < 0)):
+                m.d.comb += item.fault.eq(4)
         if letter == "T":
             with m.If(number.overflow | (number.value >= 0) & (
                     (whole > MAX_TOOL) | ((whole == MAX_TOOL) & ~number.integer))):
-                m.d.comb += fault.eq(38)
-        saturated = Mux(whole > 255, 255, whole)
-        self._says(m, line.letters[LETTERS.index(letter)].eq(1))
-        if letter == "F":
-            self._says(m, line.zero_feed.eq(number.value == 0))
-        elif letter == "L":
-            self._says(m, line.l_whole.eq(saturated))
-        elif letter == "N":
-            self._says(m, line.number_too_large.eq(whole > MAX_LINE_NUMBER))
-        elif letter == "P":
-            self._says(m, line.p_whole.eq(saturated))
-        elif letter in "IJKRXYZ":
+                m.d.comb += [item.fault.eq(38), item.comes_first.eq(1)]
+        if letter in "IJKRXYZ":
             high = number.value.as_unsigned()[self.reach - 1:]
-            with m.If(high.any() & ~high.all()):
-                self._says(m, line.too_long.eq(1))
+            m.d.comb += item.too_long.eq(high.any() & ~high.all())
 
-    def _take_g(self, m: Module, line, groups, group, fault: Signal) -> None:
-        number, modes = self.item.number, line.modes
-        hundredths = Signal(7)  # all ones if there is more behind
-        m.d.comb += hundredths.eq(Mux(number.exact, number.hundredths, 127))
-        plain, tenth = hundredths == 0, hundredths == 10
+    def _read_g(self, m: Module, item) -> None:
+        number = self.item.number
+        plain = number.exact & (number.hundredths == 0)
+        tenth = number.exact & (number.hundredths == 10)
         known = Signal()
-        takes_axes = Signal()
-        unsupported = Signal()
         fraction = Signal()  # it may have one
-        axes = Signal(AxisUse)
+        unsupported = Signal()
         m.d.comb += known.eq(1)
+
+        def says(group: ModalGroup, choice=0) -> None:
+            m.d.comb += [item.groups[group].eq(1), item.choice.eq(choice)]
+
         with m.Switch(number.whole):
             for code, kind in [(4, NonModal.DWELL), (10, NonModal.COORDINATES),
                                (53, NonModal.MACHINE)]:
                 with m.Case(code):
-                    m.d.comb += [group.eq(ModalGroup.NON_MODAL), axes.eq(AxisUse.NON_MODAL),
-                                 takes_axes.eq(plain if code == 10 else 0)]
-                    self._says(m, line.non_modal.eq(kind))
+                    says(ModalGroup.NON_MODAL, kind)
+                    if code == 10:
+                        m.d.comb += item.axes.eq(Mux(plain, AxisUse.NON_MODAL, AxisUse.NONE))
             for code, kind, other in [(28, NonModal.HOME, NonModal.SET_HOME),
                                       (30, NonModal.HOME, NonModal.SET_HOME),
                                       (92, NonModal.OFFSET, NonModal.CLEAR_OFFSET)]:
                 with m.Case(code):
-                    m.d.comb += [group.eq(ModalGroup.NON_MODAL), axes.eq(AxisUse.NON_MODAL),
-                                 takes_axes.eq(plain), fraction.eq(1),
+                    says(ModalGroup.NON_MODAL, Mux(plain, kind, other))
+                    m.d.comb += [item.axes.eq(Mux(plain, AxisUse.NON_MODAL, AxisUse.NONE)),
+                                 item.second.eq(code == 30), fraction.eq(1),
                                  unsupported.eq(~plain & ~tenth)]
-                    self._says(m, line.non_modal.eq(Mux(plain, kind.value, other.value)),
-                               line.second.eq(code == 30))
-            for code in (0, 1, 2, 3, 80):
+            for code in (0, 1, 2, 3):
                 with m.Case(code):
-                    m.d.comb += [group.eq(ModalGroup.MOTION), axes.eq(AxisUse.MOTION),
-                                 takes_axes.eq(code != 80)]
-                    self._says(m, modes.motion.eq(
-                        GCodeMotion.NONE if code == 80 else GCodeMotion(code)))
-            with m.Case(17, 18, 19):
-                m.d.comb += group.eq(ModalGroup.PLANE)
-                self._says(m, modes.plane.eq(number.whole - 17))
+                    says(ModalGroup.MOTION, code)
+                    m.d.comb += item.axes.eq(AxisUse.MOTION)
+            with m.Case(80):
+                says(ModalGroup.MOTION, GCodeMotion.NONE)
+            for code in (17, 18, 19):
+                with m.Case(code):
+                    says(ModalGroup.PLANE, code - 17)
             for code in (90, 91):
                 with m.Case(code):
-                    m.d.comb += [
-                        group.eq(Mux(plain, ModalGroup.DISTANCE, ModalGroup.ARC_DISTANCE)),
-                        fraction.eq(1), unsupported.eq(~plain & (~tenth | (code == 90)))]
                     with m.If(plain):
-                        self._says(m, modes.relative.eq(code == 91))
-            with m.Case(93, 94):
-                m.d.comb += group.eq(ModalGroup.FEED)
-                self._says(m, modes.inverse.eq(number.whole == 93))
-            with m.Case(20, 21):
-                m.d.comb += group.eq(ModalGroup.UNITS)
-                self._says(m, modes.inches.eq(number.whole == 20))
+                        says(ModalGroup.DISTANCE, code - 90)
+                    with m.Else():
+                        says(ModalGroup.ARC_DISTANCE)
+                    m.d.comb += [fraction.eq(1),
+                                 unsupported.eq(~plain & (~tenth | (code == 90)))]
+            for code in (93, 94):
+                with m.Case(code):
+                    says(ModalGroup.FEED, code == 93)
+            for code in (20, 21):
+                with m.Case(code):
+                    says(ModalGroup.UNITS, code == 20)
             with m.Case(40):
-                m.d.comb += group.eq(ModalGroup.COMPENSATION)
+                says(ModalGroup.COMPENSATION)
             for code in (43, 49):
                 with m.Case(code):
-                    m.d.comb += [group.eq(ModalGroup.LENGTH), axes.eq(AxisUse.LENGTH),
-                                 takes_axes.eq(1), fraction.eq(1),
+                    says(ModalGroup.LENGTH, code == 49)
+                    m.d.comb += [item.axes.eq(AxisUse.LENGTH), fraction.eq(1),
                                  unsupported.eq(~tenth if code == 43 else 0)]
-                    self._says(m, line.cancels.eq(code == 49))
-            with m.Case(*range(54, 60)):
-                m.d.comb += group.eq(ModalGroup.SYSTEM)
-                self._says(m, modes.system.eq(number.whole - 54))
+            for code in range(54, 60):
+                with m.Case(code):
+                    says(ModalGroup.SYSTEM, code - 54)
             with m.Case(61):
-                m.d.comb += [group.eq(ModalGroup.PATH), fraction.eq(1), unsupported.eq(~plain)]
+                says(ModalGroup.PATH)
+                m.d.comb += [fraction.eq(1), unsupported.eq(~plain)]
             with m.Default():
                 m.d.comb += known.eq(0)
         with m.If(~known | number.overflow | (number.value < 0)):
-            m.d.comb += fault.eq(20)
-        with m.Elif(takes_axes & (line.axes != AxisUse.NONE)):
-            m.d.comb += fault.eq(24)
+            m.d.comb += [item.fault.eq(20), item.comes_first.eq(1)]
         with m.Elif(unsupported):
-            m.d.comb += fault.eq(20)
+            m.d.comb += item.fault.eq(20)
         with m.Elif(~plain & ~fraction):
-            m.d.comb += fault.eq(23)
-        with m.Elif(groups.bit_select(group, 1)):
-            m.d.comb += fault.eq(21)
-        with m.If(takes_axes):
-            self._says(m, line.axes.eq(axes))
+            m.d.comb += item.fault.eq(23)
 
-    def _take_m(self, m: Module, line, groups, group, fault: Signal) -> None:
-        number, modes = self.item.number, line.modes
+    def _read_m(self, m: Module, item) -> None:
+        number = self.item.number
         known = Signal()
         m.d.comb += known.eq(1)
         with m.Switch(number.whole):
-            for code, flow in [(0, ProgramFlow.PAUSE), (1, ProgramFlow.GO), (2, ProgramFlow.END),
-                               (30, ProgramFlow.END)]:
-                with m.Case(code):
-                    m.d.comb += group.eq(ModalGroup.FLOW)
-                    self._says(m, line.flow.eq(flow))
-            with m.Case(3, 4, 5):
-                m.d.comb += group.eq(ModalGroup.SPINDLE)
-                self._says(m, modes.clockwise.eq(number.whole == 3),
-                           modes.counter_clockwise.eq(number.whole == 4))
-            for code in (7, 8, 9):
-                with m.Case(code):
-                    m.d.comb += group.eq(ModalGroup.COOLANT)
-                    if code != 8:
-                        self._says(m, modes.mist.eq(code == 7))
-                    if code != 7:
-                        self._says(m, modes.flood.eq(code == 8))
+            for group, codes in [
+                    (ModalGroup.FLOW, {0: ProgramFlow.PAUSE, 1: ProgramFlow.GO,
+                                       2: ProgramFlow.END, 30: ProgramFlow.END}),
+                    (ModalGroup.SPINDLE, {3: 0b01, 4: 0b10, 5: 0}),  # by the direction
+                    (ModalGroup.COOLANT, {7: 0b01, 8: 0b10, 9: 0})]:  # mist and flood
+                for code, choice in codes.items():
+                    with m.Case(code):
+                        m.d.comb += [item.groups[group].eq(1), item.choice.eq(choice)]
             with m.Default():
                 m.d.comb += known.eq(0)
         with m.If(number.overflow | (number.value < 0) | ~number.exact | (number.hundredths != 0)):
-            m.d.comb += fault.eq(23)
+            m.d.comb += item.fault.eq(23)
         with m.Elif(~known):
-            m.d.comb += fault.eq(20)
-        with m.Elif(groups.bit_select(group, 1)):
-            m.d.comb += fault.eq(21)
+            m.d.comb += item.fault.eq(20)

@@ -77,12 +77,13 @@ class LineBuffer(wiring.Component):
         head = Signal(range(ring.depth))  # address of the next item to store
         tail = Signal(range(ring.depth))  # address of the next item to pass on
         owed = Signal(range(self.depth + 1))  # ends that had no room
-        room = Signal()
+        # Flags, since much depends on these counts
+        room = Signal(init=1)  # `free` is not 0
+        owes = Signal()  # `owed` is not 0
         pays = Signal()  # such an end is stored
         taken = Signal()
         m.d.comb += [
-            room.eq(self.free != 0),
-            pays.eq(room & (owed != 0)),
+            pays.eq(room & owes),
             self.bytes.ready.eq(~pays),
             taken.eq(self.bytes.valid & ~pays),
         ]
@@ -117,12 +118,13 @@ class LineBuffer(wiring.Component):
                                                   LineEnd.DAMAGED, LineEnd.GOOD)), ~more)),
         ]
         with m.If(pays):
-            m.d.sync += owed.eq(owed - 1)
+            m.d.sync += [owed.eq(owed - 1), owes.eq(owed != 1)]
         with m.Elif(ended & ~room & ~owed.all()):
-            m.d.sync += owed.eq(owed + 1)
+            m.d.sync += [owed.eq(owed + 1), owes.eq(1)]
 
         # An item is addressed, read and offered, a clock each. A word that is stored in the clock
         # in which it is addressed is not read.
+        waits = Signal()  # there is one: `free` is not `depth`
         read = Signal()  # the ring gives the item at `tail`
         leaves = Signal()
         m.d.comb += [
@@ -132,12 +134,16 @@ class LineBuffer(wiring.Component):
         m.d.sync += [
             head.eq(head + store.en),
             tail.eq(tail + leaves),
-            self.free.eq(self.free + leaves - store.en),
-            read.eq((self.free != self.depth) & ~leaves),
+            read.eq(waits & ~leaves),
             self.items.valid.eq(leaves | (self.items.valid & ~self.items.ready)),
         ]
         with m.If(leaves):
             m.d.sync += self.items.payload.eq(fetch.data)
+        with m.If(leaves & ~store.en):
+            m.d.sync += [self.free.eq(self.free + 1), room.eq(1),
+                         waits.eq(self.free != self.depth - 1)]
+        with m.If(store.en & ~leaves):
+            m.d.sync += [self.free.eq(self.free - 1), room.eq(self.free != 1), waits.eq(1)]
 
         return m
 

@@ -17,7 +17,7 @@ class UnitConverter(wiring.Component):
     Lengths in inches are multiplied by 127 and divided by 5, rounded half away from zero. A feed is
     divided by 60, towards zero, but is at least 1 if it was not 0, and at most
     ``2**speed - 1``. A centre that is not given becomes 0. One divider serves all, a bit of the
-    quotient a clock: a conversion takes ``width + 13`` clocks, a letter without one takes one.
+    quotient a clock: a conversion takes ``width + 15`` clocks, a letter without one takes one.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class UnitConverter(wiring.Component):
     address : Out(4)
         Of the value, in the order of `LETTERS`.
     word : In(signed(width))
-        The value there, a clock later.
+        The value there, two clocks later.
     write : Out(1)
         Store ``data`` at ``address``.
     data : Out(signed(width))
@@ -77,6 +77,7 @@ class UnitConverter(wiring.Component):
         rest = Signal(6)
         negative = Signal()
         zero = Signal()
+        beyond = Signal()  # a length has too many bits
         count = Signal(range(bits))
         is_feed = letter == LETTERS.index("F")
         is_length = Signal()
@@ -93,9 +94,10 @@ class UnitConverter(wiring.Component):
         divisor = Mux(minutes, 60, 5)
         m.d.comb += remainder.eq(Cat(number[-1], rest))
         fits = remainder >= divisor
+        minuend, difference = Signal(bits), Signal(bits)  # all that is subtracted, in one adder
+        m.d.comb += difference.eq(minuend - number)
         size = Signal(self.width - 1)
-        m.d.comb += [self.address.eq(letter), size.eq(number)]
-        m.d.comb += self.data.eq(Mux(negative, -number, number))
+        m.d.comb += [self.address.eq(letter), size.eq(number), self.data.eq(number)]
         with m.If(minutes):
             with m.If(number[self.speed:].any()):
                 m.d.comb += size.eq((1 << self.speed) - 1)
@@ -119,16 +121,20 @@ class UnitConverter(wiring.Component):
                         with m.If(is_offset & ~given):
                             m.d.comb += [self.write.eq(1), self.data.eq(0)]
             with m.State("FETCH"):
-                m.d.sync += number.eq(self.word)
+                m.next = "LOAD"
+            with m.State("LOAD"):
+                m.d.sync += [number.eq(self.word), negative.eq(self.word[-1])]
                 m.next = "SIGN"
             with m.State("SIGN"):
-                m.d.sync += [negative.eq(number[-1]), zero.eq(number == 0),
-                             number.eq(Mux(number[-1], -number, number))]
+                m.d.sync += zero.eq(number == 0)
+                with m.If(negative):
+                    m.d.sync += number.eq(difference)
                 m.next = "MULTIPLY"
             with m.State("MULTIPLY"):
                 m.d.sync += [rest.eq(0), count.eq(0)]
-                with m.If(~minutes):  # 2 rounds, since no half is ever left
-                    m.d.sync += number.eq(Cat(Const(2, 7), number) - number)
+                m.d.comb += minuend.eq(Cat(Const(2, 7), number))  # 2 rounds: no half is ever left
+                with m.If(~minutes):
+                    m.d.sync += number.eq(difference)
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
                 m.d.sync += [number.eq(Cat(fits, number)),
@@ -138,6 +144,11 @@ class UnitConverter(wiring.Component):
                     m.next = "LIMIT"
             with m.State("LIMIT"):
                 m.d.sync += number.eq(size)
+                m.next = "NEGATE"
+            with m.State("NEGATE"):
+                m.d.sync += beyond.eq(is_length & number[self.reach - 1:].any())
+                with m.If(negative):
+                    m.d.sync += number.eq(difference)
                 m.next = "STORE"
             with m.State("STORE"):
                 m.d.comb += self.write.eq(1)
@@ -145,7 +156,7 @@ class UnitConverter(wiring.Component):
                 m.next = "SELECT"
                 with m.If(~is_feed | minutes):
                     m.d.sync += letter.eq(letter + 1)
-                with m.If(is_length & number[self.reach - 1:].any()):
+                with m.If(beyond):
                     m.d.comb += self.too_long.eq(1)
                     m.d.sync += letter.eq(0)
             with m.State("FAULT"):

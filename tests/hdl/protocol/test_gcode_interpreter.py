@@ -141,12 +141,12 @@ class Pair:
         self.model.reset()
         for item in map(word, line):
             self.engine.set(word_valid=1, word_low=item & 2**64 - 1, word_high=item >> 64)
-            self.engine.run(1)
+            self.engine.run(2)
         self.engine.set(word_valid=0, rst=1)
         self.engine.run(1)
         self.engine.set(rst=0)
         self.engine.run(RESET)
-        assert self.engine.get("word_ready") or self.engine.get("position_ready")
+        assert self.engine.get("position_ready")
         assert self._vector(Operand.ORIGIN) == self.model.origin
 
     def _read(self, address: int) -> int:
@@ -349,8 +349,8 @@ def test_a_program():
 
 
 @pytest.mark.parametrize(("line", "clocks"), [
-    ("G4 P1", 78), ("X2", 103), ("G28", 153), ("G1 X1 Y2 F100", 187), ("G20 X2", 103 + 57),
-    ("G20 X1 Y1 Z1", 103 + 3 * 57)])
+    ("G4 P1", 81), ("X2", 105), ("G28", 155), ("G1 X1 Y2 F100", 194), ("G20 X2", 106 + 59),
+    ("G20 X1 Y1 Z1", 108 + 3 * 59)])
 def test_clocks_of_a_line(line, clocks):
     with AmaranthEngine(component("interpreter", Narrow())) as engine:
         pair = Pair(engine)
@@ -402,9 +402,16 @@ def test_a_position_is_taken_where_a_line_begins():
         assert pair._read(Operand.FEED) == 0
         item = word(Word("Z", 0))
         engine.set(word_valid=1, word_low=item & 2**64 - 1, word_high=item >> 64)
+        assert not engine.get("word_ready")
+        engine.run(1)
+        assert engine.get("word_ready")
+        engine.set(position_valid=1)
+        assert not engine.get("word_ready")
+        engine.run(1)
+        engine.set(position_valid=0)
         engine.run(1)
         engine.set(position_valid=1)
-        assert not engine.get("position_ready") and engine.get("word_ready")
+        assert not engine.get("position_ready")
 
 
 @pytest.mark.compiler
