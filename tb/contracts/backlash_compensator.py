@@ -29,8 +29,9 @@ def describe(c: Contract, dut: BacklashCompensator) -> None:
     c.m.d.sync += pending.eq(Mux(stops, 0, pending + requested + added - made))
 
     c.implication("between-requested-steps", "No step is added in the clock of another, while one "
-                  "is pending, or while steps are dropped; and only at a tick.", when=dut.extra,
-                  then=dut.tick & ~dut.step & ~dut.pending & ~stops)
+                  "is pending, or while steps are dropped; and only in the clock after a tick.",
+                  when=dut.extra,
+                  then=c.past(dut.tick) & ~dut.step & ~dut.pending & ~stops)
     asked = c.keep(1, name="asked")
     c.m.d.sync += asked.eq((asked | steps) & ~stops)
     c.implication("only-after-a-request", "After a stop none is added before another is requested.",
@@ -61,6 +62,8 @@ def describe(c: Contract, dut: BacklashCompensator) -> None:
                   "and nothing else.", when=stops, then=corrects == Mux(dut.pending, unmade, 0))
     c.implication("corrects-alone", "The position is not corrected in the clock of a step.",
                   when=dut.correct, then=~dut.moved)
+    c.implication("counts-one-way", "With a step the direction is that of the driver.",
+                  when=dut.moved, then=dut.correct_direction == dut.direction)
     waits, up = c.signal("waits"), c.signal("up")
     c.invariant("added-step-first", "A step that is added is the first of those that are pending, "
                 "or was taken back by a requested one.",
@@ -72,7 +75,8 @@ def describe(c: Contract, dut: BacklashCompensator) -> None:
                 "most backlash that there may be.",
                 (gap == c.signal("slack")) & (ahead == c.signal("ahead"))
                 & (gap >= 0) & (gap <= most) & (beyond >= 0) & (beyond <= most)
-                & (~waits | Mux(up, ahead <= 0, ahead >= 0)),
+                & (~waits | Mux(up, ahead <= 0, ahead >= 0))
+                & (~c.signal("adds") | (asked & (ahead != 0))),
                 cover=ahead != 0, lemma=True)
     first = c.keep(dut.backlash.shape(), name="first_backlash")
     steady = c.keep(1, init=1, name="steady")  # the backlash was never another before this clock

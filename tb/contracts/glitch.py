@@ -46,7 +46,10 @@ def describe_contact(c: Contract, dut: ContactFilter) -> None:
     c.assume(~c.past(1) | (dut.period == c.past(dut.period)))
     run, steady = _steady(c, dut, dut.most)
     c.invariant("count-is-the-run", "The clocks of the input are counted until they are enough.",
-                steady | (c.signal("count") == run), cover=run == 1)
+                steady | (c.signal("count") == run + 2), cover=run == 1)
+    c.invariant("known-ahead", "Whether the present clock makes them enough is known before.",
+                steady | (c.signal("enough") == ((run != 0) & (run + 1 >= dut.period))),
+                cover=c.signal("enough"), lemma=True)
 
 
 CONTACT_FILTER = Component(

@@ -55,21 +55,27 @@ class PendingSteps(wiring.Component):
         m = Module()
 
         back = Signal()
-        # With and without the step that the driver makes, which is known last.
-        requested = Signal(signed(self.width + 2))
-        made = Signal(signed(self.width + 2))
+        most = (1 << self.width - 1) - 1
+        full = Signal()  # in the direction of the request
+        away = Signal()  # the request leads further from what was made
         m.d.comb += [
             back.eq(self.pending[-1]),
             self.driver_step.eq(self.pending.any()),
             self.driver_direction.eq(~back),
-            requested.eq(self.pending + Mux(self.step, Mux(self.direction, 1, -1), 0)),
-            made.eq(requested + Mux(back, 1, -1)),
+            full.eq(Mux(self.direction, self.pending == most, self.pending == ~most)),
+            away.eq(self.direction ^ back),
         ]
-        fit, made_fit = (total == total[:self.width].as_signed() for total in (requested, made))
-        m.d.sync += [
-            self.pending.eq(Mux(self.moved, Mux(made_fit, made, self.pending),
-                                Mux(fit, requested, self.pending))),
-            self.fault.eq(self.fault | ~Mux(self.moved, made_fit, fit)),
-        ]
+        # A step that is made leads towards 0, so it makes room for one that is requested.
+        change = Signal(signed(3))
+        with m.If(self.step & self.moved):
+            m.d.comb += change.eq(Mux(away, 0, Mux(back, 2, -2)))
+        with m.Elif(self.step):
+            m.d.comb += change.eq(Mux(self.direction, 1, -1))
+        with m.Elif(self.moved):
+            m.d.comb += change.eq(Mux(back, 1, -1))
+        with m.If(self.step & ~self.moved & full):
+            m.d.sync += self.fault.eq(1)
+        with m.Else():
+            m.d.sync += self.pending.eq(self.pending + change)
 
         return m

@@ -1,6 +1,6 @@
 """The power of a spindle or a laser, and the pulses that carry it: PWM, and those of a servo."""
 
-from amaranth import Cat, Module, Mux, Signal
+from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -65,8 +65,10 @@ class SpindlePower(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        least, span = Signal(37), Signal(38)  # in 10**-6 rev/min; the span is signed
-        m.d.sync += [least.eq(self.least * 1000), span.eq(self.most * 1000 - least)]
+        least, span = Signal(37), Signal(signed(38))  # in 10**-6 rev/min
+        difference = Signal(signed(28))
+        m.d.sync += [least.eq(self.least * 1000), difference.eq(self.most - self.least),
+                     span.eq(difference * 1000)]
         left, divisor = Signal(38), Signal(37)
         above = Signal(38)
         m.d.comb += above.eq(self.speed - least)

@@ -421,8 +421,6 @@ class GCode(MachineComponent):
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
-            *(getattr(control, name).eq(getattr(gate, name) & ~renewed)
-              for name in ("unlock", "sleep", "restart", "restoring")),
             control.check.eq(gate.checking),
             gate.answered.eq(interpreter.answers.valid & interpreter.answers.ready),
             planner.operand.eq(interpreter.operand),
@@ -433,6 +431,11 @@ class GCode(MachineComponent):
             lister.modes.eq(interpreter.modes), lister.list.eq(gate.list),
             lister.start.eq(gate.listing), gate.all_listed.eq(lister.done),
         ]
+        # A clock later, as it is far; nothing is left of them where a reset began meanwhile.
+        for name in ("unlock", "sleep", "restart", "restoring"):
+            asked = Signal(name=f"asks_{name}")
+            m.d.sync += asked.eq(getattr(gate, name) & ~renewed)
+            m.d.comb += getattr(control, name).eq(asked & ~renewed)
         missed = Signal()  # steps, since where the axes are was last taken over
         # A line that follows waits until it is known where it begins.
         self._words(m, gate, interpreter, planner, renewed,
@@ -703,9 +706,13 @@ class GCode(MachineComponent):
         dropped = Signal()  # at rest, and from there it is far
         m.d.sync += dropped.eq(restart)
         tick = Signal()  # steps that take up backlash are this far apart
-        phase = Signal(range(self.settings.clock + (1 << len(flags.backlash_rate))))
-        m.d.comb += tick.eq(phase >= self.settings.clock)
-        m.d.sync += phase.eq(Mux(tick, phase - self.settings.clock, phase) + flags.backlash_rate)
+        # Below 0 until the tick, by the clocks of a second: its sign is all that is looked at.
+        clock = self.settings.clock
+        phase = Signal(range(-clock, 1 << len(flags.backlash_rate)), init=-clock)
+        again = Signal.like(phase)
+        m.d.comb += tick.eq(phase >= 0)
+        m.d.sync += [again.eq(flags.backlash_rate - clock),
+                     phase.eq(phase + Mux(tick, again, flags.backlash_rate))]
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             if axis == self.settings.second_axis:
@@ -728,8 +735,9 @@ class GCode(MachineComponent):
                 backlash.stop.eq(halted | dropped),
                 kinematics.motors[axis].eq(position),
                 pending.step.eq(kinematics.motor_step[axis] | backlash.extra),
-                pending.direction.eq(Mux(backlash.extra, backlash.extra_direction,
-                                         kinematics.motor_direction[axis])),
+                pending.direction.eq(Mux(kinematics.motor_step[axis],
+                                         kinematics.motor_direction[axis],
+                                         backlash.extra_direction)),
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~halted),
                 driver.direction.eq(pending.driver_direction), driver.enable.eq(powered),
@@ -740,8 +748,7 @@ class GCode(MachineComponent):
             with m.If(driver.moved | backlash.correct | homing.place):
                 m.d.sync += position.eq(position + Mux(
                     homing.place, kinematics.motor_shift[axis],
-                    Mux(Mux(backlash.correct, backlash.correct_direction, driver.direction),
-                        1, -1)))
+                    Mux(backlash.correct_direction, 1, -1)))
             with m.If(homing.axis == axis):
                 m.d.comb += kinematics.shift[axis].eq(shift)
                 with m.If(homing.latch):
@@ -799,13 +806,13 @@ class GCode(MachineComponent):
         waiting = Signal(len(buttons))
         levels = Cat(buttons.values())
         left = Mux(realtime.command, waiting, waiting & (waiting - 1))  # without the lowest
-        m.d.sync += [pressed.eq(levels), waiting.eq(left | (levels & ~pressed))]
-        m.d.comb += [
+        m.d.sync += [
+            pressed.eq(levels), waiting.eq(left | (levels & ~pressed)),
             control.command.eq(realtime.command | waiting.any()), control.code.eq(realtime.code)]
         with m.If(~realtime.command):
             for number, code in reversed([*enumerate(buttons)]):
                 with m.If(waiting[number]):
-                    m.d.comb += control.code.eq(code)
+                    m.d.sync += control.code.eq(code)
         period = Signal.like(planner.filter, init=self.settings.filter, reset_less=True)
         with m.If(planner.configured):
             m.d.sync += period.eq(planner.filter)

@@ -72,9 +72,9 @@ class BacklashCompensator(wiring.Component):
     """Adds steps that take up backlash to those that are requested of a motor.
 
     It knows from the driver's steps where the load is, and while that is not where the requested
-    steps have it, one step is added at each `tick`, between the requested ones: after a reversal
-    ``backlash`` of them, and fewer if the load is pushed back before. At power-up the load is
-    assumed to rest where a movement down leaves it.
+    steps have it, one step is added a clock after each `tick`, between the requested ones: after a
+    reversal ``backlash`` of them, and fewer if the load is pushed back before. At power-up the load
+    is assumed to rest where a movement down leaves it.
 
     A position that counts the driver's steps, and one more for each ``correct``, is that which was
     requested, while no step is pending: an added step is counted against its direction when it is
@@ -91,7 +91,7 @@ class BacklashCompensator(wiring.Component):
     backlash : In(range(max_backlash + 1))
         Steps that a reversal takes up. It may change at any time.
     tick : In(1)
-        A step may be added in this clock.
+        A step may be added in the next clock.
     step : In(1)
         A step is requested.
     pending : In(1)
@@ -103,7 +103,8 @@ class BacklashCompensator(wiring.Component):
     extra, extra_direction : Out(1)
         A step is added, and its direction. Never with ``step``.
     correct, correct_direction : Out(1)
-        The position changes by one in this clock, and in which direction. Never with ``moved``.
+        The position changes by one in this clock, and in which direction. Never with ``moved``; in
+        which the direction is that of the driver's step.
     busy : Out(1)
         Steps are still to be added.
 
@@ -128,6 +129,7 @@ class BacklashCompensator(wiring.Component):
         slack = Signal.like(self.backlash, reset_less=True)  # the motor is so far above the load
         ahead = Signal(signed(len(slack) + 1), reset_less=True)  # the load, of the position
         active = Signal()  # a step was requested since the last stop
+        adds = Signal()  # the load is not there, and there was a tick
         waits = Signal()  # the driver has not made the added step
         up = Signal()  # its direction
         pushes = Signal()
@@ -137,15 +139,19 @@ class BacklashCompensator(wiring.Component):
             pushes.eq(Mux(self.direction, slack >= self.backlash, slack == 0)),
             self.busy.eq(active & (ahead != 0)),
             self.extra_direction.eq(ahead[-1]),
-            self.extra.eq(self.busy & self.tick & ~self.step & ~self.pending & ~stops),
+            self.extra.eq(adds & ~self.step & ~self.pending & ~stops),
             self.correct.eq(self.extra | (stops & waits & self.pending)),
-            self.correct_direction.eq(Mux(stops, up, ~self.extra_direction)),
+            # A step is added while none is pending, and made while one is: so which of them it is
+            # need not be known.
+            self.correct_direction.eq(Mux(stops, up, Mux(self.pending, self.direction,
+                                                         ~self.extra_direction))),
         ]
+        # Nothing changes `ahead` in the clock of the tick, nor before the step is added.
+        m.d.sync += adds.eq(self.busy & self.tick & ~self.pending & ~adds & ~stops)
         with m.If(self.moved & ~pushes):
-            m.d.sync += [slack.eq(Mux(self.direction, slack + 1, slack - 1)),
-                         ahead.eq(Mux(self.direction, ahead - 1, ahead + 1))]
-        with m.If(self.correct):
-            m.d.sync += ahead.eq(Mux(self.correct_direction, ahead - 1, ahead + 1))
+            m.d.sync += slack.eq(slack + Mux(self.direction, 1, -1))
+        with m.If((self.moved & ~pushes) | self.correct):
+            m.d.sync += ahead.eq(ahead + Mux(self.correct_direction, -1, 1))
         with m.If(self.moved | ~self.pending):
             m.d.sync += waits.eq(0)
         with m.If(self.step):

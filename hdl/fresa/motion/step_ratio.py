@@ -1,6 +1,6 @@
 """Steps of one size out of steps of another."""
 
-from amaranth import Module, Mux, Signal, signed
+from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -62,26 +62,28 @@ class StepRatio(wiring.Component):
         residual = Signal(signed(self.width + 4), reset_less=True)
         added = Signal(reset_less=True)
         below = Signal()
-        reached = Signal()
+        outside = Signal()
         minus = Signal()
         term = Signal(signed(self.width + 4))
         total = Signal.like(residual)
         m.d.comb += [
             below.eq(residual[-1]),
-            reached.eq(total[-1] == 0),
+            # Without a sign one below 0 is far above. It does not wait for the sum.
+            outside.eq(added & (residual[2:] >= self.fine)),
             minus.eq(Mux(added, ~below, ~self.forward)),
             term.eq(Mux(added, self.fine << 2, self.coarse)),
-            total.eq(residual + (term ^ minus.replicate(len(term))).as_signed() + minus),
+            # The bit before them is the carry of a difference.
+            total.eq((Cat(1, residual) + Cat(minus, term ^ minus.replicate(len(term)))) >> 1),
         ]
         step = Signal(reset_less=True)
         direction = Signal(reset_less=True)
         m.d.comb += [self.step.eq(step), self.direction.eq(direction)]
         m.d.sync += [
             added.eq(self.quarter),
-            step.eq(added & (below | reached)),
+            step.eq(outside),
             direction.eq(~below),
         ]
-        with m.If(self.quarter | (added & (below | reached))):
+        with m.If(self.quarter | outside):
             m.d.sync += residual.eq(total)
         with m.If(self.load):
             m.d.sync += residual.eq(self.residual)

@@ -44,13 +44,19 @@ class ContactFilter(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        count = Signal.like(self.period, reset_less=True)  # clocks in which it was high before
+        # Clocks in which it was high before, and two more: so it is known a clock ahead, by a
+        # register, that there are enough of them.
+        count = Signal(range(self.most + 3), init=2, reset_less=True)
+        enough = Signal(reset_less=True)
         level = Signal(reset_less=True)
         m.d.comb += self.o.eq(level)
         with m.If(~self.i):
-            m.d.sync += [count.eq(0), level.eq(0)]
-        with m.Elif(count + 1 >= self.period):
-            m.d.sync += level.eq(1)
+            m.d.sync += [count.eq(2), enough.eq(0), level.eq(0)]
         with m.Else():
-            m.d.sync += count.eq(count + 1)
+            with m.If(count >= self.period):
+                m.d.sync += enough.eq(1)
+            with m.If(~enough):
+                m.d.sync += count.eq(count + 1)
+            with m.If(enough | (self.period <= 1)):
+                m.d.sync += level.eq(1)
         return m
