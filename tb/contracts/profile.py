@@ -70,7 +70,7 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
                   | c.past(dut.starved) & (square == 0))
     energy, size = c.signal("energy"), c.signal("size")
     c.implication("energy-of-granule", "The energy of a granule is that of its ticks, a power of "
-                  "two.",                  when=state("SEARCH", *PLANS, "SUM", "SPEND", "ROOT", "READY"),
+                  "two.", when=state("SEARCH", *PLANS, "SUM", "SPEND", "ROOT", "READY"),
                   then=_any(size == 1 << bits for bits in range(GRANULE_BITS + 1))
                   & (change == _scaled(energy, size)))
     count = c.signal("count")

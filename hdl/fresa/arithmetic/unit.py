@@ -256,8 +256,8 @@ class ArithmeticUnit(wiring.Component):
             with m.State("OPERANDS"):  # b comes, and a goes where it belongs
                 m.d.comb += sign.eq(ordered)
                 m.d.sync += [
-                    high.eq(after), third.eq(Mux(extracts, 1, operand)),
-                    step.eq(0), following.eq(1), ends.eq(0), more.eq(operand[1:1 + len(step)].any()),
+                    high.eq(after), third.eq(Mux(extracts, 1, operand)), step.eq(0),
+                    following.eq(1), ends.eq(0), more.eq(operand[1:1 + len(step)].any()),
                     subtract.eq(subtracts | negates & flag),
                     carry.eq((subtracts | negates & flag) ^ (flag & adds_flag)),
                     takes.eq(Mux(selects, ~flag, sums | negates)), takes_if_fits.eq(fraction),

@@ -40,9 +40,9 @@ class SpeedProfile(wiring.Component):
     when it is known, later than it should, and the phase starts anew.
 
     **Blocks.** The next one is taken a clock after the begin of the last granule of the present
-    one, if it has been offered for 4 + s clocks then, or later. If the present one ends at a w above 0, the
-    next must be there: if none is offered after the last tick, the speed is cut to 0, which
-    ``starved`` shows. So ``exit`` may be above 0 only while a block is offered. At w = 0 the
+    one, if it has been offered for 4 + s clocks then, or later. If the present one ends at a w
+    above 0, the next must be there: if none is offered after the last tick, the speed is cut to 0,
+    which ``starved`` shows. So ``exit`` may be above 0 only while a block is offered. At w = 0 the
     profile stands and waits for the next block, or for the end of `hold`.
 
     **Hold** is sampled, with the decision to compute a granule, in the clock before that in
@@ -163,8 +163,8 @@ class SpeedProfile(wiring.Component):
         m.submodules.root = root = SquareRoot(integer_bits=self.speed_bits,
                                               fraction_bits=self.fraction_bits)
 
-        # One adder for all that is squares, with registers in front of it, and behind its sign where
-        # that decides what is added next.
+        # One adder for all that is squares, with registers in front of it, and behind its sign
+        # where that decides what is added next.
         width = self.brake_bits + 2
         x = Signal(signed(width))
         y = Signal(signed(width))
