@@ -70,12 +70,14 @@ def pass_clocks(depth: int) -> int:
     for number in range(depth):
         # Entries are 0 until the newest block has a gain, which changes them all.
         for address, value in ((4, number == depth - 1), (6, 1)):
+            while not queue.ready:
+                queue.edge()
             queue.edge(write=(address, int(value), address == 6))
         spent = 0
         while queue.planning:
             queue.edge()
             spent += 1
-    return spent
+    return spent + 1  # in the first clock after it none is accepted
 
 
 def sustained(depth: int, lines: int, *, segment: float, acceleration: float,

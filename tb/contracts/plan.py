@@ -55,8 +55,12 @@ def _queue(c: Contract, dut: BlockQueue) -> None:
                 cover=dut.empty & c.past(c.past(~dut.empty)))
     c.implication("never-overflows", "No word is accepted without a place for a block, nor during "
                   "a pass.", when=accepted, then=(waiting < dut.depth) & ~active)
-    c.implication("accepts", "While no pass is made and there is a place, words are accepted.",
-                  when=~active & ~adding & (waiting < dut.depth), then=dut.write.ready)
+    open_ = ~active & ~adding & (waiting < dut.depth)
+    c.implication("accepts", "While no pass is made and there is a place, words are accepted, but "
+                  "in the first clock.", when=~active & ~adding & c.past(open_),
+                  then=dut.write.ready)
+    c.implication("accepts-with-a-place", "Nothing but a block that is committed ends that.",
+                  when=c.signal("accepts"), then=~active & (count < dut.depth), lemma=True)
     c.implication("flush-drops-all", "After a flush nothing is in the queue, and nothing is "
                   "offered.", when=c.past(dropped),
                   then=(count == 0) & dut.empty & ~dut.blocks.valid & (dut.exit == 0)

@@ -9,6 +9,9 @@ from .contract import Bits, Case, Component, Contract
 
 __all__ = ["PROFILE"]
 
+PLANS = ("BRAKE", "BOUND", "COMPARE", "GOAL", "DIFFERENCE", "LIMIT", "CHANGE")
+"""States between the search and the sum."""
+
 
 def describe(c: Contract, dut: SpeedProfile) -> None:
     """The acceleration and the speed are limited, and every block has its ticks."""
@@ -32,7 +35,8 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     """State how the squares of speeds follow each other."""
     width = signed(len(brake) + 2)
     known = c.past(1) & ~c.past(c.rst)
-    goal, work = Signal(width, name="goal"), c.signal("work")
+    goal = Signal(width, name="goal")
+    x, y = c.signal("x"), c.signal("y")
     held, nominal = c.signal("holds"), c.signal("nominal")
     sampled = c.keep(len(dut.exit), name="sampled")  # exit, with the granule
     with c.m.If(state("SEARCH")):
@@ -66,8 +70,7 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
                   | c.past(dut.starved) & (square == 0))
     energy, size = c.signal("energy"), c.signal("size")
     c.implication("energy-of-granule", "The energy of a granule is that of its ticks, a power of "
-                  "two.", when=state("BRAKE", "NOMINAL", "DIFFERENCE", "BOUND", "SUM", "SPEND",
-                                     "ROOT", "READY", "SEARCH"),
+                  "two.", when=state("SEARCH", *PLANS, "SUM", "SPEND", "ROOT", "READY"),
                   then=_any(size == 1 << bits for bits in range(GRANULE_BITS + 1))
                   & (change == _scaled(energy, size)))
     count = c.signal("count")
@@ -76,36 +79,32 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
                 cover=count == GRANULE_BITS - 1, lemma=True)
     if len(brake) < 16:
         _left(c, dut, state, brake, change)
-    c.invariant("work-in-order", "The adder's register is what its state says.", _all(
-        ~state("BRAKE") | (work == sampled + brake),
-        ~state("NOMINAL") | (work == bound),
-        ~state("DIFFERENCE") | (work == bound),
-        ~state("BOUND") | (work == goal - square),
-        ~state("SUM") | (work == goal - square)
-        & (c.signal("none") == (c.signal("from_rest") & (goal == 0)))),
-        cover=state("SUM"), lemma=True)
     capped, none = bound >= nominal, c.signal("none")
-    beyond = Mux(work < 0, work + change < 0, work >= change)
+    difference = goal - square
+    beyond = Mux(difference < 0, difference + change < 0, difference >= change)
+    rises = difference >= 0
 
-    def adds(x: dict[str, Bits], y: dict[str, Bits], less: Bits) -> Bits:
-        """Return whether the adder adds these, and nothing else."""
-        return _all(c.signal("subtract") == less, *(
-            c.signal(f"{port}_is_{name}") == choice.get(name, 0)
-            for port, choice, names in (
-                ("x", x, ("brake", "work", "nominal", "square")),
-                ("y", y, ("exit", "change", "nominal", "square", "half", "work")))
-            for name in names))
+    def adds(first: Bits, second: Bits, less: Bits) -> Bits:
+        """Return whether the adder adds these, or takes the second from the first."""
+        return _all(x == first, y == second, c.signal("subtract") == less,
+                    c.signal("carry") == less)
 
     c.invariant("adds-in-order", "The adder adds what its state says.", _all(
-        ~state("SEARCH") | adds({"brake": 1}, {"exit": 1}, 0),
-        ~state("BRAKE") | adds({"work": 1}, {"change": 1}, 1),
-        ~state("NOMINAL") | adds({"work": 1}, {"nominal": 1}, 1),
-        ~state("DIFFERENCE") | adds({"nominal": ~held & capped, "work": ~held & ~capped},
-                                    {"square": 1}, 1),
-        ~state("BOUND") | adds({"work": 1}, {"change": 1}, work >= 0),
-        ~state("SUM") | adds({"square": 1}, {"half": none, "change": ~none & beyond,
-                                             "work": ~none & ~beyond}, beyond & (work < 0)),
-        ~state("SPEND") | adds({"brake": 1}, {"change": 1}, 1),
+        ~state("BRAKE") | adds(brake, sampled, 0),
+        ~state("BOUND") | adds(sampled + brake, change, 1),
+        ~state("COMPARE") | adds(bound, nominal, 1),
+        ~state("GOAL") | (x == bound) & (c.signal("less") == ~capped)
+        & c.signal("subtract") & c.signal("carry"),
+        ~state("DIFFERENCE") | adds(goal, square, 1),
+        ~state("LIMIT") | adds(difference, change, rises),
+        ~state("CHANGE") | (x == difference) & (c.signal("beyond") == beyond),
+        ~state("SUM") | (y == square) & ~c.signal("subtract") & Mux(
+            none, (x == change >> 1) & ~c.signal("carry"),
+            Mux(beyond, Mux(rises, (x == change) & ~c.signal("carry"),
+                            (x == -change - 1) & c.signal("carry")),
+                (x == difference) & ~c.signal("carry"))),
+        ~state("CHANGE", "SUM") | (none == (c.signal("from_rest") & (goal == 0))),
+        ~state("SPEND") | adds(brake, change, 1),
         c.signal("sums") == state("SUM")),
         cover=state("SUM"), lemma=True)
     missing, digits = c.signal("root.missing"), len(c.part("root").root)
@@ -125,7 +124,7 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     c.implication("multiplies-a-block", "That is offered.", when=c.signal("multiplying"),
                   then=dut.blocks.valid, lemma=True)
     c.implication("began-at-rest", "And whether it was where the granule begins.",
-                  when=state("SCALE", "SEARCH", "BRAKE", "NOMINAL", "DIFFERENCE", "BOUND", "SUM"),
+                  when=state("SCALE", "SEARCH", *PLANS, "SUM"),
                   then=c.signal("from_rest") == (square == 0), lemma=True)
 
 
@@ -133,7 +132,7 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
     """State that there are as many ticks in a block as there should be: at small widths."""
     size, energy = c.signal("size"), c.signal("energy")
     left = c.keep(dut.most_ticks_log2 + 1, name="ticks_left")  # and not in a granule yet
-    taken = dut.blocks.valid & dut.blocks.ready
+    taken = c.signal("takes") & ~c.signal("more")  # it shows in the next clock
     whole = dut.blocks.p.energy << dut.blocks.p.log2_ticks
     with c.m.If(c.rst):
         c.m.d.sync += left.eq(0)
@@ -154,6 +153,10 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
                   when=taken, then=(left == 0) & (c.signal("offered") == whole))
     c.implication("energy-of-block", "A tick's energy is not 0.", when=left != 0,
                   then=energy >= 2, lemma=True)
+    c.implication("takes-what-is-loaded", "A block that is taken was loaded in the clock before.",
+                  when=dut.blocks.valid & dut.blocks.ready, then=c.past(taken))
+    c.implication("loads-what-is-taken", "It is taken when it was.", when=c.past(taken & ~c.rst),
+                  then=dut.blocks.ready)
     c.invariant("low-bits-of-left", "The count of ticks left has the low bits.",
                 c.signal("left") == left[:GRANULE_BITS], cover=left != 0, lemma=True)
     c.implication("multiplies", "What is offered is multiplied tick by tick.",

@@ -55,6 +55,7 @@ class BlockQueueModel:
         self._read = 0
         self._stages: list[tuple[int, bool] | None] = [None, None]
         self._read_out = False
+        self._accepts = True
 
     @property
     def count(self) -> int:
@@ -68,8 +69,8 @@ class BlockQueueModel:
 
     @property
     def ready(self) -> bool:
-        """Whether a word is accepted."""
-        return not self.planning and self.count < self.depth
+        """Whether a word is accepted: not in the first clock in which it could be, either."""
+        return self._accepts and not self._adding
 
     @property
     def offered(self) -> tuple[int, bool] | None:
@@ -100,6 +101,7 @@ class BlockQueueModel:
         """
         taken, tail, shown = take and self._read_out, self.tail, self.next_exit
         accepted = write if self.ready else None
+        self._accepts = not self.planning and self.count < self.depth
         begins = self._adding and self._pass is None and self._clock % 8 == 0
         self._reader(ready)
         self._step()

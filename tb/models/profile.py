@@ -126,7 +126,7 @@ class ProfileModel:
         self.blocks, self.exits, self.holds = blocks, exits, holds
         self.fraction_bits = fraction_bits
         self.backlog = 1 << speed_bits + fraction_bits + 1
-        self.latency = 13 + speed_bits + fraction_bits
+        self.latency = 16 + speed_bits + fraction_bits
         self.taken: list[int] = []
         self.starved: list[int] = []
         self.late = 0
@@ -176,11 +176,11 @@ class ProfileModel:
                     return
                 decided = released + 1
             if opens:
-                self.taken.append(decided)
+                self.taken.append(decided + 1)
                 ticks, done, brake = 1 << block.log2_ticks, 0, block.energy << block.log2_ticks
             hold = bisect_right(self.holds, decided - 1) % 2
 
-            size, least = 1, block.modulus + (block.modulus >> 5)
+            size, least = 1, block.modulus
             if square:
                 while size < MOST and least * size < 32 * rate and not (ticks - done) & size:
                     size *= 2

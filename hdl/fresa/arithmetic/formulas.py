@@ -207,7 +207,6 @@ class Formulas(wiring.Component):
         ]
 
         def next_row() -> None:
-            m.d.comb += read.addr.eq(ahead.a)
             m.d.sync += [row.eq(ahead), place.eq(place + 1)]
             m.next = "READ-B"
 
@@ -224,6 +223,7 @@ class Formulas(wiring.Component):
             with m.State("WAIT"):
                 m.next = "TAKE"
             with m.State("TAKE"):
+                m.d.comb += read.addr.eq(ahead.a)
                 next_row()
             with m.State("READ-B"):
                 m.d.comb += read.addr.eq(row.b)
@@ -232,6 +232,8 @@ class Formulas(wiring.Component):
                 m.d.comb += unit.start.eq(1)
                 m.next = "COMPUTE"
             with m.State("COMPUTE"):
+                with m.If(unit.write):  # it has read all; whether it is done is known later
+                    m.d.comb += read.addr.eq(ahead.a)
                 with m.If(unit.done):
                     with m.If(row.last):
                         m.d.sync += self.done.eq(1)

@@ -149,7 +149,7 @@ class ArithmeticUnit(wiring.Component):
         multiplies, divides, overflows, fraction, extracts, normalises, raises, lowers = (
             Signal(name=name) for name in ("multiplies", "divides", "overflows", "fraction",
                                            "extracts", "normalises", "raises", "lowers"))
-        steps = Signal(range(width + 2))
+        before_end = Signal(range(width + 2))  # the step before the last
         decoded = [
             (serial, {each for each in of if each.steps(width)}),
             (pair, {each for each in of if each.words == 2}),
@@ -170,6 +170,7 @@ class ArithmeticUnit(wiring.Component):
         flag = Signal()
         overflow = Signal()
         step = Signal(range(width + 2))  # from 1
+        following = Signal(range(width + 2))  # the one after it
         amount = Signal(range(width + 2))
 
         # What the registers do in a clock is decided in the one before, as far as can be known.
@@ -183,8 +184,9 @@ class ArithmeticUnit(wiring.Component):
         m.d.sync += [control.eq(0) for control in controls]
 
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
-        before, multiple, total, after = (
-            Signal(width + 3, name=name) for name in ("before", "multiple", "total", "after"))
+        before, multiple, total, kept, after = (
+            Signal(width + 3, name=name) for name in ("before", "multiple", "total", "kept",
+                                                      "after"))
         augend = Signal(width + 4)
         addend = Signal(width + 4)
         fits = Signal()  # no borrow
@@ -196,18 +198,23 @@ class ArithmeticUnit(wiring.Component):
             addend.eq(Cat(carry, Mux(subtract, ~multiple, multiple))),
             total.eq((augend + addend) >> 1),
             fits.eq(total[-1] == 0),
-            after.eq(Mux(takes | takes_if_fits & fits, total, before)),
+            kept.eq(Mux(takes, total, before)),
+            # What may not fit does not shift right: so the carry has the shortest way.
+            after.eq(Mux(takes_if_fits & fits, total, Mux(
+                right_two, Cat(kept[2:], kept[-1]),
+                Mux(right_one, kept >> 1, kept)))),
         ]
 
+        # These are known a clock early, too.
         more = Signal()  # there are two more bits to shift
         ends = Signal()  # the next step is the last
         factor = Signal(3)  # bits for the next step, and the one below
         top = Signal(2)  # highest bits in the next step, where nothing is added
-        m.d.comb += [more.eq(step < third[1:1 + len(step)]), ends.eq(step + 1 == steps)]
 
         def prepare_step() -> None:
             m.d.sync += [
-                step.eq(step + 1), last.eq(ends),
+                step.eq(following), following.eq(following + 1), last.eq(ends),
+                ends.eq(following == before_end), more.eq(following < third[1:1 + len(step)]),
                 left_one.eq(divides | ends & (raises & third[0] | normalises & (top[1] == 0))),
                 left_two.eq(extracts | ~ends & (raises & more | normalises & (top == 0))),
                 right_one.eq(ends & lowers & third[0]),
@@ -235,7 +242,7 @@ class ArithmeticUnit(wiring.Component):
                     with m.Switch(self.operation):
                         for each in of:
                             with m.Case(each):
-                                m.d.sync += steps.eq(each.steps(width))
+                                m.d.sync += before_end.eq(max(0, each.steps(width) - 1))
                     with m.Switch(self.operation):
                         with m.Case(of.NEGATE, of.MULTIPLY, of.ROOT):
                             m.d.sync += takes.eq(0)
@@ -250,6 +257,7 @@ class ArithmeticUnit(wiring.Component):
                 m.d.comb += sign.eq(ordered)
                 m.d.sync += [
                     high.eq(after), third.eq(Mux(extracts, 1, operand)), step.eq(0),
+                    following.eq(1), ends.eq(0), more.eq(operand[1:1 + len(step)].any()),
                     subtract.eq(subtracts | negates & flag),
                     carry.eq((subtracts | negates & flag) ^ (flag & adds_flag)),
                     takes.eq(Mux(selects, ~flag, sums | negates)), takes_if_fits.eq(fraction),
@@ -275,16 +283,15 @@ class ArithmeticUnit(wiring.Component):
                     factor.eq(Cat(low[1], Mux(ends, 0, low[2:4]))),
                     top.eq(Mux(left_two, high[width - 4:], high[width - 2:])),
                 ]
-                m.d.sync += high.eq(Mux(right_two, Cat(after[2:], after[-1]),
-                                        Mux(right_one, after >> 1, after)))
+                m.d.sync += high.eq(after)
                 with m.If(left_one):
                     m.d.sync += low.eq(Cat(divides & (fits | overflow), low))
                 with m.If(left_two):
                     m.d.sync += low.eq(low << 2)
                 with m.If(right_one):
-                    m.d.sync += low.eq(Cat(low[1:], after[0]))
+                    m.d.sync += low.eq(Cat(low[1:], kept[0]))
                 with m.If(right_two):
-                    m.d.sync += low.eq(Cat(low[2:], after[:2]))
+                    m.d.sync += low.eq(Cat(low[2:], kept[:2]))
                 with m.If(normalises & left_two):
                     m.d.sync += amount.eq(step << 1)
                 with m.If(normalises & left_one):

@@ -122,31 +122,35 @@ class BlockLoader(wiring.Component):
         read_feed = Signal(FEED_BITS)
         new_feed = Signal(FEED_BITS)
         segment_header = Signal(BlockHeader)
+        has_places = Signal()  # a clock after the header
+        m.d.sync += has_places.eq((header.kind == BlockKind.MOTION)
+                                  | (header.kind == BlockKind.PLACE))
+        # What is copied is so in every clock of its number, of which the last is that of its word.
+        with m.Switch(number):
+            for high, field in ((BlockWord.ENERGY, of_profile["energy"]),
+                                (BlockWord.MODULUS, of_profile["modulus"]),
+                                (BlockWord.NOMINAL, of_profile["nominal"]),
+                                (BlockWord.TURNS, turns)):
+                with m.Case(high):
+                    m.d.sync += field[WIDTH:].eq(word)
+                with m.Case(high + 1):
+                    m.d.sync += field[:WIDTH].eq(word)
+            with m.Case(BlockWord.X):
+                m.d.sync += x.eq(word)
+            with m.Case(BlockWord.Y):
+                m.d.sync += y.eq(word)
+            with m.Case(BlockWord.RESIDUAL):
+                m.d.sync += residual.eq(word)
         with m.If(read):
             m.d.sync += number.eq(number + 1)
             with m.Switch(number):
                 with m.Case(BlockWord.HEADER):
                     m.d.sync += header.eq(word)
-                for high, field in ((BlockWord.ENERGY, of_profile["energy"]),
-                                    (BlockWord.MODULUS, of_profile["modulus"]),
-                                    (BlockWord.NOMINAL, of_profile["nominal"]),
-                                    (BlockWord.TURNS, turns)):
-                    with m.Case(high):
-                        m.d.sync += field[WIDTH:].eq(word)
-                    with m.Case(high + 1):
-                        m.d.sync += field[:WIDTH].eq(word)
                 for axis in range(3):
                     with m.Case(BlockWord.PLACE + axis):
-                        with m.If((header.kind == BlockKind.MOTION)
-                                  | (header.kind == BlockKind.PLACE)):
+                        with m.If(has_places):
                             m.d.sync += [starts[axis].eq(ends[axis]), places[axis].eq(word),
                                          changes[axis].eq(word - places[axis])]
-                with m.Case(BlockWord.X):
-                    m.d.sync += x.eq(word)
-                with m.Case(BlockWord.Y):
-                    m.d.sync += y.eq(word)
-                with m.Case(BlockWord.RESIDUAL):
-                    m.d.sync += residual.eq(word)
                 with m.Case(BlockWord.EXTRA):
                     m.d.sync += [new_extra.eq(word), new_feed.eq(read_feed),
                                  segment_header.eq(header)]

@@ -105,14 +105,14 @@ class BlockMotion(wiring.Component):
         m.d.sync += [flushed.eq(self.flush), queue.take.eq(loader.take & ~self.flush),
                      self.step.eq(walk.step & ~self.flush.replicate(3)),
                      self.direction.eq(walk.direction),
-                     self.still.eq(settled[-1] & profile.standing & self.made)]
+                     self.still.eq(settled[-1] & profile.standing & self.made),
+                     loader.idle.eq(self.still & ~loader.profile.valid & ~loader.segments.valid
+                                    & ~walk.busy)]
         m.d.comb += [
             queue.flush.eq(self.flush),
             profile.exit.eq(queue.exit), profile.hold.eq(self.hold),
             walk.tick.eq(profile.tick), walk.last.eq(profile.last),
             walk.load.eq(flushed), walk.position.eq(self.position),
-            loader.idle.eq(self.still & ~loader.profile.valid & ~loader.segments.valid
-                           & ~walk.busy),
             loader.start.eq(self.start), loader.off.eq(self.off),
             self.free.eq(queue.free), self.speed.eq(profile.speed),
             self.paused.eq(loader.paused),

@@ -406,7 +406,7 @@ class GCodePlanner(wiring.Component):
     ``beyond`` becomes 1, and nothing is done from then on but a reset. Of an arc that is looked at
     as a whole.
 
-    Its procedures are rows without jumps, five or six clocks each; tables of formulas take their
+    Its procedures are rows without jumps, six clocks each, or seven; tables of formulas take their
     own time.
 
     Parameters
@@ -510,9 +510,10 @@ class GCodePlanner(wiring.Component):
         place = Signal(range(len(rows)))
         row = Signal(ROW)
         value = Signal(WIDTH)
+        zero = Signal()  # it was in the clock before
         operand = Signal.like(self.operand)  # a register behind the memory
         m.d.comb += following.addr.eq(place)
-        m.d.sync += operand.eq(self.operand)
+        m.d.sync += [operand.eq(self.operand), zero.eq(value == 0)]
 
         procedure = Signal(_Procedure)
         header = Signal(BlockHeader)
@@ -535,8 +536,16 @@ class GCodePlanner(wiring.Component):
                    for axis in range(3)}}
         inputs = Array([*self.steps, self.speed, self.spindle_speed,
                         *(getattr(self.homing, name) for name in _INPUTS[5:])])
-        from_operand = Cat(row.do == do for do in (
-            _Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)).any()
+        from_operand = (_Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)
+        others = {
+            _Do.INPUT: inputs[row.source[:4]], _Do.SETTING: self.setting,
+            _Do.CONSTANT: row.source, _Do.HEADER: header, _Do.PLANE: modes.plane,
+            _Do.CLOCKWISE: modes.motion == GCodeMotion.CLOCKWISE}
+        other = Signal(WIDTH)  # what comes neither from a register nor an operand, a clock later
+        with m.Switch(row.do):
+            for do, what in others.items():
+                with m.Case(do):
+                    m.d.sync += other.eq(what)
         place_u, place_v = (Mux(modes.plane == 0, first, Mux(modes.plane == 1, second, third))
                             for first, second, third in ((0, 2, 1), (1, 0, 2)))
         into_register = Signal()
@@ -561,19 +570,26 @@ class GCodePlanner(wiring.Component):
             m.d.sync += [procedure.eq(which), header.kind.eq(kind), committed.eq(0)]
             m.next = "LOOK-UP"
 
-        ends = Signal()  # the procedure is through
-        m.d.comb += [
+        ends = Signal()  # the procedure is through, which is told in the next clock
+        m.d.comb += self.setting_address.eq(row.source)
+        m.d.sync += [
             self.actions.ready.eq(ends & (procedure != _Procedure.BEGIN)
                                   & (procedure != _Procedure.REPORT)
                                   & (procedure.as_value() < _Procedure.CONFIGURE.value)),
             self.configured.eq(ends & (procedure == _Procedure.CONFIGURE)),
             self.homed.eq(ends & (procedure.as_value() > _Procedure.CONFIGURE.value)),
-            self.setting_address.eq(row.source),
             self.reported.eq(ends & (procedure == _Procedure.REPORT)),
             self.begun.eq(ends & (procedure == _Procedure.BEGIN)),
             self.origin_changed.eq(ends & ((procedure == _Procedure.BEGIN)
                                            | (procedure == _Procedure.ORIGIN))),
         ]
+
+        # An action, a clock later
+        action = Signal()
+        kind = Signal.like(self.actions.p.kind)
+        by_radius = Signal()
+        m.d.sync += [action.eq(self.actions.valid & ~self.actions.ready & self.room),
+                     kind.eq(self.actions.p.kind), by_radius.eq(self.actions.p.by_radius)]
 
         def finish() -> None:
             m.next = "FETCH"
@@ -586,7 +602,7 @@ class GCodePlanner(wiring.Component):
                     header.outputs.clockwise.eq(modes.clockwise),
                     header.outputs.counter_clockwise.eq(modes.counter_clockwise),
                     header.outputs.mist.eq(modes.mist), header.outputs.flood.eq(modes.flood),
-                    rapid.eq(self.actions.p.kind == GCodeActionKind.RAPID),
+                    rapid.eq(kind == GCodeActionKind.RAPID),
                 ]
                 with m.If(self.configure):
                     begin(_Procedure.CONFIGURE)
@@ -602,12 +618,12 @@ class GCodePlanner(wiring.Component):
                     for axis, which in (1, _Procedure.HOME_Y), (2, _Procedure.HOME_Z):
                         with m.If(self.homing.axis == axis):
                             begin(which)
-                with m.Elif(self.actions.valid & self.room):
-                    with m.Switch(self.actions.p.kind):
+                with m.Elif(action):
+                    with m.Switch(kind):
                         with m.Case(GCodeActionKind.RAPID, GCodeActionKind.LINE):
                             begin(_Procedure.LINE)
-                        for kind, (which, block) in _EVENTS.items():
-                            with m.Case(kind):
+                        for event, (which, block) in _EVENTS.items():
+                            with m.Case(event):
                                 begin(which, block)
                         with m.Case(GCodeActionKind.SPINDLE, GCodeActionKind.COOLANT):
                             begin(_Procedure.OUTPUTS, BlockKind.OUTPUTS)
@@ -615,15 +631,15 @@ class GCodePlanner(wiring.Component):
                                 begin(_Procedure.STOPPED_OUTPUTS, BlockKind.OUTPUTS)
                         with m.Case(GCodeActionKind.OFFSETS):
                             begin(_Procedure.ORIGIN)
-                        for kind, by_centre, by_radius in (
+                        for arc, with_centre, with_radius in (
                                 (GCodeActionKind.CHECK_ARC, _Procedure.CHECK_CENTRE,
                                  _Procedure.CHECK_RADIUS),
                                 (GCodeActionKind.ARC, _Procedure.ARC_BY_CENTRE,
                                  _Procedure.ARC_BY_RADIUS)):
-                            with m.Case(kind):
-                                begin(by_centre)
-                                with m.If(self.actions.p.by_radius):
-                                    begin(by_radius)
+                            with m.Case(arc):
+                                begin(with_centre)
+                                with m.If(by_radius):
+                                    begin(with_radius)
             with m.State("LOOK-UP"):
                 first = Array(firsts[which] for which in _Procedure)
                 m.d.sync += place.eq(first[procedure.as_value()])
@@ -643,28 +659,25 @@ class GCodePlanner(wiring.Component):
                         m.d.comb += formulas.start.eq(1)
                         m.next = "COMPUTE"
             with m.State("READ"):
-                m.next = "ACT"
-                with m.Switch(row.do):
-                    with m.Case(_Do.INPUT):
-                        m.d.sync += value.eq(inputs[row.source[:4]])
-                    with m.Case(_Do.SETTING):
-                        m.d.sync += value.eq(self.setting)
-                    with m.Case(_Do.CONSTANT):
-                        m.d.sync += value.eq(row.source)
-                    with m.Case(_Do.HEADER):
-                        m.d.sync += value.eq(header)
-                    with m.Case(_Do.PLANE):
-                        m.d.sync += value.eq(modes.plane)
-                    with m.Case(_Do.CLOCKWISE):
-                        m.d.sync += value.eq(modes.motion == GCodeMotion.CLOCKWISE)
-                    with m.Default():
-                        m.next = "WORD"
+                m.next = "WORD"
             with m.State("WORD"):  # the register or the operand has come
-                m.d.sync += value.eq(formulas.word)
-                with m.If(from_operand):
-                    m.d.sync += value.eq(Mux(
-                        (row.do == _Do.FEED) & rapid, (1 << WIDTH) - 1, _saturated(operand)))
+                with m.Switch(row.do):
+                    with m.Case(*from_operand):
+                        m.d.sync += value.eq(Mux((row.do == _Do.FEED) & rapid, (1 << WIDTH) - 1,
+                                                 _saturated(operand)))
+                    with m.Case(*others):
+                        m.d.sync += value.eq(other)
+                    with m.Default():
+                        m.d.sync += value.eq(formulas.word)
                 m.next = "ACT"
+                with m.If(row.do == _Do.KEEP):
+                    m.next = "KEEP"
+            with m.State("KEEP"):
+                with m.Switch(row.destination):
+                    for which, register in kept.items():
+                        with m.Case(which.value):
+                            m.d.sync += register.eq(value)
+                finish()
             with m.State("ACT"):
                 with m.Switch(row.do):
                     with m.Case(_Do.LOAD, _Do.FEED, _Do.INPUT, _Do.CONSTANT, _Do.CENTRE_U,
@@ -676,24 +689,18 @@ class GCodePlanner(wiring.Component):
                         with m.If(self.words.ready):
                             m.d.sync += committed.eq(committed | self.words.p.last)
                             finish()
-                    with m.Case(_Do.KEEP):
-                        with m.Switch(row.destination):
-                            for which, register in kept.items():
-                                with m.Case(which.value):
-                                    m.d.sync += register.eq(value)
-                        finish()
-                    with m.Case(_Do.SKIP):
-                        finish()
-                        with m.If(value == 0):
-                            m.next = "END"
-                    with m.Case(_Do.GUARD):
-                        finish()
-                        with m.If((value != 0) & self.soft):
-                            m.next = "BEYOND"
+                    with m.Case(_Do.SKIP, _Do.GUARD):
+                        m.next = "DECIDE"
                     with m.Default():  # POSITION
                         m.d.comb += self.positions.valid.eq(1)
                         with m.If(self.positions.ready):
                             finish()
+            with m.State("DECIDE"):
+                finish()
+                with m.If((row.do == _Do.SKIP) & zero):
+                    m.next = "END"
+                with m.If((row.do == _Do.GUARD) & ~zero & self.soft):
+                    m.next = "BEYOND"
             with m.State("COMPUTE"):
                 with m.If(formulas.done):
                     finish()
@@ -703,6 +710,8 @@ class GCodePlanner(wiring.Component):
                            | (procedure == _Procedure.STOPPED_OUTPUTS))
                 with m.If(committed):
                     m.d.sync += outputs_last.eq(outputs)
+                m.next = "TELL"
+            with m.State("TELL"):
                 m.next = "IDLE"
             with m.State("BEYOND"):
                 m.d.comb += self.beyond.eq(1)

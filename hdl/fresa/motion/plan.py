@@ -51,9 +51,10 @@ class BlockQueue(wiring.Component):
     by ``flush``: that ends the plan of the block that runs, and is for an engine that stands, or
     brakes and obeys no exit.
 
-    A pass over n blocks takes at most 8 n + 9 clocks, during which no word is accepted. `exit` and
-    `next_exit` follow 20 clocks after an entry is computed, at most, and `next_exit` is 0 for at
-    most so long after `take`. Words are offered from the third clock after `take`, one a clock.
+    A pass over n blocks takes at most 8 n + 9 clocks, during which no word is accepted, nor in the
+    clock after it. `exit` and `next_exit` follow 20 clocks after an entry is computed, at most, and
+    `next_exit` is 0 for at most so long after `take`. Words are offered from the third clock after
+    `take`, one a clock.
 
     Entries without motion stand in the queue like others, with ``gain`` 0. Where motion must stop
     (dwell, program stop), and in the block after it, ``limit`` is 0. Others (coolant, offsets,
@@ -144,9 +145,10 @@ class BlockQueue(wiring.Component):
         added = Signal()
         begins = Signal()
         ends = Signal()
+        accepts = Signal(init=1)
         written = self.write.valid & self.write.ready
         m.d.comb += [
-            self.write.ready.eq(~adding & ~active & (self.count != self.depth)),
+            self.write.ready.eq(accepts & ~adding),
             self.free.eq(self.depth - self.count),
             self.empty.eq((self.count == 0) & ~adding),
             begins.eq((clock == 0) & adding & ~active),
@@ -158,6 +160,8 @@ class BlockQueue(wiring.Component):
             head.eq(head + taken),
             tail.eq(tail + added),
             left.eq(Mux(begins, self.count, left) - ends - taken),
+            # A clock old: only a word that is accepted makes it false, which `adding` shows.
+            accepts.eq(~adding & ~active & (self.count != self.depth)),
         ]
         with m.If(written & self.write.p.last):
             m.d.sync += adding.eq(1)

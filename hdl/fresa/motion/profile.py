@@ -1,6 +1,6 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Const, Module, Mux, Signal, Value, signed
+from amaranth import Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -22,7 +22,7 @@ class SpeedProfile(wiring.Component):
     `energy`, and it takes sums and minima alone to reach every speed and every end exactly. Speeds
     are set for a granule at a time, 2**g ticks; while one runs, the next is computed:
 
-    - g is the smallest for which the granule takes at least 62 clocks at the present rate, or
+    - g is the smallest for which the granule takes at least 64 clocks at the present rate, or
       ``GRANULE_BITS``, or as many as the ticks that are left in the block are a multiple of;
     - w at its end is the smaller of `nominal` and ``exit + energy * (ticks then left)``, with
       `hold` it is 0; it changes by ``energy * 2**g`` at most from that at its start;
@@ -35,14 +35,14 @@ class SpeedProfile(wiring.Component):
     on average it is half, so half of the difference of the rates is added to the phase. Where w is
     0 between granules, the phase starts anew, with half of the rate.
 
-    The next rate is known 60 clocks after a granule has begun. If the granule is over by then, as
+    The next rate is known 63 clocks after a granule has begun. If the granule is over by then, as
     it can be in the first of an acceleration that takes less than a millisecond, the next begins
     when it is known, later than it should, and the phase starts anew.
 
-    **Blocks.** The next one is taken at the begin of the last granule of the present one, if it
-    has been offered for 3 + s clocks then, or later. If the present one ends at a w above 0, the
-    next must be there: if none is offered after the last tick, the speed is cut to 0, which
-    ``starved`` shows. So ``exit`` may be above 0 only while a block is offered. At w = 0 the
+    **Blocks.** The next one is taken a clock after the begin of the last granule of the present
+    one, if it has been offered for 4 + s clocks then, or later. If the present one ends at a w
+    above 0, the next must be there: if none is offered after the last tick, the speed is cut to 0,
+    which ``starved`` shows. So ``exit`` may be above 0 only while a block is offered. At w = 0 the
     profile stands and waits for the next block, or for the end of `hold`.
 
     **Hold** is sampled, with the decision to compute a granule, in the clock before that in
@@ -51,7 +51,7 @@ class SpeedProfile(wiring.Component):
     Then it goes on with the ticks that are left. A reset while it stands discards them.
 
     **Exit** is sampled 7 clocks after that. It may rise at any time; after a block has been taken
-    it must be that of this block within 6 clocks. If it falls, the end may be faster than it.
+    it must be that of this block within 5 clocks. If it falls, the end may be faster than it.
 
     Two ticks are never in consecutive clocks; the modulus must be at least twice the highest speed
     (of `nominal` and of ``exit``). Otherwise there are fewer ticks than there should be.
@@ -151,6 +151,7 @@ class SpeedProfile(wiring.Component):
         # Present granule
         running = Signal()
         ticks = Signal(GRANULE_BITS + 1)  # ticks left
+        final = Signal()  # one is
         rate = Signal(rate_bits)
         opening = Signal()
         closing = Signal()
@@ -162,49 +163,32 @@ class SpeedProfile(wiring.Component):
         m.submodules.root = root = SquareRoot(integer_bits=self.speed_bits,
                                               fraction_bits=self.fraction_bits)
 
-        # One adder for all that is squares. What it adds is chosen a clock before, for the sake of
-        # Fmax: at most one bit each of `x_is` and `y_is` is 1 where the sum is used.
+        # One adder for all that is squares, with registers in front of it, and behind its sign
+        # where that decides what is added next.
         width = self.brake_bits + 2
-        work = Signal(signed(width))
-        x, y = Signal(signed(width)), Signal(signed(width))
+        x = Signal(signed(width))
+        y = Signal(signed(width))
         subtract = Signal()
+        carry = Signal()
         total = Signal(signed(width))
         negative = Signal()  # the total is
+        less = Signal()  # it was in the clock before
+        beyond = Signal()  # w would change by more than the granule allows
         none = Signal()  # from 0 to 0, which goes up and down within the granule
-        x_of = {"brake": brake, "work": work, "nominal": nominal, "square": square}
-        y_of = {"exit": self.exit, "change": change, "nominal": nominal, "square": square,
-                "half": change >> 1, "work": work}
-        x_is = {name: Signal(name=f"x_is_{name}") for name in x_of}
-        y_is = {name: Signal(name=f"y_is_{name}") for name in y_of}
-
-        def chosen(choice: dict[str, Signal], of: dict[str, Value]) -> Value:
-            result = Const(0, signed(width))
-            for name, value in of.items():
-                wide = Signal(signed(width), name=f"adds_{name}")
-                m.d.comb += wide.eq(value)
-                result |= wide & choice[name].replicate(width).as_signed()
-            return result
-
         m.d.comb += [
-            x.eq(chosen(x_is, x_of)), y.eq(chosen(y_is, y_of)),
-            total.eq((((x << 1) | 1) + ((Mux(subtract, ~y, y) << 1) | subtract)) >> 1),
+            total.eq((((x << 1) | 1) + ((Mux(subtract, ~y, y) << 1) | carry)) >> 1),
             negative.eq(total < 0),
         ]
+        m.d.sync += [y.eq(square), less.eq(negative)]
 
-        def choose(x: str | dict[str, Value | int], y: str | dict[str, Value | int],
-                   less: Value | int) -> None:
-            """Choose what is added in the next clock."""
-            for choice, which in (x_is, x), (y_is, y):
-                when = {which: 1} if isinstance(which, str) else which
-                m.d.sync += [each.eq(when.get(name, 0)) for name, each in choice.items()]
-            m.d.sync += subtract.eq(less)
+        def subtracts(does: Value | int) -> None:
+            m.d.sync += [subtract.eq(does), carry.eq(does)]
 
         over = Signal()  # last tick of the granule, or there is none
         starts = Signal()
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
         adjusted = Signal(signed(self.modulus_bits + 3))  # half a difference, less a modulus
-        m.d.comb += self.blocks.ready.eq(takes & ~more)
         m.d.comb += [root.radicand.eq(total), root.start.eq(sums)]
         m.d.sync += [held.eq(self.hold), sums.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
@@ -218,40 +202,50 @@ class SpeedProfile(wiring.Component):
                 with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
-                m.d.sync += [least.eq(modulus + (modulus >> 5)), change.eq(energy), size.eq(1)]
-                choose("brake", "exit", 0)
+                m.d.comb += self.blocks.ready.eq(opens)
+                m.d.sync += [least.eq(modulus), change.eq(energy), size.eq(1)]
                 m.next = "SEARCH"
             with m.State("SEARCH"):
                 with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
-                m.d.sync += [work.eq(total), count.eq(count + 1)]
+                m.d.sync += [x.eq(brake), y.eq(self.exit), count.eq(count + 1)]
+                subtracts(0)
                 with m.If(count == GRANULE_BITS - 1):
                     m.d.sync += count.eq(0)
-                    choose("work", "change", 1)
                     m.next = "BRAKE"
             with m.State("BRAKE"):
-                m.d.sync += work.eq(total)
-                choose("work", "nominal", 1)
-                m.next = "NOMINAL"
-            with m.State("NOMINAL"):
-                # if it is negative the end would be below the nominal w
-                choose({"nominal": ~holds & ~negative, "work": ~holds & negative}, "square", 1)
-                m.next = "DIFFERENCE"
-            with m.State("DIFFERENCE"):
-                m.d.sync += work.eq(total)
-                choose("work", "change", ~negative)
+                m.d.sync += [x.eq(total), y.eq(change)]
+                subtracts(1)
                 m.next = "BOUND"
             with m.State("BOUND"):
-                # w would change by more than the granule allows if the signs are equal
-                rests = from_rest & (work == 0)
-                m.d.sync += [none.eq(rests), sums.eq(1)]
-                beyond = negative == (work < 0)
-                choose("square", {"half": rests, "change": ~rests & beyond,
-                                  "work": ~rests & ~beyond}, negative & (work < 0))
+                m.d.sync += [x.eq(total), y.eq(nominal)]
+                m.next = "COMPARE"
+            with m.State("COMPARE"):
+                m.next = "GOAL"
+            with m.State("GOAL"):
+                with m.If(holds):
+                    m.d.sync += x.eq(0)
+                with m.Elif(~less):  # the bound is not
+                    m.d.sync += x.eq(nominal)
+                m.next = "DIFFERENCE"
+            with m.State("DIFFERENCE"):
+                m.d.sync += [x.eq(total), y.eq(change)]
+                subtracts(~negative)
+                m.next = "LIMIT"
+            with m.State("LIMIT"):
+                m.d.sync += [none.eq(from_rest & (x == 0)), beyond.eq(negative == (x < 0))]
+                m.next = "CHANGE"
+            with m.State("CHANGE"):
+                subtracts(0)
+                with m.If(none):
+                    m.d.sync += x.eq(change >> 1)
+                with m.Elif(beyond):  # ~change and the carry are -change
+                    m.d.sync += [x.eq(change ^ (x < 0).replicate(width)), carry.eq(x < 0)]
+                m.d.sync += sums.eq(1)
                 m.next = "SUM"
             with m.State("SUM"):
-                m.d.sync += square.eq(Mux(none, 0, total))
-                choose("brake", "change", 1)
+                m.d.sync += [square.eq(Mux(none, 0, total)), x.eq(brake), y.eq(change)]
+                subtracts(1)
                 m.next = "SPEND"
             with m.State("SPEND"):
                 m.d.sync += [
@@ -292,9 +286,9 @@ class SpeedProfile(wiring.Component):
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
             self.tick.eq(running & (phase >= 0) & ~after),
-            over.eq(~running | (self.tick & (ticks == 1))),
+            over.eq(~running | (self.tick & final)),
             self.first.eq(self.tick & opening),
-            self.last.eq(self.tick & closing & (ticks == 1)),
+            self.last.eq(self.tick & closing & final),
             self.speed.eq(Mux(running, rate >> self.fraction_bits + 1, 0)),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]
@@ -308,14 +302,14 @@ class SpeedProfile(wiring.Component):
                                                 Mux(after, rate << 1, rate)))),
         ]
         m.d.sync += after.eq(jumps)
-        with m.If(jumps | running):
-            m.d.sync += phase.eq(((base << 1 | 1) + (growth << 1 | (self.tick & ~starts))) >> 1)
+        # While none runs, the phase may be any.
+        m.d.sync += phase.eq(((base << 1 | 1) + (growth << 1 | (self.tick & ~starts))) >> 1)
         with m.If(self.tick):
-            m.d.sync += [ticks.eq(ticks - 1), opening.eq(0)]
+            m.d.sync += [ticks.eq(ticks - 1), final.eq(ticks == 2), opening.eq(0)]
         with m.If(starts):
             m.d.sync += [
-                running.eq(1), ticks.eq(size), rate.eq(end + root.root), opening.eq(opens),
-                closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
+                running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(end + root.root),
+                opening.eq(opens), closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
                 end.eq(Mux(at_rest, 0, root.root)),
             ]
         with m.Elif(over | self.fault):
