@@ -43,11 +43,11 @@ def declare(monkeypatch, *builds: FaultTarget) -> None:
 @pytest.mark.compiler
 class TestFlips:
     def test_silent_without_guard_and_never_with_it(self, tmp_path, capsys):
-        status, (plain, guarded) = run_json(tmp_path / "it.json", "flips", "--flips", 20_000)
+        status, (plain, guarded) = run_json(tmp_path / "it.json", "flips", "--flips", 60_000)
         assert status == 0
         assert (plain["guard"], guarded["guard"]) == (False, True)
         for machine in (plain, guarded):
-            assert machine["flips"] == 20_000
+            assert machine["flips"] == 60_000
             assert machine["flips"] == sum(
                 machine[verdict] for verdict in ("harmless", "visible", "stuck", "silent"))
             assert machine["flip_flops"] == sum(r["bits"] for r in machine["registers"].values())
@@ -55,12 +55,12 @@ class TestFlips:
         assert len(plain["silent_ones"]) == inject.SHOWN
         assert guarded["silent"] == 0 and guarded["silent_ones"] == []
         printed = capsys.readouterr().out
-        assert re.search(r"^0 of 20000 silent \(0.0000%\); ", printed, re.M)
-        assert f"{plain['silent']} of 20000 silent" in printed
+        assert re.search(r"^0 of 60000 silent \(0.0000%\); ", printed, re.M)
+        assert f"{plain['silent']} of 60000 silent" in printed
         assert "  silent: controller." in printed
 
     def test_same_seed_same_result_on_any_number_of_cores(self, tmp_path):
-        arguments = "flips", "--flips", 4000, "--no-guard", "--seed", 5
+        arguments = "flips", "--flips", 10_000, "--no-guard", "--seed", 5
         one, three = (run_json(tmp_path / "it.json", *arguments, "--jobs", jobs) for jobs in (1, 3))
         assert one == three
         other = run_json(tmp_path / "it.json", *arguments[:-1], 6)
