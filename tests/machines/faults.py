@@ -44,7 +44,7 @@ def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int]
     sessions : callable
         Makes sessions of a seed.
     mistakes : mapping of str to tuple of Mistake and str
-        Each with what is found, or how that begins.
+        Each with what is found, or how that begins; those behind the first take long.
     gap : int
         Clocks from reset to reset in which its motors move; mistakes have up to half as many more.
     mark : mark
@@ -53,7 +53,9 @@ def resets_are_checked(make: Callable[[], FaultTarget], sessions: Callable[[int]
     @pytest.mark.compiler
     class Tests:
         @mark
-        @pytest.mark.parametrize("mistake", mistakes)
+        @pytest.mark.parametrize("mistake", [
+            pytest.param(mistake, marks=[pytest.mark.long] * (number > 0))
+            for number, mistake in enumerate(mistakes)])
         def test_mistakes_are_found(self, mistake):
             planted, found = mistakes[mistake]
             _, wrong = run_with_fault(planted, make, sessions(1), gap * 3 // 2)

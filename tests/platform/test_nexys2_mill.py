@@ -267,7 +267,9 @@ class TestStop:
         assert board.plant.position[0] > 0
         return board
 
-    @pytest.mark.parametrize("after", range(0, 60, 7))
+    @pytest.mark.parametrize("after", [
+        *range(0, 60, 21), *(pytest.param(after, marks=pytest.mark.long)
+                             for after in range(0, 60, 7) if after % 21)])
     def test_at_most_one_step_wherever_in_the_period_of_the_debouncer(self, after):
         board = self.moving()
         board.wait(after)

@@ -422,10 +422,16 @@ class TestLibrary:
             assert engine.get("seen_here") == 3
         assert kept[0].stat().st_mtime > 1  # used last, kept longest
 
-    def test_damaged_is_built_again(self, fresh):
+    def test_damaged_is_built_again(self, fresh, monkeypatch):
         CXXRTLEngine(machine()).close()
         (library,) = fresh.iterdir()
         content = library.read_bytes()
+
+        def build_again(work, *_, **__):
+            (work / "design.so").write_bytes(content[:-cache.DIGEST])
+            return work / "design.so"
+
+        monkeypatch.setattr(build, "_build", build_again)  # what the compiler would give
         for damaged in (content[:len(content) // 2], b"x" + content[1:]):
             broken = library.with_name("broken")  # put in place, as the library itself is in use
             broken.write_bytes(damaged)

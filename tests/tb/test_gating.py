@@ -92,8 +92,9 @@ def stimulus(seed: int, rows: int) -> dict[str, np.ndarray]:
 
 @pytest.mark.compiler
 @pytest.mark.usefixtures("libraries")
-@pytest.mark.parametrize(("seed", "parts"), [(1, 3), (2, 12), (3, 100)])
-@pytest.mark.parametrize("traceable", [False, True])
+@pytest.mark.parametrize(("seed", "parts", "traceable"), [
+    (1, 3, False), (1, 3, True), (2, 12, False), (2, 12, True), (3, 70, False),
+    pytest.param(3, 70, True, marks=pytest.mark.long)])  # compiled for twenty seconds
 def test_is_as_the_simulator(seed, parts, traceable):
     made = design(seed, parts)
     rows = stimulus(seed, 400)

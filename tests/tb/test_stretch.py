@@ -80,7 +80,8 @@ class Generator:
                            value == other, value != other])
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [
+    *range(2), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 6))])
 def test_stretches_show_what_single_clocks_show(seed):
     design = Generator(seed).design()
     rng = random.Random(seed)

@@ -81,7 +81,8 @@ def test_listing_imports_nothing_heavy():
 
 
 @pytest.mark.parametrize(("name", "module"), [
-    ("build", "tools.build"), ("wave find", "tools.wave"), ("bench", "tools.bench")])
+    ("wave find", "tools.wave"),
+    *(pytest.param(name, f"tools.{name}", marks=pytest.mark.long) for name in ("build", "bench"))])
 def test_help_and_errors_name_the_command_as_it_was_typed(name, module, tmp_path):
     name, *subcommand = name.split()
     help_, wrong = [*subcommand, "--help"], [*subcommand, "--no-such-option"]

@@ -88,11 +88,11 @@ class TestPWM:
         with AmaranthEngine(component("pwm", PowerPWM(clock=clock, frequency=frequency))) as engine:
             engine.set(rst=0, power=share << 6)
             engine.run(6000)
-            seen = engine.apply({"power": [share << 6] * 30_000}, ["pin"])["pin"].astype(int)
-        assert seen.sum() == pytest.approx(30_000 * share / 1024, abs=30)
+            seen = engine.apply({"power": [share << 6] * 12_000}, ["pin"])["pin"].astype(int)
+        assert seen.sum() == pytest.approx(12_000 * share / 1024, abs=12)
         rises = ((seen[1:] == 1) & (seen[:-1] == 0)).nonzero()[0]
         if 0 < share < 1024:
-            assert len(rises) == 10
+            assert len(rises) == 4
             assert {*(rises[1:] - rises[:-1]).tolist()} <= {2999, 3000, 3001}
 
     def test_ends_at_once_and_changes_with_a_period(self):
@@ -111,8 +111,8 @@ class TestPWM:
 
 
 @pytest.mark.parametrize(("low", "high", "shares", "period"), [
-    (500, 2500, (0, 30_000, FULL_POWER - 1, FULL_POWER), 20_000),
-    (2000, 1000, (1, 40_000), 20_000), (30, 90, (0, 999, FULL_POWER), 100)])
+    (500, 2500, (30_000,), 20_000), (500, 2500, (0, FULL_POWER - 1, FULL_POWER), 3000),
+    (2000, 1000, (1, 40_000), 3000), (30, 90, (0, 999, FULL_POWER), 100)])
 def test_pulses_of_a_servo(low, high, shares, period):
     clock = 1_000_000
     with AmaranthEngine(component("servo", ServoPulse(clock=clock, period=period))) as engine:

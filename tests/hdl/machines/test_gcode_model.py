@@ -61,7 +61,8 @@ def edges(path: list[tuple[int, tuple[int, ...]]]) -> list[list[tuple[int, int]]
     return found
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [
+    *range(2), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(2, 4))])
 def test_every_step_comes_in_its_clock(design, seed):
     program = lines(random.Random(seed), 40)
     model = MachineModel(PLAN, SETTINGS.driver)

@@ -132,10 +132,15 @@ def motion() -> Design:
     return component("block_motion", BlockMotion(clock=SETTINGS.clock))
 
 
+@pytest.fixture(scope="module")
+def design() -> Design:
+    return motion()
+
+
 @pytest.mark.compiler
 @pytest.mark.parametrize("seed", range(3))
-def test_lines_are_made_as_planned(seed):
-    with CXXRTLEngine(motion()) as engine:
+def test_lines_are_made_as_planned(design, seed):
+    with CXXRTLEngine(design) as engine:
         check(engine, seed, 40, [10**4, 10**5, 10**6, 3 * 10**6])
 
 
@@ -146,9 +151,9 @@ def test_lines_are_made_as_planned_without_a_compiler():
 
 @pytest.mark.compiler
 @pytest.mark.parametrize("size", [20, 100, 1000, 10_000])
-def test_lines_that_are_over_at_once(size):
+def test_lines_that_are_over_at_once(design, size):
     """From 128 clocks up the next block is there in time."""
-    with CXXRTLEngine(motion()) as engine:
+    with CXXRTLEngine(design) as engine:
         machine = Machine(engine)
         blocks, ends = program(random.Random(size), 60, [size])
         run_known(machine, blocks)

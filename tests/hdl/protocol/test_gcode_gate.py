@@ -292,7 +292,8 @@ def expected(number: str, value: str, values: dict[int, int], fastest: int) -> i
     return 0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 4))])
 def test_settings_are_changed_or_refused(gate, seed):
     rng = random.Random(seed)
     values, statuses, text = dict(DEFAULTS), [], ""

@@ -102,7 +102,8 @@ def test_modes_and_coordinates_as_they_are_at_power_up(engine):
     assert host.list("I") == b"[VER:1.1h.20190830:]\r\n[OPT:VC,31,96]\r\n"
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 4))])
 def test_lists_are_those_of_the_model(engine, seed):
     rng = random.Random(seed)
     host = Host(engine, seed)
@@ -120,11 +121,17 @@ def test_lists_are_those_of_the_model(engine, seed):
                 line, modes=host.modes, words=dict(enumerate(host.words)), options="VC,31,96")
 
 
-@pytest.mark.parametrize("clocks", [*range(0, 60, 7), *range(60, 900, 41)])
-def test_a_list_that_is_abandoned_ends_its_line(engine, clocks):
+@pytest.fixture(scope="module")
+def whole(engine) -> bytes:
+    return Host(engine).list("#")
+
+
+@pytest.mark.parametrize("clocks", [
+    *range(0, 60, 7), *range(60, 900, 123),
+    *(pytest.param(clocks, marks=pytest.mark.long) for clocks in range(60, 900, 41)
+      if (clocks - 60) % 123)])
+def test_a_list_that_is_abandoned_ends_its_line(engine, whole, clocks):
     host = Host(engine, clocks)
-    whole = host.list("#")
-    host.sent.clear()
     host.begin("#")
     host.run(clocks)
     host.run(reset=1)

@@ -125,7 +125,7 @@ class TestPositionerCommands:
             lines.append([*line, rng.choice([GOOD] * 9 + [LONG, DAMAGED])])
         assert len(check(lines, seed, haste=rng.choice([1, 0.9, 0.3]))) == 60
 
-    @settings(deadline=None, database=None, derandomize=True, max_examples=60)
+    @settings(deadline=None, database=None, derandomize=True, max_examples=30)
     @given(st.lists(st.lists(st.sampled_from(b"MOVT123C PGO-+09"), max_size=14), max_size=6))
     def test_any_line_is_one_order(self, lines):
         assert len(check([[*line, GOOD] for line in lines], 0)) == len(lines)

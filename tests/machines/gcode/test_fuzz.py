@@ -32,7 +32,9 @@ def kinds(text: bytes, mistake: Mistake | None = None) -> set[str]:
         return {failure.kind for failure in run_session(FUZZ, engine, sent).findings.failures}
 
 
-@pytest.mark.parametrize("name", MISTAKES)
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=[pytest.mark.long] * (name != "a line that is not answered"))
+    for name in MISTAKES])
 def test_mistakes_are_found(name):
     text, kind, mistake = MISTAKES[name]
     assert kind in kinds(text, mistake)

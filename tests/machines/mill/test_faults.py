@@ -144,14 +144,20 @@ WORK = [Reset(), Mode(1), Hold(), Order(5, 3), Order(down=1), Order(2, 1), Order
 @pytest.mark.compiler
 class TestResets:
     @pytest.mark.parametrize(("mistake", "found"), [
-        (Mistake("x.coils", lambda right, _: right ^ 0b0010), "the coil word of x is illegal"),
-        (Mistake("x.orange", lambda right, at: Mux(at("x.moved"), ~at("x.orange"), right)),
-         "the coil word of x jumps"),
-        (Mistake("x.moved", lambda _, at: at("drivers.x.step") & at("x.rested")),
-         "a reset moves x"),
-        (Mistake("sequencer.refused", reset_less=True),
-         "controller.sequencer.refused is not as from power-up after a reset"),
-    ], ids=["illegal", "jump", "moves", "keeps"])
+        pytest.param(
+            Mistake("x.coils", lambda right, _: right ^ 0b0010), "the coil word of x is illegal",
+            marks=pytest.mark.long, id="illegal"),
+        pytest.param(
+            Mistake("x.orange", lambda right, at: Mux(at("x.moved"), ~at("x.orange"), right)),
+            "the coil word of x jumps", id="jump"),
+        pytest.param(
+            Mistake("x.moved", lambda _, at: at("drivers.x.step") & at("x.rested")),
+            "a reset moves x", id="moves"),
+        pytest.param(
+            Mistake("sequencer.refused", reset_less=True),
+            "controller.sequencer.refused is not as from power-up after a reset",
+            marks=pytest.mark.long, id="keeps"),
+    ])
     def test_mistakes_are_found(self, mistake, found):
         clocks, wrong = run_with_fault(mistake, lambda: mill(guard=False), rows_of_actions(WORK),
                                        40)

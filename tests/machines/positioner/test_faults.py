@@ -14,10 +14,10 @@ def test_sessions_are_lines():
 
 
 TestResets = resets_are_checked(target, sessions, {
+    "cuts": (Mistake("x.driver.high", reset_less=False), "a pulse of "),
     "begins": (Mistake("x.driver.ready", lambda _, at: (
         at("x.driver.idle") & ~at("x.driver.differs") & at("x.driver.enable_pin"))),
                "a reset moves "),
-    "cuts": (Mistake("x.driver.high", reset_less=False), "a pulse of "),
     "turns": (Mistake("x.driver.power", reset_less=False), "DIR or ENABLE of "),
     "keeps": (Mistake("positioning.going", reset_less=True),
               "positioning.going is not as from power-up after a reset"),

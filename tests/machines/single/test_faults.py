@@ -20,11 +20,11 @@ def test_sessions_are_lines():
 
 
 TestResets = resets_are_checked(target, sessions, {
+    "dumb": (Mistake("tx", lambda *_: Const(1)),
+             "after a reset it does not obey the question, or does not answer it"),
     "moves": (Mistake("driver.ready", lambda _, at: (
         at("driver.enable") & (at("driver.rest") >= 0))), "a reset moves "),
     "off": (Mistake("driver.coils", reset_less=False), "the coil word of the motor is illegal"),
-    "dumb": (Mistake("tx", lambda *_: Const(1)),
-             "after a reset it does not obey the question, or does not answer it"),
 })
 
 

@@ -400,7 +400,13 @@ def one():
     async def whole() -> None:
         board = Board(Job(FIGURE, "figure", 1), "amaranth")
         async with serve(board_site(board)) as address, ClientSession() as client:
-            served.set_result(Served(board, address, client))
+            place = Served(board, address, client)
+            page = await place.page()
+            # It runs beside all tests of this file.
+            await page.do("speed", clocks_per_second=1000)
+            await page.until(lambda: page.state["speed"] == 1000)
+            await page._socket.close()
+            served.set_result(place)
             await stop.wait()
         await board.close()
 

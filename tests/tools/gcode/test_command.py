@@ -2,6 +2,7 @@
 
 import io
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from PIL import Image
 
 from fresa_host.gcode_lines import ERRORS, Message
+from tb.machine import Machine
 from tests.vcd import read_changes
 from tools.gcode import __main__ as command
 from tools.gcode.job import WINDOW_S
@@ -39,7 +41,16 @@ def run(*arguments: object) -> int:
     return command.main([str(each) for each in arguments])
 
 
+@pytest.fixture(scope="module")
+def elaborated_once():
+    """Elaborate the machine of all tests once: that takes more than what they do with it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Machine, "design", cache(Machine.design))
+        yield
+
+
 @pytest.mark.compiler
+@pytest.mark.usefixtures("elaborated_once")
 class TestGateware:
     def test_a_program(self, tmp_path, program, capsys):
         files = {kind: tmp_path / f"part.{kind}" for kind in ("png", "json", "vcd")}

@@ -55,6 +55,7 @@ class TestSession:
             motor.wait(timeout=PATIENCE)
             assert "go to N" in motor.help()
 
+    @pytest.mark.long
     def test_with_a_ramp(self, serve):
         with (serve("single", "--ramp", 100, "--top-speed", 100) as path,
               Single(path, timeout=PATIENCE) as motor):
