@@ -25,6 +25,7 @@ from .gcode_interpreter import GCODE_INTERPRETER
 from .gcode_line import GCODE_LINE
 from .gcode_lister import GCODE_LISTER
 from .gcode_reader import GCODE_READER
+from .gcode_reporter import GCODE_REPORTER
 from .gcode_settings import GCODE_SETTINGS
 from .glitch import CONTACT_FILTER, GLITCH
 from .guard import GUARD
@@ -130,6 +131,7 @@ GENERAL = {
     "gcode_gate": GCODE_GATE,
     "gcode_line": GCODE_LINE,
     "gcode_lister": GCODE_LISTER,
+    "gcode_reporter": GCODE_REPORTER,
     "gcode_settings": GCODE_SETTINGS,
     "spindle_power": SPINDLE_POWER,
     "power_pwm": POWER_PWM,
