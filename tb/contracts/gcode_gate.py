@@ -146,7 +146,7 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                 cover=asks & restarts, lemma=True)
     c.invariant("unlocked", "$X has no error.",
                 ~named("X") | (state("PASS") & (~done | (c.signal("status") == 0)))
-                | state("FAULT"), cover=done & named("X"), lemma=True)
+                | state("JUDGE", "FAULT"), cover=done & named("X"), lemma=True)
     c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
 
 

@@ -339,7 +339,7 @@ class GCodeGate(wiring.Component):
                 with m.If(count == 0):
                     m.next = "ROUND"
             with m.State("ROUND"):  # by the last digit, which is the first behind the point
-                m.d.sync += value.eq(value[1:] + value[0])
+                m.d.sync += value.eq((value >> 1) + value[0])
                 m.next = "COMPARE_LIMITS"
             with m.State("COMPARE_LIMITS"):
                 m.next = "CHECK"

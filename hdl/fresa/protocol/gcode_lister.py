@@ -166,7 +166,7 @@ class GCodeLister(wiring.Component):
                 with m.Case(unit):
                     m.d.comb += per.eq(units)
         m.d.comb += [
-            left.eq(Cat(magnitude[-1], remainder)), below.eq(left - per), fits.eq(~below[-1]),
+            left.eq(Cat(magnitude[-1], remainder)), below.eq(left - per), fits.eq(below >= 0),
             quotient.eq(magnitude[1:]),
             rounds.eq(magnitude[0] & (chosen.text != GCodeText.TOOL)),
         ]
@@ -185,11 +185,11 @@ class GCodeLister(wiring.Component):
                 with m.If(chosen.divides):
                     m.next = "TAKE"
             with m.State("TAKE"):  # as it is, for the way from the memory is long
-                m.d.sync += [negative.eq(self.word < 0), magnitude.eq(self.word.as_unsigned()),
+                m.d.sync += [negative.eq(self.word < 0), magnitude.eq(self.word),
                              remainder.eq(0), count.eq(self.width + 2)]
                 m.next = "SIGN"
             with m.State("SIGN"):
-                m.d.sync += magnitude.eq((magnitude[:self.width] ^ negative.replicate(self.width))
+                m.d.sync += magnitude.eq((magnitude ^ negative.replicate(len(magnitude)))
                                          + negative)
                 m.next = "SCALE"
             with m.State("SCALE"):

@@ -221,11 +221,13 @@ def _watch_inside(c: Contract, dut: Reporter, line: Line, since: Bits) -> None:
     c.implication("digits-end", "A digit is counted in its time.", when=state("DIGITS"),
                   then=writer("REST") | (place < digits) & (digit <= 9) & Mux(
                       writer("SIGN"), (digit == 0) & (place == digits - 1),
-                      (value < power * (10 - digit)) & (writer("COUNT") | (value < power))))
+                      (value < power * (10 - digit)) & (writer("COUNT") | (value < power)))
+                  & (c.signal("writer.power") == Mux(writer("SIGN"), 1, power))
+                  & ((place != 0) | c.signal("writer.shown")))
     c.implication("digits-of-its-shape", "A number has no more digits than its shape allows, and "
                   "no sign if that has none.", when=state("DIGITS") & ~writer("REST"),
                   then=Mux(place < most, 1, writer("COUNT") & (digit == 0) & (value < powers[most])
-                           & ~c.signal("writer.written"))
+                           & ~c.signal("writer.shown"))
                   & (~writer("SIGN") | line.is_signed()))
     c.invariant("writer-is-sound", "The writer of numbers is in a legal state.",
                 ~writer("FAULT") & ~writer.is_unused(), cover=writer("DIGIT"))

@@ -193,7 +193,9 @@ def _watch_inside(c: Contract, dut: FrameInterpreter, frame: Frame, owed: Bits, 
     c.invariant("writer-state-legal", "The writer of numbers is in a legal state, at a digit in "
                 "range.",
                 ~writer("FAULT") & (writer("REST") | (
-             c.signal("writer.place") < c.part("writer").digits)), cover=writer("DIGIT"))
+             (c.signal("writer.place") < c.part("writer").digits)
+             & ((c.signal("writer.place") != 0) | c.signal("writer.shown")))),
+                cover=writer("DIGIT"))
     c.invariant("answers-of-frames", "The pending answer is never the name of a value.",
                 answer <= Answer.VALUE.value, cover=answer == Answer.HELP.value)
 
