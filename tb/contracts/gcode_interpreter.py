@@ -16,6 +16,11 @@ PARTS = {"line": "GCodeLine", "coordinates": "GCodeCoordinates", "converter": "U
 STARTS = ["CLEAR_OFFSET", "CLEAR_LENGTH", "CLEAR_RATES", "SET_ORIGIN"]
 """States after a reset."""
 
+SUMS = [*STARTS, "COMPUTE", "COMPARE", "STORE_TOOL", "STORE_SPEED", "STORE_FEED",
+        "STORE_NON_MODAL", "COMPARE_ORIGIN", "ARRIVE_INTERMEDIATE", "FIND_HOME", "TAKE_HOME",
+        "ARRIVE"]
+"""States that wait for a sum."""
+
 CHECKS = ["READ", "CHECK_WORDS", "CONVERT", "COMPUTE", "CHECK_LINE", "COMPARE", "CHECK_ARC",
           "CHECK_UNUSED"]
 """States in which a line may still be refused."""
@@ -55,6 +60,8 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                              & ~actions.valid & same & (error == 0)), cover=starting)
     c.invariant("starts-once", "What a reset clears is cleared once.",
                 starting | ~state(*STARTS[:3]), cover=~starting, lemma=True)
+    c.invariant("sums", "A sum runs in the states that wait for one, and in no other.",
+                c.signal("computing") == state(*SUMS), cover=c.signal("computing"), lemma=True)
     c.implication("refused-line-does-nothing", "A line that is refused has done nothing, and the "
                   "modes are as before.", when=answers.valid & (answers.payload != 0),
                   then=~acted & same)
@@ -77,11 +84,14 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.implication("position-before-item", "No item is taken in the clock of a position.",
                   when=position.valid & position.ready, then=~words.ready)
     store = c.part("coordinates")
-    c.implication("position-is-stored", "It is stored as that of its axis.",
-                  when=position.valid & position.ready,
-                  then=(store.write == (position.p.axis != 3)) & (
-                      (store.address == Operand.POSITION + position.p.axis)
-                      & (store.data == position.p.value)))
+    axis = position.p.axis
+    c.implication("position-is-stored", "A clock later it is stored as that of its axis.",
+                  when=c.past(position.valid & position.ready & (axis != 3) & ~c.rst),
+                  then=store.write & (store.address == c.past((Operand.POSITION + axis)[:6]))
+                  & (store.data == c.past(position.p.value)))
+    c.implication("no-axis-is-not-stored", "That of no axis is not.",
+                  when=c.past(position.valid & position.ready & (axis == 3) & ~c.rst),
+                  then=~c.signal("stores"))
     _line(c, dut, state, begun)
     _streams(c, dut, kept)
     _parts(c)
@@ -177,6 +187,6 @@ def make(*, width: int, computes: bool = True) -> GCodeInterpreter:
 
 
 GCODE_INTERPRETER = Component(
-    make=make, describe=describe, depth=21,
+    make=make, describe=describe, depth=23,
     cases=(Case({"width": 40, "computes": False}), Case({"width": 44}, real=True),
            Case({"width": 40, "computes": False}, upset=True)))

@@ -135,14 +135,19 @@ class GCodeInterpreter(wiring.Component):
         starting = Signal(init=1)  # after a reset
         total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
         computing = Signal(init=1)  # that sum
+        stores = Signal()  # what came from outside, a clock ago
+        place = Signal(6)
+        value = Signal(signed(self.width))
         action = self.actions.p
         m.d.comb += [
             action.modes.eq(line.modes), collected.item.eq(self.words.p),
             collected.modes.eq(self.modes),
             converter.line.eq(line), converter.was_inverse.eq(self.modes.inverse),
             converter.word.eq(store.fetched), store.line.eq(line), store.sum.eq(total),
-            store.run.eq(computing), store.address.eq(converter.address),
-            store.write.eq(converter.write), store.data.eq(converter.data),
+            store.run.eq(computing), store.write.eq(stores | converter.write),
+            store.address.eq(Mux(stores, place, Mux(
+                begun, converter.address, self.shown_address))),
+            store.data.eq(Mux(stores, value, converter.data)),
             store.operand_address.eq(self.operand_address), self.operand.eq(store.operand),
             self.shown.eq(store.word),
         ]
@@ -168,6 +173,7 @@ class GCodeInterpreter(wiring.Component):
                 if following is not None:
                     compute(following, then)
 
+        m.d.sync += stores.eq(0)
         # In a state that waits for a sum. A register, since from the state it is far to the sum.
         with m.If(store.done):
             m.d.sync += computing.eq(0)
@@ -202,24 +208,20 @@ class GCodeInterpreter(wiring.Component):
             computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
                 places = ~begun & self.position.valid
-                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places),
-                             store.address.eq(self.shown_address),
-                             store.data.eq(self.words.p.number.value)]
+                m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places)]
                 m.d.sync += read.eq(self.words.valid & ~self.words.ready)
-                with m.If(self.erase & ~begun & ~places):
-                    m.d.comb += [store.write.eq(1), store.address.eq(self.erase_address),
-                                 store.data.eq(0)]
+                with m.If(self.erase & ~begun):
+                    m.d.sync += [stores.eq(1), place.eq(self.erase_address), value.eq(0)]
                 with m.If(places):
                     at = self.position.p.axis
-                    m.d.comb += [store.write.eq(at != 3),
-                                 store.address.eq(Operand.POSITION + at),
-                                 store.data.eq(self.position.p.value)]
+                    m.d.sync += [stores.eq(at != 3), place.eq(Operand.POSITION + at),
+                                 value.eq(self.position.p.value)]
                 with m.Elif(self.words.valid & read):
                     m.d.sync += begun.eq(1)
                     with m.If(self.words.p.kind == GCodeKind.WORD):
-                        m.d.comb += [collected.take.eq(1), store.write.eq(collected.has_value),
-                                     store.address.eq(collected.index),
-                                     store.data.eq(self.words.p.number.value)]
+                        m.d.comb += collected.take.eq(1)
+                        m.d.sync += [stores.eq(collected.has_value), place.eq(collected.index),
+                                     value.eq(self.words.p.number.value)]
                     with m.Elif(self.words.p.kind == GCodeKind.END):
                         m.next = "CHECK_WORDS"
                         with m.If(collected.error != 0):
