@@ -55,7 +55,8 @@ class BlockMotion(wiring.Component):
     still : Out(1)
         The speed is 0, and the steps that were due are made; a clock later than they are.
     idle : Out(1)
-        Nothing moves or waits to move, no dwell is counted, and no pause waits.
+        Nothing moves or waits to move, no dwell is counted, and no pause waits; a clock later than
+        that is so.
     paused : Out(1)
         A pause waits.
     outputs, extra : Out(Outputs), Out(36)
