@@ -73,7 +73,8 @@ def mistakes_are_found(name: str, begin: bytes, mistakes: Mapping[str, tuple[byt
     begin : bytes
         What every session begins with.
     mistakes : mapping of str to tuple of bytes, str and Mistake
-        A few bytes, the kind of failure that is found with them, and the mistake.
+        A few bytes, the kind of failure that is found with them, and the mistake; those behind the
+        first take long.
     """
     class Tests:
         def test_nothing_is_found_where_there_is_none(self):
@@ -81,7 +82,9 @@ def mistakes_are_found(name: str, begin: bytes, mistakes: Mapping[str, tuple[byt
             found = run(name, begin + b"".join(texts), low=BREAK)
             assert found.failures == [] and found.steps
 
-        @pytest.mark.parametrize("mistake", mistakes)
+        @pytest.mark.parametrize("mistake", [
+            pytest.param(mistake, marks=[pytest.mark.long] * (number > 0))
+            for number, mistake in enumerate(mistakes)])
         def test_is_found_with_few_bytes(self, mistake):
             text, kind, planted = mistakes[mistake]
             assert kind in kinds(name, begin + text, mistake=planted)

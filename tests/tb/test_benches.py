@@ -28,8 +28,8 @@ from tests.vcd import read_types
 from tools.diagrams import DOCS, diagrams, draw_part, file_of
 
 BENCHES = benches()
-LONG = {"gcode", "gcode-thesis", "positioner", "serial-orders", "single"}
-"""Those of machines with a serial line: whole sessions, or every clock compared with a model."""
+LONG = {"block-motion", "gcode", "gcode-thesis", "positioner", "serial-orders", "single"}
+"""Those that take long: whole sessions on a serial line, or every clock compared with a model."""
 
 STUCK = {
     "frequency-divider": (FrequencyDivider, "tick", 0),

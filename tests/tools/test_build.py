@@ -237,6 +237,7 @@ class TestNexys2:
         constraints = (out / "mill.ucf").read_text()
         assert 'LOC="U6"' in constraints and 'LOC="P9"' in constraints
 
+    @pytest.mark.long
     def test_report(self, tmp_path, small, capsys):
         out = tmp_path / "out"
         assert run("--image", small, "-o", out, "--step-rate", "50", "--engine", "amaranth") == 0

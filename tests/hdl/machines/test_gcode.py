@@ -139,7 +139,7 @@ def program(rng: random.Random, count: int) -> list[str]:
     return [*lines, "G94 G90 G21", "G53 G0 X0 Y0 Z0"]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.long)])
 def test_programs_end_where_the_language_says_and_each_line_is_answered(session, seed):
     model = Interpreter()
     for line in program(random.Random(seed), 40):
@@ -152,7 +152,7 @@ def test_programs_end_where_the_language_says_and_each_line_is_answered(session,
         assert session.position == steps(model.position), (line, actions)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.long)])
 def test_programs_that_are_sent_at_once_end_there_too(session, seed):
     """Lines and arcs in one motion, each line sent when there is room for it."""
     model, expected = Interpreter(), []

@@ -75,7 +75,9 @@ def session(*frames: bytes, after: int = 0, engine: type[Engine] = AmaranthEngin
 
 class TestEveryClock:
     @pytest.mark.compiler
-    @pytest.mark.parametrize("kind", KINDS)
+    @pytest.mark.parametrize("kind", [
+        pytest.param(kind, marks=[pytest.mark.long] * (kind in ("unipolar", "full steps")))
+        for kind in KINDS])
     def test_frames_in_turn(self, kind):
         _, phases = KINDS[kind]
         seen = check(directed(model(phases=phases), 1, 100_000), engine=CXXRTLEngine, kind=kind)

@@ -48,7 +48,8 @@ class TestBacklash:
 
 
 @pytest.mark.parametrize("backlash", [0, 1, 2, 9])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_a_load_is_where_steps_were_requested(backlash, seed):
     """By a mechanism of two bodies, with a driver that takes its time, stops and resets."""
     rng = random.Random(100 * backlash + seed)

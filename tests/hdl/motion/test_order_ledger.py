@@ -65,8 +65,9 @@ def likely(rng: random.Random, ledger: LedgerModel) -> dict[str, int]:
 
 
 class TestEveryClock:
-    @pytest.mark.parametrize("depth", [2, 16])
-    @pytest.mark.parametrize("share", [0.02, 0.3])
+    @pytest.mark.parametrize(("depth", "share"), [
+        (2, 0.02), (16, 0.3),
+        *(pytest.param(*both, marks=pytest.mark.long) for both in [(2, 0.3), (16, 0.02)])])
     def test_is_its_model(self, depth, share):
         rng = random.Random(f"{depth} {share}")
         ledger, outcome, ready = LedgerModel(depth=depth), None, 1

@@ -44,7 +44,9 @@ class TestOtherMistakes:
         found = run("positioner", ON, 0b011)  # MOT2 moves away from its switch
         assert found.failures == [] and found.blocked == 1
 
-    @pytest.mark.parametrize("mistake", SWITCHES)
+    @pytest.mark.parametrize("mistake", [
+        pytest.param(mistake, marks=[pytest.mark.long] * (mistake != "a step towards a switch"))
+        for mistake in SWITCHES])
     def test_of_a_switch_is_found(self, mistake):
         kind, planted = SWITCHES[mistake]
         assert kind in kinds("positioner", ON, pressed=0b011, mistake=planted)

@@ -26,6 +26,9 @@ from tools.web import serve
 
 FIGURE = np.array([[1, 0], [1, 1]], bool)
 PATIENCE = 240
+OTHER_WAYS = ["power", *(pytest.param(how, marks=pytest.mark.long)
+                         for how in ("step_period", "job"))]
+"""How another machine is made."""
 
 
 class Page:
@@ -559,7 +562,7 @@ class TestWaves:
 
         run(test)
 
-    @pytest.mark.parametrize("how", ["power", "step_period", "job"])
+    @pytest.mark.parametrize("how", OTHER_WAYS)
     def test_another_machine_ends_it_early(self, how):
         async def test(served):
             page = await served.page()
@@ -580,7 +583,7 @@ class TestWaves:
 
         run(test)
 
-    @pytest.mark.parametrize("how", ["power", "step_period", "job"])
+    @pytest.mark.parametrize("how", OTHER_WAYS)
     def test_one_that_another_machine_ends_before_its_first_clock(self, how):
         async def test(served):
             page = await served.page()
@@ -648,6 +651,7 @@ class TestLife:
         run(test)
 
     @pytest.mark.compiler
+    @pytest.mark.long
     def test_a_build_that_fails_leaves_the_old_machine(self, libraries, monkeypatch, tmp_path):
         """The compiler is told to fail by a file that is there or not.
 

@@ -14,6 +14,7 @@ serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e 
 
 
 @pytest.mark.compiler
+@pytest.mark.long
 class TestMill:
     def test_a_program_with_fresa_host(self, serve):
         with serve("mill", "--speed", "max") as path, Mill(path) as mill:
