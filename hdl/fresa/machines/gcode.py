@@ -703,8 +703,8 @@ class GCode(MachineComponent):
         shift = Signal(signed(36))  # from the place that was counted to that of the switch
         stopped = Signal()
         m.d.sync += [shift.eq(planner.switch - latched), stopped.eq(control.stop | self.fault)]
-        dropped = Signal()  # at rest, and from there it is far
-        m.d.sync += dropped.eq(restart)
+        dropped, enabled = Signal(), Signal()  # where these come from is far
+        m.d.sync += [dropped.eq(restart), enabled.eq(powered)]  # at rest
         tick = Signal()  # steps that take up backlash are this far apart
         # Below 0 until the tick, by the clocks of a second: its sign is all that is looked at.
         clock = self.settings.clock
@@ -740,7 +740,7 @@ class GCode(MachineComponent):
                                          backlash.extra_direction)),
                 pending.moved.eq(driver.moved),
                 driver.step.eq(pending.driver_step & ~halted),
-                driver.direction.eq(pending.driver_direction), driver.enable.eq(powered),
+                driver.direction.eq(pending.driver_direction), driver.enable.eq(enabled),
                 self.step[axis].eq(driver.step_pin),
                 self.direction[axis].eq(driver.direction_pin ^ flags.inverted[axis]),
                 planner.steps[axis].eq(kinematics.positions[axis]),
