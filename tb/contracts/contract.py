@@ -277,7 +277,7 @@ class Contract:
         self.m.d.sync += before.eq(value)
         return before
 
-    def keep(self, shape, *, init: int = 0, name: str | None = None) -> Any:
+    def keep(self, shape, *, init: Any = 0, name: str | None = None) -> Any:
         """Return a register of the contract's own, which reset does not change; see `kept`."""
         register = Signal(shape, init=init, reset_less=True, name=name or "watched")
         self.kept[f"{self._prefix}{name}"] = register
