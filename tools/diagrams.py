@@ -140,8 +140,8 @@ DIAGRAMS = (
         radix=("backlash=dec", "dut.left=dec")),
     Diagram(
         "backlash-compensator",
-        "Three steps are requested up, and a clock after each tick one is added, until the load has "
-        "followed by three; each is counted against its direction when it is requested.",
+        "Three steps are requested up, and a clock after each tick one is added, until the load "
+        "has followed by three; each is counted against its direction when it is requested.",
         "inputs: step tick pending moved direction outputs: extra extra_direction correct "
         "correct_direction busy inside: dut.slack dut.ahead", 0, 24,
         radix=("dut.slack=dec", "dut.ahead=dec")),

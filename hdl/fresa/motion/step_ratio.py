@@ -1,6 +1,6 @@
 """Steps of one size out of steps of another."""
 
-from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth import Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -73,7 +73,8 @@ class StepRatio(wiring.Component):
             minus.eq(Mux(added, ~below, ~self.forward)),
             term.eq(Mux(added, self.fine << 2, self.coarse)),
             # The bit before them is the carry of a difference.
-            total.eq((Cat(1, residual) + Cat(minus, term ^ minus.replicate(len(term)))) >> 1),
+            total.eq(((residual << 1 | 1)
+                      + ((term ^ minus.replicate(len(term))) << 1 | minus)) >> 1),
         ]
         step = Signal(reset_less=True)
         direction = Signal(reset_less=True)
