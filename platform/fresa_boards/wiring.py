@@ -103,10 +103,10 @@ def wire(machine: MachineComponent, ports: Mapping[str, io.PortLike], allotment:
         # Some parts release their flip-flops in different clocks: the count may begin late by
         # that, but it cannot end early.
         count, running = Signal(range(start_up), reset_less=True), Signal(reset_less=True)
-        m.d.sync += count.eq(count + 1)
-        with m.If(count == start_up - 1):
-            m.d.sync += running.eq(1)
-        held = reset | ~running
+        over = running | (count == start_up - 1)
+        # Thousands of registers wait for the reset, so that it is one itself.
+        held = Signal(init=1, reset_less=True)
+        m.d.sync += [count.eq(count + 1), running.eq(over), held.eq(reset | ~over)]
     m.domains.sync = ClockDomain()
     m.submodules.clk = clk = io.Buffer("i", ports["clk"])
     m.d.comb += [ClockSignal().eq(clk.i), ResetSignal().eq(held)]
