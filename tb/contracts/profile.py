@@ -196,7 +196,7 @@ def _all(*values) -> Bits:
 
 
 PROFILE = Component(
-    make=SpeedProfile, describe=describe, depth=34,
+    make=SpeedProfile, describe=describe, depth=42,
     cases=(Case({"speed_bits": 2, "fraction_bits": 1, "most_ticks_log2": 2, "brake_bits": 6}),
            Case({}, real=True),
            Case({"speed_bits": 2, "fraction_bits": 1, "most_ticks_log2": 2, "brake_bits": 6},

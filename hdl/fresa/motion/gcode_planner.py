@@ -536,12 +536,19 @@ class GCodePlanner(wiring.Component):
                    for axis in range(3)}}
         inputs = Array([*self.steps, self.speed, self.spindle_speed,
                         *(getattr(self.homing, name) for name in _INPUTS[5:])])
-        from_operand = (_Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)
         others = {
             _Do.INPUT: inputs[row.source[:4]], _Do.SETTING: self.setting,
             _Do.CONSTANT: row.source, _Do.HEADER: header, _Do.PLANE: modes.plane,
             _Do.CLOCKWISE: modes.motion == GCodeMotion.CLOCKWISE}
         other = Signal(WIDTH)  # what comes neither from a register nor an operand, a clock later
+        from_operand, from_other, highest = (
+            Signal(name=name) for name in ("from_operand", "from_other", "highest"))
+        m.d.sync += [
+            from_operand.eq(Cat(row.do == do for do in (
+                _Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)).any()),
+            from_other.eq(Cat(row.do == do for do in others).any()),
+            highest.eq((row.do == _Do.FEED) & rapid),
+        ]
         with m.Switch(row.do):
             for do, what in others.items():
                 with m.Case(do):
@@ -584,12 +591,16 @@ class GCodePlanner(wiring.Component):
                                            | (procedure == _Procedure.ORIGIN))),
         ]
 
-        # An action, a clock later
+        # What is asked for, a clock later
+        configure = Signal()
+        starts = Signal()
+        report = Signal()
+        homing = Signal(HomingRequest)
         action = Signal()
         kind = Signal.like(self.actions.p.kind)
         by_radius = Signal()
-        m.d.sync += [action.eq(self.actions.valid & ~self.actions.ready & self.room),
-                     kind.eq(self.actions.p.kind), by_radius.eq(self.actions.p.by_radius)]
+        m.d.sync += [each.eq(0) for each in (configure, starts, report, homing, action)]
+        m.d.sync += [kind.eq(self.actions.p.kind), by_radius.eq(self.actions.p.by_radius)]
 
         def finish() -> None:
             m.next = "FETCH"
@@ -603,16 +614,18 @@ class GCodePlanner(wiring.Component):
                     header.outputs.counter_clockwise.eq(modes.counter_clockwise),
                     header.outputs.mist.eq(modes.mist), header.outputs.flood.eq(modes.flood),
                     rapid.eq(kind == GCodeActionKind.RAPID),
+                    configure.eq(self.configure), starts.eq(self.begin), report.eq(self.report),
+                    homing.eq(self.homing.kind), action.eq(self.actions.valid & self.room),
                 ]
-                with m.If(self.configure):
+                with m.If(configure):
                     begin(_Procedure.CONFIGURE)
-                with m.Elif(self.begin):
+                with m.Elif(starts):
                     begin(_Procedure.BEGIN, BlockKind.PLACE)
-                with m.Elif(self.report):
+                with m.Elif(report):
                     begin(_Procedure.REPORT)
-                with m.Elif(self.homing.kind == HomingRequest.PLACE):
+                with m.Elif(homing == HomingRequest.PLACE):
                     begin(_Procedure.HOME_PLACE)
-                with m.Elif(self.homing.kind == HomingRequest.MOVE):
+                with m.Elif(homing == HomingRequest.MOVE):
                     m.d.sync += rapid.eq(0)
                     begin(_Procedure.HOME_X)
                     for axis, which in (1, _Procedure.HOME_Y), (2, _Procedure.HOME_Z):
@@ -661,14 +674,13 @@ class GCodePlanner(wiring.Component):
             with m.State("READ"):
                 m.next = "WORD"
             with m.State("WORD"):  # the register or the operand has come
-                with m.Switch(row.do):
-                    with m.Case(*from_operand):
-                        m.d.sync += value.eq(Mux((row.do == _Do.FEED) & rapid, (1 << WIDTH) - 1,
-                                                 _saturated(operand)))
-                    with m.Case(*others):
-                        m.d.sync += value.eq(other)
-                    with m.Default():
-                        m.d.sync += value.eq(formulas.word)
+                m.d.sync += value.eq(formulas.word)
+                with m.If(from_operand):
+                    m.d.sync += value.eq(_saturated(operand))
+                with m.If(from_other):
+                    m.d.sync += value.eq(other)
+                with m.If(highest):
+                    m.d.sync += value.eq((1 << WIDTH) - 1)
                 m.next = "ACT"
                 with m.If(row.do == _Do.KEEP):
                     m.next = "KEEP"
