@@ -1,8 +1,6 @@
-# amaranth: UnusedElaboratable=no
-
 """Contract of the reporter of a G-code machine: what is taken is told, whole, once, in order."""
 
-from amaranth import Cat, Mux, Value
+from amaranth import Cat, Fragment, Mux, Value
 
 from fresa.protocol import GCodeReporter, TextSource
 
@@ -142,6 +140,7 @@ def make(*, brief: bool = False, **parameters: int) -> GCodeReporter:
     """Make a reporter, of whose texts only the last bytes are sent if it is to be brief."""
     dut = GCodeReporter(**parameters)
     if brief:
+        Fragment.get(dut.texts, None)  # else Amaranth warns that it is unused
         dut.texts = TextSource([text[-1:] for text in dut.texts.texts])
     return dut
 

@@ -526,10 +526,10 @@ class GCode(MachineComponent):
             parts.ready.eq(reporter.listed.ready), gate.listed.ready.eq(reporter.listed.ready),
         ]
         self._reports(m, control, planner, motion, reporter, switches)
+        # As GRBL does: with one block less than there are
+        m.d.sync += reporter.free_blocks.eq(motion.free - (motion.free != 0))
         m.d.comb += [
             reporter.abandon.eq(renewed),
-            # As GRBL does: with one block less than there are
-            reporter.free_blocks.eq(motion.free - (motion.free != 0)),
             reporter.free_bytes.eq(buffer.free),
             self.tx.eq(transmitter.tx),
         ]
