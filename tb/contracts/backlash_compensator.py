@@ -21,7 +21,8 @@ def describe(c: Contract, dut: BacklashCompensator) -> None:
     way = c.keep(1, name="requested_direction", init=1)  # of the last step, any
     made = (dut.moved & (pending > 0)) - (dut.moved & (pending < 0))
     c.assume(dut.pending == (pending != 0))
-    c.assume(~dut.moved | (dut.pending & ~stops & (dut.direction == (pending > 0))))
+    c.assume(~dut.moved | (dut.pending & ~stops))
+    c.assume(~dut.pending | (dut.direction == (pending > 0)))
     c.assume((pending < 8) & (pending >= -8))
     requested = Mux(steps, Mux(way, 1, -1), 0)
     added = Mux(dut.extra, Mux(dut.extra_direction, 1, -1), 0)
@@ -64,10 +65,11 @@ def describe(c: Contract, dut: BacklashCompensator) -> None:
                   when=dut.correct, then=~dut.moved)
     c.implication("counts-one-way", "With a step the direction is that of the driver.",
                   when=dut.moved, then=dut.correct_direction == dut.direction)
-    waits, up = c.signal("waits"), c.signal("up")
+    waits = c.signal("waits")
     c.invariant("added-step-first", "A step that is added is the first of those that are pending, "
                 "or was taken back by a requested one.",
-                (waits == (unmade != 0)) & (unmade >= -1) & (~waits | (up == (unmade > 0)))
+                (waits == (unmade != 0)) & (unmade >= -1)
+                & (~waits | ~dut.pending | ((pending > 0) == (unmade > 0)))
                 & (c.signal("active") == asked), cover=waits, lemma=True)
     beyond = ahead - unmade + gap  # the motor, of where its requested steps have it
     most = dut.max_backlash
@@ -75,7 +77,7 @@ def describe(c: Contract, dut: BacklashCompensator) -> None:
                 "most backlash that there may be.",
                 (gap == c.signal("slack")) & (ahead == c.signal("ahead"))
                 & (gap >= 0) & (gap <= most) & (beyond >= 0) & (beyond <= most)
-                & (~waits | Mux(up, ahead <= 0, ahead >= 0))
+                & (~waits | Mux(unmade > 0, ahead <= 0, ahead >= 0))
                 & (~c.signal("adds") | (asked & (ahead != 0))),
                 cover=ahead != 0, lemma=True)
     first = c.keep(dut.backlash.shape(), name="first_backlash")

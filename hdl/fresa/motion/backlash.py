@@ -97,7 +97,7 @@ class BacklashCompensator(wiring.Component):
     pending : In(1)
         The driver has not made all steps that were requested of it up to the clock before.
     moved, direction : In(1)
-        The driver makes one in this clock; its direction.
+        The driver makes one in this clock; the direction of those that are pending.
     stop : In(1)
         Pending steps are dropped, and those that are requested meanwhile.
     extra, extra_direction : Out(1)
@@ -131,7 +131,6 @@ class BacklashCompensator(wiring.Component):
         active = Signal()  # a step was requested since the last stop
         adds = Signal()  # the load is not there, and there was a tick
         waits = Signal()  # the driver has not made the added step
-        up = Signal()  # its direction
         pushes = Signal()
         stops = Signal()
         m.d.comb += [
@@ -141,10 +140,9 @@ class BacklashCompensator(wiring.Component):
             self.extra_direction.eq(ahead[-1]),
             self.extra.eq(adds & ~self.step & ~self.pending & ~stops),
             self.correct.eq(self.extra | (stops & waits & self.pending)),
-            # A step is added while none is pending, and made while one is: so which of them it is
-            # need not be known.
-            self.correct_direction.eq(Mux(stops, up, Mux(self.pending, self.direction,
-                                                         ~self.extra_direction))),
+            # A step is added while none is pending, and made or taken back while one is: so which
+            # of them it is need not be known.
+            self.correct_direction.eq(Mux(self.pending, self.direction, ~self.extra_direction)),
         ]
         # Nothing changes `ahead` in the clock of the tick, nor before the step is added.
         m.d.sync += adds.eq(self.busy & self.tick & ~self.pending & ~adds & ~stops)
@@ -157,7 +155,7 @@ class BacklashCompensator(wiring.Component):
         with m.If(self.step):
             m.d.sync += active.eq(1)
         with m.If(self.extra):
-            m.d.sync += [waits.eq(1), up.eq(self.extra_direction)]
+            m.d.sync += waits.eq(1)
         with m.If(stops):
             m.d.sync += [active.eq(0), waits.eq(0)]
 

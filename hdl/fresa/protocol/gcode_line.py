@@ -22,6 +22,9 @@ __all__ = ["GCodeLine"]
 MAX_LINE_NUMBER = 10_000_000
 MAX_TOOL = 255
 
+CODE_BITS = 7
+"""Bits of the largest code of G or M, 94: what is known is looked up by no more of them."""
+
 
 class GCodeWord(data.Struct):
     """What a word says by itself."""
@@ -204,12 +207,12 @@ class GCodeLine(wiring.Component):
         known = Signal()
         fraction = Signal()  # it may have one
         unsupported = Signal()
-        m.d.comb += known.eq(1)
+        m.d.comb += known.eq(~number.whole[CODE_BITS:].any())
 
         def says(group: ModalGroup, choice=0) -> None:
             m.d.comb += [item.groups[group].eq(1), item.choice.eq(choice)]
 
-        with m.Switch(number.whole):
+        with m.Switch(number.whole[:CODE_BITS]):
             for code, kind in [(4, NonModal.DWELL), (10, NonModal.COORDINATES),
                                (53, NonModal.MACHINE)]:
                 with m.Case(code):
@@ -272,8 +275,8 @@ class GCodeLine(wiring.Component):
     def _read_m(self, m: Module, item) -> None:
         number = self.item.number
         known = Signal()
-        m.d.comb += known.eq(1)
-        with m.Switch(number.whole):
+        m.d.comb += known.eq(~number.whole[CODE_BITS:].any())
+        with m.Switch(number.whole[:CODE_BITS]):
             for group, codes in [
                     (ModalGroup.FLOW, {0: ProgramFlow.PAUSE, 1: ProgramFlow.GO,
                                        2: ProgramFlow.END, 30: ProgramFlow.END}),
