@@ -412,8 +412,8 @@ DIAGRAMS = (
     Diagram(
         "g-code-coordinates",
         "The words of the line are stored, and their sums computed: 24 clocks.",
-        "inputs: write write_address run outputs: done changed beyond", 0, 40,
-        radix=("write_address=dec",)),
+        "inputs: write address run outputs: done changed beyond", 0, 40,
+        radix=("address=dec",)),
     Diagram(
         "unit-converter",
         "A feed in inches a minute, then a length: a quotient takes a clock a bit.",
