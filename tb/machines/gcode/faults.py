@@ -31,7 +31,7 @@ OTHERS = "limits", "stop", "door", "probe", "motor_fault", "hold", "start", "abo
 OF_DRIVERS = "step_pin", "direction_pin", "enable_pin", "wait"
 
 OF_MEMORIES = (
-    "buffer.fetch__data", "interpreter.coordinates.operand", "interpreter.coordinates.word",
+    "buffer.fetch__data", "interpreter.coordinates.read__data", "interpreter.coordinates.fetched",
     "motion.queue.read__data", "planner.following__data", "planner.formulas.following__data",
     "planner.formulas.read__data", "reporter.texts.fetch__data", "settings.fact__data",
     "settings.$signature__data")
@@ -53,8 +53,9 @@ def target() -> FaultTarget:
 
     A reset does not set the pins of its driver modules and the timers of these; the levels of its
     contacts, and for how long they have been other ones; its settings, and the outputs that a
-    program has set, which motions take over; nor what its memories gave last and what is left in
-    the walk of a segment, of which nothing is used before it is given anew.
+    program has set, which motions take over; nor what its memories gave last, the last word of a
+    line, and what is left in the walk of a segment, of which nothing is used before it is given
+    anew.
     """
     design = boards.component("gcode", GCode(settings=BUILT))
     times = BUILT.driver
@@ -67,7 +68,7 @@ def target() -> FaultTarget:
         kept=(*(f"driver_{axis}.{name}" for axis in AXES.lower() for name in OF_DRIVERS),
               *(f"contact_{number}.{name}" for number in range(7)
                 for name in ("count", "enough", "o")),
-              *(f"setting_{each.number}" for each in SETTINGS), "period",
+              *(f"setting_{each.number}" for each in SETTINGS), "period", "interpreter.line.word",
               *(f"motion.walk.{name}" for name in OF_WALK), *OF_MEMORIES),
         work=lambda seed: _work(seed, DEEDS),
         work_to_reset=sessions_and_fuzz(list(design.inputs), FUZZ, sessions),
