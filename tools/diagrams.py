@@ -402,7 +402,7 @@ DIAGRAMS = (
     Diagram(
         "g-code-line",
         "G91, X, and then G90, a second word of the group of G91: error 21.",
-        "word: take item.character outputs: has_value line.axes error", 0, 5,
+        "word: take item.character outputs: has_value line.axes error", 0, 9,
         radix=("item.character=hex", "error=dec")),
     Diagram(
         "g-code-lister",
