@@ -137,15 +137,15 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
 
 
 def make(*, brief: bool = False, **parameters: int) -> GCodeReporter:
-    """Make a reporter, of whose texts only the last bytes are sent if it is to be brief."""
+    """Make a reporter, of whose texts only the first bytes are sent if it is to be brief."""
     dut = GCodeReporter(**parameters)
     if brief:
         Fragment.get(dut.texts, None)  # else Amaranth warns that it is unused
-        dut.texts = TextSource([text[-1:] for text in dut.texts.texts])
+        dut.texts = TextSource([text[:1] for text in dut.texts.texts])
     return dut
 
 
 GCODE_REPORTER = Component(
-    make=make, describe=describe, depth=45,
+    make=make, describe=describe, depth=32,
     cases=(Case({"position_bits": 12, "brief": True}), Case(real=True),
            Case({"position_bits": 12, "brief": True}, upset=True)))
