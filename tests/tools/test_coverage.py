@@ -60,8 +60,8 @@ class TestStates:
         assert [name for name in found if name in GENERAL] == [
             "profile", "order_control", "sequencer", "start", "coordinates",
             "square", "block_loader", "gcode_homing", "gcode_control", "uart_receiver",
-            "decimal_writer", "gcode_gate", "gcode_lister", "spindle_power", "stored_program",
-            "thesis", "unit_converter", "gcode_interpreter"]
+            "decimal_writer", "gcode_gate", "gcode_lister", "gcode_reporter", "spindle_power",
+            "stored_program", "thesis", "unit_converter", "gcode_interpreter"]
 
     @pytest.mark.prover
     def test_tells_what_is_reached_and_when_from_what_is_not(self, tmp_path):
