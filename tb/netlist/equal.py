@@ -13,9 +13,9 @@ A design with memories is read from the Verilog that users get, and all its memo
 flip-flops on both sides: Yosys has no model of a block RAM. There nets have lost more names, so
 the Verilog is optimised before the flip-flops are paired, as Yosys does at the begin of synthesis.
 
-A flip-flop that the netlist does without must be a constant, which is proved of the RTL, or have no
-effect, which is proved by leaving it free. Where not even its name is left it is a constant if it
-stays as it starts, by itself.
+A flip-flop that the netlist does without must be a constant or the same as another, which is proved
+of the RTL, or have no effect, which is proved by leaving it free. Where not even its name is left
+it is a constant if it stays as it starts, by itself.
 """
 
 import re
@@ -55,7 +55,8 @@ class Verdict:
     cells, proved : int
         ``$equiv`` cells, and how many of them are proved.
     outputs, registers : int
-        Bits of outputs, and flip-flops that are in both, of which there is a cell each.
+        Bits of outputs, and flip-flops that are in both, of which there is a cell each; the netlist
+        may have one for several that are always the same.
     constant, unused : int
         Flip-flops that the netlist does without: constants, of which there is a cell each too, and
         those that nothing depends on.
@@ -77,6 +78,7 @@ class _Pairs:
     """What the flip-flops of one side are on the other."""
 
     both: list[Net]
+    merged: list[tuple[Net, Net]]
     constant: list[tuple[Net, str]]
     lost: list[tuple[Net, str]]
     unused: int
@@ -146,13 +148,19 @@ def _cut_and(what: str, top: str, gate: Flat, pairs: _Pairs, folder: Path,
     """Cut both sides and go on; give the log, what the names of registers mean, and the ports."""
     names = {f"ff_{n}": name for n, name in enumerate(pairs.both)}
     constants = {f"ff_c{n}": name for n, (name, _) in enumerate(pairs.constant)}
-    add_to(folder / "gold.il", "".join(starmap(alias, {**names, **constants}.items())))
+    merged = {f"ff_m{n}": name for n, (name, _) in enumerate(pairs.merged)}
+    add_to(folder / "gold.il", "".join(starmap(alias, {**names, **merged, **constants}.items())))
     add_to(folder / "gate.il", "".join(starmap(alias, names.items())))
     # Where the netlist has a constant, the RTL has it now, and must have it with the next clock.
     levels = [(f"ff_c{n}", level) for n, (_, level) in enumerate(pairs.constant)]
     now = "".join(f"delete -input w:{ff}.q; connect -set {ff}.q 1'{n}; " for ff, n in levels)
     then = "".join(f"add -output {ff}.d 1; connect -set {ff}.d 1'{n}; " for ff, n in levels)
-    names = {**names, **constants}
+    # Where it has one for two, they are the same now, and must be so in the next clock.
+    plain_of = {name: plain for plain, name in names.items()}
+    twins = [(ff, plain_of[twin]) for ff, (_, twin) in zip(merged, pairs.merged, strict=True)]
+    now += "".join(f"delete -input w:{ff}.q; connect -set {ff}.q {twin}.q; " for ff, twin in twins)
+    then += "".join(f"add -output {ff}.d 1; connect -set {ff}.d {twin}.d; " for ff, twin in twins)
+    names = {**names, **merged, **constants}
     ports, keep = list(gate.outputs), ""
     if only is not None:
         bits = {gate.names[name] for name in only if name in gate.names}
@@ -168,20 +176,20 @@ def _cut_and(what: str, top: str, gate: Flat, pairs: _Pairs, folder: Path,
 
 def _pair(gold: Flat, gate: Flat) -> _Pairs:
     """Find each flip-flop of one side on the other, by any name that it has."""
-    both, constant, lost, wrong, unused = [], [], [], [], 0
+    both, merged, constant, lost, wrong, unused = [], [], [], [], [], 0
     taken: dict[Bit, Net] = {}
     for bit in gold.registers:
         names = [name for name in gold.aliases.get(bit, []) if name in gate.names]
         if found := [name for name in names if gate.names[name] in gate.registers]:
             name, twin = found[0], gate.names[found[0]]
-            if twin in taken:
-                wrong.append(f"{bit_name(name)} and {bit_name(taken[twin])} are one flip-flop")
-                continue
             if gold.start(bit) != gate.start(twin):
                 wrong.append(f"{bit_name(name)} starts at {gate.start(twin)}, "
                              f"not {gold.start(bit)}")
-            taken[twin] = name
-            both.append(name)
+            if twin in taken:
+                merged.append((name, taken[twin]))
+            else:
+                taken[twin] = name
+                both.append(name)
         elif found := [name for name in names if gate.names[name] in ("0", "1")]:
             level = str(gate.names[found[0]])
             if str(gold.start(bit)) != level:
@@ -192,7 +200,7 @@ def _pair(gold: Flat, gate: Flat) -> _Pairs:
         else:
             unused += 1
     wrong += [f"{gate.name(bit)} is new" for bit in gate.registers if bit not in taken]
-    return _Pairs(both, constant, lost, unused, wrong)
+    return _Pairs(both, merged, constant, lost, unused, wrong)
 
 
 def _settle(top: str, pairs: _Pairs, folder: Path) -> _Pairs:

@@ -145,6 +145,17 @@ def toggle(*, start: int = 0, constant: bool = False, spare: bool = False) -> De
     return Design("it", m, clk, {"go": go}, {"o": o})
 
 
+def twice(*, start: int = 0, apart: bool = False) -> Design:
+    """Make two registers that toggle with `go`, or `apart`, and `o`, for which both must be on."""
+    clk, go, o = Signal(name="clk"), Signal(name="go"), Signal(name="o")
+    state, twin = Signal(name="state"), Signal(init=start, name="twin")
+    m = Module()
+    m.domains.sync = ClockDomain(reset_less=True)
+    m.d.comb += [ClockSignal().eq(clk), o.eq(state & twin & go)]
+    m.d.sync += [state.eq(state ^ go), twin.eq(twin ^ (~go if apart else go))]
+    return Design("it", m, clk, {"go": go}, {"o": o})
+
+
 def text(design: Design) -> str:
     return rtlil.convert(design.top, name=design.name, emit_src=False,
                          ports=[design.clk, *design.inputs.values(), *design.outputs.values()])
@@ -173,6 +184,7 @@ module it(clk, go, o);
   OBUF _3_ (.I(1'h0), .O(o));
 endmodule
 """
+ONE_FOR_TWO = NETLIST.replace("endmodule", "  wire twin;\n  assign twin = state;\nendmodule")
 NAMELESS = ALWAYS_0.replace("  wire state = 1'h0;\n", "")
 
 
@@ -190,6 +202,13 @@ class TestEqual:
             verdict = compared(toggle(), NETLIST.replace(init, "4'h4"), tmp_path)
             assert verdict.wrong == [wrong], bit
             assert (verdict.cells, verdict.proved) == (2, 1)
+
+    @pytest.mark.parametrize(("design", "wrong"), [
+        (twice(), []), (twice(apart=True), ["twin[0]"]),
+        (twice(start=1), ["twin[0] starts at 0, not 1"])])
+    def test_one_flip_flop_for_two_that_are_the_same(self, design, wrong, tmp_path):
+        verdict = compared(design, ONE_FOR_TWO, tmp_path)
+        assert (verdict.cells, verdict.registers, verdict.wrong) == (3, 2, wrong)
 
     @pytest.mark.proof
     @pytest.mark.parametrize(("design", "netlist", "wrong"), [

@@ -259,6 +259,10 @@ def test_an_ecp5_reaches_100_mhz(machine):
     assert min(FIGURES[name][machine]["fmax_mhz"] for name in boards) >= 100
 
 
+def test_gcode_reaches_100_mhz_on_an_icepi_zero():
+    assert FIGURES["icepi-zero"]["gcode"]["fmax_mhz"] >= 100
+
+
 def test_every_board_has_figures():
     assert {*FIGURES} <= {*BOARDS}
     assert not (advice := without_figures(FIGURES)), advice
