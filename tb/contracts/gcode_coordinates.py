@@ -140,8 +140,9 @@ def _sums(c: Contract, dut: GCodeCoordinates, axis, step, total, computes, store
                     zip(words, c.words("operands_0"), strict=True)).all(), cover=was_written)
 
     uses, subtracts = c.signal("uses"), c.signal("subtracts")
-    chosen_uses, chosen_minus = (Cat(Const(0, 2), which, Const(0, 1)).bit_select(step, 1)
-                                 for which in (uses, subtracts))
+    chosen: list[Bits] = [Cat(Const(0, 2), which, Const(0, 1)).bit_select(step, 1)
+                          for which in (uses, subtracts)]
+    chosen_uses, chosen_minus = chosen
     c.invariant("counts", "Whether the word that was fetched counts was found a clock before.",
                 (c.signal("counts") == chosen_uses) & (~chosen_uses | (
                     c.signal("minus") == chosen_minus)), cover=c.signal("counts"), lemma=True)

@@ -1,10 +1,12 @@
 """Contract of the reporter of a G-code machine: what is taken is told, whole, once, in order."""
 
+from typing import Any
+
 from amaranth import Cat, Fragment, Mux, Value
 
 from fresa.protocol import GCodeReporter, TextSource
 
-from .contract import Case, Component, Contract
+from .contract import Bits, Case, Component, Contract
 
 __all__ = ["GCODE_REPORTER"]
 
@@ -31,7 +33,7 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     answers, alarms, messages, listed = dut.answers, dut.alarms, dut.messages, dut.listed
     took_answer, took_alarm, took_message, took_part = (
         each.valid & each.ready for each in (answers, alarms, messages, listed))
-    readies = Cat(answers.ready, alarms.ready, messages.ready, listed.ready)
+    readies: Bits = Cat(answers.ready, alarms.ready, messages.ready, listed.ready)
     quiet = source.numbers.ready & ~c.signal("full") & writer.numbers.ready
     sending = source.numbers.valid | dut.bytes.valid
     for each in (answers, alarms, messages):  # streams
@@ -136,7 +138,7 @@ def describe(c: Contract, dut: GCodeReporter) -> None:
     c.leaves_unused_codes("reporter_state", fault=dut.fault, shows=~readies.any())
 
 
-def make(*, brief: bool = False, **parameters: int) -> GCodeReporter:
+def make(*, brief: bool = False, **parameters: Any) -> GCodeReporter:
     """Make a reporter, of whose texts only the first bytes are sent if it is to be brief."""
     dut = GCodeReporter(**parameters)
     if brief:
