@@ -150,7 +150,8 @@ def parts() -> dict[str, Part]:
         *(_mutants(machine, machine.contracts()) for machine in known if machine.contracts),
         *(_faults(machine, what) for what in ("resets", "flips")
           for machine in known if machine.faults),
-        Part("coverage-states", f"tools.coverage states {_JSON}", ("contract",)),
+        # For all states of some a solver takes many minutes, whatever else is made less.
+        Part("coverage-states", f"tools.coverage states {_JSON}", ("contract",), quick=""),
         *(Part(f"coverage-{machine.name}",
                f"tools.coverage lines --machine {machine.name} {_JSON}", (f"run {machine.name}",))
           for machine in known if machine.coverage),
