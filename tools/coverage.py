@@ -48,7 +48,7 @@ declaration says so, only bits of signals with a name in the gateware are counte
 EPILOG = """\
 examples:
   python -m tools.coverage
-      Both; a minute or so.
+      Both; many minutes, as a solver looks for each transition.
 
   python -m tools.coverage states --verbose
       Name every state and transition, and the clock in which it is first reached.

@@ -117,7 +117,7 @@ class GCodeReporter(wiring.Component):
     ASK       requests a text                                                   SEND
     SEND      sends it with its numbers                                         ASK, PART, or REST
                                                                                 after the last
-    FAULT     shows ``fault``, sends nothing                                    stays until reset
+    FAULT     shows ``fault``, takes nothing                                    stays until reset
     ========  ================================================================  ===================
 
     Parameters
