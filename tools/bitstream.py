@@ -1,5 +1,6 @@
 """A bitstream by open tools, and what it takes of the FPGA."""
 
+import re
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,6 +13,8 @@ from fresa_boards.programs import ProgramError, last_words
 from .console import FIRST_TIME, Progress, UserError
 
 __all__ = ["Made", "check_programs", "make"]
+
+_EARLY = re.compile(r"Info:\s+hold\s+\S+\s+-")  # the time of a hold, and the slack with it
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,9 @@ def make(board: Board, name: str, files: Mapping[str, bytes], *, bitstream: bool
             return Made(facts, made, fast_enough=False)
         if status:
             raise ProgramError(f"{route[0]} failed: {last_words(''.join(log))}")
+        if any(_EARLY.match(line) for line in log):
+            raise ProgramError("a signal changes before a flip-flop has taken it: leave options "
+                               "out, or choose another board")
         _run(pack, folder)
         progress.advance()
         facts["bitstream"] = name + flow.bitstream

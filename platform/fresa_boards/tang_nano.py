@@ -95,6 +95,13 @@ _20K = Board(
     _panel(("S1", "S2")),
     outputs=_LVCMOS33, pulled_up=_PULLED_UP,
     allotments={
+        # Of the outputs that a machine can do without there is room for two.
+        "gcode": Allotment(
+            header={"step": "73 27 29", "direction": "74 28 30", "enable": "77",
+                    "limits": "72 71 48", "stop": "41", "probe": "42", "pwm": "25",
+                    "servo": "31"},
+            panel={"buttons": "hold start", "leds": "moving alarm fault", "rx": "rx", "tx": "tx"},
+            constant={"abort": 0}),
         "mill": Allotment(
             header={"axis_x": "73 74 77 27", "axis_y": "28 25 29 30", "axis_z": "42 41 48 71",
                     "reset": "72"},

@@ -43,7 +43,9 @@ def test_pins_are_those_committed_and_all_others_stay(family):
     assert not without.keys() & COMMITTED[family].keys()
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", [
+    family if family == "nexys2" else pytest.param(family, marks=pytest.mark.long)
+    for family in FAMILIES])
 def test_each_has_a_pin_of_its_own_in_the_constraints(family):
     board = FAMILIES[family]
     machine = GCode(settings=GCodeSettings(clock=board.clock, second_motor="y"))

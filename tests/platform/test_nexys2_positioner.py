@@ -73,7 +73,7 @@ class TestBoard:
         board.say("CONNECT\nMOV MOT2 C\nMOV MOT1 C\n", 1000)
         assert board.steps()[1] == 0 < board.steps()[0]
 
-    @pytest.mark.parametrize("inverted", [False, True])
+    @pytest.mark.parametrize("inverted", [False, pytest.param(True, marks=pytest.mark.long)])
     def test_enable_that_gives_power_where_it_is_low(self, inverted):
         board, other = Board("enable", inverted=inverted), Board(inverted=inverted)
         for one in (board, other):
@@ -100,7 +100,7 @@ class TestBoard:
         board.say("CONNECT\n")
         assert board.engine.get("leds") == 0b10000000
 
-    @pytest.mark.parametrize("inverted", [False, True])
+    @pytest.mark.parametrize("inverted", [False, pytest.param(True, marks=pytest.mark.long)])
     def test_pins_are_those_of_the_model_a_clock_later(self, inverted):
         """And two clocks later what comes in."""
         options = {"inverted": inverted, "backlash": (2, 0, 1)}

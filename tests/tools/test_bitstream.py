@@ -117,6 +117,16 @@ class TestWithStandIns:
         assert not (out / "single.bin").exists() and "bitstream" not in facts
         assert {path.name for path in out.iterdir()} == {*facts["files"], "report.json"}
 
+    @pytest.mark.parametrize(("slack", "status"), [("-0.06", 2), (" 0.25", 0)])
+    def test_a_signal_that_changes_too_early_is_no_bitstream(self, tools, tmp_path, capsys, slack,
+                                                             status):
+        """What place and route calls an error is one where less than no time is left."""
+        tools.answers["nextpnr-ice40"] = (0, "1 Hold/min time violations (showing 10 worst paths)\n"
+                                          f"Info:       hold -0.12 {slack} Source rows.ADB8\n")
+        assert run("--board", "icebreaker", "-o", tmp_path) == status
+        assert (tmp_path / "single.bin").exists() == (status == 0)
+        assert ("error: a signal changes before" in capsys.readouterr().err) == (status == 2)
+
     def test_sources_alone(self, tools, tmp_path):
         out = tmp_path / "out"
         assert run("--board", "icebreaker", "--no-bitstream", "-o", out) == 0

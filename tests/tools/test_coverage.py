@@ -55,6 +55,7 @@ LAMP = Component(make=Lamp, describe=describe, depth=6, cases=(
 
 
 class TestStates:
+    @pytest.mark.long
     def test_finds_the_state_machines_by_their_mark(self):
         found = coverage.with_state_machine()
         assert [name for name in found if name in GENERAL] == [

@@ -394,7 +394,8 @@ class GCode(MachineComponent):
         anew = ResetInserter(renewed)
         faults = [control.fault]
 
-        restart = Signal()
+        restart, restarts = Signal(), Signal()  # a clock later, as it is far
+        m.d.sync += restart.eq(restarts)
         begins, configures = Signal(init=1), Signal(init=1)
         settling, moving = Signal(), Signal()
 
@@ -480,16 +481,16 @@ class GCode(MachineComponent):
             m.d.sync += configures.eq(1)
         with m.Elif(planner.configured):
             m.d.sync += configures.eq(0)
-        with m.If(restart):
+        with m.If(restarts):
             m.d.sync += begins.eq(1)
         with m.Elif(planner.begun):
             m.d.sync += begins.eq(0)
         resumes = Signal()  # from where the axes are
         placing = Signal()  # the block that sets the place is under way
-        m.d.sync += placing.eq((planner.begun | (placing & ~motion.idle)) & ~restart)
+        m.d.sync += placing.eq((planner.begun | (placing & ~motion.idle)) & ~restarts)
         m.d.comb += [
             moving.eq(~motion.idle & ~settling),
-            restart.eq(renewed | planner.configured | homing.restart | resumes),
+            restarts.eq(renewed | planner.configured | homing.restart | resumes),
             settling.eq(configures | begins | placing),
             planner.configure.eq(configures | gate.configure), planner.begin.eq(begins),
         ]
@@ -557,7 +558,7 @@ class GCode(MachineComponent):
             self._block(m, motion, planner, switches, positions, flags.lower, blocked)
             with m.If((motion.step & blocked).any()):
                 m.d.sync += missed.eq(1)
-            with m.If(restart):
+            with m.If(restarts):
                 m.d.sync += missed.eq(0)
             m.d.comb += resumes.eq(missed & motion.idle & interpreter.position.ready
                                    & ~interpreter.words.valid & ~homing.active & ~settling)
@@ -703,8 +704,8 @@ class GCode(MachineComponent):
         shift = Signal(signed(36))  # from the place that was counted to that of the switch
         stopped = Signal()
         m.d.sync += [shift.eq(planner.switch - latched), stopped.eq(control.stop | self.fault)]
-        dropped, enabled = Signal(), Signal()  # where these come from is far
-        m.d.sync += [dropped.eq(restart), enabled.eq(powered)]  # at rest
+        enabled = Signal()
+        m.d.sync += enabled.eq(powered)  # where it comes from is far
         tick = Signal()  # steps that take up backlash are this far apart
         # Below 0 until the tick, by the clocks of a second: its sign is all that is looked at.
         clock = self.settings.clock
@@ -732,7 +733,7 @@ class GCode(MachineComponent):
                 backlash.step.eq(kinematics.motor_step[axis]),
                 backlash.pending.eq(pending.driver_step), backlash.moved.eq(driver.moved),
                 backlash.direction.eq(pending.driver_direction),
-                backlash.stop.eq(halted | dropped),
+                backlash.stop.eq(halted | restart),
                 kinematics.motors[axis].eq(position),
                 pending.step.eq(kinematics.motor_step[axis] | backlash.extra),
                 pending.direction.eq(Mux(kinematics.motor_step[axis],
