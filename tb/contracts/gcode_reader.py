@@ -44,7 +44,9 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     passes = c.keep(1, name="passes")  # a character is offered in the next clock
     idle = ~offered & ~finishing & ~passes
     ends = complete & (end | (shown & ~goes_on))
-    judged = held & idle & ~ends
+    judges = c.keep(1, name="judges")  # so it was a clock ago, and is so anew
+    judged = judges & ~ends
+    c.m.d.sync += judges.eq(~c.rst & held & idle & ~judges)
     c.m.d.sync += held.eq(~c.rst & (loads | (held & ~judged)))
     with c.m.If(loads):
         c.m.d.sync += item.eq(dut.items.payload.as_value())
@@ -75,7 +77,7 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     c.m.d.sync += [
         passes.eq(~c.rst & counts & raw),
         valid.eq(~c.rst & ((offered & ~given) | (judged & end) | passes | done)),
-        finishes.eq(~c.rst & ~done & (finishes | (held & idle & ends))),
+        finishes.eq(~c.rst & ~done & (finishes | (judges & ends))),
     ]
     with c.m.If(c.rst | over):
         c.m.d.sync += [begun.eq(0), system.eq(0), prefix.eq(0), so_far.eq(NONE), status.eq(0)]
@@ -130,8 +132,8 @@ def describe(c: Contract, dut: GCodeReader) -> None:
                   when=c.past(offered & ~dut.words.ready & ~c.rst),
                   then=offered & (dut.words.payload.as_value()
                                   == c.past(dut.words.payload.as_value())))
-    c.invariant("ready", "An item is taken if none is held, or the one that is held is judged at "
-                "once.", dut.items.ready == (~held | (idle & ~complete)), cover=held & loads)
+    c.invariant("ready", "An item is taken if none is held.", dut.items.ready == ~held,
+                cover=loads)
     lines, answered = c.keep(4, name="lines"), c.keep(4, name="lines_out")
     c.m.d.sync += [lines.eq(Mux(c.rst, 0, lines + (loads & dut.items.p.end))),
                    answered.eq(Mux(c.rst, 0, answered + over))]
@@ -141,12 +143,12 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     wait = c.keep(range(16), name="wait")  # clocks for which an item is held and none offered
     c.m.d.sync += wait.eq(Mux(c.rst | ~held | offered | passes | judged | done, 0, wait + 1))
     c.invariant("goes-on", "An item is held for no longer than a number takes, once the one "
-                "before it was taken.", wait <= number.decimals + 3,
-                cover=wait == number.decimals + 1)
+                "before it was taken.", wait <= number.decimals + 4,
+                cover=wait == number.decimals + 2)
     c.invariant("waits-for-number", "Meanwhile decimals are added.",
-                Mux(finishing, (wait != 0) & (
-                    wait <= c.signal("number.places") + c.signal("number.turned") + 1), wait == 0),
-                cover=wait == 2, lemma=True)
+                Mux(finishing, (wait > 1) & (
+                    wait <= c.signal("number.places") + c.signal("number.turned") + 2),
+                    wait == judges), cover=wait == 3, lemma=True)
 
     c.implication("digits-passed", "The digits of a number are added, and nothing else.",
                   when=number.take | (counts & digit & goes_on),
@@ -171,7 +173,10 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     c.implication("classes", "It is classified by what it is.", when=held, then=classes.all())
     at_end = valid & (kind == GCodeKind.END.value)
     c.invariant("registers", "The registers hold the state of line, comment and number.",
-                (c.signal("held") == held) & (c.signal("passing") == passes)
+                (c.signal("held") == held) & (c.signal("judges") == judges)
+                & (~judges | (held & idle & (c.signal("ends") == ends)
+                              & (c.signal("numeric") == goes_on)
+                              & (c.signal("visible") == shown))) & (c.signal("passing") == passes)
                 & (out.status.as_value() == status)
                 & (c.signal("parenthesis") == (comment == 1)) & (c.signal("rest") == (comment == 2))
                 & (c.signal("line_begun") == begun) & (out.system == system)
@@ -189,5 +194,5 @@ def describe(c: Contract, dut: GCodeReader) -> None:
 
 
 GCODE_READER = Component(
-    make=GCodeReader, describe=describe, depth=14,
+    make=GCodeReader, describe=describe, depth=26,
     cases=(Case({"width": 8, "decimals": 2}), Case({"width": 44, "decimals": 6}, real=True)))

@@ -135,6 +135,7 @@ class GCodeReaderModel:
         """Reset."""
         self.offered: Item | None = None
         self.held: int | None = None
+        self.looked = False  # at what is held
         self.delay = 0  # clocks to the next item
         self.next: Item | None = None
         self._begin()
@@ -159,8 +160,7 @@ class GCodeReaderModel:
     @property
     def ready(self) -> bool:
         """Whether an item is taken."""
-        idle = not self.offered and not self.delay
-        return self.held is None or (idle and not self._has_digits())
+        return self.held is None
 
     def clock(self, item: int | None, taken: bool) -> None:
         """Advance one clock, in which an item is offered, and the one of the reader is taken."""
@@ -174,7 +174,10 @@ class GCodeReaderModel:
                 if self.offered.kind == "END":
                     self._begin()
                 self.offered = None
+        elif held is not None and not self.looked:
+            self.looked = True
         elif held is not None and self._ends_number(held):
+            self.looked = False
             assert self.letter is not None
             fraction = len(self.text.partition(".")[2])
             self.delay = 1 + max(0, self.decimals - fraction) + self.text.startswith("-")
@@ -182,7 +185,7 @@ class GCodeReaderModel:
                 self.text, width=self.width, decimals=self.decimals))
             self.letter, self.text = None, ""
         elif held is not None:
-            self.held = None
+            self.held, self.looked = None, False
             if held >> 8:
                 self._end(held)
             else:

@@ -76,11 +76,10 @@ class GCodeReader(wiring.Component):
     ended, an item as well, a WORD of that character: ``$100=2.5`` has the words $ 100 and = 2.5.
     Behind ``$J=`` the line is read as words, with their errors.
 
-    A byte takes a clock, or two behind the first digit of a number. A word is offered three clocks
-    after the byte that ends it was taken, and a clock later for each decimal that its number lacks
-    and for a minus sign; that byte is read after it. An END is offered two clocks after it was
-    taken, and a CHARACTER three, if nothing is before it. While an item waits nothing is read, and
-    one byte more is taken.
+    A byte takes three clocks. A word is offered four clocks after the byte that ends it was taken,
+    and a clock later for each decimal that its number lacks and for a minus sign; that byte is read
+    after it. An END is offered three clocks after it was taken, and a CHARACTER four, if nothing is
+    before it. While an item waits nothing is read, and one byte more is taken.
 
     Parameters
     ----------
@@ -117,19 +116,23 @@ class GCodeReader(wiring.Component):
         passing = Signal()  # a character will be an item, when its digit is added
         idle = Signal()
         ends = Signal()  # the item that is held ends a number
-        taken = Signal()  # it is judged
-        held, char = self._hold(m, idle & ~digits, taken)
+        judges = Signal()  # what it is stands in registers
+        taken = Signal()  # and it does not
+        held, char = self._hold(m, taken)
 
         expects = Signal()  # a number follows, or goes on
         begun = Signal()  # it has a sign, a digit or a point
         point = Signal()
         numeric = Signal()
-        visible = self._visible(m, char, taken)
+        visible = Signal()
+        is_numeric = expects & (char.digit | (char.point & ~point) | (char.sign & ~begun))
+        is_visible = self._visible(m, char, taken)
+        m.d.sync += [numeric.eq(is_numeric), visible.eq(is_visible),
+                     ends.eq(digits & (char.end | (is_visible & ~is_numeric))),
+                     judges.eq(held & idle & ~judges)]
         m.d.comb += [
-            numeric.eq(expects & (char.digit | (char.point & ~point) | (char.sign & ~begun))),
             idle.eq(~self.words.valid & ~finishing & ~passing),
-            ends.eq(digits & (char.end | (visible & ~numeric))),
-            taken.eq(held & idle & ~ends),
+            taken.eq(judges & ~ends),
             number.digit.eq(char.byte[:4]),
             number.take.eq(taken & visible & numeric & char.digit),
             number.decimal.eq(point),
@@ -145,7 +148,7 @@ class GCodeReader(wiring.Component):
         with m.If(number.clear):
             m.d.sync += [expects.eq(1), begun.eq(0), point.eq(0), number.negative.eq(0),
                          letter.eq(char.byte)]
-        with m.If(held & idle & ends):
+        with m.If(judges & ends):
             m.d.sync += finishing.eq(1)
         with m.If(number.done):
             m.d.sync += [finishing.eq(0), expects.eq(0), digits.eq(0), self.words.valid.eq(1),
@@ -153,8 +156,8 @@ class GCodeReader(wiring.Component):
 
         return m
 
-    def _hold(self, m: Module, passes, taken):
-        """Hold an item, classified; return whether there is one, and it. It `passes` for sure."""
+    def _hold(self, m: Module, taken):
+        """Hold an item, classified; return whether there is one, and it."""
         held = Signal()
         char = Signal(CHARACTER)
         byte, end = self.items.p.byte, self.items.p.end
@@ -162,7 +165,7 @@ class GCodeReader(wiring.Component):
         def among(first: str, last: str):
             return ~end & (byte >= ord(first)) & (byte <= ord(last))
 
-        m.d.comb += self.items.ready.eq(~held | passes)
+        m.d.comb += self.items.ready.eq(~held)
         with m.If(taken):
             m.d.sync += held.eq(0)
         with m.If(self.items.valid & self.items.ready):

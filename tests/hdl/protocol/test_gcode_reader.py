@@ -224,10 +224,10 @@ class TestWords:
         ]:
             assert reader.read([*text, end])[-1].status == status.value
 
-    def test_a_line_is_read_in_six_clocks_a_byte(self, reader):
+    def test_a_line_is_read_in_nine_clocks_a_byte(self, reader):
         for text in [b"X1Y2Z3", b"G1X-1Y-2F3", b"$100=2.5", b"G1 X10.123 Y-20.456 F1500"]:
             reader.read([*text, GOOD] * 20)
-            assert reader.clocks <= 6 * 20 * (len(text) + 1)
+            assert reader.clocks <= 9 * 20 * (len(text) + 1)
 
     def test_no_limit_of_length(self, reader):
         items = reader.read([*b"X1 " * 500, GOOD])
