@@ -153,13 +153,15 @@ def describe(c: Contract, dut: GCodeReader) -> None:
     c.implication("digits-passed", "The digits of a number are added, and nothing else.",
                   when=number.take | (counts & digit & goes_on),
                   then=counts & digit & goes_on & number.take & (number.digit == text[:4]))
-    c.invariant("number-begins", "A number begins with its letter.", number.clear == starts,
-                cover=starts)
+    clears = c.keep(1, name="clears")
+    c.m.d.sync += clears.eq(~c.rst & starts)
+    c.invariant("number-begins", "A number begins with its letter, a clock later.",
+                number.clear == clears, cover=clears)
     c.invariant("number-ends", "It ends with what is no part of it, and with a digit at least.",
                 (finishing == finishes) & (number.finish == finishing)
                 & (~finishing | (complete & held & ends & ~offered)), cover=finishing)
     c.implication("sign-and-point", "Its point and its sign are those of the line.",
-                  when=so_far != NONE,
+                  when=(so_far != NONE) & ~clears,
                   then=(number.decimal == ((so_far == POINT) | (so_far == DECIMALS)))
                   & (number.negative == minus))
     char = data.View(CHARACTER, c.signal("char"))
@@ -180,12 +182,15 @@ def describe(c: Contract, dut: GCodeReader) -> None:
                 & (out.status.as_value() == status)
                 & (c.signal("parenthesis") == (comment == 1)) & (c.signal("rest") == (comment == 2))
                 & (c.signal("line_begun") == begun) & (out.system == system)
-                & (c.signal("place") == prefix) & (c.signal("expects") == (so_far != NONE))
+                & (c.signal("place") == prefix)
+                & (c.signal("expects") == ((so_far != NONE) & ~clears))
+                & (~clears | ((so_far == LETTER) & ~held & ~complete & good & begun
+                              & (char.byte == first)))
                 & (c.signal("digits") == complete) & (comment < 3) & (so_far <= DECIMALS)
                 & (kind < 3)
                 & (~passes | ((kind == GCodeKind.CHARACTER.value) & ~valid & ~finishing))
                 & (~(valid | passes) | ~complete | (kind == GCodeKind.CHARACTER.value))
-                & ((so_far == NONE) | ((c.signal("begun") == (so_far > LETTER))
+                & ((so_far == NONE) | clears | ((c.signal("begun") == (so_far > LETTER))
                                        & (c.signal("letter") == first) & begun
                                        & (good | at_end)
                                        & ~c.kept["number:is_complete"]))

@@ -125,6 +125,8 @@ class GCodeReader(wiring.Component):
         point = Signal()
         numeric = Signal()
         visible = Signal()
+        begins = Signal()  # a number, a clock after its letter was judged
+        m.d.sync += begins.eq(0)
         is_numeric = expects & (char.digit | (char.point & ~point) | (char.sign & ~begun))
         is_visible = self._visible(m, char, taken)
         m.d.sync += [numeric.eq(is_numeric), visible.eq(is_visible),
@@ -136,16 +138,16 @@ class GCodeReader(wiring.Component):
             number.digit.eq(char.byte[:4]),
             number.take.eq(taken & visible & numeric & char.digit),
             number.decimal.eq(point),
-            number.finish.eq(finishing),
+            number.finish.eq(finishing), number.clear.eq(begins),
             out.number.eq(number.number),
         ]
         with m.If(taken & visible & numeric):
             m.d.sync += [begun.eq(1), point.eq(point | char.point), digits.eq(digits | char.digit)]
             with m.If(char.sign):
                 m.d.sync += number.negative.eq(char.byte == ord("-"))
-        self._read_line(m, number, char, taken, visible, numeric, expects, passing)
+        self._read_line(m, begins, char, taken, visible, numeric, expects, passing)
         letter = Signal(8)
-        with m.If(number.clear):
+        with m.If(begins):
             m.d.sync += [expects.eq(1), begun.eq(0), point.eq(0), number.negative.eq(0),
                          letter.eq(char.byte)]
         with m.If(judges & ends):
@@ -191,7 +193,7 @@ class GCodeReader(wiring.Component):
             ]
         return ~(parenthesis | rest | char.skipped)
 
-    def _read_line(self, m: Module, number: FixedPoint, char, taken, visible, numeric, expects,
+    def _read_line(self, m: Module, begins: Signal, char, taken, visible, numeric, expects,
                    passing) -> None:
         """Judge the characters of a line, and offer its items other than words."""
         out, byte = self.words.p, char.byte
@@ -221,12 +223,12 @@ class GCodeReader(wiring.Component):
                 with m.If((place == at) & (line_begun == (at > 0)) & (byte == expected)):
                     m.d.sync += place.eq(at + 1)
             # Behind the whole prefix comes a letter, not a number.
-            m.d.comb += number.clear.eq(~numeric & ~((place == 2) & (byte == ord("="))))
+            m.d.sync += begins.eq(~numeric & ~((place == 2) & (byte == ord("="))))
         with m.Elif(taken & visible & ~bad & ~numeric):
             m.d.sync += [line_begun.eq(1), expects.eq(0)]
             with m.If(expects):
                 m.d.sync += out.status.eq(GCodeStatus.NO_NUMBER)
             with m.Elif(char.letter):
-                m.d.comb += number.clear.eq(1)
+                m.d.sync += begins.eq(1)
             with m.Else():
                 m.d.sync += out.status.eq(GCodeStatus.NO_LETTER)
