@@ -108,12 +108,16 @@ class Serve:
     switches : callable, optional
         Gives, of the values of its options, the ends of its axes that have a limit switch, such as
         ``X+``, by the bits of its input ``limits``.
+    further_switches : callable, optional
+        Gives, likewise, the limit switches that have an input of their own: its name, by their
+        names, such as ``Y2+``.
     """
 
     about: str
     design: Callable[..., Design] | None = None
     levels: Mapping[str, int] = field(default_factory=dict)
     switches: Callable[..., Sequence[str]] | None = None
+    further_switches: Callable[..., Mapping[str, str]] | None = None
 
 
 @dataclass(frozen=True)
