@@ -201,6 +201,11 @@ MACHINE = Machine(
     diagrams=DIAGRAMS,
     # Places have room for metres, and a run goes millimetres; long lists are left out.
     coverage=Coverage(100_000, 89, 66, _explore, named=True),
-    recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
+    recorded=Recorded(benchmarks={
+        "instants": ("benchmarks.step_times --steps 1000 --programs 60",
+                     "benchmarks.step_times --steps 50 --programs 2"),
+        "ends": ("benchmarks.end_positions --blocks 1000000 --gateware 100000",
+                 "benchmarks.end_positions --blocks 50000 --gateware 1500")},
+                      faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "faults", "fuzz", "netlist", "scenarios"))
+    **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))
