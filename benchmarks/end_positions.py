@@ -3,21 +3,29 @@
 import json
 import random
 import re
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from itertools import islice
 from math import cos, floor, pi, sin
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from fresa.machines.gcode import GCode, GCodeSettings
+from tb.boards import component
+from tb.engines import CXXRTLEngine, Engine
 from tb.models.gcode_blocks import Motion, ProgramModel
 from tb.models.gcode_ends import moved
 from tb.models.gcode_plan import PlanSettings
+from tb.uart import Decoder, levels
 from tools.console import Parser, Progress, check_output, command, say, whole, write_atomically
+from tools.processes import pool
 
-__all__ = ["Figures", "Program", "exact_steps", "main", "measure"]
+__all__ = ["Figures", "Pins", "Program", "exact_steps", "main", "measure", "measure_pins"]
 
 ABOUT = """\
 Runs a random program on the model of the G-code machine, which is that of the gateware to the bit:
@@ -27,6 +35,10 @@ never rounded, for all lines so far. Lines are absolute and relative, in mm and 
 helices in all planes are turned half turn by half turn. An axis has 80, one 78.74 and one 400
 steps/mm, so that most ends are between two steps.
 
+With --gateware such a program is also sent to the gateware in simulation, as fast as it answers,
+with steps and lengths a tenth as large. Its steps are counted at its pins; every 500 lines it comes
+to rest, and the axes must be where the text of all lines so far says.
+
 Exit status 1 if an axis is ever a step off.
 """
 
@@ -34,7 +46,9 @@ EPILOG = """\
 examples:
   python -m benchmarks.end_positions
   python -m benchmarks.end_positions --blocks 1000000 --json ends.json
-      A million: some minutes.
+      A million: some six minutes.
+  python -m benchmarks.end_positions --blocks 1000000 --gateware 100000
+      And a hundred thousand on the gateware, clock by clock: some ten minutes, on two cores.
 
 see also: benchmarks.gcode for ends at the pins, benchmarks.arcs for what arcs do on their way.
 """
@@ -45,6 +59,20 @@ STEPS = (80_000, 78_740, 400_000)
 SETTINGS = PlanSettings(clock=50_000_000, speeds=(200_000_000, 200_000_000, 50_000_000),
                         accelerations=(1_000_000_000, 1_000_000_000, 200_000_000), steps=STEPS,
                         deviation=10_000)
+
+SCALE = 0.1
+FINE = GCodeSettings(
+    clock=2_000_000, baud=125_000, deviation=Fraction(1, 10),
+    steps_per_mm=tuple(Fraction(each, 100) for each in STEPS),
+    max_rate=(Fraction(12_000), Fraction(12_000), Fraction(3000)),
+    acceleration=(Fraction(17_000),) * 3)
+"""The machine of the gateware: ten times the steps per mm, and the highest acceleration."""
+
+ROOM = 120
+"""Bytes of lines that are not answered."""
+
+REST = 500
+"""Lines after which it comes to rest."""
 
 CHUNK = 20_000
 """Lines whose ends are computed at once."""
@@ -91,6 +119,8 @@ class Program:
         Of the random numbers.
     arcs : float
         Share of lines that are arcs.
+    scale : float
+        How large its motions are.
 
     Attributes
     ----------
@@ -98,10 +128,10 @@ class Program:
         X, Y and Z in mm.
     """
 
-    def __init__(self, seed: int, arcs: float) -> None:
+    def __init__(self, seed: int, arcs: float, scale: float = 1) -> None:
         self.position = [Fraction(0)] * 3
         self._rng = random.Random(seed)
-        self._arcs = arcs
+        self._arcs, self._scale = arcs, scale
         self._relative = self._inches = False
         self._plane = 17
 
@@ -113,12 +143,12 @@ class Program:
             if draw < 0.02:
                 yield self._read(self._rng.choice(
                     ["G90", "G91", "G20", "G21", "G17", "G18", "G19"]))
-            elif max(map(abs, self.position)) > REACH:
+            elif max(map(abs, self.position)) > REACH * self._scale:
                 yield self._read("G90G0X0Y0Z0")
             elif draw < 0.02 + self._arcs:
                 yield self._read(self._arc())
             else:
-                size = self._rng.choice([0.05, 0.1, 0.5, 5])
+                size = self._scale * self._rng.choice([0.05, 0.1, 0.5, 5])
                 yield self._read(self._rng.choice(["G0", "G1", "G1", "G1"]) + self._words(
                     {axis: self._rng.uniform(-size, size) for axis in self._rng.sample(
                         range(3), self._rng.choice([1, 2, 2, 2, 3]))}))
@@ -136,7 +166,8 @@ class Program:
         """Return an arc or a helix, at times a full circle."""
         rng = self._rng
         a, b, c = {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[self._plane]
-        radius, begin = 0.05 * 40**rng.random(), rng.uniform(0, 2 * pi)
+        radius = 0.05 * self._scale * 40**rng.random()
+        begin = rng.uniform(0, 2 * pi)
         unit, digits = (25.4, 5) if self._inches else (1.0, 4)
         i, j = (f"{-radius * part / unit:.{digits}f}" for part in (cos(begin), sin(begin)))
         if rng.random() < 0.2:
@@ -165,10 +196,10 @@ class Program:
         return text
 
 
-def exact_steps(position: list[Fraction]) -> list[int]:
-    """Return the nearest steps, of two the higher."""
+def exact_steps(position: list[Fraction], steps: Sequence[int] = STEPS) -> list[int]:
+    """Return the nearest steps, of two the higher, of machines with so many a metre."""
     return [floor(at * per_metre / 1000 + Fraction(1, 2))
-            for at, per_metre in zip(position, STEPS, strict=True)]
+            for at, per_metre in zip(position, steps, strict=True)]
 
 
 def measure(blocks: int, arcs: float, seed: int = 1, done: Callable[[int], object] = lambda _: None
@@ -209,6 +240,131 @@ def measure(blocks: int, arcs: float, seed: int = 1, done: Callable[[int], objec
     return total
 
 
+@dataclass(frozen=True)
+class Pins:
+    """What a program has come to at the pins of the gateware.
+
+    Attributes
+    ----------
+    lines, blocks, arcs : int
+        Lines of text, blocks of motion, and those of them that are arcs.
+    steps, clocks : int
+        Steps of all axes, and how long they took.
+    places, off, most : int
+        Where it rested; how often an axis was not at the right step then, and by how many at most.
+    end : list of int
+        Where it ends, in steps.
+    """
+
+    lines: int
+    blocks: int
+    arcs: int
+    steps: int
+    clocks: int
+    places: int
+    off: int
+    most: int
+    end: list[int]
+
+
+class _Session:
+    """The gateware, its line with as many bytes under way as fit, and the steps at its pins."""
+
+    OUTPUTS = ("tx", "step", "direction")
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine, self._decoder = engine, Decoder(FINE.bit)
+        self._tx, self._high = 1, 0
+        self._text = b""
+        self._sizes: deque[int] = deque()  # of lines that are not answered
+        self.position, self.steps = np.zeros(3, np.int64), 0
+        engine.set(rx=1)
+        while not self._text.startswith(b"Grbl") or not self._text.endswith(b"\r\n"):
+            self.run(1000)
+        self._text = b""
+
+    def run(self, clocks: int) -> None:
+        """Let time pass."""
+        # What `send` has seen is no run, so that a run does not go on from there.
+        start, before = self.engine.clock, self.engine.get(*self.OUTPUTS)
+        seen = self.engine.run(clocks, self.OUTPUTS)
+        self._take(np.concatenate([[start], seen.clock]), {
+            name: np.concatenate([[level], seen[name]])
+            for name, level in zip(self.OUTPUTS, before, strict=True)})
+
+    def send(self, line: bytes) -> None:
+        """Send a line, once there is room for it."""
+        while sum(self._sizes) + len(line) > ROOM:
+            self.run(400)
+            self._answers()
+        data = levels(line, FINE.bit)
+        begin = self.engine.clock
+        rows = self.engine.apply({"rx": data}, list(self.OUTPUTS))
+        self._sizes.append(len(line))
+        self._take(begin + np.arange(len(data)), rows)
+
+    def finish(self) -> None:
+        """Wait until all lines are answered, and nothing moves."""
+        while self._sizes:
+            self.run(2000)
+            self._answers()
+        self.run(20_000)  # the last one is planned
+        while self.engine.get("moving"):
+            self.run(2000)
+        self.run(200)
+
+    def _take(self, clock: NDArray, rows: Mapping[str, NDArray]) -> None:
+        tx = np.concatenate([[self._tx], rows["tx"]])
+        for at in np.flatnonzero(np.diff(tx.astype(np.int8))).tolist():
+            self._text += self._decoder.feed(int(clock[at]), int(tx[at + 1]))
+        self._tx = int(tx[-1])
+        self._text += self._decoder.feed(self.engine.clock, self._tx)
+        step = np.concatenate([[self._high], rows["step"]]).astype(np.uint8)
+        self._high = int(step[-1])
+        rises, forward = step[1:] & ~step[:-1], rows["direction"].astype(np.uint8)
+        for axis in range(3):
+            made = np.flatnonzero(rises >> axis & 1)
+            ahead = int(np.count_nonzero(forward[made] >> axis & 1))
+            self.position[axis] += 2 * ahead - len(made)
+            self.steps += len(made)
+
+    def _answers(self) -> None:
+        *answers, self._text = self._text.split(b"\r\n")
+        for answer in answers:
+            if answer != b"ok":
+                raise RuntimeError(f"the gateware says {answer!r}")
+            self._sizes.popleft()
+
+
+def measure_pins(blocks: int, arcs: float, seed: int = 1,
+                 done: Callable[[int], object] = lambda _: None) -> Pins:
+    """Run a program on the gateware; parameters are those of :func:`measure`."""
+    program, store = Program(seed, arcs, SCALE), FINE.store
+    lines, per_metre = program.lines(), [store[100 + axis] for axis in range(3)]
+    total, before = Pins(0, 0, 0, 0, 0, 0, 0, 0, [0, 0, 0]), list(program.position)
+    with CXXRTLEngine(component("gcode", GCode(settings=FINE))) as engine:
+        session = _Session(engine)
+        begin = engine.clock
+        while total.blocks < blocks:
+            sent = moves = curves = 0
+            for text in islice(lines, min(REST, blocks - total.blocks)):
+                session.send(f"{text}\n".encode())
+                curve = bool(re.search("[IJK]", text))  # a full circle ends where it begins
+                curves, moves = curves + curve, moves + (curve or program.position != before)
+                before = list(program.position)
+                sent += 1
+            session.finish()
+            off = np.abs(session.position - exact_steps(program.position, per_metre))
+            total = Pins(total.lines + sent, total.blocks + moves, total.arcs + curves,
+                         session.steps, engine.clock - begin, total.places + 1,
+                         total.off + bool(off.any()), max(total.most, int(off.max())),
+                         session.position.tolist())
+            done(moves)
+        if engine.get("fault"):
+            raise RuntimeError("the gateware shows a fault")
+    return total
+
+
 @command
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
@@ -219,19 +375,36 @@ def main(argv: list[str] | None = None) -> int:
                         help="lines of 100 that are arcs (default: %(default)s)")
     parser.add_argument("--seed", metavar="N", type=whole(0), default=1,
                         help="of the random numbers (default: %(default)s)")
+    parser.add_argument("--gateware", metavar="N", type=whole(0, 10**8), default=0,
+                        help="blocks of motion on the gateware (default: none)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     args = parser.parse_args(argv)
     check_output(args.json)
-    with Progress(args.blocks, "blocks", "moving") as progress:
-        found = measure(args.blocks, args.arcs / 100, args.seed, progress.advance)
+    pins = None
+    if args.gateware:  # on a core of its own
+        with pool(1) as other, Progress(args.gateware, "blocks", "moving") as progress:
+            model = other.submit(measure, args.blocks, args.arcs / 100, args.seed)
+            pins = measure_pins(args.gateware, args.arcs / 100, args.seed, progress.advance)
+            found = model.result()
+    else:
+        with Progress(args.blocks, "blocks", "moving") as progress:
+            found = measure(args.blocks, args.arcs / 100, args.seed, progress.advance)
     say(f"{found.blocks:,} blocks, {found.arcs:,} of them arcs, of {found.lines:,} lines; "
         f"{found.steps:,} steps between their ends")
     say("the end is ({}, {}, {}) steps".format(*found.end))
     say(f"lines after which an axis is off: {found.off}"
         + (f", by {found.most} steps at most" if found.off else ""))
+    facts: dict[str, Any] = {"seed": args.seed, "good": not found.off, "model": asdict(found)}
+    if pins is not None:
+        say(f"gateware: {pins.blocks:,} blocks, {pins.arcs:,} of them arcs, of {pins.lines:,} "
+            f"lines, in {pins.clocks:,} clocks; {pins.steps:,} steps at its pins")
+        say("the end is ({}, {}, {}) steps".format(*pins.end))
+        say(f"places off, of {pins.places} where it rests: {pins.off}"
+            + (f", by {pins.most} steps at most" if pins.off else ""))
+        facts |= {"good": not found.off and not pins.off, "gateware": asdict(pins)}
     if args.json:
-        write_atomically(args.json, (json.dumps(asdict(found), indent=1) + "\n").encode())
-    return 1 if found.off else 0
+        write_atomically(args.json, (json.dumps(facts, indent=1) + "\n").encode())
+    return 0 if facts["good"] else 1
 
 
 if __name__ == "__main__":

@@ -1,38 +1,63 @@
-"""Instants of ticks against a trapezoid of speeds in real numbers."""
+"""Instants of steps and of ticks against a trapezoid of speeds in real numbers."""
 
 import json
+import os
 import random
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import floor
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from fresa.clock import CLOCK
 from tb.models.profile import Block, ProfileModel
-from tools.console import Parser, Progress, check_output, command, say, write_atomically
+from tools.console import Parser, Progress, check_output, command, say, whole, write_atomically
+from tools.processes import pool
+
+from .ideal import FRACTION, STEPS_PER_MM, ideal
+from .step_instants import KINDS, Instants, instants
+from .step_instants import program as random_program
 
 __all__ = ["Deviation", "Path1D", "deviations", "main", "plan", "program"]
 
+T = TypeVar("T")
+
 ABOUT = """\
-Moves along random paths with the model of the speed profile, which is that of the gateware to the
-clock, and compares the instants of its ticks, 64 or so a block, with those of a path of constant
-accelerations in extended precision: single blocks, and chains in which speeds at junctions are
-random. Top speeds are 1 to 450 000 steps/s, at 40 to 3 200 steps/mm; it takes 5 ms to 2 s to get
-there. Prints the deviation in clocks: after the half clock in which the first phase begins.
+Runs random programs on models that are the gateware to the clock, and compares the instants at
+which things come with those of a path of constant accelerations in 80-bit arithmetic, in clocks of
+20 ns.
+
+Steps: of programs of G-code, planned as the machine plans them, every rising edge of STEP at the
+pins is compared with the instant at which its axis passes to that step; and the tick by which it is
+made with its own instant. There are as many programs of each kind: lines; arcs, full circles and
+helices in all planes; lines with corners of any angle; short segments of a curve; and fast lines of
+up to 3 000 000 steps/s, with drivers that take pulses of 100 ns. All others go at 1 to 450 000
+steps/s, with the times of an A4988.
+
+Ticks: of the profile by itself, 64 or so a block: single blocks, and chains in which speeds at
+junctions are random, at 1 to 450 000 steps/s, at 40 to 3 200 steps/mm; it takes 5 ms to 2 s to get
+there. After the half clock in which the first phase begins.
+
+Exit status 1 if a tick of a step is more than eight clocks from its instant: that is twice the time
+of a tick at full speed.
 """
 
 EPILOG = """\
 examples:
   python -m benchmarks.step_times
-  python -m benchmarks.step_times --programs 1000 --blocks 1
-  python -m benchmarks.step_times --programs 60 --blocks 30 --json times.json
+  python -m benchmarks.step_times --steps 1000 --json times.json
+      A thousand programs of G-code: some six minutes of a core.
+  python -m benchmarks.step_times --steps 0 --programs 1000 --blocks 1
+      Ticks alone.
 """
 
-FRACTION = 16
-"""Bits of the fraction of speeds."""
+MOST_APART = 8
+"""Clocks from its ideal instant in which the tick of a step comes."""
 
-STEPS_PER_MM = (40, 80, 160, 250, 400, 1000, 3200)
+PERCENT = (50, 99, 99.9)
+"""Parts of all steps of which figures say how far apart at most they are."""
 
 
 @dataclass(frozen=True)
@@ -111,31 +136,6 @@ def plan(rng: random.Random, paths: list[Path1D]) -> list[int]:
     return ends
 
 
-def ideal(path: Path1D, begin: int, end: int, ticks: np.ndarray) -> np.ndarray:
-    """Return the exact clocks of ticks, from the begin of a block, between two squared speeds."""
-    block = path.block()
-    real = np.longdouble
-    energy, first, last = real(block.energy), real(begin), real(end)
-    count, top = real(1 << block.log2_ticks), real(block.nominal)
-    rises = (last - first + energy * count) / (2 * energy)
-    falls = rises
-    peak = first + energy * rises
-    if peak > top:
-        rises, falls = (top - first) / energy, count - (top - last) / energy
-        peak = top
-    unit = real(path.length) / 256 * CLOCK / count
-
-    def ramp(square, made):  # from this square up or, backwards, down to it
-        root = np.sqrt(square) + np.sqrt(np.maximum(square + energy * made, 0))
-        return np.divide(2 * made, root, out=np.zeros_like(made), where=made > 0)
-
-    n = ticks.astype(real)
-    up, down = np.minimum(n, rises), np.maximum(n - falls, 0)
-    level = np.minimum(np.maximum(n - rises, 0), falls - rises)
-    before = ramp(last, np.full_like(n, count - falls)) - ramp(last, count - falls - down)
-    return unit * (ramp(first, up) + level / np.sqrt(peak) + before)
-
-
 def deviations(paths: list[Path1D], ends: list[int], samples: int = 64) -> Deviation:
     """Run a program on the model, and compare some ticks of each block."""
     blocks = [path.block() for path in paths]
@@ -161,7 +161,9 @@ def deviations(paths: list[Path1D], ends: list[int], samples: int = 64) -> Devia
             longest = max(longest, granule.ended - granule.began)
         if granule.last:
             assert granule.square == ends[granule.block] and done == ticks[-1]
-            found = ideal(paths[granule.block], begin, ends[granule.block], np.array(ticks))
+            unit = (np.longdouble(paths[granule.block].length) / 256 * CLOCK
+                    / (1 << blocks[granule.block].log2_ticks))
+            found = ideal(blocks[granule.block], unit, begin, ends[granule.block], np.array(ticks))
             by = np.array(clocks, np.longdouble) - origin - found
             least, most = min(least, float(by.min())), max(most, float(by.max()))
             last.append(float(by[-1]))
@@ -173,29 +175,97 @@ def deviations(paths: list[Path1D], ends: list[int], samples: int = 64) -> Devia
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmark."""
     parser = Parser(prog="python -m benchmarks.step_times", description=ABOUT, epilog=EPILOG)
-    parser.add_argument("--programs", type=int, default=20, metavar="N",
-                        help="programs of each kind (default: %(default)s)")
+    parser.add_argument("--steps", type=whole(0, 10**6), default=20, metavar="N",
+                        help="programs of G-code, a fifth of each kind (default: %(default)s)")
+    parser.add_argument("--programs", type=whole(0, 10**6), default=20, metavar="N",
+                        help="programs for ticks, of each number of blocks (default: %(default)s)")
     parser.add_argument("--blocks", type=int, action="append", metavar="N",
-                        help="blocks of a program; may be repeated (default: 1 and 30)")
+                        help="blocks of such a program; may be repeated (default: 1 and 30)")
+    parser.add_argument("--jobs", type=whole(1, 1000), default=os.cpu_count(), metavar="N",
+                        help="processes (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="(default: %(default)s)")
     parser.add_argument("--json", metavar="FILE", type=Path, help="write the figures there")
     args = parser.parse_args(argv)
     check_output(args.json)
-    figures = {}
+    figures = {"steps": {}, "ticks": {}}
     sizes = args.blocks or [1, 30]
-    with Progress(args.programs * len(sizes), "programs", "moving") as progress:
-        for blocks in sizes:
-            found = []
-            for number in range(args.programs):
-                rng = random.Random(f"{args.seed} {blocks} {number}")
-                paths = program(rng, blocks)
-                found.append(deviations(paths, plan(rng, paths)))
-                progress.advance()
-            figures[str(blocks)] = figure = summary(found)
+    each = max(1, args.steps // len(KINDS)) if args.steps else 0
+    total = each * len(KINDS) + args.programs * len(sizes)
+    with pool(args.jobs) as running, Progress(total, "programs", "moving") as progress:
+        for kind in KINDS if each else ():
+            steps = _advanced(progress, running.map(
+                steps_of, [kind] * each,
+                [f"{args.seed} {kind} {number}" for number in range(each)]))
+            figures["steps"][kind] = figure = step_summary(steps)
+            say(f"{kind:8} {step_line(figure)}")
+        for blocks in sizes if args.programs else ():
+            ticks = _advanced(progress, running.map(
+                ticks_of, [blocks] * args.programs,
+                [f"{args.seed} {blocks} {number}" for number in range(args.programs)]))
+            figures["ticks"][str(blocks)] = figure = summary(ticks)
             say(f"{blocks} blocks: {line(figure)}")
+    good = all(max(-low, high) <= MOST_APART for low, *_, high in (
+        figure["tick_clocks"] for figure in figures["steps"].values()))
     if args.json:
-        write_atomically(args.json, (json.dumps(figures, indent=1) + "\n").encode())
-    return 0
+        text = json.dumps({"seed": args.seed, "good": good, **figures}, indent=1)
+        write_atomically(args.json, f"{text}\n".encode())
+    return 0 if good else 1
+
+
+def ticks_of(blocks: int, seed: str) -> Deviation:
+    """Make a random program of so many blocks, and compare its ticks."""
+    rng = random.Random(seed)
+    paths = program(rng, blocks)
+    return deviations(paths, plan(rng, paths))
+
+
+def steps_of(kind: str, seed: str) -> Instants:
+    """Make a random program of a kind, and compare its steps."""
+    return instants(random_program(kind, random.Random(seed)))
+
+
+def _advanced(progress: Progress, found: Iterable[T]) -> list[T]:
+    """Collect what is found, and show that it is."""
+    kept = []
+    for each in found:
+        kept.append(each)
+        progress.advance()
+    return kept
+
+
+def step_summary(found: list[Instants]) -> dict:
+    """Return the figures of programs of one kind.
+
+    Of clocks, of shares of the time to the nearest step, and of ticks these are the least, those
+    below which 50, 99 and 99.9 of a hundred steps are, and the most.
+    """
+    def spread(parts: Iterable[np.ndarray], digits: int) -> list[float]:
+        values = np.concatenate([*parts])
+        return [round(float(each), digits) for each in np.percentile(values, (0, *PERCENT, 100))]
+
+    rates = [each.rate for each in found]
+    return {
+        "programs": len(found), "blocks": sum(each.blocks for each in found),
+        "steps": sum(len(each.by) for each in found),
+        "seconds": round(sum(each.seconds for each in found), 1),
+        "rates": [round(min(rates), 1), round(max(rates))],
+        "fastest": round(max(each.fastest for each in found)),
+        "clocks": spread((each.by for each in found), 1),
+        "share": spread((each.share for each in found), 4),
+        "tick_clocks": spread((each.ticks for each in found), 2),
+        "late": sum(each.late for each in found),
+        "cancelled": sum(each.cancelled for each in found)}
+
+
+def step_line(figure: dict) -> str:
+    """Return the figures as a line."""
+    low, *middle, high = figure["clocks"]
+    return (f"{figure['programs']} programs, {figure['steps']} steps at up to "
+            f"{figure['fastest']} a second: {low:+.1f} to {high:+.1f} clocks, "
+            + ", ".join(f"p{name:g} {value:+.1f}" for name, value in zip(
+                PERCENT, middle, strict=True))
+            + f"; p99.9 is {figure['share'][3]:.1%} of the time to the next step; ticks "
+            f"{figure['tick_clocks'][0]:+.2f} to {figure['tick_clocks'][-1]:+.2f}")
 
 
 def summary(found: list[Deviation]) -> dict:

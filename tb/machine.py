@@ -6,7 +6,7 @@ Parts that are heavy to import, such as a model, are functions that import when 
 that concern one build of the machine take the keyword arguments of `make` for it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import import_module
@@ -108,12 +108,16 @@ class Serve:
     switches : callable, optional
         Gives, of the values of its options, the ends of its axes that have a limit switch, such as
         ``X+``, by the bits of its input ``limits``.
+    further_switches : callable, optional
+        Gives, likewise, the limit switches that have an input of their own: its name, by their
+        names, such as ``Y2+``.
     """
 
     about: str
     design: Callable[..., Design] | None = None
     levels: Mapping[str, int] = field(default_factory=dict)
     switches: Callable[..., Sequence[str]] | None = None
+    further_switches: Callable[..., Mapping[str, str]] | None = None
 
 
 @dataclass(frozen=True)
@@ -122,6 +126,9 @@ class Recorded:
 
     Attributes
     ----------
+    benchmarks : mapping of str to (str, str)
+        Benchmarks whose figures are recorded, by what they are of: the words of the command but for
+        that of its figures, and of one that takes half a minute.
     sizes : mapping of str to (str, str)
         Builds whose resources are counted, by name: the arguments of `tools.build`, but for the
         machine, and what decides the resources, as `tools.fingerprints` names it.
@@ -136,6 +143,7 @@ class Recorded:
         Of its components the one whose mutants are tried where there is little time.
     """
 
+    benchmarks: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     sizes: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     campaign: int = 0
     faults: Mapping[str, tuple[int, int]] = field(default_factory=dict)
@@ -233,6 +241,8 @@ class Machine:
     faults : callable, optional
         Returns what makes its builds for fault injection, each a `tb.faults.target.FaultTarget`,
         by whether they have a guard; None for a machine that can have none.
+    modelled : callable, optional
+        Gives what its models of events say of some work, as text: benchmarks run these models.
     netlist : callable, optional
         Gives what of it is checked as a netlist, a `tb.netlist.part.NetlistPart`.
     recorded : Recorded
@@ -264,6 +274,7 @@ class Machine:
     survivors: Callable[[], Mapping[tuple[str, str], str]] | None = None
     fuzz: "Callable[[], FuzzTarget] | None" = None
     faults: "Callable[[], Mapping[Any, Callable[[], FaultTarget]]] | None" = None
+    modelled: Callable[[], Callable[[], Iterable[str]]] | None = None
     netlist: "Callable[[], NetlistPart] | None" = None
     recorded: Recorded = Recorded()
     order: int = 100

@@ -48,8 +48,8 @@ def names(kind: str) -> list[str]:
     kind : str
         ``contract``: a component with its properties, in every case; ``bench``: what a bench of a
         component or a machine does; ``run``: a design that is cosimulated, with its model and its
-        stimulus; ``fuzz``, ``faults``: a design with what is done to it; ``netlist``: a design that
-        is checked as a netlist.
+        stimulus; ``fuzz``, ``faults``: a design with what is done to it; ``model``: what the models
+        of a machine say of some work; ``netlist``: a design that is checked as a netlist.
     """
     return [f"{kind} {name}" for name in _KINDS[kind][0]()]
 
@@ -158,6 +158,11 @@ def _faults(name: str) -> Iterator[str]:
             yield _rows({"levels": rows.levels, "clocks": rows.clocks, "waits": rows.waits})
 
 
+def _model(name: str) -> Iterator[str]:
+    modelled = machines()[name].modelled
+    yield from modelled()() if modelled else ()
+
+
 def _netlist(name: str) -> Iterator[str]:
     subjects, runnables = _subjects()
     for subject in subjects.get(name, ()):
@@ -211,5 +216,7 @@ _KINDS: Mapping[str, tuple[Callable[[], Iterable[str]], Callable[[str], Iterable
     "fuzz": (fuzz_targets, _fuzz),
     "faults": (
         lambda: [name for name, machine in machines().items() if machine.faults], _faults),
+    "model": (
+        lambda: [name for name, machine in machines().items() if machine.modelled], _model),
     "netlist": (lambda: dict.fromkeys(name for kind in _subjects() for name in kind), _netlist),
 }

@@ -140,6 +140,9 @@ def parts() -> dict[str, Part]:
         Part("vhdl", f"tools.vhdl {_JSON}", tuple(f"run {name}" for name in REFERENCES)),
         Part("netlist", f"tools.netlist {_JSON}", ("netlist",)),
         *(part for machine in known for part in _runs(machine)),
+        *(Part(f"{what}-{machine.name}", f"{most} {_JSON}", _modelled(machine),
+               f"{fewer} {_JSON}")
+          for machine in known for what, (most, fewer) in machine.recorded.benchmarks.items()),
         *(Part(f"fuzz-{name}", f"tools.fuzz {name} --bytes 1000000 --rates 2000 {_FUZZ}",
                (f"fuzz {name}",), f"tools.fuzz {name} --bytes 20000 --rates 20 {_FUZZ}")
           for name in fuzz_targets()),
@@ -173,6 +176,11 @@ def _runs(machine: Machine) -> Iterator[Part]:
         begin = f"tools.cosim --machine {machine.name} --campaign"
         yield Part(f"campaign-{machine.name}", f"{begin} {clocks} {_STATE} {_COSIM}",
                    (f"run {machine.name}",), f"{begin} {clocks // 50} {_STATE} {_COSIM}")
+
+
+def _modelled(machine: Machine) -> tuple[str, ...]:
+    """Name what benchmarks of a machine are of: its gateware, and its models."""
+    return (f"run {machine.name}", *[f"model {machine.name}"] * (machine.modelled is not None))
 
 
 def _faults(machine: Machine, what: str) -> Part:

@@ -10,6 +10,7 @@ from tb.bench import bench
 from tb.boards import component
 from tb.fuzz.trajectory import Failure
 from tb.mistake import Mistake
+from tb.models.gcode_machine import MachineModel
 from tb.netlist.part import NetlistPart
 from tb.netlist.subject import Subject
 from tb.netlist.unknown import Runnable
@@ -69,6 +70,16 @@ def test_session_check_is_what_it_finds_where_nothing_happens(monkeypatch):
     before = fingerprint(target.session_check)
     assert len({before, fingerprint(blind), fingerprint(other)}) == 3
     assert fingerprint(target.session_check) == before
+
+
+def test_a_model_is_what_it_says(monkeypatch):
+    before = taken("model gcode")
+    assert taken("model gcode") == before
+    steps = MachineModel.steps
+    monkeypatch.setattr(MachineModel, "steps", lambda model: [
+        [(clock + 1, way) for clock, way in axis] for axis in steps(model)])
+    assert fingerprints._one("model gcode") != before
+    assert fingerprints._one("model mill") == "gone"
 
 
 class TestNetlist:

@@ -223,6 +223,12 @@ def test_mutants_are_of_every_component():
     assert sorted(named) == sorted(f"contract {name}" for name in components())
 
 
+def test_benchmarks_are_of_the_gateware_and_of_its_models():
+    for name in ("instants-gcode", "ends-gcode"):
+        assert parts()[name].on == ("run gcode", "model gcode")
+        assert "--json {folder}/figures.json" in parts()[name].command
+
+
 def test_a_machine_may_have_numbers_of_faults_of_its_own():
     most, fewer = machines()["gcode"].recorded.faults["flips"]
     own, other = parts()["flips-gcode"], parts()["flips-single"]
@@ -317,6 +323,24 @@ class TestPage:
             assert f"| its {name} | 9 000 | bits | 1 | 2 | 50.00 | 49.5 |" in text
             assert "never" not in made[name]["facts"]["lines"]
 
+    def test_instants_and_ends_of_a_machine(self):
+        steps = {"programs": 8, "blocks": 34, "steps": 17_137, "fastest": 121_065,
+                 "clocks": [-0.6, 3.2, 27.6, 75.6, 3122.3], "late": 0,
+                 "share": [0, 0, 0, 0.0164, 1], "tick_clocks": [-0.9, 0, 1, 1, 2.07]}
+        ticks = {"programs": 3, "seconds": 5.6, "least": -0.72, "most": 0.54, "p50": 0.7,
+                 "p99": 0.71, "late": 0}
+        ends = {"blocks": 10**6, "arcs": 5, "lines": 7000, "steps": 9, "off": 0, "most": 0}
+        made = {name: {"command": name, "seconds": 1, "resumed": False, "facts": summary(
+            name, facts)} for name, facts in (
+            ("instants-it", {"steps": {"lines": steps}, "ticks": {"30": ticks}}),
+            ("ends-it", {"model": ends, "gateware": {**ends, "places": 88}}))}
+        text = page({"parts": made, "cores": 2, "versions": []})
+        assert ("| lines | 8 | 34 | 17 137 | 121 065 | -0.6 | +3.2 | +27.6 | +75.6 | +3122.3 | 1.6 "
+                "| -0.90 to +2.07 | 0 |") in text
+        assert "| 30 | 3 | 5.6 | -0.72 | +0.54 | 0.7 | 0.71 | 0 |" in text
+        assert "| model | 1 000 000 | 5 | 7 000 | 9 | 7 000 | 0 | 0 |" in text
+        assert "| gateware | 1 000 000 | 5 | 7 000 | 9 | 88 | 0 | 0 |" in text
+
     def test_each_machine_that_is_struck(self):
         def facts(name: str, **more) -> Any:
             return summary(name, {"machines": [more | {
@@ -380,4 +404,4 @@ def test_lists_what_is_run(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == [
         name for name, part in parts().items() if part.quick != ""]
-    assert all("python -m tools." in line for line in lines)
+    assert all(re.search(r"python -m (tools|benchmarks)\.", line) for line in lines)

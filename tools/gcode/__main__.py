@@ -46,7 +46,8 @@ how fast it goes, and how far the pins were from the path that was asked for, by
 language. A program that pauses (M0) is started again at once.
 
 A line that the machine refuses is shown; then nothing is written, and the exit status is 1. So it
-is if the pins left the path by more than rounding does, or did not follow it to its end.
+is if the pins left the path by more than rounding does, or did not follow it to its end, or if the
+two motors of --second-motor did not make each step together.
 """
 
 EPILOG = """\
@@ -188,8 +189,18 @@ def report(facts: dict[str, Any]) -> list[str]:
         f"{'' if facts['right'] else 'WRONG: '}at most {facts['deviation_mm']:.4f} mm, "
         f"{facts['deviation_steps']:.2f} steps, off the path; "
         f"{facts['followed_mm']:.1f} mm of it followed",
+        *_second(facts),
         f"simulated at {facts['clock'] / 1e6:g} MHz ({facts['engine']})",
     ]
+
+
+def _second(facts: dict[str, Any]) -> list[str]:
+    """Describe what a second motor has done, if there is one."""
+    if not (axis := facts.get("second_motor")):
+        return []
+    if apart := facts["steps_apart"]:
+        return [f"WRONG: the two motors of {axis} made {_count(apart, 'step')} apart"]
+    return [f"the two motors of {axis} made all steps together"]
 
 
 def _count(number: int, what: str) -> str:

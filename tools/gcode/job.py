@@ -82,6 +82,8 @@ class Job:
         When the first line was sent, in seconds, and how long the job took.
     pauses : int
         How often M0 was ended at once.
+    apart : int
+        Steps that one motor of an axis with two has made without the other one, or another way.
     """
 
     lines: int
@@ -91,6 +93,7 @@ class Job:
     begin: float
     seconds: float
     pauses: int
+    apart: int = 0
 
     @property
     def per_mm(self) -> NDArray[np.float64]:
@@ -142,7 +145,7 @@ class Job:
             self.per_mm.tolist(), self.steps.made, strict=True) if made]
         coarsest = 1 / min(moved or self.per_mm.tolist())
         return {
-            "right": (deviation.distance < MOST_OFF * coarsest
+            "right": (deviation.distance < MOST_OFF * coarsest and not self.apart
                       and asked - deviation.followed < MOST_LEFT * coarsest),
             "lines": self.lines,
             "segments": len(self.segments),
@@ -159,6 +162,8 @@ class Job:
             "end_steps": list(self.steps.end),
             "end_mm": [round(float(each), 4) for each in end],
             "pauses": self.pauses,
+            **({"second_motor": self.settings.second_motor, "steps_apart": self.apart}
+               if self.settings.second_motor else {}),
         }
 
 
@@ -219,4 +224,4 @@ def run(simulation: Simulation, blocks: Sequence[tuple[int, str]], segments: Seq
     simulation.do(session.stream(blocks), progress)
     end = simulation.finish(progress)
     return Job(len(blocks), segments, settings, simulation.steps(), begin, end - begin,
-               simulation.pauses)
+               simulation.pauses, simulation.apart)

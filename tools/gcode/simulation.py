@@ -20,12 +20,15 @@ from fresa_host.session import Waiting
 from tb.engines import Engine
 from tb.uart import FRAME, Decoder, levels
 
-__all__ = ["OUTPUTS", "Pins", "Simulation", "Steps"]
+__all__ = ["OUTPUTS", "Pins", "Simulation", "Steps", "outputs_of"]
 
 T = TypeVar("T")
 
 OUTPUTS = ("tx", "step", "direction", "enable", "spindle", "reverse", "mist", "flood", "moving",
            "alarm", "fault")
+
+OF_SECOND = ("second_step", "second_direction")
+"""Those of a second motor."""
 
 SLICE_S = 0.002
 """Seconds of the machine in a slice."""
@@ -35,6 +38,11 @@ QUIET_S = 0.02
 
 POLL_S = 0.2
 """Seconds between two requests for status while it moves and no answer is awaited."""
+
+
+def outputs_of(settings: GCodeSettings) -> tuple[str, ...]:
+    """Return the outputs of a machine that are looked at."""
+    return OUTPUTS + OF_SECOND * (settings.second_axis is not None)
 
 
 class Steps:
@@ -78,10 +86,11 @@ class Pins:
     """
 
     def __init__(self, path: Path, settings: GCodeSettings) -> None:
+        outputs = outputs_of(settings)
         self._period = 10**9 / settings.clock
         self._file = path.open("w", encoding="ascii")
         self._writer = VCDWriter(self._file, timescale="1 ns")
-        names = ["rx", *(name for name in OUTPUTS if name not in ("step", "direction"))]
+        names = ["rx", *(name for name in outputs if name not in ("step", "direction"))]
         self._one = {name: self._writer.register_var("gcode", name, "wire", 1, name in ("rx", "tx"))
                      for name in names}
         self._axes = {name: [self._writer.register_var("gcode", f"{name}_{axis}", "wire", 1, 0)
@@ -126,22 +135,28 @@ class Simulation:
         Steps at the pins so far.
     pauses : int
         How often it was started again after M0.
+    apart : int
+        Steps that one motor of an axis with two has made without the other one, or another way.
     """
 
     def __init__(self, engine: Engine, settings: GCodeSettings, pins: Pins | None = None) -> None:
         self.engine = engine
         self.session = GCodeSession(name="the simulation", baud=settings.line_baud)
-        self.steps_made = self.pauses = 0
+        self.steps_made = self.pauses = self.apart = 0
         self._settings, self._pins = settings, pins
         self._bit = settings.bit
         self._slice = round(SLICE_S * settings.clock)
         self._decoder = Decoder(self._bit)
         self._waiting = b""
-        self._high = self._reports = 0
+        self._high = self._second_high = self._reports = 0
+        self._outputs = outputs_of(settings)
         self._clocks, self._masks = array("q"), bytearray()
         self._inverted = np.uint8(settings.store.get(3, 0))
         # Switches that open when they are met are closed while nothing is met.
-        engine.set(rx=1, limits=(1 << AXES) - 1 if settings.store.get(5) else 0)
+        closed = int(settings.store.get(5, 0))
+        engine.set(rx=1, limits=((1 << AXES) - 1) * closed)
+        if settings.second_axis is not None:
+            engine.set(second_limit=closed)
         self._run(10 * FRAME * self._bit)
 
     @property
@@ -202,16 +217,16 @@ class Simulation:
 
     def _run(self, clocks: int) -> bytes:
         # What `_send` has seen is no run, so that a run does not go on from there.
-        start, before = self.engine.clock, self.engine.get(*OUTPUTS)
-        changes = self.engine.run(clocks, OUTPUTS)
+        start, before = self.engine.clock, self.engine.get(*self._outputs)
+        changes = self.engine.run(clocks, self._outputs)
         return self._take(np.concatenate([[start], changes.clock]), {
             name: np.concatenate([[level], changes[name]])
-            for name, level in zip(OUTPUTS, before, strict=True)})
+            for name, level in zip(self._outputs, before, strict=True)})
 
     def _send(self, data: bytes) -> bytes:
         """Put bytes on the line; return those that came meanwhile."""
         line, start = levels(data, self._bit), self.engine.clock
-        rows = self.engine.apply({"rx": line}, OUTPUTS)
+        rows = self.engine.apply({"rx": line}, self._outputs)
         changed = np.zeros(len(line), bool)
         changed[0] = True
         for values in (*rows.values(), line):
@@ -230,6 +245,8 @@ class Simulation:
         self._high = int(step[-1])
         where = np.flatnonzero(rises)
         ahead = rows["direction"].astype(np.uint8) ^ self._inverted
+        if self._settings.second_axis is not None:
+            self._compare(self._settings.second_axis, rows, rises, ahead)
         back = ~ahead[where] & rises[where]
         self._clocks.frombytes(clocks[where].tobytes())
         self._masks += (rises[where] | back << 3).tobytes()
@@ -240,3 +257,12 @@ class Simulation:
             self._pins.write(clocks.tolist(),
                              {name: values.tolist() for name, values in rows.items()})
         return b"".join(received)
+
+    def _compare(self, axis: int, rows: dict[str, NDArray], rises: NDArray, ahead: NDArray) -> None:
+        """Count the steps that the motors of an axis do not make together."""
+        step = rows["second_step"].astype(np.uint8)
+        second = step & ~np.concatenate([[np.uint8(self._second_high)], step[:-1]])
+        self._second_high = int(step[-1])
+        first = rises >> axis & 1
+        other = (ahead >> axis ^ rows["second_direction"] ^ self._inverted >> AXES) & 1
+        self.apart += int(np.count_nonzero((first ^ second) | (first & other)))

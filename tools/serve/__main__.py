@@ -111,7 +111,8 @@ async def _serve(engine: Engine, period: int, served: Served,
             if sys.stdout is not None:
                 sys.stdout.flush()
             stopped = asyncio.create_task(stop.wait())
-            typed = asyncio.create_task(_listen(Typed(service, Switches(served.switches, service))))
+            switches = Switches(served.switches, service, served.further_switches)
+            typed = asyncio.create_task(_listen(Typed(service, switches)))
             await asyncio.wait([stopped, service.ended], return_when=asyncio.FIRST_COMPLETED)
             stopped.cancel()
             typed.cancel()

@@ -55,6 +55,12 @@ class Served:
         return replace(self, values={**self.values, **self.options(args)})
 
     @property
+    def further_switches(self) -> dict[str, str]:
+        """The inputs of limit switches that have one of their own, by the names of switches."""
+        further = self.how.further_switches
+        return dict(further(**self.values)) if further else {}
+
+    @property
     def switches(self) -> tuple[str, ...]:
         """The axis ends with a limit switch, by bits of the input ``limits``."""
         return tuple(self.how.switches(**self.values)) if self.how.switches else ()

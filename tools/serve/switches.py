@@ -1,6 +1,7 @@
 """Limit switches of a simulated machine, pressed by a command or on a page."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from ..console import known
 from .service import Service
@@ -17,10 +18,14 @@ class Switches:
         Their names, such as ``X+``, by bits of the machine's input ``limits``.
     service : Service
         The machine.
+    further : mapping of str to str
+        Names of those that have an input of their own, and its name.
     """
 
-    def __init__(self, ends: Sequence[str], service: Service) -> None:
-        self.ends = tuple(ends)
+    def __init__(self, ends: Sequence[str], service: Service,
+                 further: Mapping[str, str] = MappingProxyType({})) -> None:
+        self.ends = (*ends, *further)
+        self._limits, self._further = tuple(ends), further
         self._service = service
         self._pressed: set[str] = set()
 
@@ -48,6 +53,9 @@ class Switches:
         of_axis = [end for end in self.ends if end[:-1] == name]
         end = of_axis[0] if len(of_axis) == 1 else known(name, self.ends, "limit switch")
         (self._pressed.add if on else self._pressed.discard)(end)
-        self._service.set(limits=sum((end in self._pressed) << bit
-                                     for bit, end in enumerate(self.ends)))
+        if end in self._further:
+            self._service.set(**{self._further[end]: int(on)})
+        else:
+            self._service.set(limits=sum((each in self._pressed) << bit
+                                         for bit, each in enumerate(self._limits)))
         return end

@@ -115,6 +115,10 @@ def _figures(clock: int, made: Options, **values: Any):
         f"{settings.depth} blocks of look-ahead")
 
 
+def _second_switch(*, second_motor: str | None, **options: Any):
+    return {f"{second_motor.upper()}2-": "second_limit"} if second_motor else {}
+
+
 OPTIONS = (
     Option("dialect", "what its lines are: those of GRBL 1.1, or those of the thesis' firmware, "
            "see docs/gcode.md (default: %(default)s)", "grbl", choices=tuple(BAUDS), serve=True),
@@ -138,7 +142,7 @@ OPTIONS = (
            "A = X + Y and B = X - Y (default: %(default)s)", "cartesian",
            choices=tuple(KINEMATICS)),
     Option("second_motor", "axis that has a second motor with a limit switch, as a gantry may have "
-           "one, which homing squares (default: none)", None, choices=AXIS_NAMES),
+           "one, which homing squares (default: none)", None, choices=AXIS_NAMES, serve=True),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
            "(default: none)", "", metavar="FILE"),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
@@ -164,6 +168,13 @@ SHORT_THESIS = replace(
     silence_us=500, idle_us=600, servo_us=500)
 """That of the thesis: steps are fine, and times are a tenth or less, so that a session is short."""
 
+SHORT_GANTRY = replace(
+    SHORT, second_motor="z",
+    others=((24, Fraction(6_000)), (25, Fraction(6_000)), (27, Fraction(1, 20)),
+            *((axis, Fraction(1)) for axis in (130, 131, 132))))
+"""With a second motor on Z, which is the first axis to home; its travel is a mm, so that this is
+short."""
+
 DIAGRAMS = (
     Diagram(
         "gcode",
@@ -180,15 +191,21 @@ MACHINE = Machine(
     about="a CNC controller: G-code on the serial line, three axes (docs/gcode.md)",
     make=GCode,
     short={"settings": SHORT},
+    variants={"gcode-gantry": {"settings": SHORT_GANTRY}},
     directed=_directed, random=_random,
     without=dict.fromkeys(("netlist", "netlist-icarus"),
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
-                switches=lambda **options: ("X-", "Y-", "Z-")),
+                switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch),
     diagrams=DIAGRAMS,
     # Places have room for metres, and a run goes millimetres; long lists are left out.
     coverage=Coverage(100_000, 89, 66, _explore, named=True),
-    recorded=Recorded(faults={"resets": (10_000, 1000), "flips": (4000, 300)},
+    recorded=Recorded(benchmarks={
+        "instants": ("benchmarks.step_times --steps 1000 --programs 60",
+                     "benchmarks.step_times --steps 50 --programs 2"),
+        "ends": ("benchmarks.end_positions --blocks 1000000 --gateware 100000",
+                 "benchmarks.end_positions --blocks 50000 --gateware 1500")},
+                      faults={"resets": (10_000, 1000), "flips": (4000, 300)},
                       unmutated="Its parts are mutated one by one."),
-    **parts(__name__, "faults", "fuzz", "netlist", "scenarios"))
+    **parts(__name__, "faults", "fuzz", "modelled", "netlist", "scenarios"))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fresa.machines.gcode import GCode
+from fresa.machines.gcode import GCode, GCodeSettings
 from tb import boards
 from tb.fuzz.inputs import LineProtocol
 from tb.fuzz.target import Findings, Floods, FuzzTarget, Seen
@@ -21,11 +21,13 @@ from tb.fuzz.trajectory import Failure
 from tb.models.gcode_language import Interpreter, RefusedLine, read_words
 from tb.uart import FRAME, Levels, decode, decode_output
 
-from . import SHORT
+from . import SHORT, SHORT_GANTRY
 
 __all__ = ["FUZZ"]
 
 BIT = SHORT.bit
+SECOND = SHORT_GANTRY.second_axis or 0
+"""The axis that has a second motor, if any has."""
 AXES = "XYZ"
 PER_MM = 80
 ROOM = 126
@@ -163,8 +165,23 @@ def _pins(seen: Seen) -> tuple[list[Failure], NDArray[np.int64], int]:
     return failures, position, count
 
 
+def _second(seen: Seen) -> list[Failure]:
+    """Check that a second motor makes the steps of the first one: none is homed here."""
+    first = seen["step"] >> SECOND & 1
+    alone = np.flatnonzero(first != seen["second_step"])
+    rises = np.flatnonzero(np.diff(first.astype(np.int8), prepend=0) == 1)
+    other = rises[(seen["direction"][rises] >> SECOND & 1) != seen["second_direction"][rises]]
+    name = AXES[SECOND]
+    return ([Failure(int(clock), "pins", f"one motor of {name} steps alone")
+             for clock in alone[:1]]
+            + [Failure(int(clock), "pins", f"the motors of {name} step both ways")
+               for clock in other[:1]])
+
+
 def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None:
     findings.failures, position, findings.steps = _pins(seen)
+    if "second_step" in seen:
+        findings.failures += _second(seen)
     received = [(each.clock, each.byte, each.error) for each in decode(line, BIT)]
     findings.bytes = len(received)
     output = decode_output(seen["tx"], BIT)
@@ -286,8 +303,14 @@ def _alive(findings: Findings, said: list[tuple[int, bytes]], reset: int, seen: 
                                          f"at {position.tolist()} instead of 0"))
 
 
-FUZZ = FuzzTarget(
-    "gcode", BIT, PROTOCOL, lambda: boards.component("gcode", GCode(settings=SHORT)),
-    ("tx", "step", "direction", "enable", "moving", "fault"), _check,
-    times=False,
-    about="Each session ends with a reset in what goes on, and a motion to 0.")
+def _target(settings: GCodeSettings, *further: str, others: tuple[FuzzTarget, ...] = ()
+            ) -> FuzzTarget:
+    return FuzzTarget(
+        "gcode", BIT, PROTOCOL, lambda: boards.component("gcode", GCode(settings=settings)),
+        ("tx", "step", "direction", "enable", "moving", "fault", *further), _check,
+        times=False, others=others,
+        about="Each session ends with a reset in what goes on, and a motion to 0; every second "
+              "one is that of a machine with a second motor on Z.")
+
+
+FUZZ = _target(SHORT, others=(_target(SHORT_GANTRY, "second_step", "second_direction"),))

@@ -13,6 +13,14 @@ from ...uart import encode
 
 __all__ = ["directed", "lines", "random_rows"]
 
+HOMED = b"$22=1\n$H\n"
+SQUARED = (
+    ("limits", 0b100, 13_000, 16_000), ("second_limit", 1, 14_500, 17_000),
+    ("second_limit", 1, 36_500, 44_000), ("limits", 0b100, 38_000, 44_000))
+"""Levels of switches of the first axis that homes: where it is sought, and where it is located."""
+HOMING = 60_000
+"""Clocks after which the next axis has its turn."""
+
 REALTIME = (b"?", b"?", b"?", b"!", b"~", b"~", b"~", b"\x18", b"\x84", b"\x85", b"\x90")
 OTHERS = (b"M3 S1000", b"M5", b"M8", b"M9", b"M7", b"G4 P0.001", b"G4", b"M0", b"M2", b"G92 X1",
           b"G92.1", b"G10 L2 P1 X0.5", b"G54", b"G55", b"G20", b"G21", b"G91", b"G90", b"G28",
@@ -46,20 +54,30 @@ def _bytes(rng: random.Random) -> Iterator[bytes]:
 
 
 def directed(settings: GCodeSettings, seed: int, clocks: int) -> dict[str, NDArray]:
-    """Send lines, a pause after some of them; then press the buttons and the switches."""
+    """Send lines, a pause after some of them; then press the buttons and the switches.
+
+    Before them a machine with a second motor begins to home, and meets its switches.
+    """
     rng = random.Random(seed)
     bit = settings.bit
+    second = ["second_limit"] * (settings.second_motor is not None)
     levels = {name: np.zeros(clocks, np.uint8) for name in (
-        "rst", "rx", "limits", "stop", "door", "probe", "motor_fault", "hold", "start", "abort")}
+        "rst", "rx", "limits", "stop", "door", "probe", "motor_fault", "hold", "start", "abort",
+        *second)}
     line: list[int] = [1] * 4000
+    if second:
+        line += encode(HOMED, bit)
+        line += [1] * (HOMING - len(line))
     source = _bytes(rng)
     while len(line) < clocks:
         line += encode(next(source), bit) + [1] * (rng.choice([2, 2, 50, 1000]) * bit)
     levels["rx"][:] = line[:clocks]
-    place = 30_000
+    for name, level, begin, end in SQUARED if second else ():
+        levels[name][begin:end] = level
+    place = HOMING if second else 30_000
     while place < clocks:
         name = rng.choice(["hold", "start", "start", "abort", "limits", "stop", "door", "probe",
-                           "motor_fault", "rst"])
+                           "motor_fault", "rst", *second])
         length = 1 if name == "rst" else rng.randint(1, 200)
         levels[name][place:place + length] = rng.randint(1, 7) if name == "limits" else 1
         place += rng.randint(10_000, 60_000)
@@ -85,7 +103,8 @@ def random_rows(settings: GCodeSettings, seed: int, block: int, rows: int = BLOC
     levels = {"rx": line[:BLOCK]}
     for name, often in (("rst", 0), ("limits", 0.1), ("stop", 0.05), ("door", 0.1),
                         ("probe", 0.1), ("motor_fault", 0.05), ("hold", 0.3),
-                        ("start", 0.5), ("abort", 0.1)):
+                        ("start", 0.5), ("abort", 0.1),
+                        *[("second_limit", 0.1)] * (settings.second_motor is not None)):
         level = [0] * BLOCK
         for _ in range(8):
             if rng.random() < often:

@@ -7,11 +7,12 @@ from fractions import Fraction
 
 import pytest
 
-from benchmarks.end_positions import exact_steps, measure
+from benchmarks.end_positions import exact_steps, measure, measure_pins
+from benchmarks.step_instants import A4988, KINDS, instants, program
 from tb.engines import CXXRTLEngine
 from tb.models.gcode_blocks import Motion
 from tb.models.gcode_ends import moved
-from tb.models.gcode_machine import MachineModel
+from tb.models.gcode_machine import MachineModel, pulses
 from tb.models.gcode_plan import PlanSettings
 from tests.hdl.machines.test_gcode import SETTINGS, Session, design, steps
 
@@ -102,6 +103,32 @@ def test_ends_of_many_blocks_are_those_of_each(seed):
     assert found.sum(axis=0).tolist() == model.position == steps(model.program.language.position)
 
 
+class TestInstants:
+    @pytest.mark.parametrize("kind", KINDS)
+    def test_edges_are_those_of_the_model_of_the_machine(self, kind, monkeypatch):
+        requests: list[list[tuple[int, int]]] = []
+        monkeypatch.setattr("benchmarks.step_instants.pulses", lambda steps, **times: (
+            requests.append(list(steps)), pulses(steps, **times))[1])
+        made = next(one for seed in range(99) if (
+            one := program(kind, random.Random(f"{kind} {seed}"))).rate > 20_000
+            and len(one.lines) < 63)
+        found = instants(made)
+        model = MachineModel(made.settings, made.driver)
+        model.send("".join(f"{line}\n" for line in made.lines).encode())
+        assert [pulses(steps, **made.driver) for steps in requests] == model.steps()
+        assert -10 < found.by.min() and abs(found.ticks).max() < 8
+        assert len(found.by) > 20 and abs(found.share).max() <= 2
+
+    def test_a_step_that_comes_late_is_seen(self, monkeypatch):
+        made = program("short", random.Random("short 3"))
+        before = instants(made).by
+        monkeypatch.setattr("benchmarks.step_instants.pulses", lambda steps, **times: [
+            (clock + 100 * (number == 7), way)
+            for number, (clock, way) in enumerate(pulses(steps, **times))])
+        assert (instants(made).by - before > 99).sum() == 2  # X and Y
+        assert made.driver == A4988
+
+
 class TestEndPositions:
     def test_no_line_ends_off(self):
         found = measure(400, arcs=0.1)
@@ -117,6 +144,16 @@ class TestEndPositions:
         monkeypatch.setattr("benchmarks.end_positions.moved", without_one)
         found = measure(200, arcs=0)
         assert found.most == 1 and 80 < found.off < 120
+
+    def test_the_gateware_ends_there_as_well(self):
+        found = measure_pins(60, arcs=0.1)
+        assert found.blocks == 60 and found.arcs > 1 and found.steps > 10_000
+        assert (found.off, found.most) == (0, 0) and found.places > 0
+
+    def test_a_step_that_is_missing_at_a_pin_is_found(self, monkeypatch):
+        monkeypatch.setattr("benchmarks.end_positions.exact_steps",
+                            lambda *given: [at + 1 for at in exact_steps(*given)])
+        assert measure_pins(20, arcs=0).most == 1
 
     @pytest.mark.parametrize(("position", "wanted"), [
         ((0, 0, 0), [0, 0, 0]), ((Fraction(1, 160), 0, 0), [1, 0, 0]),

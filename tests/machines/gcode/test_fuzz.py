@@ -9,6 +9,7 @@ from amaranth import Const, Mux
 from tb.engines import AmaranthEngine, CXXRTLEngine
 from tb.fuzz import fuzz, run_session
 from tb.fuzz.inputs import Input
+from tb.fuzz.target import FuzzTarget
 from tb.machines.gcode.fuzz import ANEW, BIT, FUZZ
 from tb.mistake import Mistake
 from tb.uart import FRAME, high, levels
@@ -23,13 +24,22 @@ MISTAKES = {  # a few bytes, what is found, the mistake
 }
 
 
-def kinds(text: bytes, mistake: Mistake | None = None) -> set[str]:
+GANTRY = FUZZ.others[0]
+OF_GANTRY = {
+    "a second motor that makes no step": Mistake(
+        "driver_z.second_step_pin", lambda *_: Const(0)),
+    "a second motor that goes another way": Mistake(
+        "driver_z.second_direction_pin", lambda right, _: ~right),
+}
+
+
+def kinds(text: bytes, mistake: Mistake | None = None, target: FuzzTarget = FUZZ) -> set[str]:
     """Send a few bytes, and return the kinds of what is found."""
     sent = [Input("rest", b"", high(6000)), Input("bytes", text, levels(text, BIT)),
             Input("rest", b"", high(65 * FRAME * BIT))]
-    design = FUZZ.design() if mistake is None else mistake.planted(FUZZ.design())
+    design = target.design() if mistake is None else mistake.planted(target.design())
     with AmaranthEngine(design) as engine:
-        return {failure.kind for failure in run_session(FUZZ, engine, sent).findings.failures}
+        return {failure.kind for failure in run_session(target, engine, sent).findings.failures}
 
 
 @pytest.mark.parametrize("name", [
@@ -44,9 +54,16 @@ def test_nothing_is_found_where_there_is_no_mistake():
     assert kinds(b"".join(text for text, *_ in MISTAKES.values())) == set()
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", OF_GANTRY)
+def test_mistakes_of_a_second_motor_are_found(name):
+    assert kinds(b"G0Z0.05\n", OF_GANTRY[name], GANTRY) == {"pins"}
+
+
 @pytest.mark.compiler
-def test_a_session_finds_nothing():
-    (outcome,) = fuzz(FUZZ, 2, 1500)
+@pytest.mark.parametrize("target", [FUZZ, GANTRY], ids=["gcode", "gantry"])
+def test_a_session_finds_nothing(target):
+    (outcome,) = fuzz(target, 2, 1500)
     assert outcome.findings.failures == []
     assert outcome.findings.answers > 60
     assert outcome.findings.steps > 100

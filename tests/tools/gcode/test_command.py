@@ -115,6 +115,29 @@ class TestGateware:
         assert run(program, *MACHINE) == 1
         assert "WRONG: at most " in capsys.readouterr().out
 
+    @pytest.mark.long
+    def test_a_second_motor_makes_the_steps_of_the_first_one(
+            self, tmp_path, program, monkeypatch, capsys):
+        program.write_text("G91 G1 X1 Y-0.5 F3000\nY0.3\n")
+        gantry = (program, *MACHINE, "--second-motor", "y")
+        assert run(*gantry, "--settings", "3=10,5=1", "--json", tmp_path / "a.json",
+                   "--vcd", tmp_path / "a.vcd") == 0
+        assert "the two motors of y made all steps together" in capsys.readouterr().out
+        facts = json.loads((tmp_path / "a.json").read_text())
+        assert (facts["second_motor"], facts["steps_apart"]) == ("y", 0)
+        wave = read_changes(tmp_path / "a.vcd")
+        assert wave["second_step"] == wave["step_y"] and len(wave["step_y"]) == 2 * 32 + 1
+
+        take = command.Simulation._take
+
+        def lossy(simulation, clocks, rows):
+            rows["second_step"] &= ~rows["moving"] | rows["step"] & 1
+            return take(simulation, clocks, rows)
+
+        monkeypatch.setattr(command.Simulation, "_take", lossy)
+        assert run(*gantry) == 1
+        assert "WRONG: the two motors of y made " in capsys.readouterr().out
+
     def test_an_alarm(self, program, monkeypatch, capsys):
         session = "tools.gcode.simulation.GCodeSession"
         monkeypatch.setattr(f"{session}.stream", lambda self, blocks: (

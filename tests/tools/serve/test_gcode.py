@@ -1,5 +1,8 @@
+# amaranth: UnusedElaboratable=no
+
 """Whole sessions with the gateware of `gcode`."""
 
+import argparse
 import threading
 import time
 from collections.abc import Iterator
@@ -8,10 +11,19 @@ import pytest
 
 from fresa_host import BlockRefused, GCode, JobStopped
 from tests.tools.process import PATIENCE
+from tools.serve import servable
 
 serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
 
-pytestmark = [pytest.mark.compiler, pytest.mark.long]
+
+def test_a_second_motor_has_a_switch_with_an_input_of_its_own():
+    served, parser = servable()["gcode"], argparse.ArgumentParser()
+    served.add_options(parser.add_argument_group())
+    assert served.chosen(parser.parse_args([])).further_switches == {}
+    gantry = served.chosen(parser.parse_args(["--second-motor", "y"]))
+    assert gantry.switches == ("X-", "Y-", "Z-")
+    assert gantry.further_switches == {"Y2-": "second_limit"}
+    assert {"second_limit"} < set(gantry.design(2_457_600, 9600).inputs)
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +41,8 @@ def machine(gcode) -> Iterator[GCode]:
         yield machine
 
 
+@pytest.mark.compiler
+@pytest.mark.long
 class TestSession:
     def test_a_person_at_a_terminal(self, gcode):
         with serial.serial_for_url(gcode, timeout=PATIENCE) as port:

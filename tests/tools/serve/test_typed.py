@@ -17,10 +17,11 @@ class Told:
     """What a machine that is served is told."""
 
     def __init__(self) -> None:
-        self.limits, self.breaks = [], 0
+        self.limits, self.others, self.breaks = [], [], 0
 
-    def set(self, limits: int) -> None:
-        self.limits.append(limits)
+    def set(self, *, limits: int | None = None, **others: int) -> None:
+        self.limits += [] if limits is None else [limits]
+        self.others += others.items()
 
     def send_break(self) -> None:
         self.breaks += 1
@@ -41,6 +42,14 @@ def test_switches_are_the_bits_of_an_input(machine):
     for name in ("y", "z", "", "x-"):
         with pytest.raises(UserError, match="there is no limit switch"):
             switches.press(name, True)
+
+
+def test_a_switch_may_have_an_input_of_its_own(machine):
+    switches = Switches(ENDS, machine, {"X2+": "second_limit"})
+    assert [switches.press(name, on) for name, on in (
+        ("x2", True), ("x", True), ("X2+", False))] == ["X2+", "X+", "X2+"]
+    assert machine.limits == [1] and machine.others == [("second_limit", 1), ("second_limit", 0)]
+    assert switches.pressed == ["X+"] and switches.ends == (*ENDS, "X2+")
 
 
 def test_what_is_typed_is_done_and_said(machine, capsys):
