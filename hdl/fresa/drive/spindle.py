@@ -287,8 +287,9 @@ class ServoPulse(wiring.Component):
 
 def _share(m: Module, part: int, whole: int, name: str) -> Signal:
     """Return a signal that is 1 in ``part`` of ``whole`` clocks, evenly."""
-    rest = Signal(range(whole), name=f"{name}_rest")
+    # Below 0 until the next: so its sign is all that is looked at.
+    rest = Signal(range(part - whole, part), name=f"{name}_rest", init=part - whole)
     over = Signal(name=f"{name}_over")
-    m.d.comb += over.eq(rest >= whole - part)
-    m.d.sync += rest.eq(Mux(over, rest - (whole - part), rest + part))
+    m.d.comb += over.eq(~rest[-1])
+    m.d.sync += rest.eq(rest + Mux(over, part - whole, part))
     return over
