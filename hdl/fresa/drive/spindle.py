@@ -126,7 +126,7 @@ class SpindlePower(wiring.Component):
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
                 m.d.comb += [keeps.eq(1), subtracts.eq(rest[-1] ^ second),
-                             digit.eq(counts & ~rest[-1])]
+                             digit.eq(counts & (rest[-1] == 0))]
                 m.d.sync += [step.eq(step + 1), scaled.eq((scaled << 1) + Mux(digit, share, 0))]
                 with m.If(step == 0):
                     m.d.sync += counts.eq(nonzero)
@@ -290,6 +290,6 @@ def _share(m: Module, part: int, whole: int, name: str) -> Signal:
     # Below 0 until the next: so its sign is all that is looked at.
     rest = Signal(range(part - whole, part), name=f"{name}_rest", init=part - whole)
     over = Signal(name=f"{name}_over")
-    m.d.comb += over.eq(~rest[-1])
+    m.d.comb += over.eq(rest[-1] == 0)
     m.d.sync += rest.eq(rest + Mux(over, part - whole, part))
     return over

@@ -709,7 +709,7 @@ class GCode(MachineComponent):
         clock = self.settings.clock
         phase = Signal(range(-clock, 1 << len(flags.backlash_rate)), init=-clock)
         again = Signal.like(phase)
-        m.d.comb += tick.eq(~phase[-1])
+        m.d.comb += tick.eq(phase[-1] == 0)
         m.d.sync += [again.eq(flags.backlash_rate - clock),
                      phase.eq(phase + Mux(tick, again, flags.backlash_rate))]
         for axis, name in enumerate("xyz"):

@@ -257,7 +257,7 @@ class BlockLoader(wiring.Component):
         early = self.clock - 10**6
         phase = Signal(range(-early, 10**6), init=-early)
         over = Signal()
-        m.d.comb += over.eq(self.waiting & ~phase[-1])
+        m.d.comb += over.eq(self.waiting & (phase[-1] == 0))
         m.d.sync += phase.eq(phase + Mux(phase[-1], 10**6, -early))
         with m.If(~self.waiting):
             m.d.sync += phase.eq(-early)

@@ -182,7 +182,7 @@ class SpeedProfile(wiring.Component):
         inverts, from_brake, keeps, clears = Signal(), Signal(), Signal(), Signal()
         source = Signal(3)  # of y
         m.d.comb += [
-            total.eq(((x << 1) - ((y ^ ~subtract.replicate(width)) << 1 | ~carry)) >> 1),
+            total.eq(((x << 1) - ((y ^ (~subtract).replicate(width)) << 1 | ~carry)) >> 1),
             negative.eq(total[-1]),
         ]
         with m.If(clears):
@@ -317,7 +317,7 @@ class SpeedProfile(wiring.Component):
         backlog = Signal()
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
-            self.tick.eq(running & ~phase[-1] & ~after),
+            self.tick.eq(running & (phase[-1] == 0) & ~after),
             over.eq(~running | (self.tick & final)),
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & final),
@@ -366,7 +366,7 @@ def _choose(code: Value, *values: Value) -> Value:
     second LUT takes.
     """
     width = max(map(len, values))
-    a, b, c, d = (Cat(value, Const(0, width - len(value))) for value in values)
-    is_a, is_b, others = (bit.replicate(width) for bit in code)
+    a, b, c, d = (Value.cast(Cat(value, Const(0, width - len(value)))) for value in values)
+    is_a, is_b, others = (Value.cast(bit.replicate(width)) for bit in code)
     first = (is_a & a) | (is_b & b) | (is_a & is_b)
     return (others & ((first & d) | (~first & c))) | (~others & first)

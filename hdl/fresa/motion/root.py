@@ -78,6 +78,6 @@ class SquareRoot(wiring.Component):
                 below.eq(below << 2),
                 kept.eq(below[-2]),
                 rest.eq(total),
-                self.root.eq(Cat(~total[-1], self.root)),
+                self.root.eq(Cat(total[-1] == 0, self.root)),
             ]
         return m
