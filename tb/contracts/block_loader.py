@@ -66,13 +66,16 @@ def describe(c: Contract, dut: BlockLoader) -> None:
                 & (state("FAULT") | (state("READ") == ~whole)), cover=count == 3, lemma=True)
     fields = [(1, profile.energy[36:]), (2, profile.energy[:36]), (3, profile.modulus[36:]),
               (4, profile.modulus[:36]), (5, profile.nominal[36:]), (6, profile.nominal[:36]),
-              (10, c.signal("turns")[36:]), (11, c.signal("turns")[:36]),
               (12, dut.segments.p.x.as_unsigned()), (13, dut.segments.p.y.as_unsigned()),
               (14, dut.segments.p.residual), (0, Value.cast(c.signal("header"))),
               (15, c.signal("new_extra"))]
-    c.invariant("words", "What was read is kept.", Cat(
-        (count <= number) | (register == word[number][:len(register)])
-        for number, register in fields).all(), cover=whole, lemma=True)
+    turns = c.signal("turns")
+    c.invariant("words", "What was read is kept, but turns that a line has not.", Cat(
+        *((count <= number) | (register == word[number][:len(register)])
+          for number, register in fields),
+        *((count <= number) | (register == Mux(header.arc, word[number][:len(register)], 0))
+          for number, register in ((10, turns[36:]), (11, turns[:36])))).all(),
+        cover=whole, lemma=True)
     c.invariant("channels", "Each axis has a channel.", (count == 0) | _has_channels(header),
                 cover=count == 1, lemma=True)
     c.implication("kinds", "Each state is one of a kind of block.", when=whole, then=Cat(
@@ -128,6 +131,8 @@ def _walk(c: Contract, dut: BlockLoader, read: Bits, word: list, count: Bits) ->
                   & (segment.clockwise == header.clockwise) & (segment.shift == header.shift)
                   & (Value.cast(segment.channel) == Value.cast(header.channel)))
     places = (first.kind == BlockKind.MOTION) | (first.kind == BlockKind.PLACE)
+    present = Mux(segments.valid, Value.cast(header), Value.cast(first))
+    ring = [c.signal(f"place_{place}") for place in range(3)]
     for axis, name in enumerate("xyz"):
         came, change = c.keep(36, name=f"came_{name}"), c.keep(34, name=f"change_{name}")
         place = c.keep(36, name=f"place_{name}")
@@ -144,11 +149,16 @@ def _walk(c: Contract, dut: BlockLoader, read: Bits, word: list, count: Bits) ->
                       & (segment.end[axis] == (place + 128)[8:10]) & Mux(
                           header.arc & (channel != 2), increment == 0,
                           increment.as_unsigned() == change))
-        c.invariant(f"place-of-{name}", "Its places are those.",
-                    (c.signal(f"place_{axis}") == place)
-                    & ((c.signal(f"start_{axis}") == (came + 128)[:8])
-                       & (c.signal(f"change_{axis}").as_unsigned() == change)
-                       | ~(segments.valid | places & (count > 7 + axis))),
+        mine = _header(present).channel[axis]
+        start, increment = (Array(c.signal(f"{what}_{channel}") for channel in range(3))[mine]
+                            for what in ("start", "increment"))
+        c.invariant(f"place-of-{name}", "Its places are those, the next one first.",
+                    (Mux(places & (count == 8), ring[axis - 1],
+                         Mux(places & (count == 9), ring[axis - 2], ring[axis])) == place)
+                    & ((start == (came + 128)[:8]) & (increment.as_unsigned() == Mux(
+                        _header(present).arc & (mine != 2), 0, change))
+                       | ~(segments.valid | (first.kind == BlockKind.MOTION) & (count > 7 + axis)
+                           & (count != WORDS))),
                     cover=place != 0, lemma=True)
     c.invariant("of-segment", "Of a segment its header is kept, and no word of the walk is read.",
                 ~segments.valid | ((Value.cast(c.signal("segment_header")) == Value.cast(header))
@@ -200,7 +210,8 @@ def _waits(c: Contract, dut: BlockLoader, header: Bits, whole: Bits, moves: Bits
                 & (dut.waiting | ((us == 0) & (rest == 0)) | known & c.past(dut.waiting)),
                 cover=us != 0, lemma=True)
     c.invariant("phase", "And the part of a microsecond.",
-                (c.signal("phase") == rest) & (rest < dut.clock), cover=rest != 0, lemma=True)
+                (c.signal("phase") + dut.clock - 10**6 == rest) & (rest < dut.clock),
+                cover=rest != 0, lemma=True)
     pause = c.signal("pause")
     c.invariant("age", "The time to settle is counted.", Cat(
         age <= SETTLE + 2, ~state("READ", "OFFER") | (age == 0),

@@ -3,14 +3,17 @@
 from amaranth import Mux, Signal, signed
 
 from fresa.motion import SpeedProfile
-from fresa.motion.profile import GRANULE_BITS
+from fresa.motion.profile import CHANGE, EXIT, GRANULE_BITS, NOMINAL, SQUARE
 
 from .contract import Bits, Case, Component, Contract
 
 __all__ = ["PROFILE"]
 
-PLANS = ("BRAKE", "BOUND", "COMPARE", "GOAL", "DIFFERENCE", "LIMIT", "CHANGE")
+PLANS = ("BRAKE", "BOUND", "COMPARE", "GOAL", "DIFFERENCE", "LIMIT", "CORRECT")
 """States between the search and the sum."""
+
+SMALL = 16
+"""Bits of an energy up to which all is proved of it."""
 
 
 def describe(c: Contract, dut: SpeedProfile) -> None:
@@ -41,33 +44,37 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     sampled = c.keep(len(dut.exit), name="sampled")  # exit, with the granule
     with c.m.If(state("SEARCH")):
         c.m.d.sync += sampled.eq(dut.exit)
-    bound = Signal(width, name="bound")
+    kept = c.keep(len(square), name="square_at_begin")  # while the register has the goal
+    with c.m.If(state("GOAL")):
+        c.m.d.sync += kept.eq(square)
+    present = Mux(state("DIFFERENCE", "LIMIT", "CORRECT", "SUM"), kept, square)
+    # The same sums in two orders, as a solver does not reorder wide ones: at small widths those
+    # that say what is meant, at full width those that the adder makes.
+    small = len(brake) < SMALL
+    bound, spare, lead, excess = (Signal(width, name=name)
+                                  for name in ("bound", "spare", "lead", "excess"))
+    capped, rises = spare >= 0, lead < 0
+    beyond = (excess < 0) == rises
     c.m.d.comb += [
-        bound.eq(sampled + brake - change),
-        goal.eq(Mux(held, 0, Mux(bound < nominal, bound, nominal))),
+        spare.eq(brake - nominal + sampled - change),
+        bound.eq(sampled + brake - change if small else spare + nominal),
+        goal.eq(Mux(held, 0, Mux(capped, nominal, bound))),
+        lead.eq(present - goal), excess.eq(Mux(rises, lead + change, lead - change)),
     ]
-    before, grown = c.past(square), c.past(change)
+    before, grown = c.past(present), c.past(change)
     planned = known & c.past(state("SUM") & (brake >= change))
     up, down = before + grown, before - grown
-    expected = Mux(c.past(goal) > up, up, Mux(c.past(goal) < down, down, c.past(goal)))
+    expected = Mux(c.past(goal) > up, up, Mux(c.past(goal) < down, down, c.past(goal))
+                   ) if small else c.past(Mux(beyond, goal + excess, goal))
     c.implication("follows-plan", "The square of the speed at the end of a granule is the smaller "
                   "of the nominal one and that from which it can brake, 0 with a hold; it differs "
                   "from that at the begin by the energy of the granule at most.",
                   when=planned, then=square == expected)
-    c.implication("acceleration-is-limited", "The square of the speed changes by the energy of a "
-                  "granule at most.", when=planned & (square != before),
-                  then=(square <= up) & (square >= down))
-    c.implication("speed-is-limited", "A granule ends above the nominal speed only if it slows "
-                  "down as fast as it may.", when=planned & (square > c.past(nominal)),
-                  then=square == down)
-    c.implication("can-brake", "It ends faster than it can brake to the exit from only if it slows "
-                  "down as fast as it may.", when=planned & (square > c.past(bound)),
-                  then=square == down)
-    c.implication("hold-slows-down", "With a hold it slows down as fast as it may, to 0.",
-                  when=planned & c.past(held), then=square == Mux(down < 0, 0, down))
+    if small:
+        _limits(c, planned, square, before, up, down, (nominal, bound, held))
     c.implication("speed-is-kept-otherwise", "Nothing else changes the speed, but the end of the "
-                  "blocks.", when=known & (square != before), then=c.past(state("SUM"))
-                  | c.past(dut.starved) & (square == 0))
+                  "blocks.", when=known & (present != before), then=c.past(state("SUM"))
+                  | c.past(dut.starved) & (present == 0))
     energy, size = c.signal("energy"), c.signal("size")
     c.implication("energy-of-granule", "The energy of a granule is that of its ticks, a power of "
                   "two.", when=state("SEARCH", *PLANS, "SUM", "SPEND", "ROOT", "READY"),
@@ -77,35 +84,38 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     c.invariant("search-ends", "The granule is at most doubled in each clock of the search.",
                 Mux(state("SEARCH"), (count < GRANULE_BITS) & (size <= 1 << count), count == 0),
                 cover=count == GRANULE_BITS - 1, lemma=True)
-    if len(brake) < 16:
+    if small:
         _left(c, dut, state, brake, change)
-    capped, none = bound >= nominal, c.signal("none")
-    difference = goal - square
-    beyond = Mux(difference < 0, difference + change < 0, difference >= change)
-    rises = difference >= 0
+    none = c.signal("none")
 
-    def adds(first: Bits, second: Bits, less: Bits) -> Bits:
+    def adds(first: Bits, second: Bits, less: Bits, *, carry: Bits | None = None) -> Bits:
         """Return whether the adder adds these, or takes the second from the first."""
         return _all(x == first, y == second, c.signal("subtract") == less,
-                    c.signal("carry") == less)
+                    c.signal("carry") == (less if carry is None else carry))
 
     c.invariant("adds-in-order", "The adder adds what its state says.", _all(
-        ~state("BRAKE") | adds(brake, sampled, 0),
-        ~state("BOUND") | adds(sampled + brake, change, 1),
-        ~state("COMPARE") | adds(bound, nominal, 1),
-        ~state("GOAL") | (x == bound) & (c.signal("less") == ~capped)
-        & c.signal("subtract") & c.signal("carry"),
-        ~state("DIFFERENCE") | adds(goal, square, 1),
-        ~state("LIMIT") | adds(difference, change, rises),
-        ~state("CHANGE") | (x == difference) & (c.signal("beyond") == beyond),
-        ~state("SUM") | (y == square) & ~c.signal("subtract") & Mux(
-            none, (x == change >> 1) & ~c.signal("carry"),
-            Mux(beyond, Mux(rises, (x == change) & ~c.signal("carry"),
-                            (x == -change - 1) & c.signal("carry")),
-                (x == difference) & ~c.signal("carry"))),
-        ~state("CHANGE", "SUM") | (none == (c.signal("from_rest") & (goal == 0))),
+        ~state("SEARCH") | (count != GRANULE_BITS - 1) | adds(brake, nominal, 1),
+        ~state("BRAKE") | adds(brake - nominal, sampled, 0),
+        ~state("BOUND") | adds(brake - nominal + sampled, change, 1),
+        ~state("COMPARE") | adds(spare, nominal, 0) & (c.signal("less") == ~capped),
+        ~state("GOAL") | adds(Mux(capped, 0, spare), nominal, 0),
+        ~state("DIFFERENCE") | adds(goal, present, 1, carry=0),
+        ~state("LIMIT") | adds(lead, change, ~rises),
+        ~state("CORRECT") | (x == excess) & (c.signal("beyond") == beyond),
+        ~state("SUM") | adds(Mux(beyond, excess, 0), Mux(none, change, square), 0),
+        ~state("DIFFERENCE", "LIMIT", "CORRECT", "SUM") | (square == goal[:len(square)]),
+        ~state("CORRECT", "SUM") | (none == (c.signal("from_rest") & ~rises)),
         ~state("SPEND") | adds(brake, change, 1),
+        ~state("ROOT") | (y == change) & c.signal("subtract") & ~c.signal("carry"),
         c.signal("sums") == state("SUM")),
+        cover=state("SUM"), lemma=True)
+    source = c.signal("source")
+    c.invariant("loads-in-order", "And loads for the next one what that adds.", _all(
+        ~state("SEARCH") | (source == Mux(count == GRANULE_BITS - 1, EXIT, NOMINAL)),
+        ~state("BOUND", "COMPARE") | (source == NOMINAL),
+        ~state("GOAL") | (source == SQUARE),
+        ~state("CORRECT") | (source == Mux(none, CHANGE, SQUARE)),
+        ~state("BRAKE", "DIFFERENCE", "LIMIT", "SUM", "SPEND", "ROOT") | (source == CHANGE)),
         cover=state("SUM"), lemma=True)
     missing, digits = c.signal("root.missing"), len(c.part("root").root)
     waits = state("WAIT", "READY")
@@ -115,9 +125,10 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
         cover=state("ROOT"), lemma=True)
     c.implication("rest-is-0", "It is known whether the speed is 0.",
                   when=known_now | ~state("SPEND", "ROOT"),
-                  then=c.signal("at_rest") == (square == 0), lemma=True)
+                  then=c.signal("at_rest") == (present == 0), lemma=True)
     c.implication("more-is-left", "And whether ticks of the block are left.",
-                  when=known_now, then=c.signal("more") == (brake != 0), lemma=True)
+                  when=known_now & state("ROOT"),
+                  then=c.signal("more") == ~c.signal("negative"), lemma=True)
     c.implication("goes-on-with-a-block", "It goes on if there are, or with a block that is ready.",
                   when=waits & c.signal("may"), then=c.signal("more") | c.signal("multiplied"),
                   lemma=True)
@@ -125,7 +136,24 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
                   then=dut.blocks.valid, lemma=True)
     c.implication("began-at-rest", "And whether it was where the granule begins.",
                   when=state("SCALE", "SEARCH", *PLANS, "SUM"),
-                  then=c.signal("from_rest") == (square == 0), lemma=True)
+                  then=c.signal("from_rest") == (present == 0), lemma=True)
+
+
+def _limits(c: Contract, planned: Bits, square: Bits, before: Bits, up: Bits, down: Bits,
+            goals: tuple[Bits, Bits, Bits]) -> None:
+    """State what the plan means for the speed."""
+    nominal, bound, held = map(c.past, goals)
+    c.implication("acceleration-is-limited", "The square of the speed changes by the energy of a "
+                  "granule at most.", when=planned & (square != before),
+                  then=(square <= up) & (square >= down))
+    c.implication("speed-is-limited", "A granule ends above the nominal speed only if it slows "
+                  "down as fast as it may.", when=planned & (square > nominal),
+                  then=square == down)
+    c.implication("can-brake", "It ends faster than it can brake to the exit from only if it slows "
+                  "down as fast as it may.", when=planned & (square > bound),
+                  then=square == down)
+    c.implication("hold-slows-down", "With a hold it slows down as fast as it may, to 0.",
+                  when=planned & held, then=square == Mux(down < 0, 0, down))
 
 
 def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> None:
@@ -151,6 +179,11 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
                   when=computes & ~state("SCALE"), then=brake >= change)
     c.implication("next-when-none-left", "A block is taken when no tick of the one before is left.",
                   when=taken, then=(left == 0) & (c.signal("offered") == whole))
+    c.implication("spends-energy", "The sign that tells whether any is left is that of it.",
+                  when=state("ROOT"), then=c.signal("x") - c.signal("y") == brake, lemma=True)
+    c.implication("more-energy-is-left", "As long as any is left there are ticks.",
+                  when=state("ROOT") & c.past(state("ROOT")) | state("WAIT", "READY"),
+                  then=c.signal("more") == (brake != 0), lemma=True)
     c.implication("energy-of-block", "A tick's energy is not 0.", when=left != 0,
                   then=energy >= 2, lemma=True)
     c.implication("takes-what-is-loaded", "A block that is taken was loaded in the clock before.",

@@ -1,6 +1,6 @@
 """Contract of the square root."""
 
-from amaranth import Mux
+from amaranth import Cat, Mux
 
 from fresa.motion import SquareRoot
 
@@ -17,7 +17,7 @@ def describe(c: Contract, dut: SquareRoot) -> None:
     with c.m.If(c.rst):
         c.m.d.sync += [radicand.eq(0), left.eq(0)]
     with c.m.Elif(dut.start):
-        c.m.d.sync += [radicand.eq(dut.radicand), left.eq(digits)]
+        c.m.d.sync += [radicand.eq(dut.radicand >> dut.halve), left.eq(digits)]
     with c.m.Elif(left != 0):
         c.m.d.sync += left.eq(left - 1)
     number = radicand << 2 * dut.fraction_bits
@@ -33,15 +33,17 @@ def describe(c: Contract, dut: SquareRoot) -> None:
     c.implication("root-stays", "The root stays until the next start.",
                   when=c.past(~dut.busy & ~dut.start & ~c.rst) & c.past(1),
                   then=~dut.busy & (dut.root == c.past(dut.root)))
+    rest, below, to_come = c.signal("rest"), c.signal("below"), Mux(
+        left > dut.fraction_bits, (number << (made << 1))[2 * dut.fraction_bits:2 * digits], 0)
+    remains = rest + Mux(rest < 0, (dut.root << 1) + 1, 0)
     c.invariant("rest-is-what-is-missing", "What remains, and the square of the digits so far, are "
                 "the digits of the radicand that were brought down.",
-                (c.signal("rest") + dut.root * dut.root == done)
-                & (c.signal("rest") <= dut.root << 1), cover=left == 1, lemma=True)
-    c.invariant("digits-to-come", "The other digits of the radicand wait in their place.",
-                Mux(left > dut.fraction_bits, c.signal("below")
-                    == (number << (made << 1))
-                    [2 * dut.fraction_bits:2 * digits], c.signal("below") == 0),
-                cover=left == 1, lemma=True)
+                (remains + dut.root * dut.root == done)
+                & (remains >= 0) & (remains <= dut.root << 1), cover=left == 1, lemma=True)
+    c.invariant("digits-to-come", "The other digits of the radicand wait in their place, those of "
+                "a half a bit above it.",
+                Mux(c.signal("halved"), Cat(below, c.signal("kept")) == to_come << 1,
+                    below == to_come), cover=left == 1, lemma=True)
     c.invariant("counts-digits", "It counts the digits that are missing.",
                 (c.signal("missing") == left) & (left <= digits), cover=left == 1, lemma=True)
 

@@ -1,6 +1,6 @@
 """Contract of the power of a spindle: its states, and that it is off when it has to be."""
 
-from amaranth import Const
+from amaranth import Const, Mux
 
 from fresa.drive import SpindlePower
 
@@ -20,26 +20,26 @@ def describe(c: Contract, dut: SpindlePower) -> None:
     c.implication("changes-at-the-end", "The power changes when a computation ends, or it is off.",
                   when=known & ~c.past(c.rst) & (dut.power != c.past(dut.power)),
                   then=c.past(state("SHOW") | ~dut.on | dut.fault))
-    steps = c.keep(7, name="clocks")
+    steps, second = c.keep(7, name="clocks"), c.signal("second")
+    begins = state("SAMPLE") & ~second
     c.m.d.sync += steps.eq(steps + 1)
-    with c.m.If(c.rst | ~dut.on | state("SAMPLE", "FAULT")):
+    with c.m.If(c.rst | ~dut.on | begins | state("FAULT")):
         c.m.d.sync += steps.eq(1)
-    digit = c.signal("digit")
-    c.implication("ends", "Each computation ends after 53 clocks at most.", when=~state("FAULT"),
-                  then=steps <= 53)
-    at = {"PATH": 17, "SCALE": 34, "SHOW": 52}
-    for name, most in at.items():
+    c.implication("ends", "Each computation ends after 50 clocks at most.", when=~state("FAULT"),
+                  then=steps <= 50)
+    step, half = c.signal("step"), Mux(second, 25, 0)
+    for clock, name in enumerate(("SAMPLE", "TEST", "CLEAR", "ADD", "LESS", "CLAMP")):
         c.implication(f"{name.lower()}-in-time", f"{name} comes in time.",
-                      when=known & state(name), then=steps <= most, lemma=True)
-    for name, begin in (("SPEED", 1), ("SHARE", 18), ("MULTIPLY", 35)):
-        c.implication(f"{name.lower()}-in-time", f"So many digits of {name} are done.",
-                      when=known & state(name), then=steps <= begin + digit, lemma=True)
-        c.implication(f"{name.lower()}-digits", f"{name} has no more digits.",
-                      when=state(name), then=digit <= 16 - (name != "MULTIPLY"), lemma=True)
-    c.implication("digits-begin", "Each begins with its first digit.",
-                  when=state("PATH", "SCALE"), then=digit == 0, lemma=True)
+                      when=known & state(name) & ~begins, then=steps == half + clock, lemma=True)
+    c.implication("divide-in-time", "Each step of a division comes in time.",
+                  when=known & state("DIVIDE"), then=(steps == half + 6 + step) & (step <= 17),
+                  lemma=True)
+    for name in ("SHARE", "SHOW"):
+        c.implication(f"{name.lower()}-in-time", f"{name} comes when its quotient is made.",
+                      when=known & state(name),
+                      then=(steps == half + 24) & (second == (name == "SHOW")), lemma=True)
     c.leaves_unused_codes("power_state", fault=dut.fault, shows=Const(1))
 
 
 SPINDLE_POWER = Component(make=SpindlePower, describe=describe,
-                          cases=(Case(), Case(upset=True)), depth=56)
+                          cases=(Case(), Case(upset=True)), depth=54)

@@ -26,7 +26,8 @@ def _evenly(c: Contract, *, due: Bits, rest: Bits, part: int, whole: int) -> Non
     c.invariant("exact-rate", "Over any time it falls behind an ideal clock by less than one "
                 "period of that, and is never ahead of it.", (behind >= 0) & (behind < whole),
                 cover=behind != 0)
-    c.invariant("behind", "By how much is counted.", behind == rest, cover=rest != 0, lemma=True)
+    c.invariant("behind", "By how much is counted.", behind == rest + (whole - part),
+                cover=behind != 0, lemma=True)
 
 
 def describe_pwm(c: Contract, dut: PowerPWM) -> None:

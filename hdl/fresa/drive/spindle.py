@@ -34,8 +34,10 @@ class SpindlePower(wiring.Component):
     that times ``path_speed / feed``. Each quotient is rounded down, and at most 1; that of a range
     which is 0 or less is 1. A speed of 0 has no power, nor has a path that stands.
 
-    A serial divider and multiplier compute it again and again: a new value is out 110 clocks after
-    its inputs at most. That with ``on`` at 0 is 0, a clock later.
+    One adder makes both quotients, one after the other and again and again: as non-restoring
+    divisions, whose first digit is the whole 1. A second one multiplies, by the digits of the
+    second quotient as they come. A new value is out 110 clocks after its inputs at most. That with
+    ``on`` at 0 is 0, a clock later.
 
     Members
     -------
@@ -65,72 +67,95 @@ class SpindlePower(wiring.Component):
 
     def elaborate(self, platform) -> Module:
         m = Module()
-        least, span = Signal(37), Signal(signed(38))  # in 10**-6 rev/min
-        difference = Signal(signed(28))
-        m.d.sync += [least.eq(self.least * 1000), difference.eq(self.most - self.least),
-                     span.eq(difference * 1000)]
-        left, divisor = Signal(38), Signal(37)
-        above = Signal(38)
-        m.d.comb += above.eq(self.speed - least)
-        quotient, share = Signal(POWER_BITS + 1), Signal(POWER_BITS + 1)
-        digit = Signal(range(POWER_BITS + 1))
-        doubled = Signal(39)
-        fits = Signal()
-        full = Signal()  # the quotient is 1, or more
-        total = Signal(2 * POWER_BITS + 2)
-        m.d.comb += [doubled.eq(left << 1), fits.eq(doubled >= divisor),
-                     full.eq(left >= divisor)]
+        second = Signal()  # the second quotient is made; the first one is `share`
+        scales = Signal()  # and it is not 1
+        share = Signal(POWER_BITS + 1)
+        scaled = Signal(2 * POWER_BITS + 1)  # the share times the digits of the second so far
+        step = Signal(range(POWER_BITS + 2))  # of a division: each has a digit, a clock later
+        digit = Signal()
+        counts = Signal()  # digits do, up to the first if that is 1
+        nonzero = Signal()
 
-        def divide(then: str) -> None:
-            m.d.sync += [digit.eq(digit + 1), quotient.eq(Cat(fits, quotient)),
-                         left.eq(Mux(fits, doubled - divisor, doubled))]
-            with m.If((digit == 0) & full):
-                m.d.sync += [quotient.eq(FULL_POWER), digit.eq(0)]
-                m.next = then
-            with m.Elif(digit == POWER_BITS - 1):
-                m.d.sync += digit.eq(0)
-                m.next = then
+        # What is added is 0 but in its own clocks, so that there is no choice between two things.
+        # Each step doubles what remains: so these are multiples of 10**-6 rev/min.
+        operand = Signal(36)
+        product = Signal(signed(41))
+        factor = Signal(signed(28))
+        rest, total = Signal(signed(42)), Signal(signed(42))
+        subtracts, loads, multiplies, divides, keeps, clears = (
+            Signal(name=name) for name in ("subtracts", "loads", "multiplies", "divides", "keeps",
+                                           "clears"))
+        addend = (operand | product) ^ (~subtracts).replicate(len(total))
+        m.d.comb += total.eq(((rest << 2) - (addend << 1 | ~subtracts)) >> 1)
+        with m.If(~(loads | keeps)):
+            m.d.sync += operand.eq(0)
+        with m.Elif(loads):
+            m.d.sync += operand.eq(Mux(divides, self.feed << 2,
+                                       Mux(second, self.path_speed, self.speed)))
+        with m.If(~(multiplies | keeps)):
+            m.d.sync += product.eq(0)
+        with m.Elif(multiplies):
+            m.d.sync += product.eq(factor * Mux(divides, 4000, 2000))
+        with m.If(clears):
+            m.d.sync += rest.eq(0)
+        with m.Elif(~divides):
+            m.d.sync += rest.eq(total)
 
         with m.FSM(name="power_state") as fsm:
             with m.State("SAMPLE"):
-                m.d.sync += [divisor.eq(span), left.eq(above), digit.eq(0), quotient.eq(0)]
-                m.next = "SPEED"
-                with m.If(span[-1]):
-                    m.d.sync += divisor.eq(0)  # then the quotient is 1
-                with m.If(above[-1]):
-                    m.d.sync += left.eq(0)
-            with m.State("SPEED"):
-                divide("PATH")
-            with m.State("PATH"):
-                m.d.sync += [share.eq(Mux(quotient < LEAST_POWER, LEAST_POWER, quotient)),
-                             divisor.eq(self.feed), left.eq(self.path_speed), quotient.eq(0)]
-                m.next = "SHARE"
-                with m.If(self.speed == 0):
-                    m.d.sync += share.eq(0)
+                m.d.comb += [loads.eq(~second | self.scaled), clears.eq(1)]
+                m.d.sync += scales.eq(second & self.scaled)
+                m.next = "TEST"
+            with m.State("TEST"):
+                m.d.comb += [keeps.eq(1), subtracts.eq(1)]
+                m.next = "CLEAR"
+            with m.State("CLEAR"):
+                m.d.comb += [keeps.eq(1), clears.eq(1)]
+                m.d.sync += nonzero.eq(rest[-1] | (second & ~scales))
+                m.next = "ADD"
+            with m.State("ADD"):
+                m.d.comb += multiplies.eq(~second)
+                m.next = "LESS"
+            with m.State("LESS"):
+                m.d.comb += subtracts.eq(1)
+                m.next = "CLAMP"
+            with m.State("CLAMP"):  # without a divisor the quotient is 1
+                m.d.comb += [clears.eq(rest[-1]), divides.eq(1), loads.eq(scales),
+                             multiplies.eq(~second & factor[-1])]
+                m.d.sync += [step.eq(0), counts.eq(0)]
+                m.next = "DIVIDE"
+            with m.State("DIVIDE"):
+                m.d.comb += [keeps.eq(1), subtracts.eq(rest[-1] ^ second),
+                             digit.eq(counts & (rest[-1] == 0))]
+                m.d.sync += [step.eq(step + 1), scaled.eq((scaled << 1) + Mux(digit, share, 0))]
+                with m.If(step == 0):
+                    m.d.sync += counts.eq(nonzero)
+                with m.Elif((step == 1) & digit):
+                    m.d.sync += counts.eq(0)
+                with m.If(~second):
+                    m.d.sync += share.eq(Cat(digit, share))
+                with m.If(step == POWER_BITS + 1):
+                    m.next = "SHARE"
+                    with m.If(second):
+                        m.next = "SHOW"
             with m.State("SHARE"):
-                divide("SCALE")
-            with m.State("SCALE"):
-                m.d.sync += total.eq(0)
-                m.next = "MULTIPLY"
-                with m.If(~self.scaled):
-                    m.d.sync += quotient.eq(FULL_POWER)
-                with m.Elif(self.path_speed == 0):
-                    m.d.sync += quotient.eq(0)
-            with m.State("MULTIPLY"):  # from the highest digit
-                m.d.sync += [total.eq((total << 1) + Mux(quotient[-1], share, 0)),
-                             quotient.eq(quotient << 1), digit.eq(digit + 1)]
-                with m.If(digit == POWER_BITS):
-                    m.next = "SHOW"
+                m.d.sync += second.eq(1)
+                m.next = "SAMPLE"
             with m.State("SHOW"):
-                m.d.sync += self.power.eq(total >> POWER_BITS)
+                m.d.sync += [self.power.eq(scaled >> POWER_BITS), second.eq(0)]
                 m.next = "SAMPLE"
             with m.State("FAULT"):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        m.d.sync += factor.eq(self.least - Mux(fsm.ongoing("LESS"), self.most, 0))
+        with m.If(fsm.ongoing("SHARE")):
+            m.d.sync += scaled.eq(0)
+            with m.If(nonzero & (share < LEAST_POWER)):
+                m.d.sync += share.eq(LEAST_POWER)
         with m.If(~self.on | self.fault):
             m.d.sync += self.power.eq(0)
         with m.If(~self.on & ~self.fault):
-            m.d.sync += fsm.state.eq(fsm.encoding["SAMPLE"])
+            m.d.sync += [fsm.state.eq(fsm.encoding["SAMPLE"]), second.eq(0)]
         return m
 
 
@@ -262,8 +287,9 @@ class ServoPulse(wiring.Component):
 
 def _share(m: Module, part: int, whole: int, name: str) -> Signal:
     """Return a signal that is 1 in ``part`` of ``whole`` clocks, evenly."""
-    rest = Signal(range(whole), name=f"{name}_rest")
+    # Below 0 until the next: so its sign is all that is looked at.
+    rest = Signal(range(part - whole, part), name=f"{name}_rest", init=part - whole)
     over = Signal(name=f"{name}_over")
-    m.d.comb += over.eq(rest >= whole - part)
-    m.d.sync += rest.eq(Mux(over, rest - (whole - part), rest + part))
+    m.d.comb += over.eq(rest[-1] == 0)
+    m.d.sync += rest.eq(rest + Mux(over, part - whole, part))
     return over

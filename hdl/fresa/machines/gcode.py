@@ -701,9 +701,8 @@ class GCode(MachineComponent):
                                          & (~self.fault).replicate(AXES)),
                      kinematics.direction.eq(motion.direction)]
         made.append(~kinematics.busy)
-        shift = Signal(signed(36))  # from the place that was counted to that of the switch
         stopped = Signal()
-        m.d.sync += [shift.eq(planner.switch - latched), stopped.eq(control.stop | self.fault)]
+        m.d.sync += stopped.eq(control.stop | self.fault)
         enabled = Signal()
         m.d.sync += enabled.eq(powered)  # where it comes from is far
         tick = Signal()  # steps that take up backlash are this far apart
@@ -711,7 +710,7 @@ class GCode(MachineComponent):
         clock = self.settings.clock
         phase = Signal(range(-clock, 1 << len(flags.backlash_rate)), init=-clock)
         again = Signal.like(phase)
-        m.d.comb += tick.eq(phase >= 0)
+        m.d.comb += tick.eq(phase[-1] == 0)
         m.d.sync += [again.eq(flags.backlash_rate - clock),
                      phase.eq(phase + Mux(tick, again, flags.backlash_rate))]
         for axis, name in enumerate("xyz"):
@@ -750,8 +749,12 @@ class GCode(MachineComponent):
                 m.d.sync += position.eq(position + Mux(
                     homing.place, kinematics.motor_shift[axis],
                     Mux(backlash.correct_direction, 1, -1)))
+            # From the place that was counted to that of the switch, for the axis that homes
+            shift = Signal(signed(36), name=f"shift_{name}")
+            m.d.comb += kinematics.shift[axis].eq(shift)
+            m.d.sync += shift.eq(0)
             with m.If(homing.axis == axis):
-                m.d.comb += kinematics.shift[axis].eq(shift)
+                m.d.sync += shift.eq(planner.switch - latched)
                 with m.If(homing.latch):
                     m.d.sync += latched.eq(kinematics.positions[axis])
             made.append(~(pending.driver_step | backlash.busy))

@@ -1,6 +1,6 @@
 """From words of blocks to ticks, segments and outputs."""
 
-from amaranth import Array, Module, Mux, ResetSignal, Signal, signed
+from amaranth import Array, Cat, Module, Mux, ResetSignal, Signal, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -110,11 +110,16 @@ class BlockLoader(wiring.Component):
                       for name in ("energy", "modulus", "nominal")}
         m.d.comb += [profile[name].eq(field) for name, field in of_profile.items()]
 
-        places = [Signal(WIDTH, name=f"place_{axis}") for axis in range(3)]
-        starts = [Signal(8, name=f"start_{axis}") for axis in range(3)]
-        ends = [Signal(10, name=f"end_{axis}") for axis in range(3)]  # place + 1/2 step
-        m.d.comb += [end.eq(place + 128) for end, place in zip(ends, places, strict=True)]
-        changes = [Signal(signed(34), name=f"change_{axis}") for axis in range(3)]
+        # The places of the three axes change places, so that the one that comes next is first.
+        places = [Signal(WIDTH, name=f"place_{place}") for place in range(3)]
+        channels = range(3)
+        starts = [Signal(8, name=f"start_{channel}") for channel in channels]
+        increments = [Signal(signed(34), name=f"increment_{channel}") for channel in channels]
+        change = Signal(signed(34))
+        channel_now = Signal(2)
+        m.d.comb += [change.eq(word - places[0]),
+                     channel_now.eq(Array(header.channel[axis] for axis in range(3))
+                                    [(number - BlockWord.PLACE)[:2]])]
         turns = Signal(42)
         x, y = Signal(WIDTH), Signal(WIDTH)
         residual = Signal(29)
@@ -141,16 +146,23 @@ class BlockLoader(wiring.Component):
                 m.d.sync += y.eq(word)
             with m.Case(BlockWord.RESIDUAL):
                 m.d.sync += residual.eq(word)
+        with m.If(~header.arc & ((number == BlockWord.TURNS) | (number == BlockWord.TURNS + 1))):
+            m.d.sync += turns.eq(0)
         with m.If(read):
             m.d.sync += number.eq(number + 1)
             with m.Switch(number):
                 with m.Case(BlockWord.HEADER):
                     m.d.sync += header.eq(word)
-                for axis in range(3):
-                    with m.Case(BlockWord.PLACE + axis):
-                        with m.If(has_places):
-                            m.d.sync += [starts[axis].eq(ends[axis]), places[axis].eq(word),
-                                         changes[axis].eq(word - places[axis])]
+                with m.Case(*(BlockWord.PLACE + axis for axis in range(3))):
+                    with m.If(has_places):
+                        m.d.sync += Cat(places).eq(Cat(places[1:], word))
+                        for channel, start, increment in zip(channels, starts, increments,
+                                                             strict=True):
+                            with m.If(channel_now == channel):
+                                m.d.sync += [start.eq(places[0] + 128),  # 1/2 step
+                                             increment.eq(change)]
+                                with m.If(header.arc & (channel != 2)):
+                                    m.d.sync += increment.eq(0)
                 with m.Case(BlockWord.EXTRA):
                     m.d.sync += [new_extra.eq(word), new_feed.eq(read_feed),
                                  segment_header.eq(header)]
@@ -160,10 +172,17 @@ class BlockLoader(wiring.Component):
                                 (FEED_HIGH, read_feed[FEED_LOW[2]:])):
                 with m.If(number == place[0]):
                     m.d.sync += bits.eq(word >> place[1])
-        self._segment(m, segment_header, starts, ends, changes)
         segment = self.segments.p
-        m.d.comb += [segment.turns.eq(Mux(segment_header.arc, turns, 0)), segment.x.eq(x),
-                     segment.y.eq(y), segment.residual.eq(residual)]
+        m.d.comb += [
+            segment.turns.eq(turns), segment.x.eq(x), segment.y.eq(y),
+            segment.residual.eq(residual), segment.log2_ticks.eq(segment_header.log2_ticks),
+            segment.arc.eq(segment_header.arc), segment.clockwise.eq(segment_header.clockwise),
+            segment.channel.eq(segment_header.channel), segment.shift.eq(segment_header.shift),
+            *(each.eq(start) for each, start in zip(segment.start, starts, strict=True)),
+            *(each.eq(increment)
+              for each, increment in zip(segment.increment, increments, strict=True)),
+            *(each.eq((place + 128) >> 8) for each, place in zip(segment.end, places, strict=True)),
+        ]
 
         pause = Signal(range(REFRESH))
         microseconds = self._microseconds(m)
@@ -232,28 +251,14 @@ class BlockLoader(wiring.Component):
         m.d.comb += [self.outputs.eq(outputs), self.extra.eq(extra)]
         return m
 
-    def _segment(self, m: Module, header: Signal, starts: list, ends: list,
-                 changes: list) -> None:
-        """Give each channel what its axis has."""
-        segment = self.segments.p
-        m.d.comb += [segment.log2_ticks.eq(header.log2_ticks), segment.arc.eq(header.arc),
-                     segment.clockwise.eq(header.clockwise), segment.channel.eq(header.channel),
-                     segment.shift.eq(header.shift)]
-        for channel in range(3):
-            axis = Signal(2, name=f"axis_{channel}")
-            m.d.comb += axis.eq(Mux(header.channel[0] == channel, 0,
-                                    Mux(header.channel[1] == channel, 1, 2)))
-            m.d.comb += segment.start[channel].eq(Array(starts)[axis])
-            change = Array(changes)[axis] if channel == 2 else changes[channel]
-            m.d.comb += segment.increment[channel].eq(
-                Mux(header.arc & (channel < 2), 0, change))
-        m.d.comb += [segment.end[axis].eq(ends[axis][8:]) for axis in range(3)]
-
     def _microseconds(self, m: Module) -> Signal:
         """Return a signal that is 1 for a clock each microsecond, while a dwell is counted."""
-        phase = Signal(range(self.clock))
+        # Below 0 until it is, by a part of the clock, so that its sign is all that is looked at.
+        early = self.clock - 10**6
+        phase = Signal(range(-early, 10**6), init=-early)
         over = Signal()
-        m.d.comb += over.eq(phase >= self.clock - 10**6)
-        m.d.sync += phase.eq(Mux(self.waiting, Mux(over, phase - (self.clock - 10**6),
-                                                   phase + 10**6), 0))
-        return over & self.waiting
+        m.d.comb += over.eq(self.waiting & (phase[-1] == 0))
+        m.d.sync += phase.eq(phase + Mux(phase[-1], 10**6, -early))
+        with m.If(~self.waiting):
+            m.d.sync += phase.eq(-early)
+        return over

@@ -1,6 +1,6 @@
 """Blocks to steps: a queue with look-ahead, the speed profile, and the walk along the path."""
 
-from amaranth import Cat, Module, Mux, ResetInserter, Signal
+from amaranth import Array, Cat, Module, Mux, ResetInserter, Signal
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out, connect
 
@@ -123,12 +123,18 @@ class BlockMotion(wiring.Component):
         ]
         m.d.sync += self.fault.eq(profile.fault | walk.fault | loader.fault)
 
-        # Steps per metre of the channels u and v, while an arc runs
+        # Steps per metre of the channels u and v, while an arc runs: one axis after the other is
+        # looked at all the time, so that there is one choice for both.
+        turn = Signal(range(3))
+        m.d.sync += turn.eq(Mux(turn == 2, 0, turn + 1))
+        axes = loader.segments.p.channel
+        looked_at, its_channel = Signal(27), Signal(2)
+        m.d.comb += [looked_at.eq(Array(self.steps)[turn]),
+                     its_channel.eq(Array(axes[axis] for axis in range(3))[turn])]
         for channel, port in enumerate((walk.fine, walk.coarse)):
-            chosen = Signal(27, name=f"steps_{channel}")
-            axes = loader.segments.p.channel
-            m.d.comb += chosen.eq(Mux(axes[0] == channel, self.steps[0],
-                                      Mux(axes[1] == channel, self.steps[1], self.steps[2])))
+            found = Signal(27, name=f"steps_{channel}")
+            with m.If(its_channel == channel):
+                m.d.sync += found.eq(looked_at)
             with m.If(loader.segments.ready):
-                m.d.sync += port.eq(chosen)
+                m.d.sync += port.eq(found)
         return m

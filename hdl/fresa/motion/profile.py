@@ -1,6 +1,6 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Module, Mux, Signal, Value, signed
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -9,6 +9,9 @@ from ..fsm import leave_unused_codes
 from .root import SquareRoot
 
 __all__ = ["GRANULE_BITS", "SpeedProfile"]
+
+SQUARE, NOMINAL, EXIT, CHANGE = 0b001, 0b010, 0b100, 0b111
+"""Codes of four values, see `_choose`."""
 
 GRANULE_BITS = 5
 """A granule has at most 2 to this power of ticks."""
@@ -157,14 +160,15 @@ class SpeedProfile(wiring.Component):
         closing = Signal()
         running_modulus = Signal(self.modulus_bits)
         end = Signal(rate_bits - 1)  # root at its end
-        begin = Signal(self.modulus_bits + 3)  # root at its begin, later with moduli
+        begin = Signal(rate_bits - 1)  # and at its begin, or that from which the next one starts
+        speed = Signal(self.speed_bits)  # half of the rate, if it runs
 
         sums = Signal()  # the root is taken in this clock
         m.submodules.root = root = SquareRoot(integer_bits=self.speed_bits,
                                               fraction_bits=self.fraction_bits)
 
-        # One adder for all that is squares, with registers in front of it, and behind its sign
-        # where that decides what is added next.
+        # One adder for all that is squares, with registers in front of it. It has one accumulator,
+        # x, that is also cleared by a sign, a clock after that is known, and one for others, y.
         width = self.brake_bits + 2
         x = Signal(signed(width))
         y = Signal(signed(width))
@@ -172,24 +176,39 @@ class SpeedProfile(wiring.Component):
         carry = Signal()
         total = Signal(signed(width))
         negative = Signal()  # the total is
-        less = Signal()  # it was in the clock before
+        less = Signal()  # the bound is less than the nominal square
         beyond = Signal()  # w would change by more than the granule allows
         none = Signal()  # from 0 to 0, which goes up and down within the granule
+        inverts, from_brake, keeps, clears = Signal(), Signal(), Signal(), Signal()
+        source = Signal(3)  # of y
         m.d.comb += [
-            total.eq((((x << 1) | 1) + ((Mux(subtract, ~y, y) << 1) | carry)) >> 1),
-            negative.eq(total < 0),
+            total.eq(((x << 1) - ((y ^ (~subtract).replicate(width)) << 1 | ~carry)) >> 1),
+            negative.eq(total[-1]),
         ]
-        m.d.sync += [y.eq(square), less.eq(negative)]
+        with m.If(clears):
+            m.d.sync += x.eq(0)
+        with m.Elif(~keeps):
+            m.d.sync += x.eq(Mux(from_brake, brake, total ^ inverts.replicate(width)))
+        m.d.sync += y.eq(_choose(source, square, nominal, self.exit, change))
 
-        def subtracts(does: Value | int) -> None:
+        def loads(which: Value | int) -> None:  # by the next clock
+            m.d.sync += source.eq(which)
+
+        def subtracts(does: int) -> None:
             m.d.sync += [subtract.eq(does), carry.eq(does)]
 
+        clears_square, clears_begin, stops, spends = Signal(), Signal(), Signal(), Signal()
         over = Signal()  # last tick of the granule, or there is none
         starts = Signal()
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
-        adjusted = Signal(signed(self.modulus_bits + 3))  # half a difference, less a modulus
-        m.d.comb += [root.radicand.eq(total), root.start.eq(sums)]
+        # A granule adds half of a difference of roots to the phase, less a modulus. One adder makes
+        # that and the rate, which is a sum.
+        less_modulus = Signal(self.modulus_bits + 3)  # what is subtracted for it
+        adjusted = Signal(signed(self.modulus_bits + 3))
+        rates = Signal(signed(self.modulus_bits + 4))
+        minus = Signal(signed(self.modulus_bits + 5))  # twice that, or the inverse for a sum
+        m.d.comb += [root.radicand.eq(total), root.start.eq(sums), root.halve.eq(none)]
         m.d.sync += [held.eq(self.hold), sums.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
 
@@ -198,66 +217,75 @@ class SpeedProfile(wiring.Component):
                 m.d.comb += takes.eq(may)
                 with m.If(~running & ~more & ~self.blocks.valid):
                     m.d.comb += self.starved.eq(~at_rest)
-                    m.d.sync += [square.eq(0), at_rest.eq(1), end.eq(0)]
+                    m.d.comb += stops.eq(1)
+                    m.d.sync += at_rest.eq(1)
                 with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
                 m.d.comb += self.blocks.ready.eq(opens)
                 m.d.sync += [least.eq(modulus), change.eq(energy), size.eq(1)]
+                loads(NOMINAL)
                 m.next = "SEARCH"
             with m.State("SEARCH"):
                 with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
-                m.d.sync += [x.eq(brake), y.eq(self.exit), count.eq(count + 1)]
-                subtracts(0)
+                m.d.comb += from_brake.eq(1)
+                m.d.sync += count.eq(count + 1)
+                subtracts(1)
+                with m.If(count == GRANULE_BITS - 2):
+                    loads(EXIT)
                 with m.If(count == GRANULE_BITS - 1):
+                    m.d.comb += from_brake.eq(0)
                     m.d.sync += count.eq(0)
+                    subtracts(0)
+                    loads(CHANGE)
                     m.next = "BRAKE"
             with m.State("BRAKE"):
-                m.d.sync += [x.eq(total), y.eq(change)]
                 subtracts(1)
+                loads(NOMINAL)
                 m.next = "BOUND"
             with m.State("BOUND"):
-                m.d.sync += [x.eq(total), y.eq(nominal)]
+                m.d.sync += less.eq(negative)
+                subtracts(0)
                 m.next = "COMPARE"
             with m.State("COMPARE"):
+                m.d.comb += [keeps.eq(1), clears.eq(~less)]
+                loads(SQUARE)
                 m.next = "GOAL"
             with m.State("GOAL"):
-                with m.If(holds):
-                    m.d.sync += x.eq(0)
-                with m.Elif(~less):  # the bound is not
-                    m.d.sync += x.eq(nominal)
+                m.d.comb += [clears.eq(holds), clears_square.eq(holds)]
+                m.d.sync += [square.eq(total), subtract.eq(1)]  # and 1 more: the sign is that of 0
+                loads(CHANGE)
                 m.next = "DIFFERENCE"
             with m.State("DIFFERENCE"):
-                m.d.sync += [x.eq(total), y.eq(change)]
-                subtracts(~negative)
+                m.d.comb += [inverts.eq(1), clears_begin.eq(from_rest)]
+                m.d.sync += [subtract.eq(negative), carry.eq(negative)]
                 m.next = "LIMIT"
             with m.State("LIMIT"):
-                m.d.sync += [none.eq(from_rest & (x == 0)), beyond.eq(negative == (x < 0))]
-                m.next = "CHANGE"
-            with m.State("CHANGE"):
-                subtracts(0)
-                with m.If(none):
-                    m.d.sync += x.eq(change >> 1)
-                with m.Elif(beyond):  # ~change and the carry are -change
-                    m.d.sync += [x.eq(change ^ (x < 0).replicate(width)), carry.eq(x < 0)]
+                m.d.sync += [none.eq(from_rest & subtract), beyond.eq(negative ^ subtract)]
+                loads(Mux(from_rest & subtract, CHANGE, SQUARE))
+                m.next = "CORRECT"
+            with m.State("CORRECT"):
+                m.d.comb += [keeps.eq(1), clears.eq(~beyond)]
                 m.d.sync += sums.eq(1)
+                subtracts(0)
+                loads(CHANGE)
                 m.next = "SUM"
             with m.State("SUM"):
-                m.d.sync += [square.eq(Mux(none, 0, total)), x.eq(brake), y.eq(change)]
+                m.d.comb += [from_brake.eq(1), clears_square.eq(none)]
+                m.d.sync += square.eq(total)
                 subtracts(1)
                 m.next = "SPEND"
             with m.State("SPEND"):
-                m.d.sync += [
-                    brake.eq(total),
-                    left.eq(left - size),
-                    begin.eq(Mux(from_rest, 0, begin) + (modulus << 2)),
-                ]
+                m.d.comb += [keeps.eq(1), spends.eq(1)]
+                m.d.sync += [carry.eq(0), left.eq(left - size),
+                             less_modulus.eq((modulus << 2) + begin)]
                 m.next = "ROOT"
             with m.State("ROOT"):
-                m.d.sync += [more.eq(brake != 0), at_rest.eq(square == 0)]
+                m.d.comb += keeps.eq(1)
+                m.d.sync += [more.eq(~negative), at_rest.eq(square == 0)]
                 with m.If(~root.busy):
-                    m.d.sync += adjusted.eq((root.root - begin) >> 1)
+                    m.d.sync += adjusted.eq(rates >> 1)
                     m.next = "READY"
             with m.State("READY"):
                 with m.If(over):
@@ -274,9 +302,13 @@ class SpeedProfile(wiring.Component):
             with m.If(~more):
                 m.d.sync += [
                     energy.eq(block.energy), modulus.eq(block.modulus), nominal.eq(block.nominal),
-                    brake.eq(offered), opens.eq(1),
+                    opens.eq(1),
                     left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3], 0)),
                 ]
+
+        # With a condition of its own the choice is no longer than needed.
+        with m.If((takes & ~more) | spends):
+            m.d.sync += brake.eq(Mux(spends, total, offered))
 
         # Phase, less a modulus. A tick subtracts a modulus alone, and the rate of its clock follows
         # with the next: there cannot be one in between.
@@ -285,11 +317,13 @@ class SpeedProfile(wiring.Component):
         backlog = Signal()
         m.d.comb += [
             backlog.eq(phase[rate_bits:] != 0),
-            self.tick.eq(running & (phase >= 0) & ~after),
+            self.tick.eq(running & (phase[-1] == 0) & ~after),
             over.eq(~running | (self.tick & final)),
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & final),
-            self.speed.eq(Mux(running, rate >> self.fraction_bits + 1, 0)),
+            self.speed.eq(speed),
+            minus.eq(Mux(fsm.ongoing("ROOT"), less_modulus << 1, ~(end << 1).as_signed())),
+            rates.eq(((root.root << 1) - minus) >> 1),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]
         jumps = Signal()
@@ -298,20 +332,41 @@ class SpeedProfile(wiring.Component):
             distance.eq(running_modulus << 1),
             jumps.eq(self.tick | starts),
             base.eq(Mux((self.tick & backlog) | (starts & (~running | from_rest)), 0, phase)),
-            growth.eq(Mux(starts, adjusted, Mux(self.tick, ~distance,
-                                                Mux(after, rate << 1, rate)))),
+            # Which jump it would be is known before whether it is one.
+            growth.eq(Mux(jumps, Mux(fsm.ongoing("READY") & (final | ~running), adjusted,
+                                     ~distance), Mux(after, rate << 1, rate))),
         ]
         m.d.sync += after.eq(jumps)
         # While none runs, the phase may be any.
-        m.d.sync += phase.eq(((base << 1 | 1) + (growth << 1 | (self.tick & ~starts))) >> 1)
+        m.d.sync += phase.eq(((growth << 1) - (~base << 1 | ~(self.tick & ~starts))) >> 1)
         with m.If(self.tick):
             m.d.sync += [ticks.eq(ticks - 1), final.eq(ticks == 2), opening.eq(0)]
         with m.If(starts):
             m.d.sync += [
-                running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(end + root.root),
+                running.eq(1), ticks.eq(size), final.eq(size == 1), rate.eq(rates),
+                speed.eq(rates >> self.fraction_bits + 1),
                 opening.eq(opens), closing.eq(~more), running_modulus.eq(modulus), begin.eq(end),
-                end.eq(Mux(at_rest, 0, root.root)),
+                end.eq(root.root),
             ]
-        with m.Elif(over | self.fault):
-            m.d.sync += running.eq(0)
+        with m.If((over & ~starts) | self.fault):
+            m.d.sync += [running.eq(0), speed.eq(0)]
+        with m.If(stops | clears_square):
+            m.d.sync += square.eq(0)
+        with m.If(clears_begin):
+            m.d.sync += begin.eq(0)
+        with m.If(stops | (starts & at_rest)):
+            m.d.sync += end.eq(0)
         return m
+
+
+def _choose(code: Value, *values: Value) -> Value:
+    """Return one of four values by its code, with two LUTs of four inputs a bit.
+
+    The first LUT gives a bit of one of the first two values, or says which of the last two the
+    second LUT takes.
+    """
+    width = max(map(len, values))
+    a, b, c, d = (Value.cast(Cat(value, Const(0, width - len(value)))) for value in values)
+    is_a, is_b, others = (Value.cast(bit.replicate(width)) for bit in code)
+    first = (is_a & a) | (is_b & b) | (is_a & is_b)
+    return (others & ((first & d) | (~first & c))) | (~others & first)

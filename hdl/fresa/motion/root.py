@@ -1,6 +1,6 @@
 """Square roots, a binary digit a clock."""
 
-from amaranth import Cat, Module, Mux, Signal
+from amaranth import Cat, Const, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -13,10 +13,11 @@ class SquareRoot(wiring.Component):
     """``root = floor(sqrt(radicand * 4**fraction_bits))``: the root with a binary fraction.
 
     Digit by digit, as on paper: two bits of the radicand are brought down, and a digit is 1 where
-    what remains is as much as 4 times the root so far and 1. It takes a subtraction and a clock a
-    digit: with ``start`` in one clock, ``root`` is valid ``integer_bits + fraction_bits + 1``
-    clocks later, when ``busy`` is 0 again, and stays until the next start. A start while it is busy
-    begins anew. After a reset the root is 0.
+    what remains is as much as 4 times the root so far and 1. That is subtracted in any case; where
+    it was too much, the next digit adds (non-restoring). It takes a clock a digit: with ``start``
+    in one clock, ``root`` is valid ``integer_bits + fraction_bits + 1`` clocks later, when ``busy``
+    is 0 again, and stays until the next start. A start while it is busy begins anew. After a reset
+    the root is 0.
 
     Parameters
     ----------
@@ -29,6 +30,8 @@ class SquareRoot(wiring.Component):
     -------
     radicand : In(2 * integer_bits)
         Number, in the clock with ``start``.
+    halve : In(1)
+        With ``start``: the root is that of half the number, rounded down.
     start : In(1)
         Begin.
     busy : Out(1)
@@ -46,31 +49,35 @@ class SquareRoot(wiring.Component):
         self.integer_bits = in_range("integer_bits", integer_bits, 1, 64)
         self.fraction_bits = in_range("fraction_bits", fraction_bits, 0, 64)
         super().__init__({
-            "radicand": In(2 * self.integer_bits), "start": In(1), "busy": Out(1),
-            "root": Out(self.integer_bits + self.fraction_bits)})
+            "radicand": In(2 * self.integer_bits), "halve": In(1), "start": In(1),
+            "busy": Out(1), "root": Out(self.integer_bits + self.fraction_bits)})
 
     def elaborate(self, platform) -> Module:
         m = Module()
         digits = len(self.root)
         missing = Signal(range(digits + 1))
         below = Signal(2 * self.integer_bits)  # what is not brought down yet
-        rest = Signal(digits + 1)  # at most twice the root
-        brought = Signal(digits + 3)
-        trial = Signal(digits + 4)
-        digit = Signal()
+        halved = Signal()
+        kept = Signal()  # bit that a half brings down with the next one
+        rest = Signal(signed(digits + 2))  # less twice the root and 1, if below 0
+        brought, total = Signal.like(rest), Signal.like(rest)
         m.d.comb += [
             self.busy.eq(missing != 0),
-            brought.eq(Cat(below[-2:], rest)),
-            trial.eq(brought - ((self.root << 2) | 1)),
-            digit.eq(trial[-1] == 0),
+            brought.eq(Cat(Mux(halved, Cat(below[-1], kept), below[-2:]), rest)),
+            # Adding 4 times the root and 3 is subtracting the inverse of that, and 1.
+            total.eq(brought - Cat(Const(0b01, 2), self.root ^ rest[-1].replicate(digits))),
         ]
         with m.If(self.start):
-            m.d.sync += [missing.eq(digits), below.eq(self.radicand), rest.eq(0), self.root.eq(0)]
+            m.d.sync += [missing.eq(digits), below.eq(self.radicand), rest.eq(0), self.root.eq(0),
+                         halved.eq(self.halve), kept.eq(0)]
+            with m.If(self.halve):
+                m.d.sync += below[0].eq(0)
         with m.Elif(self.busy):
             m.d.sync += [
                 missing.eq(missing - 1),
                 below.eq(below << 2),
-                rest.eq(Mux(digit, trial, brought)),
-                self.root.eq(Cat(digit, self.root)),
+                kept.eq(below[-2]),
+                rest.eq(total),
+                self.root.eq(Cat(total[-1] == 0, self.root)),
             ]
         return m

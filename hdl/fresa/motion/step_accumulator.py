@@ -64,7 +64,7 @@ class StepAccumulator(wiring.Component):
             # The bit above the fraction is the carry, or with a negative term the lack of one.
             step.eq(self.add & total[-1]),
             quarter.eq(self.add & (total[self.width - 2] != fraction[self.width - 2])),
-            direction.eq(self.term >= 0),
+            direction.eq(self.term[-1] == 0),
         ]
         with m.If(self.add):
             m.d.sync += fraction.eq(total)

@@ -16,11 +16,11 @@ from tb.engines import AmaranthEngine
 RANDOM = settings(deadline=None, database=None, derandomize=True, max_examples=25)
 
 
-def extract(engine: AmaranthEngine, radicand: int, digits: int) -> int:
+def extract(engine: AmaranthEngine, radicand: int, digits: int, *, halve: int = 0) -> int:
     """Return the root, after so many clocks."""
-    engine.set(radicand=radicand, start=1)
+    engine.set(radicand=radicand, halve=halve, start=1)
     engine.run(1)
-    engine.set(radicand=~radicand & 1, start=0)
+    engine.set(radicand=~radicand & 1, halve=1 - halve, start=0)
     for _ in range(digits):
         assert engine.get("busy")
         engine.run(1)
@@ -34,7 +34,9 @@ class TestSquareRoot:
         engine = AmaranthEngine(component("root", SquareRoot(integer_bits=integer,
                                                              fraction_bits=fraction)))
         for radicand in range(4**integer):
-            assert extract(engine, radicand, integer + fraction) == isqrt(radicand * 4**fraction)
+            for halve in (0, 1):
+                assert (extract(engine, radicand, integer + fraction, halve=halve)
+                        == isqrt((radicand >> halve) * 4**fraction))
         engine.close()
 
     def test_full_width(self):
@@ -43,9 +45,9 @@ class TestSquareRoot:
         @RANDOM
         @given(st.one_of(st.integers(0, 2**62 - 1), st.integers(0, 2**12),
                          st.integers(1, 2**31 - 1).map(lambda root: root**2),
-                         st.integers(1, 2**31).map(lambda root: root**2 - 1)))
-        def run(radicand):
-            assert extract(engine, radicand, 47) == isqrt(radicand << 32)
+                         st.integers(1, 2**31).map(lambda root: root**2 - 1)), st.integers(0, 1))
+        def run(radicand, halve):
+            assert extract(engine, radicand, 47, halve=halve) == isqrt((radicand >> halve) << 32)
 
         run()
         engine.close()
