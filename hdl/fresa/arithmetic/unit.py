@@ -94,7 +94,7 @@ class _Move(data.Struct):
     two: 1
 
 
-def _moved(move: _Move, stays: Value, left_one: Value, left_two: Value, right: Value) -> Value:
+def _moved(move: _Move, stays: Value, left_one: Value, left_two: Value, right: Value):
     """Choose one of four words, in two LUTs of four inputs a bit.
 
     These are the moves ``left`` with ``one`` or ``two``, neither, and ``one`` with ``two``: then
@@ -207,6 +207,7 @@ class ArithmeticUnit(wiring.Component):
         before = Signal(width + 3)
         total = Signal(width + 3)
         multiple = Signal(width + 3)
+        augend, addend = Signal(width + 4), Signal(width + 4)
         fits = Signal()  # no borrow
         after = Signal(width + 3)
         m.d.comb += [
@@ -214,27 +215,30 @@ class ArithmeticUnit(wiring.Component):
                              Cat(high[2:], high[-1].replicate(2)))),
             multiple.eq(Mux(takes, Mux(twice, third << 1, third) ^ subtract.replicate(width + 3),
                             0)),
-            total.eq((Cat(carry, before) + Cat(carry, multiple)) >> 1),
-            fits.eq(~total[-1]),
+            augend.eq(Cat(carry, before)), addend.eq(Cat(carry, multiple)),
+            total.eq((augend + addend) >> 1), fits.eq(total[-1] == 0),
             after.eq(Mux(if_fits & ~fits, before, total)),
         ]
 
         # These are known a clock early, too.
         more = Signal()  # there are two more bits to shift
         ends = Signal()  # the next step is the last
-        factor = Cat(below, low[:2])  # bits for the next step, and the one below
-        top = before[width - 2:width]  # highest bits in the next step, where nothing is added
+        factor = Signal(3)  # bits for the next step, and the one below
+        top = Signal(2)  # highest bits in the next step, where nothing is added
+        done = Signal(len(following) + 1)  # bits that are shifted before the step after that
+        m.d.comb += [factor.eq(Cat(below, low[:2])), top.eq(before[width - 2:width]),
+                     done.eq(Cat(raises, following))]
 
         def prepare_step() -> None:
             one = divides | (ends & ((third[0] & (raises | (lowers & ~more)))
-                                     | (normalises & ~top[1])))
+                                     | (normalises & (top[1] == 0))))
             two = extracts | (~ends & ((raises & more) | (normalises & (top == 0))))
             right = multiplies | (~ends & lowers & more)
             half = extracts & (following == width // 2)  # the high word is used up
             m.d.sync += [
                 following.eq(following + 1), last.eq(ends), ends.eq(following == before_end),
                 # Right by an odd amount is one too far at first, then back by one.
-                more.eq(Cat(raises, following) < third[:1 + len(following)]),
+                more.eq(done < third[:len(done)]),
                 move.left.eq(one | two), move.one.eq(one | right), move.two.eq(two | right),
                 low_move.left.eq((one | two) & ~half), low_move.one.eq(one | right),
                 low_move.two.eq((two & ~half) | right), holds.eq(~(one | two | right)),
@@ -293,7 +297,7 @@ class ArithmeticUnit(wiring.Component):
                 m.d.sync += [
                     third.eq(Mux(extracts, 1, operand)), below.eq(0), overflow.eq(0),
                     amount.eq(0), following.eq(1), ends.eq(0),
-                    more.eq(raises < operand[:1 + len(following)]),
+                    more.eq(raises < operand[:len(done)]),
                     subtract.eq(subtracts | negates & flag),
                     carry.eq((subtracts | negates & flag) ^ (flag & adds_flag)),
                     takes.eq(Mux(selects, ~flag, sums | negates | divides)), if_fits.eq(divides),
