@@ -1,10 +1,11 @@
 """Arithmetic, one bit a clock."""
 
-from amaranth import Cat, Module, Mux, Signal, Value, unsigned
-from amaranth.lib import data, enum, wiring
+from amaranth import Cat, Module, Mux, Signal, unsigned
+from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import choice_code, choose
 from ..fsm import leave_unused_codes
 
 __all__ = ["ArithmeticUnit", "Operation"]
@@ -86,24 +87,8 @@ _PAIRS = {Operation.MULTIPLY, Operation.NORMALISE, Operation.SHIFT_LEFT, Operati
           Operation.SHIFT_RIGHT_LONG}
 
 
-class _Move(data.Struct):
-    """How a word moves, of :func:`_moved`."""
-
-    left: 1
-    one: 1
-    two: 1
-
-
-def _moved(move: _Move, stays: Value, left_one: Value, left_two: Value, right: Value):
-    """Choose one of four words, in two LUTs of four inputs a bit.
-
-    These are the moves ``left`` with ``one`` or ``two``, neither, and ``one`` with ``two``: then
-    the first LUT gives no bit of a word, but says which of the others the second one takes.
-    """
-    bits = len(stays)
-    one, two = move.one.replicate(bits), move.two.replicate(bits)
-    first = (one & left_one) | (two & left_two) | (one & two)
-    return Mux(move.left, first, (first & right) | (~first & stays))[:bits]
+_LEFT_ONE, _LEFT_TWO, _STAY, _RIGHT = (choice_code(number) for number in range(4))
+"""Moves of the registers, as codes of :func:`choose`."""
 
 
 class ArithmeticUnit(wiring.Component):
@@ -199,8 +184,8 @@ class ArithmeticUnit(wiring.Component):
         last, holds, subtract, carry, twice, takes, if_fits = (
             Signal(name=name) for name in ("last", "holds", "subtract", "carry", "twice", "takes",
                                            "if_fits"))
-        move, low_move = Signal(_Move), Signal(_Move)
-        m.d.sync += [control.eq(0) for control in (
+        move, low_move = Signal(3, init=_STAY), Signal(3, init=_STAY)
+        m.d.sync += [control.eq(control.init) for control in (
             last, holds, subtract, carry, twice, takes, if_fits, move, low_move)]
 
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
@@ -211,8 +196,8 @@ class ArithmeticUnit(wiring.Component):
         fits = Signal()  # no borrow
         after = Signal(width + 3)
         m.d.comb += [
-            before.eq(_moved(move, high, Cat(low[-1], high), Cat(low[-2:], high),
-                             Cat(high[2:], high[-1].replicate(2)))),
+            before.eq(choose([Cat(low[-1], high), Cat(low[-2:], high), high,
+                              Cat(high[2:], high[-1].replicate(2))], move, width + 3)),
             multiple.eq(Mux(takes, Mux(twice, third << 1, third) ^ subtract.replicate(width + 3),
                             0)),
             augend.eq(Cat(carry, before)), addend.eq(Cat(carry, multiple)),
@@ -235,13 +220,13 @@ class ArithmeticUnit(wiring.Component):
             two = extracts | (~ends & ((raises & more) | (normalises & (top == 0))))
             right = multiplies | (~ends & lowers & more)
             half = extracts & (following == width // 2)  # the high word is used up
+            chosen = Mux(one, _LEFT_ONE, Mux(two, _LEFT_TWO, Mux(right, _RIGHT, _STAY)))
             m.d.sync += [
                 following.eq(following + 1), last.eq(ends), ends.eq(following == before_end),
                 # Right by an odd amount is one too far at first, then back by one.
                 more.eq(done < third[:len(done)]),
-                move.left.eq(one | two), move.one.eq(one | right), move.two.eq(two | right),
-                low_move.left.eq((one | two) & ~half), low_move.one.eq(one | right),
-                low_move.two.eq((two & ~half) | right), holds.eq(~(one | two | right)),
+                move.eq(chosen), low_move.eq(Mux(half, _STAY, chosen)),
+                holds.eq(chosen == _STAY),
                 if_fits.eq(divides | extracts), takes.eq(divides | extracts),
                 subtract.eq(divides | extracts), carry.eq(divides | extracts),
             ]
@@ -260,13 +245,12 @@ class ArithmeticUnit(wiring.Component):
         operand = Signal(width + 2)
         m.d.comb += operand.eq(Cat(self.data, (self.data[-1] & sign).replicate(2)))
         with m.If(~holds):
-            m.d.sync += low.eq(_moved(low_move, self.data,
-                                      Cat(below | overflow | (divides & fits), low), low << 2,
-                                      Cat(low[2:], high[:2])))
+            m.d.sync += low.eq(choose([Cat(below | overflow | (divides & fits), low), low << 2,
+                                       self.data, Cat(low[2:], high[:2])], low_move, width))
         clears = Signal()
         with m.If(clears):
             m.d.sync += low.eq(0)
-        with m.If(low_move.one & low_move.two):
+        with m.If(low_move == _RIGHT):
             m.d.sync += below.eq(low[1])
         m.d.sync += high.eq(after)
         ended = Signal()
@@ -301,8 +285,8 @@ class ArithmeticUnit(wiring.Component):
                     subtract.eq(subtracts | negates & flag),
                     carry.eq((subtracts | negates & flag) ^ (flag & adds_flag)),
                     takes.eq(Mux(selects, ~flag, sums | negates | divides)), if_fits.eq(divides),
-                    move.one.eq(multiplies), move.two.eq(multiplies), low_move.left.eq(fraction),
-                    low_move.one.eq(multiplies | fraction), low_move.two.eq(multiplies),
+                    move.eq(Mux(multiplies, _RIGHT, _STAY)),
+                    low_move.eq(Mux(multiplies, _RIGHT, Mux(fraction, _LEFT_ONE, _STAY))),
                     holds.eq(extracts),
                 ]
                 m.d.comb += clears.eq(fraction)

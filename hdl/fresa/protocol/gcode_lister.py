@@ -5,6 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import ALL_ONES, choice_code, choose
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_modes import GCodeModes, GCodeMotion
@@ -59,6 +60,9 @@ MIST = 7
 
 PER_UM, PER_ONE, PER_FEED = 1000, 1_000_000, 50_000
 """Units of a length in 1 um; of a number in 1; and a third of the nm/s of 1000 mm/min."""
+
+
+DOUBLE, TRIPLE = choice_code(0), choice_code(1)
 
 
 class GCodeUnit(enum.Enum, shape=unsigned(2)):
@@ -136,9 +140,9 @@ class GCodeLister(wiring.Component):
         axis = Signal(2)
         choice = Signal(CHOICE)  # of the next part; `chosen` is that of the present one
         chosen = Signal(CHOICE)
-        value = Signal(signed(LISTED_BITS))
+        number = Signal(self.width + 2)  # its magnitude, then what is divided, and is a quotient
         m.d.comb += [part.text.eq(chosen.text), part.ends.eq(chosen.ends),
-                     part.code.eq(chosen.code), part.value.eq(value),
+                     part.code.eq(chosen.code), part.value.eq(number[1:1 + LISTED_BITS]),
                      self.address.eq(chosen.address)]
         with m.Switch(self.list):
             for each, only in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
@@ -151,25 +155,38 @@ class GCodeLister(wiring.Component):
                 self._coordinates(m, turn, axis, choice)
 
         # The digits of the quotient come from below as those of the word leave above: one more
-        # than it has, as the first behind the point, 1 from a half on, rounds it.
+        # than it has, as the first behind the point, 1 from a half on, rounds it. One adder does
+        # all, by what it is to add: it doubles and triples, adds 1 to round, and negates, as -n is
+        # ~(n - 1). That is chosen a clock before; it adds 0 if nothing is.
         negative = Signal()
-        magnitude = Signal(self.width + 2)
+        added = Signal(2)
+        invert, rounds = Signal(), Signal()
+        total = Signal.like(number)
+        addend = Signal.like(number)
         remainder = Signal(range(PER_ONE))
         count = Signal(range(self.width + 3))
         per = Signal(range(PER_ONE + 1))
         left, fits = Signal(range(2 * PER_ONE)), Signal()
         below = Signal(signed(len(left) + 1))  # what is left without `per`
-        quotient, rounds = Signal(LISTED_BITS - 1), Signal()
         with m.Switch(chosen.unit):
             for unit, units in ((GCodeUnit.UM, PER_UM), (GCodeUnit.FEED, PER_FEED),
                                 (GCodeUnit.ONE, PER_ONE)):
                 with m.Case(unit):
                     m.d.comb += per.eq(units)
         m.d.comb += [
-            left.eq(Cat(magnitude[-1], remainder)), below.eq(left - per), fits.eq(below >= 0),
-            quotient.eq(magnitude[1:]),
-            rounds.eq(magnitude[0] & (chosen.text != GCodeText.TOOL)),
+            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below >= 0),
+            addend.eq(choose([number, number << 1], added, len(number))),
+            total.eq(number + addend),
         ]
+        with m.If(rounds):
+            m.d.comb += addend[0].eq(chosen.text != GCodeText.TOOL)
+        takes, divides, reads = Signal(), Signal(), Signal()
+        m.d.sync += [added.eq(0), invert.eq(0), rounds.eq(0), remainder.eq(0),
+                     number.eq(Mux(takes, self.word, total ^ invert.replicate(len(number))))]
+        with m.If(divides):
+            m.d.sync += [number[0].eq(fits), remainder.eq(Mux(fits, below, left))]
+        with m.If(reads):
+            m.d.sync += number.eq(chosen.mode << 1)
 
         with m.FSM(name="lister_state") as fsm:
             with m.State("IDLE"):
@@ -180,30 +197,32 @@ class GCodeLister(wiring.Component):
                 m.d.sync += chosen.eq(choice)
                 m.next = "READ"
             with m.State("READ"):
-                m.d.sync += value.eq(chosen.mode)
+                m.d.comb += reads.eq(1)
                 m.next = "OFFER"
                 with m.If(chosen.divides):
                     m.next = "TAKE"
             with m.State("TAKE"):  # as it is, for the way from the memory is long
-                m.d.sync += [negative.eq(self.word < 0), magnitude.eq(self.word),
-                             remainder.eq(0), count.eq(self.width + 2)]
+                m.d.comb += takes.eq(1)
+                m.d.sync += [negative.eq(self.word < 0), count.eq(self.width + 2)]
+                with m.If(self.word < 0):
+                    m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
                 m.next = "SIGN"
             with m.State("SIGN"):
-                m.d.sync += magnitude.eq((magnitude ^ negative.replicate(len(magnitude)))
-                                         + negative)
+                with m.If(chosen.unit == GCodeUnit.FEED):
+                    m.d.sync += added.eq(TRIPLE)
                 m.next = "SCALE"
             with m.State("SCALE"):
-                with m.If(chosen.unit == GCodeUnit.FEED):
-                    m.d.sync += magnitude.eq(magnitude + (magnitude << 1))
+                m.d.sync += added.eq(DOUBLE)
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
-                m.d.sync += [magnitude.eq(Cat(fits, magnitude)), count.eq(count - 1),
-                             remainder.eq(Mux(fits, below, left))]
+                m.d.comb += divides.eq(1)
+                m.d.sync += [count.eq(count - 1), added.eq(DOUBLE)]
                 with m.If(count == 0):
+                    m.d.sync += [added.eq(0), rounds.eq(1)]
+                    with m.If(negative):
+                        m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
                     m.next = "ROUND"
-            with m.State("ROUND"):  # negated in the same sum: -(q + r) is ~q + ~r, by one bit of r
-                m.d.sync += value.eq((quotient ^ negative.replicate(LISTED_BITS))
-                                     + (rounds ^ negative))
+            with m.State("ROUND"):
                 m.next = "OFFER"
             with m.State("OFFER"):
                 m.d.comb += self.parts.valid.eq(1)
