@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from amaranth import Mux, Value
+from amaranth import Cat, Const, Mux, Value
 
-__all__ = ["ALL_ONES", "choice_code", "choose"]
+__all__ = ["ALL_ONES", "choice_code", "choose", "look_up"]
 
 ALL_ONES = 0b11
 """The code by which :func:`choose` chooses no word, but all ones."""
@@ -37,3 +37,22 @@ def choose(words: Sequence[Value], code: Value, bits: int):
     for takes, low, high in zip(code[2:], words[2::2], words[3::2], strict=True):
         chosen = Mux(takes, (chosen & high) | (~chosen & low), chosen)
     return chosen[:bits]
+
+
+def look_up(words: Sequence[int], number: Value, bits: int):
+    """Return one of some constants by its number: each bit is a table of its own, of these bits.
+
+    A switch would compare the number with each that there is.
+
+    Parameters
+    ----------
+    words : sequence of int
+        The constants, from number 0 on. Others are 0.
+    number : Value
+        Which.
+    bits : int
+        Bits of a constant.
+    """
+    tables = (sum((word >> bit & 1) << place for place, word in enumerate(words))
+              for bit in range(bits))
+    return Cat(Const(table, 1 << len(number)).bit_select(number, 1) for table in tables)

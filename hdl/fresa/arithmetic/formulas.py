@@ -4,11 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from amaranth import Cat, Const, Module, Signal, Value, unsigned
+from amaranth import Module, Signal, unsigned
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import look_up
 from ..fsm import leave_unused_codes
 from .unit import ArithmeticUnit, Operation
 
@@ -239,7 +240,7 @@ class Formulas(wiring.Component):
                              write.addr.eq(self.address), write.data.eq(self.value),
                              write.en.eq(self.write)]
                 with m.If(self.start):
-                    m.d.comb += advance.eq(_looked_up(self.firsts, self.table, len(place)))
+                    m.d.comb += advance.eq(look_up(self.firsts, self.table, len(place)))
                     m.next = "LOOK-UP"
             with m.State("LOOK-UP"):
                 m.next = "WAIT"
@@ -268,13 +269,6 @@ class Formulas(wiring.Component):
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | unit.fault)
         return m
-
-
-def _looked_up(words: Sequence[int], number: Value, bits: int):
-    """Return one of some constants by its number, a table of single bits for each of its bits."""
-    tables = (sum((word >> bit & 1) << place for place, word in enumerate(words))
-              for bit in range(bits))
-    return Cat(Const(table, 1 << len(number)).bit_select(number, 1) for table in tables)
 
 
 def _row(row: Row, *, last: bool) -> Mapping[str, object]:

@@ -5,7 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
-from ..choice import ALL_ONES, choice_code, choose
+from ..choice import ALL_ONES, choice_code, choose, look_up
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_modes import GCodeModes, GCodeMotion
@@ -249,39 +249,36 @@ class GCodeLister(wiring.Component):
         modes = self.modes
         none = modes.motion == GCodeMotion.NONE
         spindle = Mux(modes.clockwise, 3, Mux(modes.counter_clockwise, 4, 5))
+        words = [Mux(none, 80, modes.motion.as_value()), 54 + modes.system, 17 + modes.plane,
+                 21 - modes.inches, 90 + modes.relative, 94 - modes.inverse, spindle,
+                 Mux(modes.mist, 7, Mux(modes.flood, 8, 9)), 8]
         with m.Switch(turn):
-            for number, (text, mode) in enumerate([
-                    (GCodeText.MOTION, Mux(none, 80, modes.motion.as_value())),
-                    (GCodeText.G, 54 + modes.system), (GCodeText.G, 17 + modes.plane),
-                    (GCodeText.G, 21 - modes.inches), (GCodeText.G, 90 + modes.relative),
-                    (GCodeText.G, 94 - modes.inverse), (GCodeText.M, spindle),
-                    (GCodeText.M, Mux(modes.mist, 7, Mux(modes.flood, 8, 9))), (GCodeText.M, 8)]):
+            for number, mode in enumerate(words):
                 with m.Case(number):
-                    m.d.comb += [choice.text.eq(text), choice.mode.eq(mode)]
-            for number, (text, operand, unit) in enumerate([
-                    (GCodeText.TOOL, Operand.TOOL, GCodeUnit.ONE),
-                    (GCodeText.FEED, Operand.FEED,
-                     Mux(modes.inverse, GCodeUnit.ONE, GCodeUnit.FEED)),
-                    (GCodeText.SPEED, Operand.SPEED, GCodeUnit.ONE)], MIST + 2):
-                with m.Case(number):
-                    last = text == GCodeText.SPEED
-                    m.d.comb += [choice.text.eq(text), choice.address.eq(operand),
-                                 choice.divides.eq(1), choice.unit.eq(unit),
-                                 choice.ends.eq(last), choice.last.eq(last)]
+                    m.d.comb += choice.mode.eq(mode)
+        texts = [GCodeText.MOTION, *[GCodeText.G] * 5, *[GCodeText.M] * 3, GCodeText.TOOL,
+                 GCodeText.FEED, GCodeText.SPEED]
+        places = [0] * 9 + [Operand.TOOL, Operand.FEED, Operand.SPEED]
+        units = [GCodeUnit.ONE] * 10 + [GCodeUnit.FEED, GCodeUnit.ONE]
+        m.d.comb += [
+            choice.text.eq(look_up([each.value for each in texts], turn, 4)),
+            choice.address.eq(look_up(places, turn, 6)), choice.divides.eq(turn >= MIST + 2),
+            choice.unit.eq(look_up([each.value for each in units], turn, 2)),
+            choice.ends.eq(turn == MIST + 4), choice.last.eq(turn == MIST + 4),
+        ]
+        with m.If(modes.inverse):
+            m.d.comb += choice.unit.eq(GCodeUnit.ONE)
 
     def _coordinates(self, m: Module, turn: Signal, axis: Signal, choice: data.View) -> None:
         """Choose one of the coordinates."""
-        m.d.comb += [choice.unit.eq(GCodeUnit.UM), choice.divides.eq(1), choice.ends.eq(1)]
-        with m.Switch(turn):
-            for number, (code, place) in enumerate(SYSTEMS):
-                with m.Case(number):
-                    m.d.comb += [choice.code.eq(code), choice.address.eq(place + axis),
-                                 choice.ends.eq(axis == 2),
-                                 choice.text.eq(Mux(axis == 0, GCodeText.COORDINATES,
-                                                    Mux(axis == 1, GCodeText.AXIS,
-                                                        GCodeText.LAST_AXIS)))]
-            with m.Case(len(SYSTEMS)):
-                m.d.comb += [choice.text.eq(GCodeText.LENGTH), choice.address.eq(Operand.LENGTH)]
-            with m.Case(len(SYSTEMS) + 1):
-                m.d.comb += [choice.text.eq(GCodeText.PROBED), choice.divides.eq(0),
-                             choice.last.eq(1)]
+        length, probed = turn == len(SYSTEMS), turn == len(SYSTEMS) + 1
+        codes, places = zip(*SYSTEMS, strict=True)
+        texts = [each.value for each in (GCodeText.COORDINATES, GCodeText.AXIS,
+                                         GCodeText.LAST_AXIS)]
+        m.d.comb += [
+            choice.unit.eq(GCodeUnit.UM), choice.divides.eq(~probed), choice.last.eq(probed),
+            choice.ends.eq((axis == 2) | length | probed), choice.code.eq(look_up(codes, turn, 8)),
+            choice.address.eq(look_up([*places, Operand.LENGTH], turn, 6) + axis),
+            choice.text.eq(Mux(length, GCodeText.LENGTH, Mux(
+                probed, GCodeText.PROBED, look_up(texts, axis, 4)))),
+        ]
