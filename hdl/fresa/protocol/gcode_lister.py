@@ -140,10 +140,10 @@ class GCodeLister(wiring.Component):
         axis = Signal(2)
         choice = Signal(CHOICE)  # of the next part; `chosen` is that of the present one
         chosen = Signal(CHOICE)
-        number = Signal(self.width + 2)  # its magnitude, then what is divided, and is a quotient
+        number = Signal(self.width + 2)  # a word, which is divided; 0 with a mode
         m.d.comb += [part.text.eq(chosen.text), part.ends.eq(chosen.ends),
-                     part.code.eq(chosen.code), part.value.eq(number[1:1 + LISTED_BITS]),
-                     self.address.eq(chosen.address)]
+                     part.code.eq(chosen.code), self.address.eq(chosen.address),
+                     part.value.eq((number.as_signed() >> 1) | chosen.mode)]
         with m.Switch(self.list):
             for each, only in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
                                (GCodeList.STARTUP, GCodeText.STARTUP)):
@@ -186,7 +186,7 @@ class GCodeLister(wiring.Component):
         with m.If(divides):
             m.d.sync += [number[0].eq(fits), remainder.eq(Mux(fits, below, left))]
         with m.If(reads):
-            m.d.sync += number.eq(chosen.mode << 1)
+            m.d.sync += number.eq(0)
 
         with m.FSM(name="lister_state") as fsm:
             with m.State("IDLE"):
