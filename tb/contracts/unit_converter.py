@@ -105,10 +105,21 @@ def _values(c: Contract, dut: UnitConverter, state, feed: Bits) -> None:
                                        & (number == magnitude)))
                 & (~state("SIGN") | (number.as_signed() == Mux(minus, -source, source)))
                 & (state("SELECT", "FETCH", "LOAD") | ((c.signal("negative") == minus)
-                                                       & (source <= 1 << dut.width - 1)))
-                & (state("SELECT", "FETCH", "LOAD", "SIGN")
-                   | (c.signal("zero") == (source == 0))),
+                                                       & (source <= 1 << dut.width - 1))),
                 cover=stores, lemma=True)
+    some, digits = c.signal("some"), number & low
+    flags = [(c.signal(name), reach) for name, reach in (
+        ("too_large", dut.width - 1), ("long", dut.reach - 1), ("too_fast", dut.speed))]
+    c.invariant("digits", "Of the quotient it is known whether it is 0, and how long it is.",
+                (~state("DIVIDE") | ((some == digits.any()) & Cat(
+                    (count <= bits - reach)
+                    | (flag == (digits >> (count - (bits - reach))[:6]).any())
+                    for flag, reach in flags).all()))
+                & (~state("LIMIT") | ((some == number.any()) & Cat(
+                    flag == (number >> reach).any() for flag, reach in flags).all()))
+                & (~state("NEGATE", "STORE") | Cat(
+                    flag == (quotient >> reach).any() for flag, reach in flags).all()),
+                cover=some, lemma=True)
 
 
 UNIT_CONVERTER = Component(

@@ -4,11 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from amaranth import Array, Module, Signal
+from amaranth import Module, Signal, unsigned
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import look_up
 from ..fsm import leave_unused_codes
 from .unit import ArithmeticUnit, Operation
 
@@ -16,6 +17,12 @@ __all__ = ["FormulaTable", "Formulas", "Registers", "Row"]
 
 MAX_ROWS = 2048
 """Most rows of all tables together."""
+
+ALIGNMENT = 32
+"""Each table begins at a multiple of this: so few bits of that are to be looked up."""
+
+SLICE = 9
+"""Bits of a row in one memory."""
 
 
 class Row(NamedTuple):
@@ -167,8 +174,11 @@ class Formulas(wiring.Component):
             for row in table.rows:
                 for number in row[1:]:
                     in_range(f"register of {table.name}", number, 0, self.depth - 1)
-        self.rows = in_range("number of rows", sum(len(table.rows) for table in self.tables), 1,
-                             MAX_ROWS)
+        self.firsts: list[int] = []
+        self.rows = 0
+        for table in self.tables:
+            self.firsts.append(-(-self.rows // ALIGNMENT) * ALIGNMENT)
+            self.rows = in_range("number of rows", self.firsts[-1] + len(table.rows), 1, MAX_ROWS)
         super().__init__({
             "start": In(1), "table": In(range(len(self.tables))), "busy": Out(1), "done": Out(1),
             "address": In(range(self.depth)), "write": In(1), "value": In(width),
@@ -181,24 +191,33 @@ class Formulas(wiring.Component):
         numbers = range(self.depth)
         layout = data.StructLayout({"operation": Operation, "a": numbers, "b": numbers,
                                     "destination": numbers, "last": 1})
-        firsts, rows = [], []
-        for table in self.tables:
-            firsts.append(len(rows))
+        rows = []
+        for table, first in zip(self.tables, self.firsts, strict=True):
+            rows += [_row(table.rows[0], last=True)] * (first - len(rows))
             rows += [_row(row, last=number == len(table.rows))
                      for number, row in enumerate(table.rows, 1)]
-        m.submodules.rows = rom = memory.Memory(shape=layout, depth=len(rows), init=rows)
+        images = [layout.const(row).as_value().value for row in rows]
         m.submodules.registers = registers = memory.Memory(shape=self.width, depth=self.depth,
                                                            init=self.init)
-        following = rom.read_port()
         write = registers.write_port()
         read = registers.read_port(transparent_for=(write,))
 
         place = Signal(range(len(rows) + 1))  # of the row after the present one
         ahead, row = (Signal(layout, name=name) for name in ("ahead", "row"))
         word = Signal(self.width)
-        m.d.comb += following.addr.eq(place)
+        # In slices of as many bits as a block RAM with all rows has: else there would be a choice
+        # behind several.
+        found = Signal(layout)
+        for low in range(0, layout.size, SLICE):
+            bits = min(SLICE, layout.size - low)
+            m.submodules[f"rows_{low}"] = rom = memory.Memory(
+                shape=unsigned(bits), depth=len(rows),
+                init=[image >> low & (1 << bits) - 1 for image in images])
+            following = rom.read_port()
+            m.d.comb += [following.addr.eq(place),
+                         found.as_value()[low:low + bits].eq(following.data)]
         # Registers behind both memories.
-        m.d.sync += [word.eq(read.data), ahead.eq(following.data), self.done.eq(0)]
+        m.d.sync += [word.eq(read.data), ahead.eq(found), self.done.eq(0)]
         m.d.comb += [
             self.word.eq(word), unit.data.eq(word), unit.operation.eq(row.operation),
             read.addr.eq(row.a ^ 1),  # the low word, for as long as the unit may want it
@@ -206,8 +225,13 @@ class Formulas(wiring.Component):
             write.addr.eq(row.destination ^ unit.second), self.busy.eq(1),
         ]
 
+        # It is 0 at rest, so that the adder that counts it also takes the first.
+        advance = Signal(range(len(rows)))
+        m.d.sync += place.eq(place + advance)
+
         def next_row() -> None:
-            m.d.sync += [row.eq(ahead), place.eq(place + 1)]
+            m.d.sync += row.eq(ahead)
+            m.d.comb += advance.eq(1)
             m.next = "READ-B"
 
         with m.FSM(name="formulas_state") as fsm:
@@ -216,7 +240,7 @@ class Formulas(wiring.Component):
                              write.addr.eq(self.address), write.data.eq(self.value),
                              write.en.eq(self.write)]
                 with m.If(self.start):
-                    m.d.sync += place.eq(Array(firsts)[self.table])
+                    m.d.comb += advance.eq(look_up(self.firsts, self.table, len(place)))
                     m.next = "LOOK-UP"
             with m.State("LOOK-UP"):
                 m.next = "WAIT"
@@ -236,7 +260,7 @@ class Formulas(wiring.Component):
                     m.d.comb += read.addr.eq(ahead.a)
                 with m.If(unit.done):
                     with m.If(row.last):
-                        m.d.sync += self.done.eq(1)
+                        m.d.sync += [self.done.eq(1), place.eq(0)]
                         m.next = "IDLE"
                     with m.Else():
                         next_row()

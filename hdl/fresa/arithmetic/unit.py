@@ -5,6 +5,7 @@ from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import choice_code, choose
 from ..fsm import leave_unused_codes
 
 __all__ = ["ArithmeticUnit", "Operation"]
@@ -86,6 +87,10 @@ _PAIRS = {Operation.MULTIPLY, Operation.NORMALISE, Operation.SHIFT_LEFT, Operati
           Operation.SHIFT_RIGHT_LONG}
 
 
+_LEFT_ONE, _LEFT_TWO, _STAY, _RIGHT = (choice_code(number) for number in range(4))
+"""Moves of the registers, as codes of :func:`choose`."""
+
+
 class ArithmeticUnit(wiring.Component):
     """Adds, multiplies, divides, takes roots and shifts with one adder, in a known time.
 
@@ -93,7 +98,8 @@ class ArithmeticUnit(wiring.Component):
     stays, and whose high word takes its sum or difference with a third register, or does not. A
     product shifts right and adds a multiple, -2 to 2, by two bits of the factor and the one below
     (Booth's recoding); quotients and roots shift left, by one bit and by two, and subtract where
-    that leaves no borrow. Shifts go by two bits, but in the last step by one.
+    that leaves no borrow. Shifts go by two bits, but in the last step by one, which is to the left:
+    to the right an odd amount goes one too far first.
 
     Operands come as from a memory, see ``data``. From ``start`` to the first word of the result
     there are ``operation.steps(width) + 3`` clocks, and the second is one later.
@@ -146,9 +152,9 @@ class ArithmeticUnit(wiring.Component):
         serial, pair, sums, adds_flag, subtracts, ordered, selects, negates = (
             Signal(name=name) for name in ("serial", "pair", "sums", "adds_flag", "subtracts",
                                            "ordered", "selects", "negates"))
-        multiplies, divides, overflows, fraction, extracts, normalises, raises, lowers = (
+        multiplies, divides, overflows, fraction, extracts, normalises, raises, lowers, lower = (
             Signal(name=name) for name in ("multiplies", "divides", "overflows", "fraction",
-                                           "extracts", "normalises", "raises", "lowers"))
+                                           "extracts", "normalises", "raises", "lowers", "lower"))
         before_end = Signal(range(width + 2))  # the step before the last
         decoded = [
             (serial, {each for each in of if each.steps(width)}),
@@ -156,53 +162,47 @@ class ArithmeticUnit(wiring.Component):
             (sums, {of.ADD, of.ADD_CARRY, of.SUBTRACT, of.SUBTRACT_BORROW, of.DIFFERENCE}),
             (adds_flag, {of.ADD_CARRY, of.SUBTRACT_BORROW}),
             (subtracts, {of.SUBTRACT, of.SUBTRACT_BORROW, of.DIFFERENCE, of.DIVIDE, of.REMAINDER,
-                         of.RATIO, of.ROOT}),
+                         of.RATIO}),
             (ordered, {of.DIFFERENCE}), (selects, {of.SELECT}), (negates, {of.NEGATE}),
             (multiplies, {of.MULTIPLY}), (divides, {of.DIVIDE, of.REMAINDER, of.RATIO}),
             (overflows, {of.DIVIDE}), (fraction, {of.RATIO}), (extracts, {of.ROOT}),
             (normalises, {of.NORMALISE}), (raises, {of.SHIFT_LEFT}),
             (lowers, {of.SHIFT_RIGHT, of.SHIFT_RIGHT_LONG}),
+            (lower, {of.DIVIDE, of.RATIO, of.ROOT}),
         ]
 
-        high = Signal(width + 2)  # a remainder of a root has two more bits than a word
+        high = Signal(width + 3)  # a sum of a product has three more bits than a word
         low = Signal(width)
+        below = Signal()  # the bit that a shift to the right has lost last
         third = Signal(width + 2)
         flag = Signal()
         overflow = Signal()
-        step = Signal(range(width + 2))  # from 1
-        following = Signal(range(width + 2))  # the one after it
+        following = Signal(range(width + 2))  # number of the next step, from 1
         amount = Signal(range(width + 2))
 
         # What the registers do in a clock is decided in the one before, as far as can be known.
-        last, left_one, left_two, right_one, right_two = (
-            Signal(name=name) for name in ("last", "left_one", "left_two", "right_one",
-                                           "right_two"))
-        subtract, carry, twice, takes, takes_if_fits = (
-            Signal(name=name) for name in ("subtract", "carry", "twice", "takes", "takes_if_fits"))
-        controls = [last, left_one, left_two, right_one, right_two, subtract, carry, twice, takes,
-                    takes_if_fits]
-        m.d.sync += [control.eq(0) for control in controls]
+        last, holds, subtract, carry, twice, takes, if_fits = (
+            Signal(name=name) for name in ("last", "holds", "subtract", "carry", "twice", "takes",
+                                           "if_fits"))
+        move, low_move = Signal(3, init=_STAY), Signal(3, init=_STAY)
+        m.d.sync += [control.eq(control.init) for control in (
+            last, holds, subtract, carry, twice, takes, if_fits, move, low_move)]
 
         # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
-        before, multiple, total, kept, after = (
-            Signal(width + 3, name=name) for name in ("before", "multiple", "total", "kept",
-                                                      "after"))
-        augend = Signal(width + 4)
-        addend = Signal(width + 4)
+        before = Signal(width + 3)
+        total = Signal(width + 3)
+        multiple = Signal(width + 3)
+        augend, addend = Signal(width + 4), Signal(width + 4)
         fits = Signal()  # no borrow
+        after = Signal(width + 3)
         m.d.comb += [
-            before.eq(Mux(left_two, Cat(low[-2:], high), Mux(left_one, Cat(low[-1], high), high))),
-            before[-1].eq(multiplies & high[-1]),  # sums of a product have a sign
-            multiple.eq(Mux(twice, third << 1, third)),
-            augend.eq(Cat(carry, before)),
-            addend.eq(Cat(carry, Mux(subtract, ~multiple, multiple))),
-            total.eq((augend + addend) >> 1),
-            fits.eq(total[-1] == 0),
-            kept.eq(Mux(takes, total, before)),
-            # What may not fit does not shift right: so the carry has the shortest way.
-            after.eq(Mux(takes_if_fits & fits, total, Mux(
-                right_two, Cat(kept[2:], kept[-1]),
-                Mux(right_one, kept >> 1, kept)))),
+            before.eq(choose([Cat(low[-1], high), Cat(low[-2:], high), high,
+                              Cat(high[2:], high[-1].replicate(2))], move, width + 3)),
+            multiple.eq(Mux(takes, Mux(twice, third << 1, third) ^ subtract.replicate(width + 3),
+                            0)),
+            augend.eq(Cat(carry, before)), addend.eq(Cat(carry, multiple)),
+            total.eq((augend + addend) >> 1), fits.eq(total[-1] == 0),
+            after.eq(Mux(if_fits & ~fits, before, total)),
         ]
 
         # These are known a clock early, too.
@@ -210,31 +210,54 @@ class ArithmeticUnit(wiring.Component):
         ends = Signal()  # the next step is the last
         factor = Signal(3)  # bits for the next step, and the one below
         top = Signal(2)  # highest bits in the next step, where nothing is added
+        done = Signal(len(following) + 1)  # bits that are shifted before the step after that
+        m.d.comb += [factor.eq(Cat(below, low[:2])), top.eq(before[width - 2:width]),
+                     done.eq(Cat(raises, following))]
 
         def prepare_step() -> None:
+            one = divides | (ends & ((third[0] & (raises | (lowers & ~more)))
+                                     | (normalises & (top[1] == 0))))
+            two = extracts | (~ends & ((raises & more) | (normalises & (top == 0))))
+            right = multiplies | (~ends & lowers & more)
+            half = extracts & (following == width // 2)  # the high word is used up
+            chosen = Mux(one, _LEFT_ONE, Mux(two, _LEFT_TWO, Mux(right, _RIGHT, _STAY)))
             m.d.sync += [
-                step.eq(following), following.eq(following + 1), last.eq(ends),
-                ends.eq(following == before_end), more.eq(following < third[1:1 + len(step)]),
-                left_one.eq(divides | ends & (raises & third[0] | normalises & (top[1] == 0))),
-                left_two.eq(extracts | ~ends & (raises & more | normalises & (top == 0))),
-                right_one.eq(ends & lowers & third[0]),
-                right_two.eq(~ends & (multiplies | lowers & more)),
-                takes_if_fits.eq(divides | extracts),
-                subtract.eq(subtracts), carry.eq(subtracts),
+                following.eq(following + 1), last.eq(ends), ends.eq(following == before_end),
+                # Right by an odd amount is one too far at first, then back by one.
+                more.eq(done < third[:len(done)]),
+                move.eq(chosen), low_move.eq(Mux(half, _STAY, chosen)),
+                holds.eq(chosen == _STAY),
+                if_fits.eq(divides | extracts), takes.eq(divides | extracts),
+                subtract.eq(divides | extracts), carry.eq(divides | extracts),
             ]
             with m.If(multiplies):
                 m.d.sync += [
-                    subtract.eq(factor[2]), carry.eq(factor[2]),
+                    subtract.eq(factor[2]), carry.eq(factor[2] & ~factor.all()),
                     twice.eq((factor == 0b011) | (factor == 0b100)),
-                    takes.eq((factor != 0b000) & (factor != 0b111)),
+                    takes.eq(factor.any() & ~factor.all()),
                 ]
+            with m.If(normalises & two):
+                m.d.sync += amount[1:].eq(following)
+            with m.If(normalises & one):
+                m.d.sync += amount[0].eq(1)
 
         sign = Signal()
         operand = Signal(width + 2)
         m.d.comb += operand.eq(Cat(self.data, (self.data[-1] & sign).replicate(2)))
+        with m.If(~holds):
+            m.d.sync += low.eq(choose([Cat(below | overflow | (divides & fits), low), low << 2,
+                                       self.data, Cat(low[2:], high[:2])], low_move, width))
+        clears = Signal()
+        with m.If(clears):
+            m.d.sync += low.eq(0)
+        with m.If(low_move == _RIGHT):
+            m.d.sync += below.eq(low[1])
+        m.d.sync += high.eq(after)
+        ended = Signal()
         with m.FSM(name="unit_state") as fsm:
             with m.State("IDLE"):
                 m.d.comb += sign.eq(self.operation == of.DIFFERENCE)
+                m.d.sync += [third.eq(operand), high.eq(0)]
                 with m.If(self.start):
                     m.d.sync += [
                         is_one.eq(Cat(self.operation == each for each in of if each in those).any())
@@ -250,63 +273,51 @@ class ArithmeticUnit(wiring.Component):
                             m.d.sync += takes.eq(flag)
                         with m.Default():
                             m.d.sync += takes.eq(1)
-                    m.d.sync += [third.eq(operand), high.eq(0), low.eq(self.data)]
+                    m.d.sync += holds.eq(1)
                     m.next = "OPERANDS"
 
             with m.State("OPERANDS"):  # b comes, and a goes where it belongs
                 m.d.comb += sign.eq(ordered)
                 m.d.sync += [
-                    high.eq(after), third.eq(Mux(extracts, 1, operand)), step.eq(0),
-                    following.eq(1), ends.eq(0), more.eq(operand[1:1 + len(step)].any()),
+                    third.eq(Mux(extracts, 1, operand)), below.eq(0), overflow.eq(0),
+                    amount.eq(0), following.eq(1), ends.eq(0),
+                    more.eq(raises < operand[:len(done)]),
                     subtract.eq(subtracts | negates & flag),
                     carry.eq((subtracts | negates & flag) ^ (flag & adds_flag)),
-                    takes.eq(Mux(selects, ~flag, sums | negates)), takes_if_fits.eq(fraction),
+                    takes.eq(Mux(selects, ~flag, sums | negates | divides)), if_fits.eq(divides),
+                    move.eq(Mux(multiplies, _RIGHT, _STAY)),
+                    low_move.eq(Mux(multiplies, _RIGHT, Mux(fraction, _LEFT_ONE, _STAY))),
+                    holds.eq(extracts),
                 ]
+                m.d.comb += clears.eq(fraction)
                 m.next = "FIRST"
 
             with m.State("FIRST"):  # all of a sum, and the low word comes
-                m.d.comb += [factor.eq(Cat(0, low[:2])), top.eq(high[width - 2:width])]
-                m.d.sync += [high.eq(after), overflow.eq(fits & overflows), amount.eq(0)]
-                with m.If(fraction):
-                    m.d.sync += low.eq(fits)
-                with m.Elif(~(multiplies | extracts)):
-                    m.d.sync += low.eq(self.data)
+                m.d.sync += overflow.eq(fits & overflows)
                 with m.If(sums):
                     m.d.sync += flag.eq(total[width])
                 m.next = "WRITE"
                 with m.If(serial):
                     prepare_step()
                     m.next = "STEPS"
+                with m.Else():
+                    m.d.comb += ended.eq(1)
 
             with m.State("STEPS"):
-                m.d.comb += [
-                    factor.eq(Cat(low[1], Mux(ends, 0, low[2:4]))),
-                    top.eq(Mux(left_two, high[width - 4:], high[width - 2:])),
-                ]
-                m.d.sync += high.eq(after)
-                with m.If(left_one):
-                    m.d.sync += low.eq(Cat(divides & (fits | overflow), low))
-                with m.If(left_two):
-                    m.d.sync += low.eq(low << 2)
-                with m.If(right_one):
-                    m.d.sync += low.eq(Cat(low[1:], kept[0]))
-                with m.If(right_two):
-                    m.d.sync += low.eq(Cat(low[2:], kept[:2]))
-                with m.If(normalises & left_two):
-                    m.d.sync += amount.eq(step << 1)
-                with m.If(normalises & left_one):
-                    m.d.sync += amount[0].eq(1)
                 with m.If(extracts):
                     m.d.sync += third[2:].eq(Cat(fits, third[2:]))
-                    with m.If(step == width // 2):  # the high word is used up
-                        m.d.sync += low.eq(self.data)
                 m.next = "WRITE"
                 with m.If(~last):
                     prepare_step()
                     m.next = "STEPS"
+                with m.Else():
+                    m.d.comb += ended.eq(1)
+                    m.d.sync += holds.eq(1)
 
             with m.State("WRITE"):
                 m.d.comb += [self.write.eq(1), self.done.eq(~pair)]
+                m.d.sync += lower.eq(1)
+                m.d.comb += clears.eq(normalises)
                 m.next = "IDLE"
                 with m.If(pair):
                     m.next = "SECOND"
@@ -318,13 +329,11 @@ class ArithmeticUnit(wiring.Component):
             with m.State("FAULT"):
                 pass
 
-        m.d.comb += self.result.eq(high)
-        with m.If(extracts):
-            m.d.comb += self.result.eq(third[2:])
-        with m.Elif(self.second & normalises):
-            m.d.comb += self.result.eq(amount)
-        with m.Elif(self.second | overflows | fraction):
-            m.d.comb += self.result.eq(low)
+        # A root is in the third register, and nothing else then.
+        with m.If(ended & ~extracts):
+            m.d.sync += third.eq(0)
+        m.d.comb += self.result.eq(Mux(lower, low, high) | third[2:]
+                                   | Mux(self.second & normalises, amount, 0))
 
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

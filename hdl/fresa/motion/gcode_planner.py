@@ -12,6 +12,7 @@ from ..arithmetic import Line
 from ..arithmetic.gcode import REGISTERS, TABLES, gcode_formulas
 from ..arithmetic.line import WIDTH
 from ..checks import in_range
+from ..choice import ALL_ONES, choice_code, choose
 from ..fsm import leave_unused_codes
 from ..protocol import (
     SETTING_BITS,
@@ -44,6 +45,9 @@ LENGTH_BITS = 31
 FILTER_BITS = 20
 """Bits of the time of a filter in clocks: `MAX_FILTER` us at any clock."""
 
+HIGHEST = (1 << WIDTH) - 1
+"""Highest number in a word."""
+
 PLAN_GAIN, PLAN_LIMIT = BLOCK_WORDS, BLOCK_WORDS + 2
 
 
@@ -71,25 +75,28 @@ the switch, and ``steps`` are those per metre.
 class _Do(enum.Enum, shape=unsigned(5)):
     """What a row of a procedure does; a register is one of the formulas."""
 
-    LOAD = 0  # operand -> register
-    FEED = 1  # operand -> register; of a rapid the highest number
-    INPUT = 2  # input -> register
-    CONSTANT = 3  # number of the source -> register
-    STORE = 4  # register -> word of the block
-    PUT = 5  # operand -> word of the block
-    HEADER = 6  # header -> word of the block
-    KEEP = 7  # register -> one of _Kept
-    RUN = 8  # a table
-    SKIP = 9  # end here if the register is 0
-    POSITION = 10  # register -> position of an axis of the interpreter
-    CENTRE_U = 11  # operand of the first axis of the plane -> register
-    CENTRE_V = 12
-    PLANE = 13  # that of the action -> register
-    CLOCKWISE = 14
-    RUN_INVERSE = 15  # a table, if the feed of the action is motions a minute
-    SETTING = 16  # setting -> register
-    RUN_SOFT = 17  # a table, if there are soft limits
-    GUARD = 18  # wait for a reset if the register is not 0 and there are soft limits
+    LOAD = 0b00_000  # operand -> register
+    FEED = 0b00_001  # operand -> register; of a rapid the highest number
+    CENTRE_U = 0b00_010  # operand of the first axis of the plane -> register
+    CENTRE_V = 0b00_011
+    INPUT = 0b00_100  # one of _INPUTS -> register
+    SETTING = 0b00_101  # setting -> register
+    ZERO = 0b00_110  # 0 -> register
+    STORE = 0b01_000  # register -> word of the block
+    PUT = 0b01_001  # operand -> word of the block
+    HEADER = 0b01_010  # header -> word of the block
+    RUN = 0b10_000  # a table
+    RUN_INVERSE = 0b10_001  # a table, if the feed of the action is motions a minute
+    RUN_SOFT = 0b10_010  # a table, if there are soft limits
+    KEEP = 0b11_000  # register -> one of _Kept
+    SKIP = 0b11_001  # end here if the register is 0
+    GUARD = 0b11_010  # wait for a reset if the register is not 0 and there are soft limits
+    POSITION = 0b11_011  # register -> position of an axis of the interpreter
+
+
+_OPERANDS = (_Do.LOAD, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V, _Do.PUT)
+_WORDS = (_Do.STORE, _Do.KEEP, _Do.SKIP, _Do.GUARD, _Do.POSITION)
+"""Rows whose value is an operand, and a register."""
 
 
 class _Kept(enum.Enum, shape=unsigned(5)):
@@ -127,15 +134,25 @@ class _Row(NamedTuple):
     do: _Do
     source: int = 0
     destination: int = 0
+    input: str = ""
 
 
-_INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "speed_now", "spindle",
-           "distance", "thousandths", "back", "from_switch", "feed", "steps")
+_INPUTS = ("steps_now_x", "steps_now_y", "steps_now_z", "spindle", "speed_now", "distance", "feed",
+           "steps", "header", "setting", "thousandths", "flag")
+_FLAGS = "back", "from_switch", "clockwise", "plane"
 
-ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1})
+ROW = data.StructLayout({"do": _Do, "source": 8, "destination": 8, "last": 1, "operand": 1,
+                         "word": 1, "input": len(_INPUTS) // 2 + 1})
+"""A row, and from where it has its value: operand, register, or by a code one of `_INPUTS`."""
 
 _register = REGISTERS.__getitem__
 _TABLE = {table.name: number for number, table in enumerate(TABLES)}
+
+
+def _input(name: str, register: str) -> _Row:
+    if name in _FLAGS:
+        return _Row(_Do.INPUT, _FLAGS.index(name), _register(register), "flag")
+    return _Row(_Do.INPUT, 0, _register(register), name)
 
 
 def _pair(name: str, word: int, *, high_first: bool) -> Iterable[_Row]:
@@ -174,7 +191,7 @@ def _zero_gain() -> Iterable[_Row]:
 def _zero_limit() -> Iterable[_Row]:
     """Commit a block that begins at rest, as the next one will."""
     for register in ("nominal_before", "nominal_before.low"):
-        yield _Row(_Do.CONSTANT, 0, _register(register))
+        yield _Row(_Do.ZERO, 0, _register(register))
     for word in range(2):
         yield _Row(_Do.STORE, _register("zero"), PLAN_LIMIT + word)
 
@@ -213,13 +230,13 @@ def _rest_of_line() -> Iterable[_Row]:
 
 def _check(*, by_radius: bool) -> Iterable[_Row]:
     yield from _targets()
-    yield _Row(_Do.PLANE, 0, _register("plane"))
-    yield _Row(_Do.CLOCKWISE, 0, _register("clockwise"))
+    yield _input("plane", "plane")
+    yield _input("clockwise", "clockwise")
     if by_radius:
         yield _Row(_Do.LOAD, Operand.RADIUS, _register("radius"))
     else:
-        yield _Row(_Do.CENTRE_U, 0, _register("centre_u"))
-        yield _Row(_Do.CENTRE_V, 0, _register("centre_v"))
+        for do, name in (_Do.CENTRE_U, "centre_u"), (_Do.CENTRE_V, "centre_v"):
+            yield _Row(do, 0, _register(name))
     yield _Row(_Do.RUN, _TABLE["arc_plane"])
     if by_radius:
         yield _Row(_Do.RUN, _TABLE["arc_centre"])
@@ -283,8 +300,7 @@ def _configure() -> Iterable[_Row]:
 
 def _offset(*names: str) -> Iterable[_Row]:
     for name in ("distance", "thousandths", "back", *names):
-        yield _Row(_Do.INPUT, _INPUTS.index(name), _register(
-            {"thousandths": "a", "from_switch": "from_home"}.get(name, name)))
+        yield _input(name, {"thousandths": "a", "from_switch": "from_home"}.get(name, name))
     yield _Row(_Do.RUN, _TABLE["offset"])
 
 
@@ -296,7 +312,7 @@ def _home(axis: str) -> Iterable[_Row]:
 
 def _home_place() -> Iterable[_Row]:
     yield from _offset()
-    yield _Row(_Do.INPUT, _INPUTS.index("steps"), _register("a"))
+    yield _input("steps", "a")
     yield _Row(_Do.RUN, _TABLE["home"])
     yield _Row(_Do.KEEP, _register("a"), _Kept.SWITCH.value)
 
@@ -308,14 +324,14 @@ def _keep_um(first: _Kept) -> Iterable[_Row]:
 
 
 def _steps() -> Iterable[_Row]:
-    for axis, name in enumerate("xyz"):
-        yield _Row(_Do.INPUT, axis, _register(f"steps_now_{name}"))  # the first of _INPUTS
+    for name in "xyz":
+        yield _input(f"steps_now_{name}", f"steps_now_{name}")
 
 
 def _report() -> Iterable[_Row]:
     yield from _steps()
     for name in "speed_now", "spindle":
-        yield _Row(_Do.INPUT, _INPUTS.index(name), _register(name))
+        yield _input(name, name)
     yield _Row(_Do.RUN, _TABLE["report"])
     for name, kept in ("speed_now", _Kept.FEED), ("spindle", _Kept.SPINDLE):
         yield _Row(_Do.KEEP, _register(name), kept.value)
@@ -341,24 +357,30 @@ def _begin() -> Iterable[_Row]:
     yield from _zero_limit()
 
 
-class _Procedure(enum.Enum, shape=unsigned(5)):
+SLOT = 8
+"""A procedure begins at a multiple of this."""
+
+
+class _Procedure(enum.Enum, shape=unsigned(6)):
+    """A procedure, by where it begins, in slots: those before it have to fit there."""
+
     BEGIN = 0
-    REPORT = 1
-    LINE = 2
-    DWELL = 3
-    OUTPUTS = 4
-    STOPPED_OUTPUTS = 5
-    WAIT = 6
-    ORIGIN = 7
-    CHECK_CENTRE = 8
-    CHECK_RADIUS = 9
-    ARC_BY_CENTRE = 10
-    ARC_BY_RADIUS = 11
-    CONFIGURE = 12
-    HOME_X = 13
-    HOME_Y = 14
-    HOME_Z = 15
-    HOME_PLACE = 16
+    REPORT = 4
+    LINE = 6
+    DWELL = 10
+    OUTPUTS = 12
+    STOPPED_OUTPUTS = 13
+    WAIT = 14
+    ORIGIN = 15
+    CHECK_CENTRE = 16
+    CHECK_RADIUS = 18
+    ARC_BY_CENTRE = 20
+    ARC_BY_RADIUS = 30
+    CONFIGURE = 40
+    HOME_X = 48
+    HOME_Y = 52
+    HOME_Z = 56
+    HOME_PLACE = 60
 
 
 _PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
@@ -504,14 +526,17 @@ class GCodePlanner(wiring.Component):
         m = Module()
         m.submodules.formulas = formulas = gcode_formulas(
             self.line, most_rate=self.most_rate)
-        rows, firsts = _rows()
+        rows = _rows()
         m.submodules.rows = rom = memory.Memory(shape=ROW, depth=len(rows), init=rows)
         following = rom.read_port()
         place = Signal(range(len(rows)))
         row = Signal(ROW)
-        value = Signal(WIDTH)
+        value = Signal(WIDTH, init=HIGHEST)  # so that a reset sets it, as what is too large does
         zero = Signal()  # it was in the clock before
         operand = Signal.like(self.operand)  # a register behind the memory
+        # It is 0 at rest, so that the adder that counts it also takes the first.
+        advance = Signal.like(place)
+        m.d.sync += place.eq(place + advance)
         m.d.comb += following.addr.eq(place)
         m.d.sync += [operand.eq(self.operand), zero.eq(value == 0)]
 
@@ -534,25 +559,19 @@ class GCodePlanner(wiring.Component):
                 **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},
                 **{_Kept(_Kept.ORIGIN_X.value + axis): self.origin_um[axis]
                    for axis in range(3)}}
-        inputs = Array([*self.steps, self.speed, self.spindle_speed,
-                        *(getattr(self.homing, name) for name in _INPUTS[5:])])
-        others = {
-            _Do.INPUT: inputs[row.source[:4]], _Do.SETTING: self.setting,
-            _Do.CONSTANT: row.source, _Do.HEADER: header, _Do.PLANE: modes.plane,
-            _Do.CLOCKWISE: modes.motion == GCodeMotion.CLOCKWISE}
+        request = self.homing
+        flag = Array([request.back, request.from_switch,
+                      modes.motion == GCodeMotion.CLOCKWISE, modes.plane])[row.source[:2]]
+        inputs = [*self.steps, self.spindle_speed, self.speed, request.distance,
+                  request.feed, request.steps, header.as_value(), self.setting,
+                  request.thousandths, flag]
+        code = Signal.like(row.input)
         other = Signal(WIDTH)  # what comes neither from a register nor an operand, a clock later
-        from_operand, from_other, highest = (
-            Signal(name=name) for name in ("from_operand", "from_other", "highest"))
-        m.d.sync += [
-            from_operand.eq(Cat(row.do == do for do in (
-                _Do.LOAD, _Do.PUT, _Do.FEED, _Do.CENTRE_U, _Do.CENTRE_V)).any()),
-            from_other.eq(Cat(row.do == do for do in others).any()),
-            highest.eq((row.do == _Do.FEED) & rapid),
-        ]
-        with m.Switch(row.do):
-            for do, what in others.items():
-                with m.Case(do):
-                    m.d.sync += other.eq(what)
+        m.d.sync += [code.eq(row.input), other.eq(choose(inputs, code, WIDTH))]
+        with m.If((row.do == _Do.FEED) & rapid):
+            m.d.sync += code.eq(ALL_ONES)
+        with m.If(~row.operand):
+            m.d.sync += operand.eq(0)
         place_u, place_v = (Mux(modes.plane == 0, first, Mux(modes.plane == 1, second, third))
                             for first, second, third in ((0, 2, 1), (1, 0, 2)))
         into_register = Signal()
@@ -654,18 +673,17 @@ class GCodePlanner(wiring.Component):
                                 with m.If(by_radius):
                                     begin(with_radius)
             with m.State("LOOK-UP"):
-                first = Array(firsts[which] for which in _Procedure)
-                m.d.sync += place.eq(first[procedure.as_value()])
+                m.d.comb += advance.eq(procedure.as_value() * SLOT)
                 m.next = "FETCH"
             with m.State("FETCH"):
                 m.next = "ROW"
             with m.State("ROW"):
-                m.d.sync += [row.eq(following.data), place.eq(place + 1)]
+                m.d.sync += row.eq(following.data)
+                m.d.comb += advance.eq(1)
                 m.next = "ADDRESS"
             with m.State("ADDRESS"):
                 m.next = "READ"
-                with m.If(Cat(row.do == do for do in (
-                        _Do.RUN, _Do.RUN_INVERSE, _Do.RUN_SOFT)).any()):
+                with m.If(row.do.as_value()[3:] == 0b10):  # RUN, of one kind or another
                     finish()
                     with m.If(Mux(row.do == _Do.RUN_INVERSE, inverse,
                                   (row.do == _Do.RUN) | self.soft)):
@@ -674,13 +692,7 @@ class GCodePlanner(wiring.Component):
             with m.State("READ"):
                 m.next = "WORD"
             with m.State("WORD"):  # the register or the operand has come
-                m.d.sync += value.eq(formulas.word)
-                with m.If(from_operand):
-                    m.d.sync += value.eq(_saturated(operand))
-                with m.If(from_other):
-                    m.d.sync += value.eq(other)
-                with m.If(highest):
-                    m.d.sync += value.eq((1 << WIDTH) - 1)
+                m.d.sync += value.eq(Mux(row.word, formulas.word, 0) | operand[:WIDTH] | other)
                 m.next = "ACT"
                 with m.If(row.do == _Do.KEEP):
                     m.next = "KEEP"
@@ -691,17 +703,16 @@ class GCodePlanner(wiring.Component):
                             m.d.sync += register.eq(value)
                 finish()
             with m.State("ACT"):
-                with m.Switch(row.do):
-                    with m.Case(_Do.LOAD, _Do.FEED, _Do.INPUT, _Do.CONSTANT, _Do.CENTRE_U,
-                                _Do.CENTRE_V, _Do.PLANE, _Do.CLOCKWISE, _Do.SETTING):
+                with m.Switch(row.do.as_value()):
+                    with m.Case("00---"):  # into a register
                         m.d.comb += [formulas.write.eq(1), into_register.eq(1)]
                         finish()
-                    with m.Case(_Do.STORE, _Do.PUT, _Do.HEADER):
+                    with m.Case("01---"):  # into a word of the block
                         m.d.comb += [self.words.valid.eq(1)]
                         with m.If(self.words.ready):
                             m.d.sync += committed.eq(committed | self.words.p.last)
                             finish()
-                    with m.Case(_Do.SKIP, _Do.GUARD):
+                    with m.Case(_Do.SKIP.value, _Do.GUARD.value):
                         m.next = "DECIDE"
                     with m.Default():  # POSITION
                         m.d.comb += self.positions.valid.eq(1)
@@ -718,6 +729,7 @@ class GCodePlanner(wiring.Component):
                     finish()
             with m.State("END"):
                 m.d.comb += ends.eq(1)
+                m.d.sync += place.eq(0)
                 outputs = ((procedure == _Procedure.OUTPUTS)
                            | (procedure == _Procedure.STOPPED_OUTPUTS))
                 with m.If(committed):
@@ -729,21 +741,26 @@ class GCodePlanner(wiring.Component):
                 m.d.comb += self.beyond.eq(1)
             with m.State("FAULT"):
                 pass
+        with m.If(fsm.ongoing("WORD") & _too_large(operand)):
+            m.d.sync += value.eq(HIGHEST)
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT") | formulas.fault)
         return m
 
 
-def _rows() -> tuple[list[dict[str, object]], dict[_Procedure, int]]:
-    """Return the rows of all procedures, and where each begins."""
+def _rows() -> list[dict[str, object]]:
+    """Return the rows of all procedures."""
+    inputs = {_Do.SETTING: "setting", _Do.HEADER: "header"}
     rows: list[dict[str, object]] = []
-    firsts = {}
     for procedure, steps in _PROCEDURES.items():
-        firsts[procedure] = len(rows)
-        rows += [{**row._asdict(), "last": int(row is steps[-1])} for row in steps]
-    return rows, firsts
+        rows += [{}] * (procedure.value * SLOT - len(rows))
+        for row in steps:
+            name = inputs.get(row.do, row.input)
+            rows.append({**row._asdict(), "last": int(row is steps[-1]),
+                         "operand": row.do in _OPERANDS, "word": row.do in _WORDS,
+                         "input": choice_code(_INPUTS.index(name)) if name else 0})
+    return rows
 
 
-def _saturated(operand: Signal) -> Mux:
-    """Return the operand, or the highest number if it has more bits than a word."""
-    too_large = (operand[-1] == 0) & operand[WIDTH - 1:].any()
-    return Mux(too_large, (1 << WIDTH) - 1, operand[:WIDTH])
+def _too_large(operand: Signal):
+    """Return whether an operand has more bits than a word, which is then the highest number."""
+    return (operand[-1] == 0) & operand[WIDTH - 1:].any()

@@ -1,6 +1,6 @@
 """Digits to fixed-point numbers."""
 
-from amaranth import Module, Mux, Signal, signed
+from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -10,6 +10,8 @@ __all__ = ["WHOLE", "FixedPoint", "fixed_point_format", "fixed_point_layout"]
 
 WHOLE = 24
 """Bits of the whole part beside the value: enough for every line number of GRBL."""
+
+ALL = (1 << WHOLE) - 1
 
 
 def fixed_point_layout(width: int) -> data.StructLayout:
@@ -89,7 +91,7 @@ class FixedPoint(wiring.Component):
         m = Module()
 
         value = Signal(self.width)
-        whole = Signal(WHOLE)
+        whole = Signal(WHOLE, init=ALL)  # so that a reset sets it, as what is too large does
         hundredths = Signal(7)
         rest = Signal()  # not zero behind two decimals
         fraction = Signal()  # not zero behind the point
@@ -131,15 +133,26 @@ class FixedPoint(wiring.Component):
             with m.Elif(places == 1):
                 m.d.sync += hundredths.eq(hundredths + self.digit)
 
+        # 10 v + d is 2 v + 8 v + d, v + 1 is 2 v + ~v + 2, and -v is ~(2 v + ~v): so the adder has
+        # 2 v as it is, and the other is chosen. A digit is in the bits that these leave free: below
+        # 8 v there are three, and below 2 v there is one, beside the carry.
         result = Signal(self.width + 4)
-        m.d.comb += result.eq(
-            Mux(grows, value << 3, Mux(turns, ~value, value)) + Mux(grows, value << 1, 0) + step)
+        augend, addend = Signal(self.width + 5), Signal(self.width + 5)
+        carry, least = Signal(), Signal(3)
+        m.d.comb += [
+            carry.eq(Mux(grows, step == 9, ~turns)), least.eq(Mux(step[3], 7, step)),
+            augend.eq(Cat(carry, Mux(grows, step[3], ~turns), value)),
+            addend.eq(Cat(carry, Mux(grows, Cat(least, value), ~value.as_signed()))),
+            result.eq((augend + addend) >> 1),
+        ]
         with m.If(adds):
-            m.d.sync += [value.eq(result),
+            m.d.sync += [value.eq(result ^ turns.replicate(self.width)),
                          overflow.eq(overflow | (~turns & result[self.width - 1:].any()))]
             with m.If(first):
-                large = overflow | value[WHOLE:].any() if self.width > WHOLE else overflow
-                m.d.sync += whole.eq(Mux(large, ~0, value))
+                m.d.sync += whole.eq(value)
+        large = overflow | value[WHOLE:].any() if self.width > WHOLE else overflow
+        with m.If(adds & first & large):
+            m.d.sync += whole.eq(ALL)
         with m.If(self.clear):
             m.d.sync += [value.eq(0), overflow.eq(0), hundredths.eq(0), rest.eq(0),
                          fraction.eq(0), places.eq(0), turned.eq(0)]

@@ -160,16 +160,18 @@ class GCodeCoordinates(wiring.Component):
             m.d.sync += step.eq(step + 1)
             with m.If((step == 0) & (axis == 0)):
                 m.d.sync += [self.changed.eq(0), self.beyond.eq(0)]
+        # A minus is an inversion and a carry: one adder does both.
+        term, sum_ = Signal(self.width + 3), Signal(self.width + 3)
+        m.d.comb += [term.eq(Mux(minus, ~self.fetched, self.fetched)),
+                     sum_.eq(total.as_unsigned() + term + minus)]
+        with m.If(counts):
+            m.d.sync += total.eq(sum_)
         with m.If(step == 7):
             high = total.as_unsigned()[self.reach - 1:]
             m.d.sync += [self.changed.eq(self.changed | (total != 0)),
                          self.beyond.eq(self.beyond | (high.any() & ~high.all())),
                          total.eq(0), axis.eq(Mux(axis == 2, 0, axis + 1)),
                          self.done.eq(axis == 2)]
-        with m.Elif(counts):  # a minus is an inversion and a carry: one adder does both
-            term = Signal(signed(self.width + 3))
-            m.d.comb += term.eq(Mux(minus, ~self.fetched, self.fetched))
-            m.d.sync += total.eq(total.as_unsigned() + term.as_unsigned() + minus)
         return m
 
     def _terms(self, m: Module, axis: Signal) -> tuple[Signal, Signal, Array, Signal]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 
-from amaranth import Cat, Module, Mux, Signal, Value
+from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import choice_code, choose
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_lister import LISTED, GCodeList, GCodeText
@@ -24,6 +25,8 @@ COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", *LISTS)
 
 THOUSANDTH = 1000
 """Units of a value in a thousandth: values have six decimals."""
+
+DOUBLE, VALUE = choice_code(0), choice_code(1)
 
 
 class GCodeGate(wiring.Component):
@@ -187,17 +190,24 @@ class GCodeGate(wiring.Component):
                 m.d.sync += [done.eq(0), open_.eq(1)]
 
         index = Signal(range(len(self.settings) + 1))  # of a setting; `address` follows it
-        value = Signal(self.width - 1)  # then its quotient, which comes from below
+        # What the line sets, then its quotient, which comes from below, and a digit behind the
+        # point, which rounds. One adder takes it, doubles it and adds 1: chosen a clock before.
+        value = Signal(self.width - 1)
+        added = Signal(2)
+        addend = Signal.like(value)
+        adds_whole, rounds = Signal(), Signal()
+        divides = Signal()
         remainder = Signal(range(2 * THOUSANDTH))
         count = Signal(range(max(self.width, Operand.POSITION + 1)))
         changed = Signal(SETTING_BITS)
         left = Signal(range(2 * THOUSANDTH))
+        rest = Signal(signed(len(left) + 1))  # what is left without a thousandth
         fits = Signal()
         is_it = Signal()  # the setting of the number that the line has
         zero = Signal()  # the value of the clock before was 0
         above, below = Signal(), Signal()  # its limits
-        m.d.sync += [zero.eq(self.value == 0), above.eq(value > self.most),
-                     below.eq(value < self.least), self.address.eq(index)]
+        m.d.sync += [zero.eq(self.value == 0), above.eq(value[1:] > self.most),
+                     below.eq(value[1:] < self.least), self.address.eq(index)]
         m.d.comb += [
             self.write_address.eq(index), self.data.eq(changed),
             self.erase_address.eq(count),
@@ -205,8 +215,14 @@ class GCodeGate(wiring.Component):
             self.listed.p.text.eq(Mux(self.decimal, GCodeText.DECIMAL_SETTING,
                                       GCodeText.WHOLE_SETTING)),
             self.listed.p.ends.eq(1),
-            left.eq(Cat(value[-1], remainder)), fits.eq(left >= THOUSANDTH),
+            left.eq(Cat(value[-1], remainder)), rest.eq(left - THOUSANDTH), fits.eq(rest >= 0),
+            addend.eq(choose([value, line.value], added, len(value))
+                      | Mux(adds_whole, line.whole << 1, 0)),
         ]
+        m.d.sync += [added.eq(0), adds_whole.eq(0), rounds.eq(0), remainder.eq(0),
+                     value.eq(value + addend + rounds)]
+        with m.If(divides):
+            m.d.sync += [value[0].eq(fits), remainder.eq(Mux(fits, rest, left))]
 
         def answer(code: GCodeStatus) -> None:
             m.d.sync += [status.eq(code), done.eq(1)]
@@ -310,7 +326,8 @@ class GCodeGate(wiring.Component):
                 with m.If(known["$"]):
                     m.next = "LIST"
             with m.State("MATCH"):
-                m.d.sync += is_it.eq(line.number == self.number)
+                m.d.sync += [is_it.eq(line.number == self.number), adds_whole.eq(~self.decimal),
+                             added.eq(Mux(self.decimal, VALUE, 0))]
                 m.next = "FOUND"
             with m.State("LIST"):
                 m.d.comb += self.listed.valid.eq(1)
@@ -318,10 +335,7 @@ class GCodeGate(wiring.Component):
                     m.d.sync += index.eq(index + 1)
                     m.next = "READ"
             with m.State("FOUND"):
-                m.d.sync += [
-                    value.eq(Mux(self.decimal, line.value, line.whole)), remainder.eq(0),
-                    count.eq(self.width - 1),
-                ]
+                m.d.sync += count.eq(self.width - 1)
                 with m.If(~is_it):
                     m.d.sync += index.eq(index + 1)
                     m.next = "READ"
@@ -330,21 +344,22 @@ class GCodeGate(wiring.Component):
                 with m.Elif(line.overflow | ~(self.decimal | line.integer)):
                     answer(GCodeStatus.TOO_LARGE)
                 with m.Elif(self.decimal):
+                    m.d.sync += added.eq(DOUBLE)
                     m.next = "DIVIDE"
                 with m.Else():
                     m.next = "COMPARE_LIMITS"
             with m.State("DIVIDE"):
-                m.d.sync += [value.eq(Cat(fits, value)), count.eq(count - 1),
-                             remainder.eq(Mux(fits, left - THOUSANDTH, left))]
+                m.d.comb += divides.eq(1)
+                m.d.sync += [count.eq(count - 1), added.eq(DOUBLE)]
                 with m.If(count == 0):
+                    m.d.sync += [added.eq(0), rounds.eq(1)]
                     m.next = "ROUND"
             with m.State("ROUND"):  # by the last digit, which is the first behind the point
-                m.d.sync += value.eq((value >> 1) + value[0])
                 m.next = "COMPARE_LIMITS"
             with m.State("COMPARE_LIMITS"):
                 m.next = "CHECK"
             with m.State("CHECK"):
-                m.d.sync += [changed.eq(value), self.address.eq(self.homing)]
+                m.d.sync += [changed.eq(value[1:]), self.address.eq(self.homing)]
                 m.next = "NEEDS"
                 with m.If(above):
                     answer(GCodeStatus.TOO_LARGE)
@@ -383,6 +398,8 @@ class GCodeGate(wiring.Component):
 
             with m.State("FAULT"):
                 pass
+        with m.If(fsm.ongoing("MATCH")):
+            m.d.sync += value.eq(0)
         m.d.sync += self.trial.eq(fsm.ongoing("CONFIGURE"))  # long before the first is read
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m

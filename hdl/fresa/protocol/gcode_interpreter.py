@@ -175,7 +175,12 @@ class GCodeInterpreter(wiring.Component):
                 if following is not None:
                     compute(following, then)
 
-        m.d.sync += stores.eq(0)
+        # The value is of no interest unless it is stored.
+        places = ~begun & self.position.valid
+        m.d.sync += [stores.eq(0), value.eq(Mux(places, self.position.p.value,
+                                                self.words.p.number.value))]
+        with m.If(self.erase & ~begun & ~self.position.valid):
+            m.d.sync += value.eq(0)
         # In a state that waits for a sum. A register, since from the state it is far to the sum.
         with m.If(store.done):
             m.d.sync += computing.eq(0)
@@ -209,21 +214,18 @@ class GCodeInterpreter(wiring.Component):
             computed("CLEAR_LENGTH", "CLEAR_RATES", CoordinateSum.CLEAR_RATES)
             computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
-                places = ~begun & self.position.valid
                 m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places)]
                 m.d.sync += read.eq(self.words.valid & ~self.words.ready)
                 with m.If(self.erase & ~begun):
-                    m.d.sync += [stores.eq(1), place.eq(self.erase_address), value.eq(0)]
+                    m.d.sync += [stores.eq(1), place.eq(self.erase_address)]
                 with m.If(places):
                     at = self.position.p.axis
-                    m.d.sync += [stores.eq(at != 3), place.eq(Operand.POSITION + at),
-                                 value.eq(self.position.p.value)]
+                    m.d.sync += [stores.eq(at != 3), place.eq(Operand.POSITION + at)]
                 with m.Elif(self.words.valid & read):
                     m.d.sync += begun.eq(1)
                     with m.If(self.words.p.kind == GCodeKind.WORD):
                         m.d.comb += collected.take.eq(1)
-                        m.d.sync += [stores.eq(collected.has_value), place.eq(collected.index),
-                                     value.eq(self.words.p.number.value)]
+                        m.d.sync += [stores.eq(collected.has_value), place.eq(collected.index)]
                     with m.Elif(self.words.p.kind == GCodeKind.END):
                         m.next = "CHECK_WORDS"
                         with m.If(collected.error != 0):

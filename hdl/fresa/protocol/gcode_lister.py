@@ -5,6 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import ALL_ONES, choice_code, choose, look_up
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_modes import GCodeModes, GCodeMotion
@@ -59,6 +60,9 @@ MIST = 7
 
 PER_UM, PER_ONE, PER_FEED = 1000, 1_000_000, 50_000
 """Units of a length in 1 um; of a number in 1; and a third of the nm/s of 1000 mm/min."""
+
+
+DOUBLE, TRIPLE = choice_code(0), choice_code(1)
 
 
 class GCodeUnit(enum.Enum, shape=unsigned(2)):
@@ -136,10 +140,10 @@ class GCodeLister(wiring.Component):
         axis = Signal(2)
         choice = Signal(CHOICE)  # of the next part; `chosen` is that of the present one
         chosen = Signal(CHOICE)
-        value = Signal(signed(LISTED_BITS))
+        number = Signal(self.width + 2)  # a word, which is divided; 0 with a mode
         m.d.comb += [part.text.eq(chosen.text), part.ends.eq(chosen.ends),
-                     part.code.eq(chosen.code), part.value.eq(value),
-                     self.address.eq(chosen.address)]
+                     part.code.eq(chosen.code), self.address.eq(chosen.address),
+                     part.value.eq((number.as_signed() >> 1) | chosen.mode)]
         with m.Switch(self.list):
             for each, only in ((GCodeList.HELP, GCodeText.HELP), (GCodeList.BUILD, GCodeText.BUILD),
                                (GCodeList.STARTUP, GCodeText.STARTUP)):
@@ -151,25 +155,38 @@ class GCodeLister(wiring.Component):
                 self._coordinates(m, turn, axis, choice)
 
         # The digits of the quotient come from below as those of the word leave above: one more
-        # than it has, as the first behind the point, 1 from a half on, rounds it.
+        # than it has, as the first behind the point, 1 from a half on, rounds it. One adder does
+        # all, by what it is to add: it doubles and triples, adds 1 to round, and negates, as -n is
+        # ~(n - 1). That is chosen a clock before; it adds 0 if nothing is.
         negative = Signal()
-        magnitude = Signal(self.width + 2)
+        added = Signal(2)
+        invert, rounds = Signal(), Signal()
+        total = Signal.like(number)
+        addend = Signal.like(number)
         remainder = Signal(range(PER_ONE))
         count = Signal(range(self.width + 3))
         per = Signal(range(PER_ONE + 1))
         left, fits = Signal(range(2 * PER_ONE)), Signal()
         below = Signal(signed(len(left) + 1))  # what is left without `per`
-        quotient, rounds = Signal(LISTED_BITS - 1), Signal()
         with m.Switch(chosen.unit):
             for unit, units in ((GCodeUnit.UM, PER_UM), (GCodeUnit.FEED, PER_FEED),
                                 (GCodeUnit.ONE, PER_ONE)):
                 with m.Case(unit):
                     m.d.comb += per.eq(units)
         m.d.comb += [
-            left.eq(Cat(magnitude[-1], remainder)), below.eq(left - per), fits.eq(below >= 0),
-            quotient.eq(magnitude[1:]),
-            rounds.eq(magnitude[0] & (chosen.text != GCodeText.TOOL)),
+            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below >= 0),
+            addend.eq(choose([number, number << 1], added, len(number))),
+            total.eq(number + addend),
         ]
+        with m.If(rounds):
+            m.d.comb += addend[0].eq(chosen.text != GCodeText.TOOL)
+        takes, divides, reads = Signal(), Signal(), Signal()
+        m.d.sync += [added.eq(0), invert.eq(0), rounds.eq(0), remainder.eq(0),
+                     number.eq(Mux(takes, self.word, total ^ invert.replicate(len(number))))]
+        with m.If(divides):
+            m.d.sync += [number[0].eq(fits), remainder.eq(Mux(fits, below, left))]
+        with m.If(reads):
+            m.d.sync += number.eq(0)
 
         with m.FSM(name="lister_state") as fsm:
             with m.State("IDLE"):
@@ -180,30 +197,32 @@ class GCodeLister(wiring.Component):
                 m.d.sync += chosen.eq(choice)
                 m.next = "READ"
             with m.State("READ"):
-                m.d.sync += value.eq(chosen.mode)
+                m.d.comb += reads.eq(1)
                 m.next = "OFFER"
                 with m.If(chosen.divides):
                     m.next = "TAKE"
             with m.State("TAKE"):  # as it is, for the way from the memory is long
-                m.d.sync += [negative.eq(self.word < 0), magnitude.eq(self.word),
-                             remainder.eq(0), count.eq(self.width + 2)]
+                m.d.comb += takes.eq(1)
+                m.d.sync += [negative.eq(self.word < 0), count.eq(self.width + 2)]
+                with m.If(self.word < 0):
+                    m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
                 m.next = "SIGN"
             with m.State("SIGN"):
-                m.d.sync += magnitude.eq((magnitude ^ negative.replicate(len(magnitude)))
-                                         + negative)
+                with m.If(chosen.unit == GCodeUnit.FEED):
+                    m.d.sync += added.eq(TRIPLE)
                 m.next = "SCALE"
             with m.State("SCALE"):
-                with m.If(chosen.unit == GCodeUnit.FEED):
-                    m.d.sync += magnitude.eq(magnitude + (magnitude << 1))
+                m.d.sync += added.eq(DOUBLE)
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
-                m.d.sync += [magnitude.eq(Cat(fits, magnitude)), count.eq(count - 1),
-                             remainder.eq(Mux(fits, below, left))]
+                m.d.comb += divides.eq(1)
+                m.d.sync += [count.eq(count - 1), added.eq(DOUBLE)]
                 with m.If(count == 0):
+                    m.d.sync += [added.eq(0), rounds.eq(1)]
+                    with m.If(negative):
+                        m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
                     m.next = "ROUND"
-            with m.State("ROUND"):  # negated in the same sum: -(q + r) is ~q + ~r, by one bit of r
-                m.d.sync += value.eq((quotient ^ negative.replicate(LISTED_BITS))
-                                     + (rounds ^ negative))
+            with m.State("ROUND"):
                 m.next = "OFFER"
             with m.State("OFFER"):
                 m.d.comb += self.parts.valid.eq(1)
@@ -230,39 +249,36 @@ class GCodeLister(wiring.Component):
         modes = self.modes
         none = modes.motion == GCodeMotion.NONE
         spindle = Mux(modes.clockwise, 3, Mux(modes.counter_clockwise, 4, 5))
+        words = [Mux(none, 80, modes.motion.as_value()), 54 + modes.system, 17 + modes.plane,
+                 21 - modes.inches, 90 + modes.relative, 94 - modes.inverse, spindle,
+                 Mux(modes.mist, 7, Mux(modes.flood, 8, 9)), 8]
         with m.Switch(turn):
-            for number, (text, mode) in enumerate([
-                    (GCodeText.MOTION, Mux(none, 80, modes.motion.as_value())),
-                    (GCodeText.G, 54 + modes.system), (GCodeText.G, 17 + modes.plane),
-                    (GCodeText.G, 21 - modes.inches), (GCodeText.G, 90 + modes.relative),
-                    (GCodeText.G, 94 - modes.inverse), (GCodeText.M, spindle),
-                    (GCodeText.M, Mux(modes.mist, 7, Mux(modes.flood, 8, 9))), (GCodeText.M, 8)]):
+            for number, mode in enumerate(words):
                 with m.Case(number):
-                    m.d.comb += [choice.text.eq(text), choice.mode.eq(mode)]
-            for number, (text, operand, unit) in enumerate([
-                    (GCodeText.TOOL, Operand.TOOL, GCodeUnit.ONE),
-                    (GCodeText.FEED, Operand.FEED,
-                     Mux(modes.inverse, GCodeUnit.ONE, GCodeUnit.FEED)),
-                    (GCodeText.SPEED, Operand.SPEED, GCodeUnit.ONE)], MIST + 2):
-                with m.Case(number):
-                    last = text == GCodeText.SPEED
-                    m.d.comb += [choice.text.eq(text), choice.address.eq(operand),
-                                 choice.divides.eq(1), choice.unit.eq(unit),
-                                 choice.ends.eq(last), choice.last.eq(last)]
+                    m.d.comb += choice.mode.eq(mode)
+        texts = [GCodeText.MOTION, *[GCodeText.G] * 5, *[GCodeText.M] * 3, GCodeText.TOOL,
+                 GCodeText.FEED, GCodeText.SPEED]
+        places = [0] * 9 + [Operand.TOOL, Operand.FEED, Operand.SPEED]
+        units = [GCodeUnit.ONE] * 10 + [GCodeUnit.FEED, GCodeUnit.ONE]
+        m.d.comb += [
+            choice.text.eq(look_up([each.value for each in texts], turn, 4)),
+            choice.address.eq(look_up(places, turn, 6)), choice.divides.eq(turn >= MIST + 2),
+            choice.unit.eq(look_up([each.value for each in units], turn, 2)),
+            choice.ends.eq(turn == MIST + 4), choice.last.eq(turn == MIST + 4),
+        ]
+        with m.If(modes.inverse):
+            m.d.comb += choice.unit.eq(GCodeUnit.ONE)
 
     def _coordinates(self, m: Module, turn: Signal, axis: Signal, choice: data.View) -> None:
         """Choose one of the coordinates."""
-        m.d.comb += [choice.unit.eq(GCodeUnit.UM), choice.divides.eq(1), choice.ends.eq(1)]
-        with m.Switch(turn):
-            for number, (code, place) in enumerate(SYSTEMS):
-                with m.Case(number):
-                    m.d.comb += [choice.code.eq(code), choice.address.eq(place + axis),
-                                 choice.ends.eq(axis == 2),
-                                 choice.text.eq(Mux(axis == 0, GCodeText.COORDINATES,
-                                                    Mux(axis == 1, GCodeText.AXIS,
-                                                        GCodeText.LAST_AXIS)))]
-            with m.Case(len(SYSTEMS)):
-                m.d.comb += [choice.text.eq(GCodeText.LENGTH), choice.address.eq(Operand.LENGTH)]
-            with m.Case(len(SYSTEMS) + 1):
-                m.d.comb += [choice.text.eq(GCodeText.PROBED), choice.divides.eq(0),
-                             choice.last.eq(1)]
+        length, probed = turn == len(SYSTEMS), turn == len(SYSTEMS) + 1
+        codes, places = zip(*SYSTEMS, strict=True)
+        texts = [each.value for each in (GCodeText.COORDINATES, GCodeText.AXIS,
+                                         GCodeText.LAST_AXIS)]
+        m.d.comb += [
+            choice.unit.eq(GCodeUnit.UM), choice.divides.eq(~probed), choice.last.eq(probed),
+            choice.ends.eq((axis == 2) | length | probed), choice.code.eq(look_up(codes, turn, 8)),
+            choice.address.eq(look_up([*places, Operand.LENGTH], turn, 6) + axis),
+            choice.text.eq(Mux(length, GCodeText.LENGTH, Mux(
+                probed, GCodeText.PROBED, look_up(texts, axis, 4)))),
+        ]

@@ -5,6 +5,7 @@ from amaranth.lib import enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import choice_code, choose, look_up
 from ..fsm import leave_unused_codes
 from .decimal_writer import DecimalWriter
 from .gcode_lister import LISTED, GCodeText
@@ -62,6 +63,8 @@ NOTICES = {
 # letter, without the highest bit, that is sent if the next of the pins is on.
 CODE, BLOCKS, BYTES, FEED, SPEED, WHOLE = range(0x80, 0x86)
 POSITION, DECIMAL, ORIGIN = (0x88, 0x89, 0x8A), 0x8B, (0x8C, 0x8D, 0x8E)
+NUMBERS = (*POSITION, *ORIGIN, WHOLE, FEED, SPEED, CODE, BLOCKS, BYTES)
+"""Marks of all numbers, which are chosen from in this order: one has two."""
 
 FIELDS = (
     b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
@@ -74,10 +77,9 @@ FIELDS = (
 
 ALWAYS, HAS_PINS, HAS_ORIGIN, HAS_OVERRIDES, HAS_END = range(len(FIELDS))
 OK, ERROR, ALARM = range(len(FIELDS), len(FIELDS) + 3)
-MESSAGES = ALARM + 1  # number of the first
-STATES = MESSAGES + len(GCodeMessage)
-LISTS = STATES + len(GCodeState)
-BREAK = LISTS + len(GCodeText)  # of a line whose rest does not come
+BREAK = ALARM + 1  # of a line whose rest does not come
+LISTS, STATES, MESSAGES = 16, 32, 48
+"""Numbers of texts, and of the first of lists, states and messages: their own are the low bits."""
 
 REFRESH_ORIGIN, REFRESH_OVERRIDES, REFRESH_AT_REST = 30, 20, 10
 """Reports from one with that field to the next, in a state in which something may move; and in
@@ -183,7 +185,8 @@ class GCodeReporter(wiring.Component):
         if dialect not in GREETINGS:
             raise ValueError(f"dialect must be {' or '.join(GREETINGS)}, not {dialect!r}")
         in_range("position_bits", position_bits, 12, 32)
-        self.texts = TextSource(_texts(GREETINGS[dialect], f"{options},{blocks},{receive}"))
+        self.texts = TextSource(_texts(GREETINGS[dialect], f"{options},{blocks},{receive}"),
+                                slot=32)
         self._writer = DecimalWriter(width=max(position_bits, SETTING_BITS + 1), is_signed=True,
                                      decimals=3)
         super().__init__({
@@ -235,12 +238,19 @@ class GCodeReporter(wiring.Component):
         with m.If(done):
             m.d.sync += full.eq(0)
 
+        source = Signal(len(NUMBERS) // 2 + 1)  # of a number, by a code
+        codes = {mark & 0xF: choice_code(number) for number, mark in enumerate(NUMBERS)}
+        codes[DECIMAL & 0xF] = codes[WHOLE & 0xF]
+        with m.If(texts.bytes.valid & ~full):
+            m.d.sync += source.eq(look_up([codes.get(mark, 0) for mark in range(16)],
+                                          texts.bytes.payload[:4], len(source)))
+
         is_pin, is_sent = Signal(), Signal()
         m.d.comb += [
             is_pin.eq(item[6:8] == 0b11),
             is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
             texts.numbers.payload.eq(text),
-            writer.numbers.payload.eq(self._number(m, item, code, value)),
+            writer.numbers.payload.eq(self._number(source, code, value)),
             writer.pointed.eq(item[3]),
             writer.bytes.ready.eq(self.bytes.ready),
             self.bytes.valid.eq(writer.bytes.valid),
@@ -377,19 +387,14 @@ class GCodeReporter(wiring.Component):
             m.d.sync += origin_left.eq(0)
         return has_origin, has_overrides
 
-    def _number(self, m: Module, item: Value, code: Value, setting: Value) -> Value:
-        """Return the number for which an item stands."""
-        number = Signal(self._writer.shape)
+    def _number(self, source: Value, code: Value, setting: Value):
+        """Return the number for which an item stands, by the code of that."""
         values = {CODE: code, BLOCKS: self.free_blocks, BYTES: self.free_bytes, FEED: self.feed,
-                  SPEED: self.speed, WHOLE: setting, DECIMAL: setting}
+                  SPEED: self.speed, WHOLE: setting}
         for name, marks in (("position", POSITION), ("origin", ORIGIN)):
             values |= {mark: getattr(self, f"{name}_{axis}")
                        for mark, axis in zip(marks, "xyz", strict=True)}
-        with m.Switch(item[:4]):
-            for mark, value in values.items():
-                with m.Case(mark & 0xF):
-                    m.d.comb += number.eq(value)
-        return number
+        return choose([values[mark] for mark in NUMBERS], source, self._writer.shape.width)
 
 
 def _texts(greeting: bytes, options: str) -> list[bytes]:
@@ -399,10 +404,12 @@ def _texts(greeting: bytes, options: str) -> list[bytes]:
     states = {state: b"<" + state.name.capitalize().encode() for state in GCodeState}
     for state in (GCodeState.HOLD, GCodeState.DOOR):
         states[state] += b":%c" % CODE
-    return [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE,
-            *(messages[message] + b"\r\n" for message in GCodeMessage),
-            *(states[state] for state in GCodeState),
-            *(_lists(options)[text] for text in GCodeText), b"\r\n"]
+    texts = [*FIELDS, b"ok\r\n", b"error:%c\r\n" % CODE, b"ALARM:%c\r\n" % CODE, b"\r\n"]
+    for first, others in ((LISTS, [_lists(options)[text] for text in GCodeText]),
+                          (STATES, [states[state] for state in GCodeState]),
+                          (MESSAGES, [messages[each] + b"\r\n" for each in GCodeMessage])):
+        texts += [*[texts[BREAK]] * (first - len(texts)), *others]  # numbers between have any
+    return texts
 
 
 def _lists(options: str) -> dict[GCodeText, bytes]:

@@ -117,10 +117,8 @@ class LineBuffer(wiring.Component):
             store.data.eq(Cat(Mux(more, byte, Mux(damaged | (taken & error) | pays,
                                                   LineEnd.DAMAGED, LineEnd.GOOD)), ~more)),
         ]
-        with m.If(pays):
-            m.d.sync += [owed.eq(owed - 1), owes.eq(owed != 1)]
-        with m.Elif(ended & ~room & ~owed.all()):
-            m.d.sync += [owed.eq(owed + 1), owes.eq(1)]
+        with m.If(pays | (ended & ~room & ~owed.all())):
+            m.d.sync += [owed.eq(owed + Mux(pays, -1, 1)), owes.eq(~pays | (owed != 1))]
 
         # An item is addressed, read and offered, a clock each. A word that is stored in the clock
         # in which it is addressed is not read.
@@ -139,11 +137,10 @@ class LineBuffer(wiring.Component):
         ]
         with m.If(leaves):
             m.d.sync += self.items.payload.eq(fetch.data)
-        with m.If(leaves & ~store.en):
-            m.d.sync += [self.free.eq(self.free + 1), room.eq(1),
-                         waits.eq(self.free != self.depth - 1)]
-        with m.If(store.en & ~leaves):
-            m.d.sync += [self.free.eq(self.free - 1), room.eq(self.free != 1), waits.eq(1)]
+        with m.If(leaves ^ store.en):
+            m.d.sync += [self.free.eq(self.free + Mux(leaves, 1, -1)),
+                         room.eq(leaves | (self.free != 1)),
+                         waits.eq(~leaves | (self.free != self.depth - 1))]
 
         return m
 

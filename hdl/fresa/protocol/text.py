@@ -6,6 +6,8 @@ from amaranth import Module, Signal, unsigned
 from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from ..choice import look_up
+
 __all__ = ["MAX_BYTES", "MAX_TEXTS", "TextSource"]
 
 MAX_TEXTS, MAX_BYTES = 256, 2**14
@@ -23,6 +25,9 @@ class TextSource(wiring.Component):
     ----------
     texts : sequence of bytes
         The texts, none empty.
+    slot : int
+        Bytes of a place that each text has by its number, unless it is longer; 0 for none. So there
+        is little to look up.
 
     Members
     -------
@@ -35,19 +40,25 @@ class TextSource(wiring.Component):
     ------
     ValueError
         If there are no texts or more than ``MAX_TEXTS``, one is empty, or all together have more
-        than ``MAX_BYTES``.
+        than ``MAX_BYTES``, with their slots.
     """
 
-    def __init__(self, texts: Sequence[bytes]) -> None:
+    def __init__(self, texts: Sequence[bytes], *, slot: int = 0) -> None:
         self.texts = tuple(texts)
         if not 1 <= len(self.texts) <= MAX_TEXTS:
             raise ValueError(f"there are 1 to {MAX_TEXTS} texts, not {len(self.texts)}")
         for text in self.texts:
             if not isinstance(text, bytes) or not text:
                 raise ValueError(f"a text has bytes, at least one, not {text!r}")
-        if sum(map(len, self.texts)) > MAX_BYTES:
+        self.starts: list[int] = []
+        self.size = len(self.texts) * slot
+        for number, text in enumerate(self.texts):
+            self.starts.append(number * slot if len(text) <= slot else self.size)
+            if len(text) > slot:
+                self.size += -(-len(text) // max(1, slot)) * max(1, slot)
+        if self.size > MAX_BYTES:
             raise ValueError(f"all texts together have {MAX_BYTES} bytes at most, "
-                             f"not {sum(map(len, self.texts))}")
+                             f"not {self.size}")
         super().__init__({
             "numbers": In(stream.Signature(
                 unsigned(max(1, (len(self.texts) - 1).bit_length())))),
@@ -57,10 +68,9 @@ class TextSource(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        words, starts = [], []
-        for text in self.texts:
-            starts.append(len(words))
-            words += [*text[:-1], text[-1] | 1 << 8]
+        words = [0] * self.size
+        for start, text in zip(self.starts, self.texts, strict=True):
+            words[start:start + len(text)] = [*text[:-1], text[-1] | 1 << 8]
         m.submodules.rom = rom = memory.Memory(shape=unsigned(9), depth=len(words), init=words)
         fetch = rom.read_port()
 
@@ -79,9 +89,7 @@ class TextSource(wiring.Component):
         with m.If(given & fetch.data[8]):
             m.d.sync += [busy.eq(0), self.bytes.valid.eq(0)]
         with m.If(self.numbers.valid & ~busy):
-            with m.Switch(self.numbers.payload):
-                for number, start in enumerate(starts):
-                    with m.Case(number):
-                        m.d.sync += [busy.eq(1), place.eq(start)]
+            m.d.sync += [busy.eq(self.numbers.payload < len(self.starts)),
+                         place.eq(look_up(self.starts, self.numbers.payload, len(place)))]
 
         return m

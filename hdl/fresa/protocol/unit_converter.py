@@ -1,14 +1,17 @@
 """Values of a line of G-code to nm and nm/s."""
 
-from amaranth import Cat, Const, Module, Mux, Signal, signed
+from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import ALL_ONES, choice_code, choose
 from ..fsm import leave_unused_codes
 from .gcode_modes import LETTERS, GCodeLineState
 
 __all__ = ["UnitConverter"]
+
+DOUBLE, MULTIPLE = choice_code(0), choice_code(1)
 
 
 class UnitConverter(wiring.Component):
@@ -73,10 +76,14 @@ class UnitConverter(wiring.Component):
         bits = self.width + 7
         letter = Signal(range(len(LETTERS) + 1))
         minutes = Signal()  # F is in nm per minute
-        number = Signal(bits)
+        # What is too large becomes all ones, as far as a feed reaches, and so does a reset.
+        number = Signal(bits, init=(1 << self.speed) - 1)
         rest = Signal(6)
         negative = Signal()
-        zero = Signal()
+        some = Signal()  # a digit of the quotient is 1
+        # One is beyond the bits of a value, of a length, or of a feed.
+        too_large, long, too_fast = (Signal(name=name) for name in ("too_large", "long",
+                                                                    "too_fast"))
         beyond = Signal()  # a length has too many bits
         count = Signal(range(bits))
         is_feed = letter == LETTERS.index("F")
@@ -94,17 +101,37 @@ class UnitConverter(wiring.Component):
         divisor = Mux(minutes, 60, 5)
         m.d.comb += remainder.eq(Cat(number[-1], rest))
         fits = remainder >= divisor
-        minuend, difference = Signal(bits), Signal(bits)  # all that is subtracted, in one adder
-        m.d.comb += difference.eq(minuend - number)
-        size = Signal(self.width - 1)
-        m.d.comb += [self.address.eq(letter), size.eq(number), self.data.eq(number)]
-        with m.If(minutes):
-            with m.If(number[self.speed:].any()):
-                m.d.comb += size.eq((1 << self.speed) - 1)
-            with m.Elif(number == 0):
-                m.d.comb += size.eq(~zero)
-        with m.Elif(number[self.width - 1:].any()):  # a feed; a length is refused
-            m.d.comb += size.eq(-1)
+        # One adder does all, by what it is to add: it doubles, and it negates, as -n is ~(n - 1),
+        # and multiplies by 127, as ~(n - 128 n). That is chosen a clock before; it adds 0 if
+        # nothing is. The 2 rounds: no half is ever left.
+        added = Signal(2)
+        total, multiple = Signal(bits), Signal(bits)
+        loads, divides, limits = Signal(), Signal(), Signal()
+        m.d.comb += [
+            self.address.eq(letter), self.data.eq(number),
+            multiple.eq(~((number << 7) | 2)),
+            total.eq(number + choose([number, multiple], added, bits)),
+        ]
+        m.d.sync += [
+            added.eq(0),
+            number.eq(Mux(loads, self.word, total ^ added[1].replicate(bits))),
+        ]
+        with m.If(divides):
+            m.d.sync += [number[0].eq(fits), some.eq(some | fits)]
+        for reach, reaches in ((self.width - 1, too_large), (self.reach - 1, long),
+                               (self.speed, too_fast)):
+            with m.If(count == bits - reach):
+                m.d.sync += reaches.eq(some)
+        with m.If(limits & minutes & ~some):
+            m.d.sync += number[0].eq(rest.any())
+        with m.If(limits & ~minutes & too_large):
+            m.d.sync += number[self.speed:].eq(-1)
+        with m.If(limits & Mux(minutes, too_fast, too_large)):
+            m.d.sync += number[:self.speed].eq(-1)
+        with m.If(limits & minutes):
+            m.d.sync += number[self.speed:].eq(0)
+        with m.If(limits):
+            m.d.sync += number[self.width - 1:].eq(0)
 
         with m.FSM(name="converter_state") as fsm:
             with m.State("SELECT"):
@@ -123,32 +150,32 @@ class UnitConverter(wiring.Component):
             with m.State("FETCH"):
                 m.next = "LOAD"
             with m.State("LOAD"):
-                m.d.sync += [number.eq(self.word), negative.eq(self.word[-1])]
+                m.d.comb += loads.eq(1)
+                m.d.sync += negative.eq(self.word[-1])
+                with m.If(self.word[-1]):
+                    m.d.sync += added.eq(ALL_ONES)
                 m.next = "SIGN"
             with m.State("SIGN"):
-                m.d.sync += zero.eq(number == 0)
-                with m.If(negative):
-                    m.d.sync += number.eq(difference)
+                with m.If(~minutes):
+                    m.d.sync += added.eq(MULTIPLE)
                 m.next = "MULTIPLY"
             with m.State("MULTIPLY"):
-                m.d.sync += [rest.eq(0), count.eq(0)]
-                m.d.comb += minuend.eq(Cat(Const(2, 7), number))  # 2 rounds: no half is ever left
-                with m.If(~minutes):
-                    m.d.sync += number.eq(difference)
+                m.d.sync += [rest.eq(0), count.eq(0), some.eq(0), added.eq(DOUBLE)]
                 m.next = "DIVIDE"
             with m.State("DIVIDE"):
-                m.d.sync += [number.eq(Cat(fits, number)),
-                             rest.eq(Mux(fits, remainder - divisor, remainder)),
-                             count.eq(count + 1)]
+                m.d.comb += divides.eq(1)
+                m.d.sync += [rest.eq(Mux(fits, remainder - divisor, remainder)),
+                             count.eq(count + 1), added.eq(DOUBLE)]
                 with m.If(count == bits - 1):
+                    m.d.sync += added.eq(0)
                     m.next = "LIMIT"
             with m.State("LIMIT"):
-                m.d.sync += number.eq(size)
+                m.d.comb += limits.eq(1)
+                with m.If(negative):
+                    m.d.sync += added.eq(ALL_ONES)
                 m.next = "NEGATE"
             with m.State("NEGATE"):
-                m.d.sync += beyond.eq(is_length & number[self.reach - 1:].any())
-                with m.If(negative):
-                    m.d.sync += number.eq(difference)
+                m.d.sync += beyond.eq(is_length & long)
                 m.next = "STORE"
             with m.State("STORE"):
                 m.d.comb += self.write.eq(1)

@@ -1,0 +1,58 @@
+"""A choice of one among words, in few lookup tables of four inputs."""
+
+from collections.abc import Sequence
+
+from amaranth import Cat, Const, Mux, Value
+
+__all__ = ["ALL_ONES", "choice_code", "choose", "look_up"]
+
+ALL_ONES = 0b11
+"""The code by which :func:`choose` chooses no word, but all ones."""
+
+
+def choice_code(number: int) -> int:
+    """Return the code by which :func:`choose` chooses the word of a number."""
+    pair, second = divmod(number, 2)
+    return 1 << second if pair == 0 else 2 << pair | (ALL_ONES if second else 0)
+
+
+def choose(words: Sequence[Value], code: Value, bits: int):
+    """Choose one of some words, or 0 with the code 0.
+
+    Each table has two words to choose from, so half as many as there are words choose. The first
+    has two bits of the code, and gives a word, or 0 or 1. The others have a bit each: with 0 they
+    pass on what is before them, with 1 it says which of their words they take.
+
+    Parameters
+    ----------
+    words : sequence of Value
+        The words, an even number of them.
+    code : Value
+        A `choice_code`, best from a register.
+    bits : int
+        Bits of what is chosen.
+    """
+    first, second = (Mux(bit, (1 << bits) - 1, 0) for bit in code[:2])
+    chosen = (first & words[0]) | (second & words[1]) | (first & second)
+    for takes, low, high in zip(code[2:], words[2::2], words[3::2], strict=True):
+        chosen = Mux(takes, (chosen & high) | (~chosen & low), chosen)
+    return chosen[:bits]
+
+
+def look_up(words: Sequence[int], number: Value, bits: int):
+    """Return one of some constants by its number: each bit is a table of its own, of these bits.
+
+    A switch would compare the number with each that there is.
+
+    Parameters
+    ----------
+    words : sequence of int
+        The constants, from number 0 on. Others are 0.
+    number : Value
+        Which.
+    bits : int
+        Bits of a constant.
+    """
+    tables = (sum((word >> bit & 1) << place for place, word in enumerate(words))
+              for bit in range(bits))
+    return Cat(Const(table, 1 << len(number)).bit_select(number, 1) for table in tables)
