@@ -746,9 +746,10 @@ class GCode(MachineComponent):
                 planner.steps[axis].eq(kinematics.positions[axis]),
             ]
             with m.If(driver.moved | backlash.correct | homing.place):
-                m.d.sync += position.eq(position + Mux(
-                    homing.place, kinematics.motor_shift[axis],
-                    Mux(backlash.correct_direction, 1, -1)))
+                # The sum, as a difference: so this choice goes into the LUTs of the carry.
+                change = Mux(homing.place, kinematics.motor_shift[axis],
+                             Mux(backlash.correct_direction, 1, -1))
+                m.d.sync += position.eq(((position << 1) - ~(change << 1)) >> 1)
             # From the place that was counted to that of the switch, for the axis that homes
             shift = Signal(signed(36), name=f"shift_{name}")
             m.d.comb += kinematics.shift[axis].eq(shift)

@@ -56,7 +56,8 @@ class StepAccumulator(wiring.Component):
 
         fraction = Signal(self.width, reset_less=True)
         total = Signal(self.width + 1)
-        m.d.comb += total.eq(fraction + self.term)
+        # The sum, as a difference: so it is the term whose choice goes into the LUTs of the carry.
+        m.d.comb += total.eq(((fraction << 1) - ~(self.term << 1)) >> 1)
         step, quarter, direction = (
             Signal(name=name, reset_less=True) for name in ("passed", "passed_quarter", "forward"))
         m.d.comb += [self.step.eq(step), self.quarter.eq(quarter), self.direction.eq(direction)]
