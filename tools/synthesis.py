@@ -72,8 +72,8 @@ def synthesise(rtlil: str, top: str, progress: Callable[[int], None] | None = No
     ProgramError
         If Yosys cannot start, or refuses the design.
     """
-    # As ISE does it: across the hierarchy, and without the multiplexers behind the tables, for which
-    # Yosys spends more tables than it saves.
+    # As ISE does it: across the hierarchy, and without the multiplexers behind the tables, for
+    # which Yosys spends more tables than it saves.
     script = (f"read_rtlil design.il; {_SYNTHESIS} -top {top}; "
               "tee -q -o stat.json stat -json")
     with tempfile.TemporaryDirectory() as folder:

@@ -81,6 +81,7 @@ class SpindlePower(wiring.Component):
         operand = Signal(36)
         product = Signal(signed(41))
         factor = Signal(signed(28))
+        thousand = Signal(signed(38))  # times it
         rest, total = Signal(signed(42)), Signal(signed(42))
         subtracts, loads, multiplies, divides, keeps, clears = (
             Signal(name=name) for name in ("subtracts", "loads", "multiplies", "divides", "keeps",
@@ -95,7 +96,7 @@ class SpindlePower(wiring.Component):
         with m.If(~(multiplies | keeps)):
             m.d.sync += product.eq(0)
         with m.Elif(multiplies):
-            m.d.sync += product.eq(factor * Mux(divides, 4000, 2000))
+            m.d.sync += product.eq(Mux(divides, thousand << 2, thousand << 1))
         with m.If(clears):
             m.d.sync += rest.eq(0)
         with m.Elif(~divides):
@@ -147,7 +148,8 @@ class SpindlePower(wiring.Component):
             with m.State("FAULT"):
                 pass
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
-        m.d.sync += factor.eq(self.least - Mux(fsm.ongoing("LESS"), self.most, 0))
+        m.d.sync += [thousand.eq(factor * 1000), factor.eq(self.least - Mux(
+            fsm.ongoing("ADD") | fsm.ongoing("LESS"), self.most, 0))]
         with m.If(fsm.ongoing("SHARE")):
             m.d.sync += scaled.eq(0)
             with m.If(nonzero & (share < LEAST_POWER)):

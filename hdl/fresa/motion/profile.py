@@ -150,6 +150,8 @@ class SpeedProfile(wiring.Component):
         size = Signal(GRANULE_BITS + 1, init=1)  # its ticks
         change = Signal(self.square_bits + GRANULE_BITS)  # energy of the granule
         least = Signal(rate_bits + GRANULE_BITS + 1)  # what at 2**5 rates takes enough clocks
+        compared = Signal(len(least) + 1)  # what it becomes, if it does
+        short = Signal()  # it does not take enough, unless the search is over
 
         # Present granule
         running = Signal()
@@ -199,6 +201,7 @@ class SpeedProfile(wiring.Component):
 
         clears_square, clears_begin, stops, spends = Signal(), Signal(), Signal(), Signal()
         over = Signal()  # last tick of the granule, or there is none
+        ready = Signal()  # the granule may start
         starts = Signal()
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
@@ -209,8 +212,10 @@ class SpeedProfile(wiring.Component):
         rates = Signal(signed(self.modulus_bits + 4))
         minus = Signal(signed(self.modulus_bits + 5))  # twice that, or the inverse for a sum
         m.d.comb += [root.radicand.eq(total), root.start.eq(sums), root.halve.eq(none)]
-        m.d.sync += [held.eq(self.hold), sums.eq(0),
+        m.d.sync += [held.eq(self.hold), sums.eq(0), ready.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
+
+        m.d.sync += short.eq(compared < rate << 5)
 
         with m.FSM(name="profile_state") as fsm:
             with m.State("WAIT"):
@@ -223,11 +228,13 @@ class SpeedProfile(wiring.Component):
                     m.next = "SCALE"
             with m.State("SCALE"):
                 m.d.comb += self.blocks.ready.eq(opens)
+                m.d.comb += compared.eq(modulus)
                 m.d.sync += [least.eq(modulus), change.eq(energy), size.eq(1)]
                 loads(NOMINAL)
                 m.next = "SEARCH"
             with m.State("SEARCH"):
-                with m.If((least < rate << 5) & ((left & size) == 0) & ~from_rest):
+                m.d.comb += compared.eq(least << 1)
+                with m.If(short & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
                 m.d.comb += from_brake.eq(1)
                 m.d.sync += count.eq(count + 1)
@@ -285,11 +292,12 @@ class SpeedProfile(wiring.Component):
                 m.d.comb += keeps.eq(1)
                 m.d.sync += [more.eq(~negative), at_rest.eq(square == 0)]
                 with m.If(~root.busy):
-                    m.d.sync += adjusted.eq(rates >> 1)
+                    m.d.sync += [adjusted.eq(rates >> 1), ready.eq(1)]
                     m.next = "READY"
             with m.State("READY"):
-                with m.If(over):
-                    m.d.comb += [starts.eq(1), takes.eq(may)]
+                m.d.sync += ready.eq(~starts)
+                with m.If(starts):
+                    m.d.comb += takes.eq(may)
                     m.next = "WAIT"
                     with m.If(may):
                         m.next = "SCALE"
@@ -319,6 +327,7 @@ class SpeedProfile(wiring.Component):
             backlog.eq(phase[rate_bits:] != 0),
             self.tick.eq(running & (phase[-1] == 0) & ~after),
             over.eq(~running | (self.tick & final)),
+            starts.eq(ready & over),
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & final),
             self.speed.eq(speed),
@@ -333,8 +342,8 @@ class SpeedProfile(wiring.Component):
             jumps.eq(self.tick | starts),
             base.eq(Mux((self.tick & backlog) | (starts & (~running | from_rest)), 0, phase)),
             # Which jump it would be is known before whether it is one.
-            growth.eq(Mux(jumps, Mux(fsm.ongoing("READY") & (final | ~running), adjusted,
-                                     ~distance), Mux(after, rate << 1, rate))),
+            growth.eq(Mux(jumps, Mux(ready & (final | ~running), adjusted, ~distance),
+                          Mux(after, rate << 1, rate))),
         ]
         m.d.sync += after.eq(jumps)
         # While none runs, the phase may be any.
