@@ -48,24 +48,43 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
     with c.m.If(state("GOAL")):
         c.m.d.sync += kept.eq(square)
     present = Mux(state("DIFFERENCE", "LIMIT", "CORRECT", "SUM"), kept, square)
-    # The same sums in two orders, as a solver does not reorder wide ones: at small widths those
-    # that say what is meant, at full width those that the adder makes.
+    # A solver does not reorder wide sums. At small widths they say what is meant, at full width how
+    # the adder makes them.
     small = len(brake) < SMALL
+
+    def total(first: Bits, second: Bits, less: Bits, *, carry: Bits | None = None) -> Bits:
+        """Return a sum or a difference."""
+        if carry is None:
+            carry = less
+        if small:
+            return Mux(less, first - second - 1, first + second) + carry
+        a, b, inverts, carries = Signal(width), Signal(width), Signal(), Signal()
+        c.m.d.comb += [a.eq(first), b.eq(second), inverts.eq(less), carries.eq(carry)]
+        made = Signal(width)
+        c.m.d.comb += made.eq(
+            ((a << 1) - ((b ^ ~inverts.replicate(len(b))) << 1 | ~carries)) >> 1)
+        return made
+
     bound, spare, lead, excess = (Signal(width, name=name)
                                   for name in ("bound", "spare", "lead", "excess"))
     capped, rises = spare >= 0, lead < 0
     beyond = (excess < 0) == rises
+    without = total(brake, nominal, 1)
+    with_exit = total(without, sampled, 0)
     c.m.d.comb += [
-        spare.eq(brake - nominal + sampled - change),
-        bound.eq(sampled + brake - change if small else spare + nominal),
-        goal.eq(Mux(held, 0, Mux(capped, nominal, bound))),
-        lead.eq(present - goal), excess.eq(Mux(rises, lead + change, lead - change)),
+        spare.eq(total(with_exit, change, 1)),
+        bound.eq(sampled + brake - change),
+        goal.eq(Mux(held, 0, Mux(capped, nominal, bound) if small else total(
+            Mux(capped, 0, spare), nominal, 0))),
+        lead.eq(present - goal if small else ~total(goal, present, 1, carry=0)),
+        excess.eq(total(lead, change, ~rises)),
     ]
     before, grown = c.past(present), c.past(change)
     planned = known & c.past(state("SUM") & (brake >= change))
     up, down = before + grown, before - grown
     expected = Mux(c.past(goal) > up, up, Mux(c.past(goal) < down, down, c.past(goal))
-                   ) if small else c.past(Mux(beyond, goal + excess, goal))
+                   ) if small else c.past(
+        Mux(c.signal("none"), 0, total(Mux(beyond, excess, 0), goal, 0)))
     c.implication("follows-plan", "The square of the speed at the end of a granule is the smaller "
                   "of the nominal one and that from which it can brake, 0 with a hold; it differs "
                   "from that at the begin by the energy of the granule at most.",
@@ -95,8 +114,8 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
 
     c.invariant("adds-in-order", "The adder adds what its state says.", _all(
         ~state("SEARCH") | (count != GRANULE_BITS - 1) | adds(brake, nominal, 1),
-        ~state("BRAKE") | adds(brake - nominal, sampled, 0),
-        ~state("BOUND") | adds(brake - nominal + sampled, change, 1),
+        ~state("BRAKE") | adds(without, sampled, 0),
+        ~state("BOUND") | adds(with_exit, change, 1),
         ~state("COMPARE") | adds(spare, nominal, 0) & (c.signal("less") == ~capped),
         ~state("GOAL") | adds(Mux(capped, 0, spare), nominal, 0),
         ~state("DIFFERENCE") | adds(goal, present, 1, carry=0),

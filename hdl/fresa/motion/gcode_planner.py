@@ -547,7 +547,8 @@ class GCodePlanner(wiring.Component):
         rapid = Signal()
         modes = self.actions.p.modes
         programmed = Signal(FEED_BITS)
-        inverse = modes.inverse & ~rapid
+        inverse = Signal()  # of a motion, long before it is looked at
+        m.d.sync += inverse.eq(modes.inverse & ~rapid)
         kept = {_Kept.LOG2_TICKS: header.log2_ticks, _Kept.FEED: self.feed,
                 _Kept.SPINDLE: self.spindle, _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
