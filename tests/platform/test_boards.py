@@ -157,8 +157,9 @@ def test_positioner_moves_at_the_pins(family):
     assert engine.get("enable") == 0
 
 
-@pytest.mark.parametrize(("name", "seed"), [("icepi-zero", ["--seed", "1"]), ("icebreaker", [])])
-def test_random_numbers_of_place_and_route_begin_where_the_family_says(name, seed):
+@pytest.mark.parametrize(("name", "seed"), [
+    ("icepi-zero", ["--seed", "2"]), ("ulx3s-25f", ["--seed", "1"]), ("icebreaker", [])])
+def test_random_numbers_of_place_and_route_begin_where_board_or_family_says(name, seed):
     board = BOARDS[name]
     plan = prepare(board, "single", made(board, "single"))
     assert board.flow is not None

@@ -15,6 +15,7 @@ from amaranth.back import rtlil
 from PIL import Image
 
 from fresa.machines.mill import Mill, MillTiming, step_period
+from fresa_boards.nexys2 import NEXYS2_500
 from fresa_boards.verilog import from_rtlil
 from tb.machines import machines
 from tools import build
@@ -361,6 +362,13 @@ class TestSize:
                                "mill")
         assert resources.luts <= 1120
         assert on_the_page(resources)
+
+    @pytest.mark.long
+    def test_gcode_fits_the_smaller_nexys2(self):
+        built = build_declared("nexys2-500", machines()["gcode"])
+        resources = synthesise(built.rtlil, built.top)
+        assert resources.luts <= NEXYS2_500.capacity.luts
+        assert resources.block_rams <= NEXYS2_500.capacity.block_rams
 
     @pytest.mark.long
     def test_board_with_serial_orders(self):
