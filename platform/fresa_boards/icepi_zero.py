@@ -67,5 +67,5 @@ BOARDS = (Board(
     allotments=_ALLOTMENTS,
     title="Icepi Zero 1.3, Lattice LFE5U-25F",
     source="its KiCad board file and icepi-zero.lpf, version 1.3 (github.com/cheyao/icepi-zero)",
-    layouts=_LAYOUTS, start_up_us=20, flow=replace(ECP5, seed=2),
+    layouts=_LAYOUTS, start_up_us=20, flow=replace(ECP5, seed=3),
     loader=Loader("icepi-zero", "0403:6015")),)
