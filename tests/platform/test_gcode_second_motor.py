@@ -13,7 +13,8 @@ from fresa_boards.wiring import prepare
 
 pytestmark = pytest.mark.usefixtures("unused")
 
-FAMILIES = {board.family: board for board in BOARDS.values() if "gcode" in board.allotments}
+FAMILIES = {board.family: board for board in BOARDS.values()
+            if "gcode" in board.allotments and "second_step" in board.allotment("gcode").header}
 COMMITTED = {
     "icepi_zero": {"GPIO5": ("second_step", "STEP", "E1"),
                    "GPIO6": ("second_direction", "DIR", "F3"),
