@@ -1,6 +1,6 @@
 """Contract of the speed profile."""
 
-from amaranth import Mux, Signal, signed
+from amaranth import Mux, Signal, Value, signed
 
 from fresa.motion import SpeedProfile
 from fresa.motion.profile import CHANGE, EXIT, GRANULE_BITS, NOMINAL, SQUARE
@@ -62,7 +62,7 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
         c.m.d.comb += [a.eq(first), b.eq(second), inverts.eq(less), carries.eq(carry)]
         made = Signal(width)
         c.m.d.comb += made.eq(
-            ((a << 1) - ((b ^ ~inverts.replicate(len(b))) << 1 | ~carries)) >> 1)
+            ((a << 1) - ((b ^ ~Value.cast(inverts.replicate(len(b)))) << 1 | ~carries)) >> 1)
         return made
 
     bound, spare, lead, excess = (Signal(width, name=name)
