@@ -241,30 +241,19 @@ def measure(blocks: int, arcs: float, seed: int = 1, done: Callable[[int], objec
 
 
 @dataclass(frozen=True)
-class Pins:
-    """What a program has come to at the pins of the gateware.
+class Pins(Figures):
+    """What a program has come to at the pins of the gateware, where the axes rest.
 
     Attributes
     ----------
-    lines, blocks, arcs : int
-        Lines of text, blocks of motion, and those of them that are arcs.
-    steps, clocks : int
-        Steps of all axes, and how long they took.
-    places, off, most : int
-        Where it rested; how often an axis was not at the right step then, and by how many at most.
-    end : list of int
-        Where it ends, in steps.
+    clocks : int
+        How long it took.
+    places : int
+        Where it rested, which `off` counts.
     """
 
-    lines: int
-    blocks: int
-    arcs: int
-    steps: int
     clocks: int
     places: int
-    off: int
-    most: int
-    end: list[int]
 
 
 class _Session:
@@ -341,7 +330,7 @@ def measure_pins(blocks: int, arcs: float, seed: int = 1,
     """Run a program on the gateware; parameters are those of :func:`measure`."""
     program, store = Program(seed, arcs, SCALE), FINE.store
     lines, per_metre = program.lines(), [store[100 + axis] for axis in range(3)]
-    total, before = Pins(0, 0, 0, 0, 0, 0, 0, 0, [0, 0, 0]), list(program.position)
+    total, before = Pins(0, 0, 0, 0, 0, 0, [0, 0, 0], 0, 0), list(program.position)
     with CXXRTLEngine(component("gcode", GCode(settings=FINE))) as engine:
         session = _Session(engine)
         begin = engine.clock
@@ -356,9 +345,9 @@ def measure_pins(blocks: int, arcs: float, seed: int = 1,
             session.finish()
             off = np.abs(session.position - exact_steps(program.position, per_metre))
             total = Pins(total.lines + sent, total.blocks + moves, total.arcs + curves,
-                         session.steps, engine.clock - begin, total.places + 1,
-                         total.off + bool(off.any()), max(total.most, int(off.max())),
-                         session.position.tolist())
+                         session.steps, total.off + bool(off.any()),
+                         max(total.most, int(off.max())), session.position.tolist(),
+                         engine.clock - begin, total.places + 1)
             done(moves)
         if engine.get("fault"):
             raise RuntimeError("the gateware shows a fault")
