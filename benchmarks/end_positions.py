@@ -3,8 +3,7 @@
 import json
 import random
 import re
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from fractions import Fraction
 from itertools import islice
@@ -13,16 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fresa.machines.gcode import GCode, GCodeSettings
 from tb.boards import component
-from tb.engines import CXXRTLEngine, Engine
+from tb.engines import CXXRTLEngine
 from tb.models.gcode_blocks import Motion, ProgramModel
 from tb.models.gcode_ends import moved
 from tb.models.gcode_plan import PlanSettings
-from tb.uart import Decoder, levels
 from tools.console import Parser, Progress, check_output, command, say, whole, write_atomically
+from tools.gcode.simulation import Simulation
 from tools.processes import pool
 
 __all__ = ["Figures", "Pins", "Program", "exact_steps", "main", "measure", "measure_pins"]
@@ -67,9 +65,6 @@ FINE = GCodeSettings(
     max_rate=(Fraction(12_000), Fraction(12_000), Fraction(3000)),
     acceleration=(Fraction(17_000),) * 3)
 """The machine of the gateware: ten times the steps per mm, and the highest acceleration."""
-
-ROOM = 120
-"""Bytes of lines that are not answered."""
 
 REST = 500
 """Lines after which it comes to rest."""
@@ -256,75 +251,6 @@ class Pins(Figures):
     places: int
 
 
-class _Session:
-    """The gateware, its line with as many bytes under way as fit, and the steps at its pins."""
-
-    OUTPUTS = ("tx", "step", "direction")
-
-    def __init__(self, engine: Engine) -> None:
-        self.engine, self._decoder = engine, Decoder(FINE.bit)
-        self._tx, self._high = 1, 0
-        self._text = b""
-        self._sizes: deque[int] = deque()  # of lines that are not answered
-        self.position, self.steps = np.zeros(3, np.int64), 0
-        engine.set(rx=1)
-        while not self._text.startswith(b"Grbl") or not self._text.endswith(b"\r\n"):
-            self.run(1000)
-        self._text = b""
-
-    def run(self, clocks: int) -> None:
-        """Let time pass."""
-        # What `send` has seen is no run, so that a run does not go on from there.
-        start, before = self.engine.clock, self.engine.get(*self.OUTPUTS)
-        seen = self.engine.run(clocks, self.OUTPUTS)
-        self._take(np.concatenate([[start], seen.clock]), {
-            name: np.concatenate([[level], seen[name]])
-            for name, level in zip(self.OUTPUTS, before, strict=True)})
-
-    def send(self, line: bytes) -> None:
-        """Send a line, once there is room for it."""
-        while sum(self._sizes) + len(line) > ROOM:
-            self.run(400)
-            self._answers()
-        data = levels(line, FINE.bit)
-        begin = self.engine.clock
-        rows = self.engine.apply({"rx": data}, list(self.OUTPUTS))
-        self._sizes.append(len(line))
-        self._take(begin + np.arange(len(data)), rows)
-
-    def finish(self) -> None:
-        """Wait until all lines are answered, and nothing moves."""
-        while self._sizes:
-            self.run(2000)
-            self._answers()
-        self.run(20_000)  # the last one is planned
-        while self.engine.get("moving"):
-            self.run(2000)
-        self.run(200)
-
-    def _take(self, clock: NDArray, rows: Mapping[str, NDArray]) -> None:
-        tx = np.concatenate([[self._tx], rows["tx"]])
-        for at in np.flatnonzero(np.diff(tx.astype(np.int8))).tolist():
-            self._text += self._decoder.feed(int(clock[at]), int(tx[at + 1]))
-        self._tx = int(tx[-1])
-        self._text += self._decoder.feed(self.engine.clock, self._tx)
-        step = np.concatenate([[self._high], rows["step"]]).astype(np.uint8)
-        self._high = int(step[-1])
-        rises, forward = step[1:] & ~step[:-1], rows["direction"].astype(np.uint8)
-        for axis in range(3):
-            made = np.flatnonzero(rises >> axis & 1)
-            ahead = int(np.count_nonzero(forward[made] >> axis & 1))
-            self.position[axis] += 2 * ahead - len(made)
-            self.steps += len(made)
-
-    def _answers(self) -> None:
-        *answers, self._text = self._text.split(b"\r\n")
-        for answer in answers:
-            if answer != b"ok":
-                raise RuntimeError(f"the gateware says {answer!r}")
-            self._sizes.popleft()
-
-
 def measure_pins(blocks: int, arcs: float, seed: int = 1,
                  done: Callable[[int], object] = lambda _: None) -> Pins:
     """Run a program on the gateware; parameters are those of :func:`measure`."""
@@ -332,25 +258,26 @@ def measure_pins(blocks: int, arcs: float, seed: int = 1,
     lines, per_metre = program.lines(), [store[100 + axis] for axis in range(3)]
     total, before = Pins(0, 0, 0, 0, 0, 0, [0, 0, 0], 0, 0), list(program.position)
     with CXXRTLEngine(component("gcode", GCode(settings=FINE))) as engine:
-        session = _Session(engine)
+        machine = Simulation(engine, FINE)
+        machine.do(machine.session.open())
         begin = engine.clock
         while total.blocks < blocks:
-            sent = moves = curves = 0
+            moves = curves = 0
+            sent = []
             for text in islice(lines, min(REST, blocks - total.blocks)):
-                session.send(f"{text}\n".encode())
+                sent.append((total.lines + len(sent), text))
                 curve = bool(re.search("[IJK]", text))  # a full circle ends where it begins
                 curves, moves = curves + curve, moves + (curve or program.position != before)
                 before = list(program.position)
-                sent += 1
-            session.finish()
-            off = np.abs(session.position - exact_steps(program.position, per_metre))
-            total = Pins(total.lines + sent, total.blocks + moves, total.arcs + curves,
-                         session.steps, total.off + bool(off.any()),
-                         max(total.most, int(off.max())), session.position.tolist(),
+            machine.do(machine.session.stream(sent))
+            machine.finish()
+            end = machine.end()
+            off = np.abs(end - exact_steps(program.position, per_metre))
+            total = Pins(total.lines + len(sent), total.blocks + moves, total.arcs + curves,
+                         machine.steps_made, total.off + bool(off.any()),
+                         max(total.most, int(off.max())), end.tolist(),
                          engine.clock - begin, total.places + 1)
             done(moves)
-        if engine.get("fault"):
-            raise RuntimeError("the gateware shows a fault")
     return total
 
 

@@ -151,6 +151,7 @@ class Simulation:
         self._high = self._second_high = self._reports = 0
         self._outputs = outputs_of(settings)
         self._clocks, self._masks = array("q"), bytearray()
+        self._end = np.zeros(AXES, np.int64)
         self._inverted = np.uint8(settings.store.get(3, 0))
         # Switches that open when they are met are closed while nothing is met.
         closed = int(settings.store.get(5, 0))
@@ -190,6 +191,10 @@ class Simulation:
             if self.engine.get("moving"):
                 end = self.seconds
         return end
+
+    def end(self) -> NDArray[np.int64]:
+        """Return where the motors are, in steps from where they began."""
+        return self._end.copy()
 
     def steps(self) -> Steps:
         """Return all steps so far."""
@@ -250,7 +255,11 @@ class Simulation:
         back = ~ahead[where] & rises[where]
         self._clocks.frombytes(clocks[where].tobytes())
         self._masks += (rises[where] | back << 3).tobytes()
-        self.steps_made += sum(int(np.count_nonzero(rises >> axis & 1)) for axis in range(AXES))
+        for axis in range(AXES):
+            made, gone_back = (int(np.count_nonzero(each >> axis & 1)) for each in (rises[where],
+                                                                                 back))
+            self.steps_made += made
+            self._end[axis] += made - 2 * gone_back
         if rows["fault"].any():
             raise RuntimeError(f"the machine shows a fault at clock {self.engine.clock}")
         if self._pins is not None:
