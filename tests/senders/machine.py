@@ -71,7 +71,11 @@ class Machine:
 
     def wait(self, seen: Callable[[], object], what: str) -> None:
         """Wait until something is seen that it says."""
-        until(lambda: self.ask() or seen(), f"{what}, but {self.heard[-9:]}")
+        try:
+            until(lambda: self.ask() or seen(), what)
+        except AssertionError as error:
+            error.add_note(f"the last that was heard: {self.heard[-9:]}")
+            raise
 
     def count(self, pattern: str, since: int) -> int:
         """Return how many of the lines from `since` on are of a pattern, as a whole."""

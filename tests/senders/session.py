@@ -23,6 +23,10 @@ class Sender(ABC):
     """A sender, as these tests use it."""
 
     @abstractmethod
+    def version(self) -> str:
+        """Return the version that is installed."""
+
+    @abstractmethod
     def connect(self) -> None:
         """Open the port; return when the sender is ready."""
 
@@ -69,13 +73,24 @@ class Sender(ABC):
 
 @pytest.mark.senders
 class Session:
-    """What each sender does; a module has a fixture ``sender``, which is connected."""
+    """What each sender does; a module has a fixture ``sender``, which is connected.
+
+    Attributes
+    ----------
+    version : str
+        That docs/gcode.md names.
+    """
+
+    version: str
 
     @pytest.fixture
     def ready(self, sender: Sender, machine: Machine) -> None:
         """A machine that is not locked."""
         if not machine.reports or machine.reports[-1].state == "Alarm":
             sender.unlock()
+
+    def test_version(self, sender):
+        assert sender.version() == self.version
 
     def test_connect(self, sender, machine):
         sender.check()

@@ -1,6 +1,7 @@
 """grbl-streamer, a library for Python, with the gateware."""
 
 from collections.abc import Iterator, Sequence
+from importlib.metadata import version
 
 import pytest
 
@@ -15,6 +16,9 @@ class GrblStreamer(Sender):
         self._machine = machine
         self._events: list[tuple] = []
         self.streamer = library.GrblStreamer(lambda *event: self._events.append(event))
+
+    def version(self) -> str:
+        return version("grbl-streamer")
 
     def connect(self) -> None:
         begun = len(self._events)
@@ -86,6 +90,8 @@ def sender(machine) -> Iterator[Sender]:
 
 
 class TestGrblStreamer(Session):
+    version = "2.0.2"
+
     def test_overrides(self, ready, sender, machine):
         """The sender puts other feeds into the lines."""
         sender.streamer.set_feed_override(True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from importlib.metadata import version
 
 import pytest
 
@@ -19,6 +20,9 @@ class PygrblStreamer(Sender):
         self._pool = ThreadPoolExecutor()
         self._job: Future[bool] = Future()
         machine.ask = self._ask
+
+    def version(self) -> str:
+        return version("pygrbl-streamer")
 
     def connect(self) -> None:
         self._streamer.connect()
@@ -77,4 +81,4 @@ def sender(machine) -> Iterator[Sender]:
 
 
 class TestPygrblStreamer(Session):
-    pass
+    version = "1.0.5"
