@@ -74,7 +74,7 @@ class Machine:
         try:
             until(lambda: self.ask() or seen(), what)
         except AssertionError as error:
-            error.add_note(f"the last that was heard: {self.heard[-9:]}")
+            error.add_note(f"the last that was heard: {self.heard[-20:]}")
             raise
 
     def count(self, pattern: str, since: int) -> int:

@@ -23,9 +23,9 @@ class GrblStreamer(Sender):
     def connect(self) -> None:
         begun = len(self._events)
         self.streamer.cnect(self._machine.port)
-        until(lambda: self._event("on_boot", begun), "a greeting")
+        self._machine.wait(lambda: self._event("on_boot", begun), "a greeting")
         self.streamer.poll_start()
-        until(lambda: self._event("on_hash_stateupdate", begun)
+        self._machine.wait(lambda: self._event("on_hash_stateupdate", begun)
               and self._event("on_read", begun, "[GC:"), "answers to $# and $G")
 
     def disconnect(self) -> None:
@@ -68,9 +68,10 @@ class GrblStreamer(Sender):
 
     def reset(self) -> None:
         begun = len(self._events)
+        self.streamer.job_halt()  # it would send lines behind the reset until it is greeted
         self.streamer.softreset()
-        until(lambda: self._event("on_boot", begun), "a greeting")
-        until(lambda: self._event("on_hash_stateupdate", begun)
+        self._machine.wait(lambda: self._event("on_boot", begun), "a greeting")
+        self._machine.wait(lambda: self._event("on_hash_stateupdate", begun)
               and self._event("on_read", begun, "[GC:"), "answers to $# and $G")
 
     def _event(self, name: str, since: int, begins: str = "") -> bool:
