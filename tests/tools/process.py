@@ -17,7 +17,7 @@ PATIENCE = 180
 """Seconds after which something that should have happened is held not to happen."""
 
 #: The same for a command to begin: the first time on a machine both Yosys must be made ready.
-FIRST_PATIENCE = 180
+FIRST_PATIENCE = 600
 
 
 class Command:
