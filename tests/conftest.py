@@ -18,7 +18,7 @@ settings.register_profile("any machine", deadline=None,
                           suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("any machine")
 
-ASKED_FOR = ("proof", "long")
+ASKED_FOR = ("proof", "long", "senders")
 """Marks of tests that run only if ``-m`` names them: they take long."""
 
 

@@ -10,19 +10,52 @@ from contextlib import contextmanager
 from pathlib import Path
 from queue import Empty, Queue
 
-__all__ = ["PATIENCE", "ROOT", "command"]
+__all__ = ["PATIENCE", "ROOT", "Command", "command", "running"]
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 180
 """Seconds after which something that should have happened is held not to happen."""
 
 #: The same for a command to begin: the first time on a machine both Yosys must be made ready.
-FIRST_PATIENCE = 180
+FIRST_PATIENCE = 600
+
+
+class Command:
+    """A command that goes on until Ctrl-C.
+
+    Parameters
+    ----------
+    process : subprocess.Popen
+        It, with pipes for what is typed and what it prints.
+    lines : queue.Queue of str
+        What it has printed.
+    """
+
+    def __init__(self, process: subprocess.Popen, lines: Queue[str]) -> None:
+        self._process, self._lines = process, lines
+
+    def first(self, pattern: str) -> str:
+        """Return the next text that it prints of a regular expression."""
+        for _ in range(FIRST_PATIENCE):
+            try:
+                found = re.search(pattern, self._lines.get(timeout=1))
+            except Empty:
+                assert self._process.poll() is None, "the command has ended"
+                continue
+            if found:
+                return found[0]
+        raise AssertionError(f"the command printed nothing like {pattern!r}")
+
+    def type(self, line: str) -> None:
+        """Type a line."""
+        assert self._process.stdin
+        self._process.stdin.write(f"{line}\n")
+        self._process.stdin.flush()
 
 
 @contextmanager
-def command(module: str, *arguments: object, says: str, ends: int = 0) -> Iterator[str]:
-    """Run a command, give the first text that it prints of this pattern, and end it by Ctrl-C.
+def running(module: str, *arguments: object, ends: int = 0) -> Iterator[Command]:
+    """Run a command, and end it by Ctrl-C.
 
     Parameters
     ----------
@@ -30,19 +63,17 @@ def command(module: str, *arguments: object, says: str, ends: int = 0) -> Iterat
         What ``python -m`` takes.
     *arguments
         Its arguments.
-    says : str
-        A regular expression.
     ends : int
         Exit status that it should have.
     """
     process = subprocess.Popen([sys.executable, "-m", module, *map(str, arguments)], cwd=ROOT,
-                               stdout=subprocess.PIPE, text=True)
+                               stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     lines: Queue[str] = Queue()
-    assert process.stdout
+    assert process.stdin and process.stdout
     reader = threading.Thread(target=lambda: [lines.put(line) for line in process.stdout or ()])
     reader.start()
     try:
-        yield _first(says, lines, process)
+        yield Command(process, lines)
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == ends
     finally:
@@ -52,16 +83,12 @@ def command(module: str, *arguments: object, says: str, ends: int = 0) -> Iterat
         finally:
             process.kill()
             reader.join(PATIENCE)
+            process.stdin.close()
             process.stdout.close()
 
 
-def _first(pattern: str, lines: Queue[str], process: subprocess.Popen) -> str:
-    for _ in range(FIRST_PATIENCE):
-        try:
-            found = re.search(pattern, lines.get(timeout=1))
-        except Empty:
-            assert process.poll() is None, "the command has ended"
-            continue
-        if found:
-            return found[0]
-    raise AssertionError(f"the command printed nothing like {pattern!r}")
+@contextmanager
+def command(module: str, *arguments: object, says: str, ends: int = 0) -> Iterator[str]:
+    """Run a command as `running` does, and give the first text that it prints of a pattern."""
+    with running(module, *arguments, ends=ends) as command:
+        yield command.first(says)

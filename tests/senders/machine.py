@@ -1,0 +1,136 @@
+"""A machine of G-code that is served, and what it says to whoever is connected."""
+
+import re
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from tests.tools.process import PATIENCE, Command, running
+
+__all__ = ["HOME", "Machine", "Report", "serve", "until"]
+
+AXES = "xyz"
+PULL_OFF = 2
+HOME = (-PULL_OFF,) * 3
+"""Where the axes are after homing."""
+
+#: Switches are pressed by what reports say: homing is so slow that each sender asks in time.
+SETTINGS = f"21=0,22=1,24=120,25=120,27={PULL_OFF}"
+OPTIONS = ("--steps", 80, 80, 400, "--rate", 6000, 6000, 1200, "--acceleration", 500, 500, 100,
+           "--settings", SETTINGS)
+
+#: Seconds between looks for something to happen.
+POLL_S = 0.1
+
+
+def until(seen: Callable[[], object], what: str) -> None:
+    """Wait until something is seen."""
+    end = time.monotonic() + PATIENCE
+    while not seen():
+        assert time.monotonic() < end, f"this did not come: {what}"
+        time.sleep(POLL_S)
+
+
+class Report(NamedTuple):
+    """An answer to ``?``: state, position of the machine, and the other fields by their names."""
+
+    state: str
+    position: tuple[float, ...]
+    fields: dict[str, str]
+
+
+class Machine:
+    """A machine that is served: all that it says, while somebody makes it say something.
+
+    Each axis has a limit switch at its place 0, and is on it at power-up.
+
+    Attributes
+    ----------
+    port : str
+        Path of its pseudo-terminal.
+    heard : list of str
+        The lines that it has sent.
+    reports : list of Report
+        Those of them that are reports.
+    ask : callable
+        Called while something is waited for: makes a sender ask that does not do so by itself.
+    """
+
+    def __init__(self, command: Command, port: str, line: socket.socket) -> None:
+        self.port = port
+        self.heard: list[str] = []
+        self.reports: list[Report] = []
+        self.ask: Callable[[], object] = lambda: None
+        self._command, self._line = command, line
+        self._pressed = [False] * len(AXES)
+        self._listener = threading.Thread(target=self._listen)
+        self._listener.start()
+
+    def wait(self, seen: Callable[[], object], what: str) -> None:
+        """Wait until something is seen that it says."""
+        try:
+            until(lambda: self.ask() or seen(), what)
+        except AssertionError as error:
+            error.add_note(f"the last that was heard: {self.heard[-20:]}")
+            raise
+
+    def count(self, pattern: str, since: int) -> int:
+        """Return how many of the lines from `since` on are of a pattern, as a whole."""
+        return sum(re.fullmatch(pattern, line) is not None for line in self.heard[since:])
+
+    def wait_for(self, pattern: str, since: int, times: int = 1) -> int:
+        """Wait for lines of a pattern, from `since` on; return the number of the next line."""
+        self.wait(lambda: self.count(pattern, since) >= times, pattern)
+        found = [number for number, line in enumerate(self.heard) if re.fullmatch(pattern, line)
+                 and number >= since]
+        return found[times - 1] + 1
+
+    def wait_to_be(self, state: str) -> Report:
+        """Wait for a later report of a state; return it."""
+        begun = len(self.reports)
+        self.wait(lambda: self._since(begun, state), state)
+        return self._since(begun, state)[0]
+
+    def end(self) -> None:
+        """Listen no longer."""
+        self._line.shutdown(socket.SHUT_RDWR)
+        self._listener.join(PATIENCE)
+        self._line.close()
+
+    def _since(self, begun: int, state: str) -> list[Report]:
+        return [report for report in self.reports[begun:] if report.state == state]
+
+    def _listen(self) -> None:
+        rest = b""
+        while data := self._line.recv(1024):
+            *lines, rest = (rest + data).split(b"\r\n")
+            for line in lines:
+                self._take(line.decode("ascii"))
+
+    def _take(self, line: str) -> None:
+        self.heard.append(line)
+        if line.startswith("<"):
+            state, position, *fields = line.strip("<>").split("|")
+            place = tuple(map(float, position.removeprefix("MPos:").split(",")))
+            self.reports.append(Report(state.partition(":")[0], place,
+                                       dict(field.split(":") for field in fields)))
+            for axis, at in enumerate(place):
+                if self._pressed[axis] != (at >= 0):
+                    self._pressed[axis] = at >= 0
+                    self._command.type(f"limit {AXES[axis]} {'on' if at >= 0 else 'off'}")
+
+
+@contextmanager
+def serve() -> Iterator[Machine]:
+    """Serve a machine that is at its switches, and has to be homed."""
+    with running("tools.serve", "gcode", *OPTIONS, "--tcp", 0) as command:
+        port = command.first(r"/dev/\S+")
+        host, tcp = command.first(r"(?<=socket://)\S+").split(":")
+        machine = Machine(command, port, socket.create_connection((host, int(tcp))))
+        try:
+            yield machine
+        finally:
+            machine.end()

@@ -1,0 +1,184 @@
+"""What is tried with each sender."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import pytest
+
+from tests.senders.machine import HOME, Machine
+
+__all__ = ["END", "JOB", "Jogs", "Overrides", "Sender", "Session"]
+
+#: More blocks than fit into the queue, so that a sender has to wait for answers.
+JOB = ["(A pocket, and a zigzag)", "G21 G90 G94 G17", "M3 S500", "G0 X-10 Y-10", "G1 Z-2.5 F600",
+       "G2 X-10 Y-10 I2 J0 F1500", "G3 X-6 Y-10 R2", "G1 X-5 Y-5 ; to the first corner",
+       *(f"X{-4.5 - number % 2 / 2}Y{-5 - number / 20}" for number in range(90)),
+       "M5", "G0 Z-1", "G0 X-3 Y-4", "M2"]
+END = (-3, -4, -1)
+ANSWERED = 75
+"""Answers after which the queue has been full, and lines wait in the sender."""
+
+
+class Sender(ABC):
+    """A sender, as these tests use it."""
+
+    @abstractmethod
+    def version(self) -> str:
+        """Return the version that is installed."""
+
+    @abstractmethod
+    def connect(self) -> None:
+        """Open the port; return when the sender is ready."""
+
+    @abstractmethod
+    def disconnect(self) -> None:
+        """Close the port."""
+
+    @abstractmethod
+    def check(self) -> None:
+        """Assert that it has understood what the machine says of itself."""
+
+    @abstractmethod
+    def position(self) -> tuple[float, ...]:
+        """Return where it shows the machine, in the machine's coordinates."""
+
+    @abstractmethod
+    def home(self) -> None:
+        """Home the machine."""
+
+    @abstractmethod
+    def unlock(self) -> None:
+        """End an alarm."""
+
+    @abstractmethod
+    def start(self, program: Sequence[str]) -> None:
+        """Begin to stream a program."""
+
+    @abstractmethod
+    def wait(self) -> None:
+        """Wait until the sender holds the program to be done."""
+
+    @abstractmethod
+    def hold(self) -> None:
+        """Hold."""
+
+    @abstractmethod
+    def resume(self) -> None:
+        """Go on."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """End a program by a reset; return when the sender is ready for the next."""
+
+
+@pytest.mark.senders
+class Session:
+    """What each sender does; a module has a fixture ``sender``, which is connected.
+
+    Attributes
+    ----------
+    version : str
+        That docs/gcode.md names.
+    """
+
+    version: str
+
+    @pytest.fixture
+    def ready(self, sender: Sender, machine: Machine) -> None:
+        """A machine that is not locked."""
+        if not machine.reports or machine.reports[-1].state == "Alarm":
+            sender.unlock()
+
+    def test_version(self, sender):
+        assert sender.version() == self.version
+
+    def test_connect(self, sender, machine):
+        sender.check()
+        assert not machine.count(r"error:.*", 0)
+
+    def test_home(self, sender, machine):
+        sender.home()
+        assert machine.wait_to_be("Idle").position == HOME
+        machine.wait(lambda: sender.position() == HOME, "the position in the sender")
+
+    def test_stream(self, ready, sender, machine):
+        self._run(sender, machine)
+
+    def test_hold_and_resume(self, ready, sender, machine):
+        begun = self._begin(sender, machine)
+        sender.hold()
+        held = machine.wait_to_be("Hold")
+        machine.wait(lambda: machine.reports[-1].fields["FS"].startswith("0,"), "rest")
+        held = machine.wait_to_be("Hold")
+        assert machine.wait_to_be("Hold").position == held.position
+        assert held.position != END
+        sender.resume()
+        self._finish(sender, machine, begun)
+
+    def test_reset(self, ready, sender, machine):
+        self._begin(sender, machine)
+        reported = len(machine.reports)
+        sender.reset()
+        # No alarm: the position is still known, and the next program ends where it should.
+        stands = machine.wait_to_be("Idle")
+        assert "Alarm" not in {report.state for report in machine.reports[reported:]}
+        assert stands.position != END
+        machine.wait(lambda: sender.position() == stands.position, "the position in the sender")
+        self._run(sender, machine)
+
+    def test_reconnect(self, ready, sender, machine):
+        sender.disconnect()
+        sender.connect()
+        sender.check()
+        self._run(sender, machine)
+
+    def _begin(self, sender: Sender, machine: Machine) -> int:
+        """Start the job, and wait until it is in its middle; return the number of the next line."""
+        begun = len(machine.heard)
+        sender.start(JOB)
+        machine.wait_for("ok", begun, ANSWERED)
+        return begun
+
+    def _finish(self, sender: Sender, machine: Machine, begun: int) -> None:
+        """Wait for the end of the job, and check it."""
+        sender.wait()
+        assert not machine.count(r"error:.*|ALARM:.*", begun)
+        assert machine.count("ok", begun) >= len(JOB) - 1  # without the comment
+        machine.wait(lambda: machine.reports[-1].state == "Idle", "Idle")
+        assert machine.reports[-1].position == END
+        machine.wait(lambda: sender.position() == END, "the position in the sender")
+
+    def _run(self, sender: Sender, machine: Machine) -> None:
+        self._finish(sender, machine, self._begin(sender, machine))
+
+
+class Jogs(Session):
+    """A session with a sender that jogs."""
+
+    @pytest.mark.xfail(strict=True, reason="jog is not there yet")
+    def test_jog(self, ready, sender, machine):
+        begun = len(machine.heard)
+        x, y, z = machine.wait_to_be("Idle").position
+        sender.jog("X-1")
+        machine.wait(lambda: machine.count("error:.*", begun)
+                     or machine.reports[-1].position == (x - 1, y, z), "the place")
+        assert not machine.count("error:.*", begun)
+
+
+class Overrides(Session):
+    """A session with a sender that has overrides."""
+
+    @pytest.mark.xfail(strict=True, reason="overrides are not there yet")
+    def test_overrides(self, ready, sender, machine):
+        for chosen in [(110, 50, 110), (100, 100, 100)]:
+            wanted = ",".join(map(str, chosen))
+            begun = len(machine.reports)
+            sender.override(*chosen)
+
+            def reported(begun: int = begun) -> list[str]:
+                return [report.fields["Ov"] for report in machine.reports[begun:]
+                        if "Ov" in report.fields]
+
+            machine.wait(lambda wanted=wanted, reported=reported: wanted in reported()
+                         or len(reported()) > 1, "overrides")
+            assert wanted in reported()
