@@ -301,4 +301,5 @@ def _share(m: Module, part: int, whole: int, name: str) -> Signal:
 def _sum(number: Value, other: Value):
     """Return a sum, as a difference: so a choice of the other goes into the LUTs of the carry."""
     bits = max(len(number), len(other)) + 1
-    return ((number << 1) - ~Cat(Const(0, 1), other, Const(0, bits - len(other))))[1:bits + 1]
+    doubled = Value.cast(Cat(Const(0, 1), other, Const(0, bits - len(other))))
+    return ((number << 1) - ~doubled)[1:bits + 1]

@@ -220,7 +220,7 @@ class SpeedProfile(wiring.Component):
         # of the carry.
         missing = Signal(signed(len(compared) + 1))
         m.d.comb += missing.eq(((rate << 6) - (compared << 1 | 1)) >> 1)
-        m.d.sync += short.eq(~missing[-1])
+        m.d.sync += short.eq(missing[-1] == 0)
 
         with m.FSM(name="profile_state") as fsm:
             with m.State("WAIT"):

@@ -174,7 +174,7 @@ class GCodeLister(wiring.Component):
                 with m.Case(unit):
                     m.d.comb += per.eq(units)
         m.d.comb += [
-            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(~below[-1]),
+            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below[-1] == 0),
             addend.eq(choose([number, number << 1], added, len(number))),
             # As a difference, so that the choice goes into the LUTs of the carry.
             total.eq(((number << 1) - ~(addend << 1)) >> 1),
