@@ -453,13 +453,19 @@ def g_code_interpreter(run: Run) -> str:
 def g_code_reporter(run: Run) -> str:
     """Answers, an alarm, a message, and two reports, one line after the other."""
     dut, text = GCodeReporter(), bytearray()
+    numbers: dict[int, int] = {}  # that it shows, by their addresses
 
     async def consumer(ctx):
+        number = 0  # that was read
         ctx.set(dut.bytes.ready, 1)
         while True:
             if ctx.get(dut.bytes.valid):
                 text.append(ctx.get(dut.bytes.payload))
+            reads, address = ctx.get(dut.number_read), ctx.get(dut.number_address)
             await ctx.tick()
+            ctx.set(dut.number, number)
+            if reads:
+                number = numbers.get(address, 0)
 
     async def line(ctx) -> str:
         while not text.endswith(b"\n"):
@@ -484,8 +490,7 @@ def g_code_reporter(run: Run) -> str:
         await put(ctx, dut.messages, GCodeMessage.UNLOCKED)
         run.expect("message", await line(ctx), "[MSG:Caution: Unlocked]")
         ctx.set(dut.state, GCodeState.RUN)
-        ctx.set(dut.position_x, -1)
-        ctx.set(dut.position_y, 12_345)
+        numbers.update({8: -1, 9: 12_345})
         ctx.set(dut.free_bytes, 128)
         ctx.set(dut.pins, 0b1010)
         run.expect("report", await report(ctx), "<Run|MPos:-0.001,12.345,0.000|Bf:0,128|FS:0,0"

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from amaranth import Module, Signal, unsigned
+from amaranth import Module, Mux, Signal, unsigned
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -112,7 +112,7 @@ class FormulaTable:
 
     def clocks(self, width: int) -> int:
         """Return the clocks from ``start`` of :class:`Formulas` to its ``done``."""
-        return 4 + sum(4 + row.operation.steps(width) + row.operation.words for row in self.rows)
+        return 3 + sum(5 + row.operation.steps(width) + row.operation.words for row in self.rows)
 
 
 class Formulas(wiring.Component):
@@ -148,7 +148,7 @@ class Formulas(wiring.Component):
     value : In(width)
         What is written.
     word : Out(width)
-        What was in the register two clocks ago, if not ``busy`` since then.
+        What was in the register two clocks ago, if not ``busy`` nor written since then.
     fault : Out(1)
         A state register was upset. Stays until reset.
 
@@ -197,10 +197,13 @@ class Formulas(wiring.Component):
             rows += [_row(row, last=number == len(table.rows))
                      for number, row in enumerate(table.rows, 1)]
         images = [layout.const(row).as_value().value for row in rows]
+        # One port, which does not read while it writes: else there would be a bypass around it.
         m.submodules.registers = registers = memory.Memory(shape=self.width, depth=self.depth,
                                                            init=self.init)
-        write = registers.write_port()
-        read = registers.read_port(transparent_for=(write,))
+        write, read = registers.write_port(), registers.read_port()
+        source, target = Signal(numbers), Signal(numbers)
+        m.d.comb += [read.addr.eq(Mux(write.en, target, source)), write.addr.eq(read.addr),
+                     read.en.eq(~write.en)]
 
         place = Signal(range(len(rows) + 1))  # of the row after the present one
         ahead, row = (Signal(layout, name=name) for name in ("ahead", "row"))
@@ -220,25 +223,19 @@ class Formulas(wiring.Component):
         m.d.sync += [word.eq(read.data), ahead.eq(found), self.done.eq(0)]
         m.d.comb += [
             self.word.eq(word), unit.data.eq(word), unit.operation.eq(row.operation),
-            read.addr.eq(row.a ^ 1),  # the low word, for as long as the unit may want it
+            source.eq(row.a ^ 1),  # the low word, for as long as the unit may want it
             write.en.eq(unit.write), write.data.eq(unit.result),
-            write.addr.eq(row.destination ^ unit.second), self.busy.eq(1),
+            target.eq(row.destination ^ unit.second), self.busy.eq(1),
         ]
 
         # It is 0 at rest, so that the adder that counts it also takes the first.
         advance = Signal(range(len(rows)))
         m.d.sync += place.eq(place + advance)
 
-        def next_row() -> None:
-            m.d.sync += row.eq(ahead)
-            m.d.comb += advance.eq(1)
-            m.next = "READ-B"
-
         with m.FSM(name="formulas_state") as fsm:
             with m.State("IDLE"):
-                m.d.comb += [self.busy.eq(0), read.addr.eq(self.address),
-                             write.addr.eq(self.address), write.data.eq(self.value),
-                             write.en.eq(self.write)]
+                m.d.comb += [self.busy.eq(0), source.eq(self.address), target.eq(self.address),
+                             write.data.eq(self.value), write.en.eq(self.write)]
                 with m.If(self.start):
                     m.d.comb += advance.eq(look_up(self.firsts, self.table, len(place)))
                     m.next = "LOOK-UP"
@@ -247,23 +244,21 @@ class Formulas(wiring.Component):
             with m.State("WAIT"):
                 m.next = "TAKE"
             with m.State("TAKE"):
-                m.d.comb += read.addr.eq(ahead.a)
-                next_row()
+                m.d.comb += [source.eq(ahead.a), advance.eq(1)]
+                m.d.sync += row.eq(ahead)
+                m.next = "READ-B"
             with m.State("READ-B"):
-                m.d.comb += read.addr.eq(row.b)
+                m.d.comb += source.eq(row.b)
                 m.next = "GO"
             with m.State("GO"):
                 m.d.comb += unit.start.eq(1)
                 m.next = "COMPUTE"
             with m.State("COMPUTE"):
-                with m.If(unit.write):  # it has read all; whether it is done is known later
-                    m.d.comb += read.addr.eq(ahead.a)
                 with m.If(unit.done):
+                    m.next = "TAKE"
                     with m.If(row.last):
                         m.d.sync += [self.done.eq(1), place.eq(0)]
                         m.next = "IDLE"
-                    with m.Else():
-                        next_row()
             with m.State("FAULT"):
                 pass
 

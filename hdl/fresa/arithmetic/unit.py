@@ -188,20 +188,19 @@ class ArithmeticUnit(wiring.Component):
         m.d.sync += [control.eq(control.init) for control in (
             last, holds, subtract, carry, twice, takes, if_fits, move, low_move)]
 
-        # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry.
+        # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry. It is written as a
+        # difference, so that the inversion goes into the LUTs of the carry.
         before = Signal(width + 3)
         total = Signal(width + 3)
         multiple = Signal(width + 3)
-        augend, addend = Signal(width + 4), Signal(width + 4)
         fits = Signal()  # no borrow
         after = Signal(width + 3)
         m.d.comb += [
             before.eq(choose([Cat(low[-1], high), Cat(low[-2:], high), high,
                               Cat(high[2:], high[-1].replicate(2))], move, width + 3)),
-            multiple.eq(Mux(takes, Mux(twice, third << 1, third) ^ subtract.replicate(width + 3),
-                            0)),
-            augend.eq(Cat(carry, before)), addend.eq(Cat(carry, multiple)),
-            total.eq((augend + addend) >> 1), fits.eq(total[-1] == 0),
+            multiple.eq(Mux(takes, Mux(twice, third << 1, third), 0)
+                        ^ subtract.replicate(width + 3)),
+            total.eq(((before << 1) - (~multiple << 1 | ~carry)) >> 1), fits.eq(total[-1] == 0),
             after.eq(Mux(if_fits & ~fits, before, total)),
         ]
 
@@ -232,7 +231,7 @@ class ArithmeticUnit(wiring.Component):
             ]
             with m.If(multiplies):
                 m.d.sync += [
-                    subtract.eq(factor[2]), carry.eq(factor[2] & ~factor.all()),
+                    subtract.eq(factor[2] & ~factor.all()), carry.eq(factor[2] & ~factor.all()),
                     twice.eq((factor == 0b011) | (factor == 0b100)),
                     takes.eq(factor.any() & ~factor.all()),
                 ]

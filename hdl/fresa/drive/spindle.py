@@ -1,6 +1,6 @@
 """The power of a spindle or a laser, and the pulses that carry it: PWM, and those of a servo."""
 
-from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -128,7 +128,7 @@ class SpindlePower(wiring.Component):
             with m.State("DIVIDE"):
                 m.d.comb += [keeps.eq(1), subtracts.eq(rest[-1] ^ second),
                              digit.eq(counts & (rest[-1] == 0))]
-                m.d.sync += [step.eq(step + 1), scaled.eq((scaled << 1) + Mux(digit, share, 0))]
+                m.d.sync += [step.eq(step + 1), scaled.eq(_sum(scaled << 1, Mux(digit, share, 0)))]
                 with m.If(step == 0):
                     m.d.sync += counts.eq(nonzero)
                 with m.Elif((step == 1) & digit):
@@ -283,7 +283,8 @@ class ServoPulse(wiring.Component):
             with m.Else():
                 m.d.sync += [
                     power.eq(power >> 1),
-                    total.eq((total + (Mux(power[0], self.high, self.low) << POWER_BITS)) >> 1)]
+                    total.eq(_sum(
+                        total, Mux(power[0], self.high, self.low) << POWER_BITS) >> 1)]
         return m
 
 
@@ -295,3 +296,10 @@ def _share(m: Module, part: int, whole: int, name: str) -> Signal:
     m.d.comb += over.eq(rest[-1] == 0)
     m.d.sync += rest.eq(rest + Mux(over, part - whole, part))
     return over
+
+
+def _sum(number: Value, other: Value):
+    """Return a sum, as a difference: so a choice of the other goes into the LUTs of the carry."""
+    bits = max(len(number), len(other)) + 1
+    doubled = Value.cast(Cat(Const(0, 1), other, Const(0, bits - len(other))))
+    return ((number << 1) - ~doubled)[1:bits + 1]

@@ -514,7 +514,7 @@ class GCode(MachineComponent):
         # What is said
         m.submodules.reporter = reporter = GCodeReporter(
             dialect=settings.dialect, options=settings.options, blocks=settings.depth - 1,
-            receive=settings.receive, position_bits=len(planner.position_um[0]))
+            receive=settings.receive, position_bits=len(planner.shown))
         m.submodules.transmitter = transmitter = UARTTransmitter(period=settings.bit)
         connect(m, answers, reporter.answers)
         connect(m, control.messages, reporter.messages)
@@ -695,7 +695,9 @@ class GCode(MachineComponent):
         """Make the steps at the pins, and count them there; return the counts."""
         times, flags = self.settings.driver, store.flags
         made, powers = [], []
-        latched = Signal(signed(36))
+        # Where each axis was; 0 but of the one that homes, so that the others need no choice.
+        latched = [Signal(signed(36), name=f"latched_{name}") for name in AXIS_NAMES]
+        latched_one = latched[0] | latched[1] | latched[2]
         m.submodules.kinematics = kinematics = KINEMATICS[self.settings.kinematics]()
         m.d.comb += [kinematics.step.eq(motion.step & ~blocked
                                          & (~self.fault).replicate(AXES)),
@@ -753,11 +755,12 @@ class GCode(MachineComponent):
             # From the place that was counted to that of the switch, for the axis that homes
             shift = Signal(signed(36), name=f"shift_{name}")
             m.d.comb += kinematics.shift[axis].eq(shift)
-            m.d.sync += shift.eq(0)
+            m.d.sync += [shift.eq(0), latched[axis].eq(0)]
             with m.If(homing.axis == axis):
-                m.d.sync += shift.eq(planner.switch - latched)
+                m.d.sync += [shift.eq(planner.switch - latched_one),
+                             latched[axis].eq(latched[axis])]
                 with m.If(homing.latch):
-                    m.d.sync += latched.eq(kinematics.positions[axis])
+                    m.d.sync += latched[axis].eq(kinematics.positions[axis])
             made.append(~(pending.driver_step | backlash.busy))
             powers.append(driver.enable_pin)
             faults.append(pending.fault)
@@ -862,9 +865,7 @@ class GCode(MachineComponent):
             reporter.request.eq(planner.reported),
             reporter.state.eq(control.state), reporter.substate.eq(control.substate),
             reporter.origin_changed.eq(planner.origin_changed),
-            reporter.feed.eq(planner.feed), reporter.speed.eq(planner.spindle),
+            planner.shown_address.eq(reporter.number_address),
+            planner.shown_read.eq(reporter.number_read), reporter.number.eq(planner.shown),
             reporter.pins.eq(Cat(switches, self.hold, self.abort, self.start)),
         ]
-        for axis, name in enumerate("xyz"):
-            m.d.comb += [getattr(reporter, f"position_{name}").eq(planner.position_um[axis]),
-                         getattr(reporter, f"origin_{name}").eq(planner.origin_um[axis])]

@@ -99,24 +99,25 @@ _WORDS = (_Do.STORE, _Do.KEEP, _Do.SKIP, _Do.GUARD, _Do.POSITION)
 """Rows whose value is an operand, and a register."""
 
 
-class _Kept(enum.Enum, shape=unsigned(5)):
-    """Registers for what is not in a word of its own."""
+SHOWN_BITS = 4
+"""Bits of the address of a number that reports show."""
 
-    LOG2_TICKS = 0
-    FEED = 1
-    SPINDLE = 2
-    VERDICT = 3
-    X = 4
-    Y = 5
-    Z = 6
-    ORIGIN_X = 8
-    ORIGIN_Y = 9
-    ORIGIN_Z = 10
-    ARC = 11
-    CLOCKWISE = 12
-    CHANNELS = 13
-    SHIFT = 14
-    SWITCH = 15
+
+class _Kept(enum.Enum, shape=unsigned(6)):
+    """What is kept of the registers of the formulas.
+
+    Those below 16 are numbers that reports show, in a memory at these addresses; others have
+    registers of their own.
+    """
+
+    FEED = 3
+    SPINDLE = 4
+    X = 8
+    Y = 9
+    Z = 10
+    ORIGIN_X = 12
+    ORIGIN_Y = 13
+    ORIGIN_Z = 14
     STEPS_X = 16
     STEPS_Y = 17
     STEPS_Z = 18
@@ -128,6 +129,13 @@ class _Kept(enum.Enum, shape=unsigned(5)):
     BACKLASH_X = 24
     BACKLASH_Y = 25
     BACKLASH_Z = 26
+    LOG2_TICKS = 27
+    VERDICT = 28
+    ARC = 29
+    CLOCKWISE = 30
+    CHANNELS = 31
+    SHIFT = 32
+    SWITCH = 33
 
 
 class _Row(NamedTuple):
@@ -476,10 +484,13 @@ class GCodePlanner(wiring.Component):
         rev/min: what is reported.
     report, reported : In(1), Out(1)
         Compute the report, until ``reported``, which is one clock.
-    position_um, feed, spindle : Out(signed(27)) x 3, Out(26), Out(26)
-        The last report: positions, the speed in mm/min, and that of the spindle in rev/min.
-    origin_um, origin_changed : Out(signed(27)) x 3, Out(1)
-        Origin of the work coordinates; it may be another from this clock on.
+    shown_address, shown_read, shown : In(4), In(1), Out(signed(27))
+        Read a number that reports show, which is out from the second clock on until another is
+        read: of the last report the speed in mm/min at 3, that of the spindle in rev/min at 4, and
+        the positions in um at 8 to 10; the origin of the work coordinates in um at 12 to 14. A
+        procedure that keeps a number waits meanwhile.
+    origin_changed : Out(1)
+        The origin may be another from this clock on.
     begin, begun : In(1), Out(1)
         Begin, until ``begun``, which is one clock. Only while nothing moves and no block waits.
     positions : Out(stream.Signature)
@@ -513,9 +524,8 @@ class GCodePlanner(wiring.Component):
             "room": In(1), "steps": In(signed(WIDTH)).array(3), "speed": In(31),
             "spindle_speed": In(WIDTH),
             "report": In(1), "reported": Out(1),
-            "position_um": Out(signed(UM_BITS)).array(3),
-            "origin_um": Out(signed(UM_BITS)).array(3),
-            "origin_changed": Out(1), "feed": Out(UM_BITS - 1), "spindle": Out(UM_BITS - 1),
+            "shown_address": In(SHOWN_BITS), "shown_read": In(1), "shown": Out(signed(UM_BITS)),
+            "origin_changed": Out(1),
             "begin": In(1), "begun": Out(1),
             "positions": Out(stream.Signature(data.StructLayout({
                 "axis": 2, "value": signed(self.width)}))),
@@ -549,17 +559,24 @@ class GCodePlanner(wiring.Component):
         programmed = Signal(FEED_BITS)
         inverse = Signal()  # of a motion, long before it is looked at
         m.d.sync += inverse.eq(modes.inverse & ~rapid)
-        kept = {_Kept.LOG2_TICKS: header.log2_ticks, _Kept.FEED: self.feed,
-                _Kept.SPINDLE: self.spindle, _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
+        kept = {_Kept.LOG2_TICKS: header.log2_ticks,
+                _Kept.VERDICT: self.verdict, _Kept.ARC: header.arc,
                 _Kept.CLOCKWISE: header.clockwise, _Kept.CHANNELS: header.channel,
                 _Kept.SHIFT: header.shift, _Kept.SWITCH: self.switch,
                 _Kept.FILTER: self.filter, _Kept.PROGRAMMED: programmed,
                 **{_Kept(first.value + axis): registers[axis] for first, registers in (
                     (_Kept.STEPS_X, self.steps_per_metre), (_Kept.LENGTH_X, self.lengths),
-                    (_Kept.BACKLASH_X, self.backlash)) for axis in range(3)},
-                **{_Kept(_Kept.X.value + axis): self.position_um[axis] for axis in range(3)},
-                **{_Kept(_Kept.ORIGIN_X.value + axis): self.origin_um[axis]
-                   for axis in range(3)}}
+                    (_Kept.BACKLASH_X, self.backlash)) for axis in range(3)}}
+        # One port, which does not write while it reads: else there would be a bypass around it.
+        m.submodules.shown = shown = memory.Memory(shape=signed(UM_BITS), depth=1 << SHOWN_BITS,
+                                                   init=[], attrs={"ram_style": "block"})
+        keeps, show = shown.write_port(), shown.read_port()
+        m.d.comb += [
+            show.addr.eq(Mux(self.shown_read, self.shown_address, row.destination)),
+            show.en.eq(self.shown_read),
+            keeps.addr.eq(show.addr), keeps.data.eq(value),
+        ]
+        m.d.sync += self.shown.eq(show.data)
         request = self.homing
         flag = Array([request.back, request.from_switch,
                       modes.motion == GCodeMotion.CLOCKWISE, modes.plane])[row.source[:2]]
@@ -702,7 +719,9 @@ class GCodePlanner(wiring.Component):
                     for which, register in kept.items():
                         with m.Case(which.value):
                             m.d.sync += register.eq(value)
-                finish()
+                with m.If(~self.shown_read):
+                    m.d.comb += keeps.en.eq(row.destination[SHOWN_BITS:] == 0)
+                    finish()
             with m.State("ACT"):
                 with m.Switch(row.do.as_value()):
                     with m.Case("00---"):  # into a register

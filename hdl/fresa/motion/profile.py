@@ -1,17 +1,18 @@
 """Speed along a path: from blocks to ticks."""
 
-from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth import Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import choice_code, choose
 from ..fsm import leave_unused_codes
 from .root import SquareRoot
 
 __all__ = ["GRANULE_BITS", "SpeedProfile"]
 
-SQUARE, NOMINAL, EXIT, CHANGE = 0b001, 0b010, 0b100, 0b111
-"""Codes of four values, see `_choose`."""
+SQUARE, NOMINAL, EXIT, CHANGE = (choice_code(number) for number in range(4))
+"""What goes into the adder, as codes of :func:`choose`."""
 
 GRANULE_BITS = 5
 """A granule has at most 2 to this power of ticks."""
@@ -191,7 +192,7 @@ class SpeedProfile(wiring.Component):
             m.d.sync += x.eq(0)
         with m.Elif(~keeps):
             m.d.sync += x.eq(Mux(from_brake, brake, total ^ inverts.replicate(width)))
-        m.d.sync += y.eq(_choose(source, square, nominal, self.exit, change))
+        m.d.sync += y.eq(choose([square, nominal, self.exit, change], source, width))
 
         def loads(which: Value | int) -> None:  # by the next clock
             m.d.sync += source.eq(which)
@@ -215,7 +216,11 @@ class SpeedProfile(wiring.Component):
         m.d.sync += [held.eq(self.hold), sums.eq(0), ready.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
 
-        m.d.sync += short.eq(compared < rate << 5)
+        # By the sign of a difference, less 1: so the choice of what is compared goes into the LUTs
+        # of the carry.
+        missing = Signal(signed(len(compared) + 1))
+        m.d.comb += missing.eq(((rate << 6) - (compared << 1 | 1)) >> 1)
+        m.d.sync += short.eq(missing[-1] == 0)
 
         with m.FSM(name="profile_state") as fsm:
             with m.State("WAIT"):
@@ -228,12 +233,10 @@ class SpeedProfile(wiring.Component):
                     m.next = "SCALE"
             with m.State("SCALE"):
                 m.d.comb += self.blocks.ready.eq(opens)
-                m.d.comb += compared.eq(modulus)
                 m.d.sync += [least.eq(modulus), change.eq(energy), size.eq(1)]
                 loads(NOMINAL)
                 m.next = "SEARCH"
             with m.State("SEARCH"):
-                m.d.comb += compared.eq(least << 1)
                 with m.If(short & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
                 m.d.comb += from_brake.eq(1)
@@ -303,7 +306,10 @@ class SpeedProfile(wiring.Component):
                         m.next = "SCALE"
             with m.State("FAULT"):
                 pass
-        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
+        m.d.comb += [
+            self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT")),
+            compared.eq(Mux(fsm.ongoing("SCALE"), modulus, least << 1)),
+        ]
 
         with m.If(takes):
             m.d.sync += [from_rest.eq(at_rest), holds.eq(held), opens.eq(0)]
@@ -366,16 +372,3 @@ class SpeedProfile(wiring.Component):
         with m.If(stops | (starts & at_rest)):
             m.d.sync += end.eq(0)
         return m
-
-
-def _choose(code: Value, *values: Value) -> Value:
-    """Return one of four values by its code, with two LUTs of four inputs a bit.
-
-    The first LUT gives a bit of one of the first two values, or says which of the last two the
-    second LUT takes.
-    """
-    width = max(map(len, values))
-    a, b, c, d = (Value.cast(Cat(value, Const(0, width - len(value)))) for value in values)
-    is_a, is_b, others = (Value.cast(bit.replicate(width)) for bit in code)
-    first = (is_a & a) | (is_b & b) | (is_a & is_b)
-    return (others & ((first & d) | (~first & c))) | (~others & first)

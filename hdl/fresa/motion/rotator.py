@@ -76,7 +76,10 @@ class Rotator(wiring.Component):
         amount = Signal(5, reset_less=True)
         first = Signal(reset_less=True)
         adding = Signal(reset_less=True)
-        shifted = Signal(signed(self.width + 1), reset_less=True)  # bit 0 is that of a half
+        # By the amount without its lowest bit, and inverted for a difference. Bit 0 is that of a
+        # half, or bit 1 is where the adder shifts by that bit, too.
+        shifted = Signal(signed(self.width + 1), reset_less=True)
+        minus = Signal()
 
         m.d.comb += [
             self.ready.eq(~adding),
@@ -85,16 +88,24 @@ class Rotator(wiring.Component):
             self.moves_u.eq(self.turn & self.ready & ~source_is_x),
         ]
         m.d.sync += [
-            shifted.eq(Cat(Const(0, 1), source).as_signed() >> amount),
+            shifted.eq((Cat(Const(0, 1), source).as_signed() >> Cat(Const(0, 1), amount[1:]))
+                       ^ minus.replicate(self.width + 1)),
             adding.eq(self.turn & self.ready),
         ]
-        # a + (s + half), or a - (s + half) as a + ~s + ~half
-        minus = ~source_is_x
+        # a + (s + half), or a - (s + half) as a + ~s + ~half; as a difference, so that the choice
+        # of the term goes into the LUTs of the carry.
         term = Signal(signed(self.width))
-        m.d.comb += term.eq((shifted >> 1) ^ minus.replicate(self.width))
+        half = Signal()
+        total = Signal(self.width)
+        m.d.comb += [
+            minus.eq(~source_is_x),
+            term.eq(Mux(amount[0], shifted >> 2, shifted >> 1)),
+            half.eq(Mux(amount[0], shifted[1], shifted[0])),
+            total.eq(((target << 1) - (~term << 1 | ~half)) >> 1),
+        ]
         with m.If(adding):
             m.d.sync += [
-                source.eq(target + term + (shifted[0] ^ minus)),
+                source.eq(total),
                 target.eq(source),
                 source_is_x.eq(~source_is_x),
                 amount.eq(amount - first),

@@ -106,7 +106,7 @@ class DecimalWriter(wiring.Component):
                 with m.If(self.numbers.valid):
                     m.next = "COUNT"
                     if self.shape.signed:
-                        with m.If(self.numbers.payload < 0):
+                        with m.If(self.numbers.payload[-1]):
                             m.d.sync += power.eq(1)
                             m.next = "SIGN"
 
@@ -119,7 +119,7 @@ class DecimalWriter(wiring.Component):
                         m.next = "COUNT"
 
             with m.State("COUNT"):
-                with m.If(after >= 0):
+                with m.If(~after[-1]):
                     m.d.sync += [left.eq(after), digit.eq(digit + 1)]
                 with m.Elif((digit != 0) | shown):
                     m.next = "DIGIT"

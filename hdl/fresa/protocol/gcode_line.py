@@ -190,10 +190,10 @@ class GCodeLine(wiring.Component):
             with m.If(number.overflow):
                 m.d.comb += item.fault.eq(38)
         if letter in "FNPST":
-            with m.If(~number.overflow & (number.value < 0)):
+            with m.If(~number.overflow & number.value[-1]):
                 m.d.comb += item.fault.eq(4)
         if letter == "T":
-            with m.If(number.overflow | (number.value >= 0) & (
+            with m.If(number.overflow | ~number.value[-1] & (
                     (whole > MAX_TOOL) | ((whole == MAX_TOOL) & ~number.integer))):
                 m.d.comb += [item.fault.eq(38), item.comes_first.eq(1)]
         if letter in "IJKRXYZ":
@@ -265,7 +265,7 @@ class GCodeLine(wiring.Component):
                 m.d.comb += [fraction.eq(1), unsupported.eq(~plain)]
             with m.Default():
                 m.d.comb += known.eq(0)
-        with m.If(~known | number.overflow | (number.value < 0)):
+        with m.If(~known | number.overflow | number.value[-1]):
             m.d.comb += [item.fault.eq(20), item.comes_first.eq(1)]
         with m.Elif(unsupported):
             m.d.comb += item.fault.eq(20)
@@ -287,7 +287,7 @@ class GCodeLine(wiring.Component):
                         m.d.comb += [item.groups[group].eq(1), item.choice.eq(choice)]
             with m.Default():
                 m.d.comb += known.eq(0)
-        with m.If(number.overflow | (number.value < 0) | ~number.exact | (number.hundredths != 0)):
+        with m.If(number.overflow | number.value[-1] | ~number.exact | (number.hundredths != 0)):
             m.d.comb += item.fault.eq(23)
         with m.Elif(~known):
             m.d.comb += item.fault.eq(20)

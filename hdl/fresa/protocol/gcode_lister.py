@@ -174,9 +174,10 @@ class GCodeLister(wiring.Component):
                 with m.Case(unit):
                     m.d.comb += per.eq(units)
         m.d.comb += [
-            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below >= 0),
+            left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below[-1] == 0),
             addend.eq(choose([number, number << 1], added, len(number))),
-            total.eq(number + addend),
+            # As a difference, so that the choice goes into the LUTs of the carry.
+            total.eq(((number << 1) - ~(addend << 1)) >> 1),
         ]
         with m.If(rounds):
             m.d.comb += addend[0].eq(chosen.text != GCodeText.TOOL)
@@ -203,8 +204,8 @@ class GCodeLister(wiring.Component):
                     m.next = "TAKE"
             with m.State("TAKE"):  # as it is, for the way from the memory is long
                 m.d.comb += takes.eq(1)
-                m.d.sync += [negative.eq(self.word < 0), count.eq(self.width + 2)]
-                with m.If(self.word < 0):
+                m.d.sync += [negative.eq(self.word[-1]), count.eq(self.width + 2)]
+                with m.If(self.word[-1]):
                     m.d.sync += [invert.eq(1), added.eq(ALL_ONES)]
                 m.next = "SIGN"
             with m.State("SIGN"):

@@ -1,6 +1,6 @@
 """Lines of a G-code machine to its host: answers, alarms, messages, status reports."""
 
-from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -63,8 +63,8 @@ NOTICES = {
 # letter, without the highest bit, that is sent if the next of the pins is on.
 CODE, BLOCKS, BYTES, FEED, SPEED, WHOLE = range(0x80, 0x86)
 POSITION, DECIMAL, ORIGIN = (0x88, 0x89, 0x8A), 0x8B, (0x8C, 0x8D, 0x8E)
-NUMBERS = (*POSITION, *ORIGIN, WHOLE, FEED, SPEED, CODE, BLOCKS, BYTES)
-"""Marks of all numbers, which are chosen from in this order: one has two."""
+SHOWN = *POSITION, *ORIGIN, FEED, SPEED
+"""Marks of the numbers that are read, whose low bits are where."""
 
 FIELDS = (
     b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
@@ -104,9 +104,9 @@ class GCodeReporter(wiring.Component):
     ``WCO:``. Requests while one waits are dropped.
 
     The texts are in one ROM, together with marks where numbers and letters of pins belong, and one
-    writer of decimal numbers serves them all. A number is sampled in the clock in which its digits
-    begin, so that none needs a register here: those that belong together, the positions, must hold
-    while ``reporting`` is 1. Pins and substate are sampled in the first clock of it.
+    writer of decimal numbers serves them all. A number is read when its mark comes, or sampled when
+    its digits begin, so that none needs a register here: those that belong together, the positions,
+    must hold while ``reporting`` is 1. Pins and substate are sampled in the first clock of it.
 
     ========  ================================================================  ===================
     state     does                                                              next
@@ -155,18 +155,15 @@ class GCodeReporter(wiring.Component):
         State of the machine, sampled in the first clock of ``reporting``.
     substate : In(2)
         Its digit, for HOLD and DOOR.
-    position_x, position_y, position_z : In(signed(position_bits))
-        Position of the machine in um.
-    origin_x, origin_y, origin_z : In(signed(position_bits))
-        Origin of the work coordinates in um.
+    number_address, number_read, number : Out(4), Out(1), In(signed(position_bits))
+        Read another number, which is there from the second clock on: the feed in mm/min at 3, the
+        speed of the spindle in rpm at 4, in um the position of the machine at 8 to 10, and the
+        origin of the work coordinates at 12 to 14. Others are of no interest. Never in two clocks
+        in succession.
     origin_changed : In(1)
-        It is another from this clock on.
+        The origin is another from this clock on.
     free_blocks, free_bytes : In(8)
         Room in the queue of blocks and in the buffer of bytes.
-    feed : In(position_bits - 1)
-        Present feed in mm/min.
-    speed : In(position_bits - 1)
-        Speed of the spindle in rpm.
     pins : In(8)
         Pins that are on: X, Y and Z limits, probe, door, hold, reset, start.
     bytes : Out(stream.Signature(8))
@@ -196,11 +193,8 @@ class GCodeReporter(wiring.Component):
             "listed": In(stream.Signature(LISTED)), "abandon": In(1),
             "request": In(1), "reporting": Out(1),
             "state": In(GCodeState), "substate": In(2),
-            **{f"{name}_{axis}": In(signed(position_bits))
-               for name in ("position", "origin") for axis in "xyz"},
-            "origin_changed": In(1),
-            "free_blocks": In(8), "free_bytes": In(8), "feed": In(position_bits - 1),
-            "speed": In(position_bits - 1), "pins": In(8),
+            "number_address": Out(4), "number_read": Out(1), "number": In(signed(position_bits)),
+            "origin_changed": In(1), "free_blocks": In(8), "free_bytes": In(8), "pins": In(8),
             "bytes": Out(stream.Signature(8)),
             "fault": Out(1),
         })
@@ -231,16 +225,22 @@ class GCodeReporter(wiring.Component):
         # A character, or what stands for one: a register behind the ROM.
         item = Signal(8)
         full = Signal()
+        known = Signal()  # and the number, if it stands for one
         done = Signal()
         m.d.comb += texts.bytes.ready.eq(~full)
         with m.If(texts.bytes.valid & ~full):
             m.d.sync += [item.eq(texts.bytes.payload), full.eq(1)]
+        m.d.sync += known.eq(full & ~done)
         with m.If(done):
             m.d.sync += full.eq(0)
 
-        source = Signal(len(NUMBERS) // 2 + 1)  # of a number, by a code
-        codes = {mark & 0xF: choice_code(number) for number, mark in enumerate(NUMBERS)}
+        source = Signal(4)  # of a number, by a code
+        codes = {mark & 0xF: choice_code(number)
+                 for number, mark in enumerate((SHOWN[0], WHOLE, CODE, BLOCKS, BYTES))}
+        codes |= {mark & 0xF: codes[SHOWN[0] & 0xF] for mark in SHOWN}
         codes[DECIMAL & 0xF] = codes[WHOLE & 0xF]
+        m.d.comb += [self.number_address.eq(texts.bytes.payload),
+                     self.number_read.eq(texts.bytes.valid & ~full)]
         with m.If(texts.bytes.valid & ~full):
             m.d.sync += source.eq(look_up([codes.get(mark, 0) for mark in range(16)],
                                           texts.bytes.payload[:4], len(source)))
@@ -250,7 +250,9 @@ class GCodeReporter(wiring.Component):
             is_pin.eq(item[6:8] == 0b11),
             is_sent.eq((item[7] == 0) | (is_pin & pins[0])),
             texts.numbers.payload.eq(text),
-            writer.numbers.payload.eq(self._number(source, code, value)),
+            writer.numbers.payload.eq(choose(
+                [self.number, value, code, self.free_blocks, self.free_bytes, Const(0)], source,
+                self._writer.shape.width)),
             writer.pointed.eq(item[3]),
             writer.bytes.ready.eq(self.bytes.ready),
             self.bytes.valid.eq(writer.bytes.valid),
@@ -339,7 +341,7 @@ class GCodeReporter(wiring.Component):
                 m.next = "SEND"
 
             with m.State("SEND"):
-                with m.If(full & writer.numbers.ready):
+                with m.If(full & known & writer.numbers.ready):
                     m.d.comb += [
                         self.bytes.valid.eq(is_sent),
                         writer.numbers.valid.eq(item[7] & ~is_pin),
@@ -347,7 +349,7 @@ class GCodeReporter(wiring.Component):
                     ]
                     with m.If(done & is_pin):
                         m.d.sync += pins.eq(pins >> 1)
-                with m.Elif(texts.numbers.ready & writer.numbers.ready):
+                with m.Elif(~full & texts.numbers.ready & writer.numbers.ready):
                     m.d.sync += fields.eq(fields & (fields - 1))
                     m.next = "REST"
                     with m.If(part_open):
@@ -386,15 +388,6 @@ class GCodeReporter(wiring.Component):
         with m.If(self.origin_changed):
             m.d.sync += origin_left.eq(0)
         return has_origin, has_overrides
-
-    def _number(self, source: Value, code: Value, setting: Value):
-        """Return the number for which an item stands, by the code of that."""
-        values = {CODE: code, BLOCKS: self.free_blocks, BYTES: self.free_bytes, FEED: self.feed,
-                  SPEED: self.speed, WHOLE: setting}
-        for name, marks in (("position", POSITION), ("origin", ORIGIN)):
-            values |= {mark: getattr(self, f"{name}_{axis}")
-                       for mark, axis in zip(marks, "xyz", strict=True)}
-        return choose([values[mark] for mark in NUMBERS], source, self._writer.shape.width)
 
 
 def _texts(greeting: bytes, options: str) -> list[bytes]:

@@ -136,7 +136,11 @@ def check(engine: Engine, seed: int, count: int) -> None:
         if kind == GCodeActionKind.OFFSETS:
             assert words is None
             for axis in range(3):
-                origin = (engine.get(f"origin_um_{axis}") ^ 1 << 26) - (1 << 26)
+                engine.set(shown_read=1, shown_address=12 + axis)
+                engine.run(1)
+                engine.set(shown_read=0)
+                engine.run(1)
+                origin = (engine.get("shown") ^ 1 << 26) - (1 << 26)
                 assert abs(origin * 1000 - operands[Operand.ORIGIN + axis]) <= 500
             continue
         block = None

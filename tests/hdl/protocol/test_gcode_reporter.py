@@ -24,17 +24,18 @@ class Line:
         self.expected, self.sent = bytearray(), bytearray()
         self.reports, self.sample = Reports(), Sample()
         self.was_reporting, self.lines = 0, []
+        self.numbers: dict[int, int] = {}
+        self.number = 0  # that was read
 
     def show(self, sample: Sample) -> None:
         """Set what a report shows."""
         self.sample = sample
-        vectors = {f"{name}_{axis}": value % 2**BITS
-                   for name, values in (("position", sample.position), ("origin", sample.origin))
-                   for axis, value in zip("xyz", values, strict=True)}
+        self.numbers = {3: sample.feed, 4: sample.speed, **dict(enumerate(sample.position, 8)),
+                        **dict(enumerate(sample.origin, 12))}
         self.engine.set(
-            state=STATES.index(sample.state), substate=sample.substate, **vectors,
-            free_blocks=sample.blocks, free_bytes=sample.room, feed=sample.feed,
-            speed=sample.speed, pins=sum(1 << LETTERS.index(letter) for letter in sample.pins))
+            state=STATES.index(sample.state), substate=sample.substate,
+            free_blocks=sample.blocks, free_bytes=sample.room,
+            pins=sum(1 << LETTERS.index(letter) for letter in sample.pins))
 
     def run(self, clocks: int = 1, **inputs: int) -> dict[str, bool]:
         """Run some clocks; return which of the streams were taken in the last of them."""
@@ -42,9 +43,9 @@ class Line:
         for _ in range(clocks):
             ready = int(self.rng.random() < self.share)
             self.engine.set(bytes_ready=ready, **inputs)
-            reporting, valid, byte, *accepts = self.engine.get(
-                "reporting", "bytes_valid", "bytes_payload", "answers_ready", "alarms_ready",
-                "messages_ready")
+            reporting, valid, byte, reads, address, *accepts = self.engine.get(
+                "reporting", "bytes_valid", "bytes_payload", "number_read", "number_address",
+                "answers_ready", "alarms_ready", "messages_ready")
             taken = {name: bool(accept and inputs.get(f"{name}_valid")) for name, accept in
                      zip(("answers", "alarms", "messages"), accepts, strict=True)}
             if reporting and not self.was_reporting:
@@ -62,6 +63,9 @@ class Line:
                 assert self.expected.startswith(self.sent[-1:], len(self.sent) - 1), self.sent
             self.was_reporting = reporting
             self.engine.run(1)
+            self.engine.set(number=self.number)
+            if reads:
+                self.number = self.numbers.get(address, 0) % 2**BITS
         return taken
 
     def expect(self, kind: str, line: bytes) -> None:
