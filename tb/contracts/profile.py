@@ -136,6 +136,9 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
         ~state("CORRECT") | (source == Mux(none, CHANGE, SQUARE)),
         ~state("BRAKE", "DIFFERENCE", "LIMIT", "SUM", "SPEND", "ROOT") | (source == CHANGE)),
         cover=state("SUM"), lemma=True)
+    c.invariant("taken", "What is taken is scaled in the next clock.",
+                (c.signal("taken") == state("SCALE")) | state("FAULT") | state.is_unused(),
+                cover=state("SCALE"), lemma=True)
     c.invariant("ready", "A granule may start when all of it is known.",
                 (c.signal("ready") == state("READY")) | state("FAULT") | state.is_unused(),
                 cover=state("READY"), lemma=True)

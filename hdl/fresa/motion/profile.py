@@ -205,6 +205,7 @@ class SpeedProfile(wiring.Component):
         starts = Signal()
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
+        taken = Signal()  # in the clock before, which is what SCALE follows
         # A granule adds half of a difference of roots to the phase, less a modulus. One adder makes
         # that and the rate, which is a sum.
         less_modulus = Signal(self.modulus_bits + 3)  # what is subtracted for it
@@ -215,7 +216,9 @@ class SpeedProfile(wiring.Component):
         m.d.sync += [held.eq(self.hold), sums.eq(0), ready.eq(0),
                      may.eq((more | multiplied) & ~(self.hold & at_rest))]
 
-        m.d.sync += short.eq(compared < rate << 5)
+        m.d.comb += [compared.eq(Mux(taken, modulus, least << 1)),
+                     self.blocks.ready.eq(taken & opens)]
+        m.d.sync += [taken.eq(takes), short.eq(compared < rate << 5)]
 
         with m.FSM(name="profile_state") as fsm:
             with m.State("WAIT"):
@@ -227,13 +230,10 @@ class SpeedProfile(wiring.Component):
                 with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
-                m.d.comb += self.blocks.ready.eq(opens)
-                m.d.comb += compared.eq(modulus)
                 m.d.sync += [least.eq(modulus), change.eq(energy), size.eq(1)]
                 loads(NOMINAL)
                 m.next = "SEARCH"
             with m.State("SEARCH"):
-                m.d.comb += compared.eq(least << 1)
                 with m.If(short & ((left & size) == 0) & ~from_rest):
                     m.d.sync += [least.eq(least << 1), change.eq(change << 1), size.eq(size << 1)]
                 m.d.comb += from_brake.eq(1)
@@ -331,7 +331,8 @@ class SpeedProfile(wiring.Component):
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & final),
             self.speed.eq(speed),
-            minus.eq(Mux(fsm.ongoing("ROOT"), less_modulus << 1, ~(end << 1).as_signed())),
+            # The difference is taken in the clock before it is ready, the sum when it starts.
+            minus.eq(Mux(ready, ~(end << 1).as_signed(), less_modulus << 1)),
             rates.eq(((root.root << 1) - minus) >> 1),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]
