@@ -211,6 +211,7 @@ class GCodeControl(wiring.Component):
                     m.next = "ALARM"
 
             with m.State("IDLE"):
+                m.d.sync += door_next.eq(0)
                 with m.If(asks_door):
                     open_door()
                 with m.Elif(asks_hold | self.pause):
@@ -239,7 +240,6 @@ class GCodeControl(wiring.Component):
                 with m.If(asks_door):
                     m.d.sync += door_next.eq(1)
                 with m.If(cancelling & self.standing):
-                    m.d.sync += door_next.eq(0)
                     m.next = "IDLE"
                     with m.If(door_next | asks_door):
                         open_door()
@@ -317,9 +317,9 @@ class GCodeControl(wiring.Component):
         m.d.comb += self.reset.eq(resetting & (self.standing | stopped) & ~self.fault)
         with m.If(self.reset):
             m.d.sync += [resetting.eq(0), stopped.eq(0), critical.eq(0), cancelling.eq(0),
-                         door_next.eq(0), fsm.state.eq(fsm.encoding["START"])]
+                         fsm.state.eq(fsm.encoding["START"])]
         with m.If((alarm != AlarmCode.NONE) & ~self.fault):
-            m.d.sync += [alarmed.eq(1), cancelling.eq(1), door_next.eq(0)]
+            m.d.sync += [alarmed.eq(1), cancelling.eq(1)]
             with m.If(~self.reset):
                 m.d.sync += fsm.state.eq(fsm.encoding["ALARM"])
             with m.If(~self.alarms.valid | self.alarms.ready):

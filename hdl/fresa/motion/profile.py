@@ -308,14 +308,16 @@ class SpeedProfile(wiring.Component):
         with m.If(takes):
             m.d.sync += [from_rest.eq(at_rest), holds.eq(held), opens.eq(0)]
             with m.If(~more):
-                m.d.sync += [
-                    energy.eq(block.energy), modulus.eq(block.modulus), nominal.eq(block.nominal),
-                    opens.eq(1),
-                    left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3], 0)),
-                ]
+                m.d.sync += [energy.eq(block.energy), modulus.eq(block.modulus), opens.eq(1)]
+        # What the search needs comes a clock later, for whether one is taken takes long.
+        with m.If(self.blocks.ready):
+            m.d.sync += [
+                nominal.eq(block.nominal),
+                left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3], 0)),
+            ]
 
         # With a condition of its own the choice is no longer than needed.
-        with m.If((takes & ~more) | spends):
+        with m.If(self.blocks.ready | spends):
             m.d.sync += brake.eq(Mux(spends, total, offered))
 
         # Phase, less a modulus. A tick subtracts a modulus alone, and the rate of its clock follows
