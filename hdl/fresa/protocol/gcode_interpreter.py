@@ -60,7 +60,7 @@ class GCodeInterpreter(wiring.Component):
     1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
 
     Coordinates are summed word by word from one memory, and a serial divider converts units: a line
-    takes 80 to 220 clocks, and in inches 59 more for each length. An item is taken two clocks after
+    takes 80 to 230 clocks, and in inches 59 more for each length. An item is taken two clocks after
     it is offered, at the earliest.
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which

@@ -206,7 +206,8 @@ class GCodeSettingStore(wiring.Component):
         self.values = setting_values(values, second_motor=second_motor)
         super().__init__({
             "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
-            "known_address": In(range(len(SETTINGS))), "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
+            "known_address": In(range(len(SETTINGS))), "number": Out(8), "decimal": Out(1),
+            "least": Out(1), "most": Out(SETTING_BITS),
             "initial": Out(SETTING_BITS), "trial": In(1), "write": In(1),
             "write_address": In(range(len(SETTINGS))), "data": In(SETTING_BITS),
             "flags": Out(GCodeFlags), "spindle": Out(SpindleRange),
