@@ -33,7 +33,7 @@ def g_code_line(run: Run) -> str:
     async def word(ctx, letter, whole, value=0):
         ctx.set(dut.item, {"kind": GCodeKind.WORD, "character": ord(letter), "number": {
             "value": value or whole * 10**6, "whole": whole, "exact": 1, "integer": 1}})
-        await ctx.tick()
+        await ctx.tick().repeat(2)
         ctx.set(dut.take, 1)
         await ctx.tick()
         ctx.set(dut.take, 0)

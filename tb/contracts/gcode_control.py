@@ -9,7 +9,10 @@ from .contract import Bits, Case, Component, Contract
 
 __all__ = ["GCODE_CONTROL"]
 
-RESET, HOLD, RESUME, STATUS, DOOR = 0x18, 0x21, 0x7E, 0x3F, 0x84
+RESET, HOLD, RESUME, STATUS = 0x18, 0x21, 0x7E, 0x3F
+CAME = {RESET: "came_reset", HOLD: "came_hold", RESUME: "came_resume", STATUS: "came_status",
+        0x84: "came_door", 0x85: "came_jog_cancel"}
+"""Registers of commands, by their codes."""
 
 
 def describe(c: Contract, dut: GCodeControl) -> None:
@@ -20,8 +23,12 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     known = c.past(~c.rst)  # no reset of all in the clock before
 
     def came(code: int) -> Bits:
-        return dut.command & (dut.code == code)
+        return c.signal(CAME[code])
 
+    for code, name in CAME.items():
+        c.implication(f"{name.replace('_', '-')}", "A command counts in the clock after it.",
+                      when=c.past(1), then=came(code) == c.past(
+                          ~c.rst & dut.command & (dut.code == code)))
     c.implication("moves-in-few-states", "Blocks may begin or go on only in IDLE, RUN, JOG, HOME.",
                   when=~dut.hold, then=state("IDLE", "RUN", "JOG", "HOME") & ~resetting)
     c.implication("rest-of-them-hold", "In those, only a reset or a cancelled jog slows down.",

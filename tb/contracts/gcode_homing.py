@@ -211,6 +211,6 @@ def _switches(c: Contract, dut: GCodeHoming, lines: list[_Line], made: Bits, wan
 
 
 GCODE_HOMING = Component(
-    make=GCodeHoming, describe=describe, depth=80,
+    make=GCodeHoming, describe=describe, depth=98,
     cases=(Case({"begins_within": 1}), Case({"simple": True, "begins_within": 1}),
            Case(real=True), Case({"simple": True}, real=True), Case(upset=True)))

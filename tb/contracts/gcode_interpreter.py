@@ -193,6 +193,6 @@ def make(*, width: int, computes: bool = True) -> GCodeInterpreter:
 
 
 GCODE_INTERPRETER = Component(
-    make=make, describe=describe, depth=23,
+    make=make, describe=describe, depth=25,
     cases=(Case({"width": 40, "computes": False}), Case({"width": 44}, real=True),
            Case({"width": 40, "computes": False}, upset=True)))

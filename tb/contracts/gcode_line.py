@@ -14,8 +14,9 @@ def describe(c: Contract, dut: GCodeLine) -> None:
     """The first error of a line stays, and a word is taken once, whole or not at all."""
     line = dut.line
     item = c.keep(dut.item.shape(), init={}, name="word")  # of the clock before
-    c.m.d.sync += item.eq(dut.item)
-    c.assume(~dut.take | ~(dut.clear | dut.end_program))
+    before = c.keep(dut.item.shape(), init={}, name="word_before")  # of the one before that
+    c.m.d.sync += [item.eq(dut.item), before.eq(item)]
+    c.assume(~dut.take | ~(dut.clear | dut.end_program) & (item.as_value() == before.as_value()))
     known = c.past(1) & ~c.past(c.rst)
     state = Cat(line.as_value(), dut.error)
     same = state == c.past(state)

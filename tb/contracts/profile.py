@@ -136,6 +136,9 @@ def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, chan
         ~state("CORRECT") | (source == Mux(none, CHANGE, SQUARE)),
         ~state("BRAKE", "DIFFERENCE", "LIMIT", "SUM", "SPEND", "ROOT") | (source == CHANGE)),
         cover=state("SUM"), lemma=True)
+    c.invariant("taken", "What is taken is scaled in the next clock.",
+                (c.signal("taken") == state("SCALE")) | state("FAULT") | state.is_unused(),
+                cover=state("SCALE"), lemma=True)
     c.invariant("ready", "A granule may start when all of it is known.",
                 (c.signal("ready") == state("READY")) | state("FAULT") | state.is_unused(),
                 cover=state("READY"), lemma=True)
@@ -183,10 +186,11 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
     size, energy = c.signal("size"), c.signal("energy")
     left = c.keep(dut.most_ticks_log2 + 1, name="ticks_left")  # and not in a granule yet
     taken = c.signal("takes") & ~c.signal("more")  # it shows in the next clock
+    loads = dut.blocks.valid & dut.blocks.ready
     whole = dut.blocks.p.energy << dut.blocks.p.log2_ticks
     with c.m.If(c.rst):
         c.m.d.sync += left.eq(0)
-    with c.m.Elif(taken):
+    with c.m.Elif(loads):
         c.m.d.sync += left.eq(1 << dut.blocks.p.log2_ticks)
     with c.m.Elif(state("SPEND")):
         c.m.d.sync += left.eq(left - size)
@@ -196,11 +200,12 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
     c.implication("granule-divides-block", "A granule is not longer than what is left of its "
                   "block, and what is left is a multiple of it.", when=computes,
                   then=(left != 0) & ((left & (size - 1)[:len(size)]) == 0) & (size <= left)
-                  | state("SCALE") & (left != 0))
+                  | state("SCALE") & ((left != 0) | dut.blocks.ready))
     c.implication("granule-within-energy", "Its energy is not more than what is left.",
                   when=computes & ~state("SCALE"), then=brake >= change)
     c.implication("next-when-none-left", "A block is taken when no tick of the one before is left.",
-                  when=taken, then=(left == 0) & (c.signal("offered") == whole))
+                  when=loads, then=(left == 0) & (c.signal("offered") == whole)
+                  & (energy == dut.blocks.p.energy))
     c.implication("spends-energy", "The sign that tells whether any is left is that of it.",
                   when=state("ROOT"), then=c.signal("x") - c.signal("y") == brake, lemma=True)
     c.implication("more-energy-is-left", "As long as any is left there are ticks.",
@@ -209,7 +214,7 @@ def _left(c: Contract, dut: SpeedProfile, state, brake: Bits, change: Bits) -> N
     c.implication("energy-of-block", "A tick's energy is not 0.", when=left != 0,
                   then=energy >= 2, lemma=True)
     c.implication("takes-what-is-loaded", "A block that is taken was loaded in the clock before.",
-                  when=dut.blocks.valid & dut.blocks.ready, then=c.past(taken))
+                  when=loads, then=c.past(taken))
     c.implication("loads-what-is-taken", "It is taken when it was.", when=c.past(taken & ~c.rst),
                   then=dut.blocks.ready)
     c.invariant("low-bits-of-left", "The count of ticks left has the low bits.",

@@ -30,13 +30,14 @@ class ControlModel:
     enabled: bool = False
     limit_before: int = 0
     emergency_before: int = 0
+    came: int | None = None
     alarm_line: int | None = None
     message: int | None = None
     to_say: list[int] = field(default_factory=list)
 
     def __call__(self, *, rst: int, command: int, code: int, alarms_ready: int,
                  messages_ready: int, **inputs: int) -> dict[str, int | None]:
-        came = code if command else None
+        came, self.came = self.came, code if command else None
         asks_reset = came == RESET or inputs["restart"]
         standing = inputs["standing"]
         reset = self.resetting and (standing or self.stopped)

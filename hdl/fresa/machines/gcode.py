@@ -459,7 +459,7 @@ class GCode(MachineComponent):
         blocked, powered = Signal(AXES), Signal()
         m.d.comb += powered.eq(control.enable)
         positions = self._drivers(m, control, renewed, motion, planner, homing, store, faults,
-                                  blocked, powered, restart)
+                                  blocked, powered, restarts)
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
@@ -665,6 +665,7 @@ class GCode(MachineComponent):
             asked.eq(Mux(configuring, planner.setting_address, homing.setting_address)),
             wanted.eq(asked),
             store.address.eq(Mux(configuring | seeking, wanted, gate.address)),
+            store.known_address.eq(gate.address),
             store.write_address.eq(gate.write_address), store.data.eq(gate.data),
             store.trial.eq(gate.trial), store.write.eq(gate.write),
             planner.setting.eq(store.value), planner.soft.eq(store.flags.soft),
@@ -691,7 +692,7 @@ class GCode(MachineComponent):
 
     def _drivers(self, m: Module, control: GCodeControl, renewed: Signal, motion: BlockMotion,
                  planner: GCodePlanner, homing: GCodeHoming, store: GCodeSettingStore,
-                 faults: list, blocked: Signal, powered: Signal, restart: Signal) -> list[Signal]:
+                 faults: list, blocked: Signal, powered: Signal, restarts: Signal) -> list[Signal]:
         """Make the steps at the pins, and count them there; return the counts."""
         times, flags = self.settings.driver, store.flags
         made, powers = [], []
@@ -703,8 +704,9 @@ class GCode(MachineComponent):
                                          & (~self.fault).replicate(AXES)),
                      kinematics.direction.eq(motion.direction)]
         made.append(~kinematics.busy)
-        stopped = Signal()
-        m.d.sync += stopped.eq(control.stop | self.fault)
+        stopped, drops = Signal(), Signal()
+        m.d.sync += [stopped.eq(control.stop | self.fault),
+                     drops.eq(control.stop | self.fault | restarts)]
         enabled = Signal()
         m.d.sync += enabled.eq(powered)  # where it comes from is far
         tick = Signal()  # steps that take up backlash are this far apart
@@ -718,12 +720,13 @@ class GCode(MachineComponent):
         for axis, name in enumerate("xyz"):
             pending = PendingSteps()
             if axis == self.settings.second_axis:
-                driver, halted = StepDirPair(**times), Signal()
+                driver, halted, dropped = StepDirPair(**times), Signal(), Signal()
                 m.d.comb += [halted.eq(stopped | homing.halt.all()),
+                             dropped.eq(drops | homing.halt.all()),
                              homing.travel.eq(planner.lengths[axis])]
                 self._second_motor(m, driver, homing, store)
             else:
-                driver, halted = StepDirDriver(**times), stopped
+                driver, halted, dropped = StepDirDriver(**times), stopped, drops
             m.submodules[f"pending_{name}"] = ResetInserter(halted | renewed)(pending)
             m.submodules[f"driver_{name}"] = driver
             position = Signal(signed(36), name=f"position_{name}")
@@ -734,7 +737,7 @@ class GCode(MachineComponent):
                 backlash.step.eq(kinematics.motor_step[axis]),
                 backlash.pending.eq(pending.driver_step), backlash.moved.eq(driver.moved),
                 backlash.direction.eq(pending.driver_direction),
-                backlash.stop.eq(halted | restart),
+                backlash.stop.eq(dropped),
                 kinematics.motors[axis].eq(position),
                 pending.step.eq(kinematics.motor_step[axis] | backlash.extra),
                 pending.direction.eq(Mux(kinematics.motor_step[axis],
@@ -814,13 +817,13 @@ class GCode(MachineComponent):
         waiting = Signal(len(buttons))
         levels = Cat(buttons.values())
         left = Mux(realtime.command, waiting, waiting & (waiting - 1))  # without the lowest
-        m.d.sync += [
-            pressed.eq(levels), waiting.eq(left | (levels & ~pressed)),
-            control.command.eq(realtime.command | waiting.any()), control.code.eq(realtime.code)]
+        m.d.sync += [pressed.eq(levels), waiting.eq(left | (levels & ~pressed))]
+        m.d.comb += [control.command.eq(realtime.command | waiting.any()),
+                     control.code.eq(realtime.code)]
         with m.If(~realtime.command):
             for number, code in reversed([*enumerate(buttons)]):
                 with m.If(waiting[number]):
-                    m.d.sync += control.code.eq(code)
+                    m.d.comb += control.code.eq(code)
         period = Signal.like(planner.filter, init=self.settings.filter, reset_less=True)
         with m.If(planner.configured):
             m.d.sync += period.eq(planner.filter)

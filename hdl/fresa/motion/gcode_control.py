@@ -70,7 +70,7 @@ class GCodeControl(wiring.Component):
     Members
     -------
     command : In(1)
-        A real-time command came: `RealtimeFilter`.
+        A real-time command came: `RealtimeFilter`. It counts in the next clock.
     code : In(8)
         Which.
     moving : In(1)
@@ -166,16 +166,18 @@ class GCodeControl(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
 
-        def received(*codes: RealtimeCode) -> Value:
-            return self.command & Cat(self.code == code.value for code in codes).any()
-
+        came = {code: Signal(name=f"came_{code.name.lower()}") for code in (
+            RealtimeCode.STATUS, RealtimeCode.HOLD, RealtimeCode.RESUME, RealtimeCode.RESET,
+            RealtimeCode.DOOR, RealtimeCode.JOG_CANCEL)}
+        m.d.sync += [each.eq(self.command & (self.code == code.value))
+                     for code, each in came.items()]
         asks_hold, asks_resume, asks_reset, asks_door = Signal(), Signal(), Signal(), Signal()
         m.d.comb += [
-            self.report.eq(received(RealtimeCode.STATUS)),
-            asks_hold.eq(received(RealtimeCode.HOLD)),
-            asks_resume.eq(received(RealtimeCode.RESUME)),
-            asks_reset.eq(received(RealtimeCode.RESET) | self.restart),
-            asks_door.eq(received(RealtimeCode.DOOR) | self.door),
+            self.report.eq(came[RealtimeCode.STATUS]),
+            asks_hold.eq(came[RealtimeCode.HOLD]),
+            asks_resume.eq(came[RealtimeCode.RESUME]),
+            asks_reset.eq(came[RealtimeCode.RESET] | self.restart),
+            asks_door.eq(came[RealtimeCode.DOOR] | self.door),
         ]
 
         wants = self._announce(m)
@@ -209,6 +211,7 @@ class GCodeControl(wiring.Component):
                     m.next = "ALARM"
 
             with m.State("IDLE"):
+                m.d.sync += door_next.eq(0)
                 with m.If(asks_door):
                     open_door()
                 with m.Elif(asks_hold | self.pause):
@@ -237,11 +240,10 @@ class GCodeControl(wiring.Component):
                 with m.If(asks_door):
                     m.d.sync += door_next.eq(1)
                 with m.If(cancelling & self.standing):
-                    m.d.sync += door_next.eq(0)
                     m.next = "IDLE"
                     with m.If(door_next | asks_door):
                         open_door()
-                with m.Elif(asks_door | asks_hold | received(RealtimeCode.JOG_CANCEL)):
+                with m.Elif(asks_door | asks_hold | came[RealtimeCode.JOG_CANCEL]):
                     m.d.sync += cancelling.eq(1)
                 with m.Elif(~cancelling & ~self.moving):
                     m.next = "IDLE"
@@ -315,9 +317,9 @@ class GCodeControl(wiring.Component):
         m.d.comb += self.reset.eq(resetting & (self.standing | stopped) & ~self.fault)
         with m.If(self.reset):
             m.d.sync += [resetting.eq(0), stopped.eq(0), critical.eq(0), cancelling.eq(0),
-                         door_next.eq(0), fsm.state.eq(fsm.encoding["START"])]
+                         fsm.state.eq(fsm.encoding["START"])]
         with m.If((alarm != AlarmCode.NONE) & ~self.fault):
-            m.d.sync += [alarmed.eq(1), cancelling.eq(1), door_next.eq(0)]
+            m.d.sync += [alarmed.eq(1), cancelling.eq(1)]
             with m.If(~self.reset):
                 m.d.sync += fsm.state.eq(fsm.encoding["ALARM"])
             with m.If(~self.alarms.valid | self.alarms.ready):

@@ -82,7 +82,7 @@ class GCodeHoming(wiring.Component):
     lower : In(3)
         Axes that home to their lower end: $23.
     setting_address, setting : Out(6), In(27)
-        A setting, a clock after its address in the store.
+        A setting, a clock after its address in the store, which is a register.
     request, homed : Out(HOMING), In(1)
         What the planner does, until ``homed``.
     moving, standing, begins : In(1)
@@ -177,24 +177,26 @@ class GCodeHoming(wiring.Component):
 
             # The settings of the phase
             with m.State("DISTANCE"):
-                m.d.comb += self.setting_address.eq(setting_index(27))
+                m.d.sync += self.setting_address.eq(setting_index(27))
                 with m.If((phase == _Phase.SEEK) | (phase == _Phase.PLACE)):
-                    m.d.comb += self.setting_address.eq(setting_index(130) + self.axis)
+                    m.d.sync += self.setting_address.eq(setting_index(130) + self.axis)
                 m.next = "RATE"
                 if self.simple:
                     with m.If((phase == _Phase.SEEK) & (self.axis == 2)):
                         m.d.comb += self.latch.eq(1)
                         follow(_Phase.PLACE)
             with m.State("RATE"):
+                m.d.sync += self.setting_address.eq(setting_index(25))
+                with m.If(phase == _Phase.LOCATE):
+                    m.d.sync += self.setting_address.eq(setting_index(24))
+                with m.If(phase == _Phase.PLACE):
+                    m.d.sync += self.setting_address.eq(setting_index(100) + self.axis)
+                m.next = "READ"
+            with m.State("READ"):
                 m.d.sync += request.distance.eq(self.setting)
                 with m.If((phase != _Phase.SEEK) if self.simple
                           else (phase == _Phase.PLACE) & ~lower):
                     m.d.sync += request.distance.eq(0)
-                m.d.comb += self.setting_address.eq(setting_index(25))
-                with m.If(phase == _Phase.LOCATE):
-                    m.d.comb += self.setting_address.eq(setting_index(24))
-                with m.If(phase == _Phase.PLACE):
-                    m.d.comb += self.setting_address.eq(setting_index(100) + self.axis)
                 m.next = "REQUEST"
             with m.State("REQUEST"):
                 m.d.sync += [request.feed.eq(self.setting), request.steps.eq(self.setting)]

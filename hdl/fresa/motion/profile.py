@@ -206,6 +206,7 @@ class SpeedProfile(wiring.Component):
         starts = Signal()
         held, may = Signal(), Signal()  # a clock old, for the sake of Fmax
         takes = Signal()
+        taken = Signal()  # in the clock before, which is what SCALE follows
         # A granule adds half of a difference of roots to the phase, less a modulus. One adder makes
         # that and the rate, which is a sum.
         less_modulus = Signal(self.modulus_bits + 3)  # what is subtracted for it
@@ -219,8 +220,10 @@ class SpeedProfile(wiring.Component):
         # By the sign of a difference, less 1: so the choice of what is compared goes into the LUTs
         # of the carry.
         missing = Signal(signed(len(compared) + 1))
-        m.d.comb += missing.eq(((rate << 6) - (compared << 1 | 1)) >> 1)
-        m.d.sync += short.eq(missing[-1] == 0)
+        m.d.comb += [compared.eq(Mux(taken, modulus, least << 1)),
+                     self.blocks.ready.eq(taken & opens),
+                     missing.eq(((rate << 6) - (compared << 1 | 1)) >> 1)]
+        m.d.sync += [taken.eq(takes), short.eq(missing[-1] == 0)]
 
         with m.FSM(name="profile_state") as fsm:
             with m.State("WAIT"):
@@ -232,7 +235,6 @@ class SpeedProfile(wiring.Component):
                 with m.If(may):
                     m.next = "SCALE"
             with m.State("SCALE"):
-                m.d.comb += self.blocks.ready.eq(opens)
                 m.d.sync += [least.eq(modulus), change.eq(energy), size.eq(1)]
                 loads(NOMINAL)
                 m.next = "SEARCH"
@@ -306,22 +308,21 @@ class SpeedProfile(wiring.Component):
                         m.next = "SCALE"
             with m.State("FAULT"):
                 pass
-        m.d.comb += [
-            self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT")),
-            compared.eq(Mux(fsm.ongoing("SCALE"), modulus, least << 1)),
-        ]
+        m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
 
         with m.If(takes):
             m.d.sync += [from_rest.eq(at_rest), holds.eq(held), opens.eq(0)]
             with m.If(~more):
-                m.d.sync += [
-                    energy.eq(block.energy), modulus.eq(block.modulus), nominal.eq(block.nominal),
-                    opens.eq(1),
-                    left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3], 0)),
-                ]
+                m.d.sync += [energy.eq(block.energy), modulus.eq(block.modulus), opens.eq(1)]
+        # What the search needs comes a clock later, for whether one is taken takes long.
+        with m.If(self.blocks.ready):
+            m.d.sync += [
+                nominal.eq(block.nominal),
+                left.eq(Mux(block.log2_ticks < GRANULE_BITS, 1 << block.log2_ticks[:3], 0)),
+            ]
 
         # With a condition of its own the choice is no longer than needed.
-        with m.If((takes & ~more) | spends):
+        with m.If(self.blocks.ready | spends):
             m.d.sync += brake.eq(Mux(spends, total, offered))
 
         # Phase, less a modulus. A tick subtracts a modulus alone, and the rate of its clock follows
@@ -337,7 +338,8 @@ class SpeedProfile(wiring.Component):
             self.first.eq(self.tick & opening),
             self.last.eq(self.tick & closing & final),
             self.speed.eq(speed),
-            minus.eq(Mux(fsm.ongoing("ROOT"), less_modulus << 1, ~(end << 1).as_signed())),
+            # The difference is taken in the clock before it is ready, the sum when it starts.
+            minus.eq(Mux(ready, ~(end << 1).as_signed(), less_modulus << 1)),
             rates.eq(((root.root << 1) - minus) >> 1),
             self.standing.eq(~running & Mux(fsm.ongoing("WAIT"), at_rest, from_rest)),
         ]

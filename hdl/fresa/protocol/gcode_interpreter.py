@@ -60,8 +60,8 @@ class GCodeInterpreter(wiring.Component):
     1 nm/s, if it is not 0, and at most 2 ** 31 - 1.
 
     Coordinates are summed word by word from one memory, and a serial divider converts units: a line
-    takes 80 to 220 clocks, and in inches 59 more for each length. An item is taken a clock after it
-    is offered, at the earliest.
+    takes 80 to 230 clocks, and in inches 59 more for each length. An item is taken two clocks after
+    it is offered, at the earliest.
 
     A reset leaves the origins of the coordinate systems and the positions of G28 and G30, which
     power-up makes 0. It clears all modes, the offset of G92, length and number of the tool, feed
@@ -130,7 +130,7 @@ class GCodeInterpreter(wiring.Component):
 
         error = Signal(8)
         begun = Signal()  # a word of the line is there
-        read = Signal()  # the item that is offered was so a clock ago
+        offered, read = Signal(), Signal()  # the item that is there was so a clock ago, and two
         ending = Signal()  # M2 or M30 is done, and resets the modes
         starting = Signal(init=1)  # after a reset
         total = Signal(CoordinateSum, init=CoordinateSum.CLEAR_OFFSET)
@@ -215,7 +215,8 @@ class GCodeInterpreter(wiring.Component):
             computed("CLEAR_RATES", "SET_ORIGIN", CoordinateSum.SET_ORIGIN)
             with m.State("READ"):
                 m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places)]
-                m.d.sync += read.eq(self.words.valid & ~self.words.ready)
+                m.d.sync += [offered.eq(self.words.valid & ~self.words.ready),
+                             read.eq(offered & self.words.valid & ~self.words.ready)]
                 with m.If(self.erase & ~begun):
                     m.d.sync += [stores.eq(1), place.eq(self.erase_address)]
                 with m.If(places):

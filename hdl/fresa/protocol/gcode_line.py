@@ -66,7 +66,7 @@ class GCodeLine(wiring.Component):
     item : In(gcode_layout(width))
         A word.
     take : In(1)
-        The word of the clock before belongs to the line.
+        The word belongs to the line that was there in the two clocks before.
     clear : In(1)
         A line begins, with ``modes``. It comes without ``take``.
     end_program : In(1)
@@ -108,11 +108,15 @@ class GCodeLine(wiring.Component):
         item = Signal(GCodeWord)
         word = Signal(GCodeWord, init={"fault": 20}, reset_less=True)  # none, which is no word
         m.d.sync += word.eq(item)
-        with m.Switch(self.item.character):
-            with m.Case(ord("G")):
-                self._read_g(m, item)
-            with m.Case(ord("M")):
-                self._read_m(m, item)
+        # That it is G or M is known a clock before what its number says, which takes long.
+        is_g, is_m = Signal(), Signal()
+        character = self.item.character
+        m.d.sync += [is_g.eq(character == ord("G")), is_m.eq(character == ord("M"))]
+        with m.If(is_g):
+            self._read_g(m, item)
+        with m.Elif(is_m):
+            self._read_m(m, item)
+        with m.Else(), m.Switch(character):
             for index, letter in enumerate(LETTERS):
                 with m.Case(ord(letter)):
                     m.d.comb += [item.letter[index].eq(1), item.index.eq(index),

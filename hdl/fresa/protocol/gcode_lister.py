@@ -161,6 +161,7 @@ class GCodeLister(wiring.Component):
         negative = Signal()
         added = Signal(2)
         invert, rounds = Signal(), Signal()
+        nearest = Signal()  # it rounds to that, and not towards 0
         total = Signal.like(number)
         addend = Signal.like(number)
         remainder = Signal(range(PER_ONE))
@@ -180,9 +181,10 @@ class GCodeLister(wiring.Component):
             total.eq(((number << 1) - ~(addend << 1)) >> 1),
         ]
         with m.If(rounds):
-            m.d.comb += addend[0].eq(chosen.text != GCodeText.TOOL)
+            m.d.comb += addend[0].eq(nearest)
         takes, divides, reads = Signal(), Signal(), Signal()
-        m.d.sync += [added.eq(0), invert.eq(0), rounds.eq(0), remainder.eq(0),
+        m.d.sync += [nearest.eq(chosen.text != GCodeText.TOOL),
+                     added.eq(0), invert.eq(0), rounds.eq(0), remainder.eq(0),
                      number.eq(Mux(takes, self.word, total ^ invert.replicate(len(number))))]
         with m.If(divides):
             m.d.sync += [number[0].eq(fits), remainder.eq(Mux(fits, below, left))]

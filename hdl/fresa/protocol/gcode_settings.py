@@ -177,8 +177,10 @@ class GCodeSettingStore(wiring.Component):
         A setting, by its place in `SETTINGS`.
     value : Out(27)
         Its value, a clock later.
+    known_address : In(range(len(SETTINGS)))
+        A setting of which is read what is known.
     number, decimal, least, most : Out(8), Out(1), Out(1), Out(27)
-        What is known of it, a clock later as well. ``least`` is 0 or 1.
+        That, a clock later. ``least`` is 0 or 1.
     initial : Out(27)
         Its value at power-up, likewise.
     trial : In(1)
@@ -204,7 +206,8 @@ class GCodeSettingStore(wiring.Component):
         self.values = setting_values(values, second_motor=second_motor)
         super().__init__({
             "address": In(range(len(SETTINGS))), "value": Out(SETTING_BITS),
-            "number": Out(8), "decimal": Out(1), "least": Out(1), "most": Out(SETTING_BITS),
+            "known_address": In(range(len(SETTINGS))), "number": Out(8), "decimal": Out(1),
+            "least": Out(1), "most": Out(SETTING_BITS),
             "initial": Out(SETTING_BITS), "trial": In(1), "write": In(1),
             "write_address": In(range(len(SETTINGS))), "data": In(SETTING_BITS),
             "flags": Out(GCodeFlags), "spindle": Out(SpindleRange),
@@ -227,7 +230,7 @@ class GCodeSettingStore(wiring.Component):
         tried = Signal()  # what is read
         m.d.sync += tried.eq(self.address == self.write_address)
         m.d.comb += [
-            read.addr.eq(self.address), fact.addr.eq(self.address),
+            read.addr.eq(self.address), fact.addr.eq(self.known_address),
             self.value.eq(Mux(tried & self.trial, self.data, read.data)),
             self.number.eq(fact.data.number), self.decimal.eq(fact.data.decimal),
             self.least.eq(fact.data.least), self.most.eq(fact.data.most),

@@ -95,7 +95,9 @@ class Machine:
         return state.name + (f":{substate}" if state in (GCodeState.HOLD, GCodeState.DOOR) else "")
 
     def command(self, code: RealtimeCode, clocks: int = 1) -> str:
-        return self.run(clocks, command=1, code=code.value)
+        """Let a command come, then run some clocks, in the first of which it counts."""
+        self.run(1, command=1, code=code.value)
+        return self.run(clocks)
 
 
 @pytest.fixture(scope="module")

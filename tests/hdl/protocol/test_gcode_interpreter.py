@@ -141,7 +141,7 @@ class Pair:
         self.model.reset()
         for item in map(word, line):
             self.engine.set(word_valid=1, word_low=item & 2**64 - 1, word_high=item >> 64)
-            self.engine.run(2)
+            self.engine.run(3)
         self.engine.set(word_valid=0, rst=1)
         self.engine.run(1)
         self.engine.set(rst=0)
@@ -349,8 +349,8 @@ def test_a_program():
 
 
 @pytest.mark.parametrize(("line", "clocks"), [
-    ("G4 P1", 81), ("X2", 105), ("G28", 155), ("G1 X1 Y2 F100", 194), ("G20 X2", 106 + 59),
-    ("G20 X1 Y1 Z1", 108 + 3 * 59)])
+    ("G4 P1", 84), ("X2", 107), ("G28", 157), ("G1 X1 Y2 F100", 199), ("G20 X2", 109 + 59),
+    ("G20 X1 Y1 Z1", 113 + 3 * 59)])
 def test_clocks_of_a_line(line, clocks):
     with AmaranthEngine(component("interpreter", Narrow())) as engine:
         pair = Pair(engine)
@@ -402,8 +402,9 @@ def test_a_position_is_taken_where_a_line_begins():
         assert pair._read(Operand.FEED) == 0
         item = word(Word("Z", 0))
         engine.set(word_valid=1, word_low=item & 2**64 - 1, word_high=item >> 64)
-        assert not engine.get("word_ready")
-        engine.run(1)
+        for _ in range(2):
+            assert not engine.get("word_ready")
+            engine.run(1)
         assert engine.get("word_ready")
         engine.set(position_valid=1)
         assert not engine.get("word_ready")

@@ -42,15 +42,16 @@ def test_what_is_written_is_read_and_survives_a_reset():
             trial, write = rng.getrandbits(1), rng.random() < 0.2
             data = rng.randint(SETTINGS[to].least, SETTINGS[to].most)
             reset = rng.random() < 0.05
-            engine.set(address=at, write_address=to, data=data, trial=trial, write=write,
-                       rst=reset)
+            known = rng.randrange(len(SETTINGS))
+            engine.set(address=at, known_address=known, write_address=to, data=data, trial=trial,
+                       write=write, rst=reset)
             before = model[at]
             engine.run(1)
             if write:
                 model[to] = data
             assert engine.get("number", "decimal", "least", "most", "initial") == (
-                SETTINGS[at].number, SETTINGS[at].decimal, SETTINGS[at].least, SETTINGS[at].most,
-                setting_values(values)[at])
+                SETTINGS[known].number, SETTINGS[known].decimal, SETTINGS[known].least,
+                SETTINGS[known].most, setting_values(values)[known])
             engine.set(write=0, rst=0)
             assert engine.get("value") == (
                 data if trial and at == to and not reset else before)
