@@ -53,7 +53,7 @@ class ContactFilter(wiring.Component):
         with m.If(~self.i):
             m.d.sync += [count.eq(2), enough.eq(0), level.eq(0)]
         with m.Else():
-            with m.If(count == self.period):
+            with m.If(count >= self.period):
                 m.d.sync += enough.eq(1)
             with m.If(~enough):
                 m.d.sync += count.eq(count + 1)
