@@ -16,9 +16,10 @@ def g_code_control(run: Run) -> str:
         await ctx.tick()
         ctx.set(port, 0)
 
-    async def command(ctx, code):
+    async def command(ctx, code):  # which counts in the next clock
         ctx.set(dut.code, code.value)
         await pulse(ctx, dut.command)
+        await ctx.tick()
 
     async def test(ctx):
         ctx.set(dut.standing, 1)

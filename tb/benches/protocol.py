@@ -563,8 +563,8 @@ def g_code_setting_store(run: Run) -> str:
 
     async def test(ctx):
         at = setting_index(100)
-        ctx.set(dut.address, at)
-        ctx.set(dut.write_address, at)
+        for address in (dut.address, dut.known_address, dut.write_address):
+            ctx.set(address, at)
         ctx.set(dut.data, 160_000)
         await ctx.tick()
         run.see(ctx, dut, number=100, decimal=1, value=80_000)
