@@ -1,5 +1,6 @@
 """Contracts of the components that machines are made of, to be proved by `tools.prove`."""
 
+from .arithmetic_unit import ARITHMETIC_UNIT
 from .automatic import AUTOMATIC
 from .axes import AXES
 from .axis import AXIS
@@ -86,6 +87,7 @@ GENERAL = {
     "ramp": RAMP,
     "root": ROOT,
     "profile": PROFILE,
+    "arithmetic_unit": ARITHMETIC_UNIT,
     "backlash": BACKLASH,
     "backlash_compensator": BACKLASH_COMPENSATOR,
     "core_xy": CORE_XY,
