@@ -14,7 +14,8 @@ class ContactFilter(wiring.Component):
 
     As with :class:`GlitchFilter`, whose time is a constant, the output rises ``period`` clocks
     after its input, if that was high in all of them, and falls with the next clock in which the
-    input is low. A change of ``period`` is for levels that rise after it.
+    input is low. A change of ``period`` is for levels that rise after it; one that is rising
+    passes when it has been high for twice ``most`` clocks, at the latest.
 
     No register is reset: a contact that is held through a reset goes on to be passed.
 
@@ -45,15 +46,16 @@ class ContactFilter(wiring.Component):
     def elaborate(self, platform) -> Module:
         m = Module()
         # Clocks in which it was high before, and two more: so it is known a clock ahead, by a
-        # register, that there are enough of them.
-        count = Signal(range(self.most + 3), init=2, reset_less=True)
+        # register, that there are enough of them. The highest bit is for a period that has become
+        # less than these.
+        count = Signal(len(self.period) + 1, init=2, reset_less=True)
         enough = Signal(reset_less=True)
         level = Signal(reset_less=True)
         m.d.comb += self.o.eq(level)
         with m.If(~self.i):
             m.d.sync += [count.eq(2), enough.eq(0), level.eq(0)]
         with m.Else():
-            with m.If(count >= self.period):
+            with m.If((count == self.period) | count[-1]):
                 m.d.sync += enough.eq(1)
             with m.If(~enough):
                 m.d.sync += count.eq(count + 1)

@@ -31,3 +31,13 @@ def test_every_clock(period):
     steady = max(1, period)
     assert [int(level) for level in seen["o"]] == [
         int(clock >= steady and all(levels[clock - steady:clock])) for clock in range(len(levels))]
+
+
+def test_a_period_that_becomes_shorter_meanwhile():
+    clocks = 40
+    with AmaranthEngine(component("filter", ContactFilter(most=15))) as engine:
+        seen = engine.apply({"i": [1] * clocks, "rst": [0] * clocks,
+                             "period": [15] * 10 + [5] * (clocks - 10)}, ["o"])
+    levels = [int(level) for level in seen["o"]]
+    assert levels[30:] == [1] * 10
+    assert levels == sorted(levels)
