@@ -397,6 +397,9 @@ def _arc_plan() -> Rows:
     yield from speed_rows(("speed_plane", "speed_across"))
     yield from _turn_speed()
     yield from acceleration_rows(("acceleration_half", "acceleration_across"))
+    # An arc of less than 1 nm is 64 ticks at most. Each can add 2 nm²/s² at any acceleration.
+    yield "SUBTRACT", "gain.low", "128", "flag"
+    yield from chosen("SUBTRACT_BORROW", "gain", "zero", ("128", "gain.low", "gain.low"))
     yield from tick_rows()
     yield from increment_rows()
     for axis in "xy":

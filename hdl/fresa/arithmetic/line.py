@@ -39,7 +39,7 @@ class Line:
     speeds : sequence of int
         Highest speed of each axis in nm/s, from 2 to 2**31 - 1.
     accelerations : sequence of int
-        Highest acceleration of each axis in nm/s², from 1 to 2**34 - 1.
+        Highest acceleration of each axis in nm/s², from 1000 to 2**34 - 1.
     steps : sequence of int
         Steps per metre of each axis, from 1 to 2**27 - 1.
     deviation : int
@@ -62,7 +62,8 @@ class Line:
         in_range("deviation", self.deviation, 1, (1 << 28) - 1)
         for axis in range(len(AXES)):
             in_range(f"speed of {AXES[axis]}", self.speeds[axis], 2, (1 << 31) - 1)
-            in_range(f"acceleration of {AXES[axis]}", self.accelerations[axis], 1, (1 << 34) - 1)
+            in_range(f"acceleration of {AXES[axis]}", self.accelerations[axis], 1000,
+                     (1 << 34) - 1)
             in_range(f"steps of {AXES[axis]}", self.steps[axis], 1, (1 << 27) - 1)
 
     def values(self) -> dict[str, int]:
@@ -204,15 +205,22 @@ def acceleration_rows(limits: Iterable[str]) -> Rows:
 
 
 def tick_rows() -> Rows:
-    """Split the path into 2**ticks: from the mantissas of length x clock and speed."""
+    """Split the path into 2**ticks: from the mantissas of length x clock and speed.
+
+    Those of a slow line are 2**-7 to 2**-5 nm. With the least acceleration, 1 um/s², such a tick
+    still adds 7 nm²/s² to the squared speed: without an end to that the speed would stay 0. It is
+    shorter than the shortest step, and than two half turns of the smallest arc.
+    """
     yield "MULTIPLY", "speed", "speed", "nominal"
     yield "NORMALISE", "scaled", "zero", "numerator"
     yield "NORMALISE", "speed", "zero", "denominator"
     yield "ADD", "denominator.low", "28", "ticks"
     yield "SUBTRACT", "ticks", "numerator.low", "ticks"
-    yield "SUBTRACT", "ticks", "exponent", "ticks"
     yield "SUBTRACT", "numerator", "denominator", "flag"
     yield "SUBTRACT_BORROW", "ticks", "zero", "ticks"
+    yield "ADD", "14", "28", "a"
+    yield from least("ticks", "a", "ticks")
+    yield "SUBTRACT", "ticks", "exponent", "ticks"
     yield from least("ticks", "40", "ticks")
     yield "ADD", "ticks", "exponent", "a"
     yield "SUBTRACT", "a", "9", "a"

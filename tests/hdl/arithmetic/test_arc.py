@@ -128,16 +128,18 @@ def compare(machine: Machine, path: ArcPath, feed: int, before: list[int]) -> No
                 part=limit_part, off=3)
     assert machine.pair("nominal") == speed * speed
     ticks, gain = machine.get("ticks"), 2 * acceleration * path.length
-    assert near(machine.pair("gain"), gain, part=part, off=1 << ticks)
-    assert machine.pair("energy") == machine.pair("gain") >> ticks
+    assert near(machine.pair("gain"), max(128, gain), part=part, off=1 << ticks)
+    assert machine.pair("energy") == machine.pair("gain") >> ticks >= 2
     modulus = machine.pair("modulus")
     assert near(modulus, path.length * line.clock * 2**16 / 2**ticks, part=part, off=1)
-    assert ticks == 40 or modulus < 4 * speed << 16 <= 2 * modulus + 2
-    assert machine.get("turns") <= 1 << ticks
+    finest = path.length * 64 < 1 << ticks + 1  # of 2**-5 nm at most
+    assert ticks == 40 or finest or modulus < 4 * speed << 16
+    assert 4 * speed << 16 <= 2 * modulus + 2
+    assert machine.get("turns") <= 2 << ticks
 
     found = machine.pair("junction")
     entry = junction(machine.each("unit"), before, line.accelerations, line.deviation)
-    assert near(found, float(entry), part=1e-6, off=1)
+    assert near(found, float(entry), part=1e-6 + 1 / min(line.accelerations), off=1)
     assert machine.pair("limit") == min(found, machine.pair("nominal"),
                                         machine.pair("nominal_before"))
 
@@ -254,7 +256,7 @@ class TestTables:
     def test_take_their_clocks(self):
         assert {table.name: table.clocks(36) for table in TABLES if "arc" in table.name} == {
             "arc_plane": 423, "arc_centre": 893, "arc_check": 537, "arc_path": 3915,
-            "arc_plan": 2097}
+            "arc_plan": 2133}
 
     @pytest.mark.parametrize("seed", range(4))
     def test_are_exact_for_random_programs(self, seed):
@@ -318,7 +320,7 @@ class TestRange:
             line = Line(
                 clock=rng.choice([2_000_000, 50_000_000, (1 << 27) - 1]),
                 speeds=[rng.choice([10**6, (1 << 31) - 1]) for _ in AXES],
-                accelerations=[rng.choice([10**6, 10**9, (1 << 34) - 1]) for _ in AXES],
+                accelerations=[rng.choice([1000, 10**9, (1 << 34) - 1]) for _ in AXES],
                 steps=[rng.choice([round(logarithmic(rng, 1, 1 << 27)), (1 << 27) - 1, 80_000, 1])
                        for _ in AXES], deviation=rng.choice([1, 10_000, (1 << 28) - 1]))
             machine = Machine(line)

@@ -508,6 +508,24 @@ def test_settings_are_listed_changed_and_kept(session):
     assert session.state()[1] == [4, 0, 0]  # the motors are where they were
 
 
+@pytest.mark.parametrize(("line", "end"), [
+    ("G1X0.00005F0.1", 7), ("G1Y-0.00001F0.001", 0), ("G1X0.00003Y0.0001Z-0.00002F99", 4),
+    ("G93G1X0.00003F30", 4), ("G0X0.00004", 5), ("G2X0.00002I0.00001F1", 3),
+    ("G3X0.000001I0.000001F0.001", 0), ("G2X-0.000002Y0.00002Z0.00001I0.00001F0.001", 0)])
+def test_a_line_ends_however_slow_it_is(session, line, end):
+    """With the least acceleration and the shortest steps that settings have."""
+    assert session.send("$110=1\n$100=134217.727\n$120=0.001\n$121=0.001\n$122=0.001\n") == [
+        "ok"] * 5
+    assert session.send(f"{line}\n", wait=False) == ["ok"]
+    for _ in range(100):
+        session.run(500_000)
+        if not session.engine.get("moving"):
+            break
+    state, place = session.state()
+    assert (state, place[0]) == ("Idle", 0)
+    assert session.position[0] == end
+
+
 def test_steps_per_metre_may_be_odd(session):
     for text, place in (("26.667", 27), ("80.001", 80), ("79.999", 80)):
         assert session.send(f"G0X0Y0\n$100={text}\nG0X1Y1\n") == ["ok"] * 3
