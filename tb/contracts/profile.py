@@ -28,10 +28,12 @@ def describe(c: Contract, dut: SpeedProfile) -> None:
     square, brake, change = c.signal("square"), c.signal("brake"), c.signal("change")
     _plan(c, dut, state, square, brake, change)
     _ticks(c, dut, state)
-    c.leaves_unused_codes("profile_state", fault=dut.fault, shows=~blocks.ready & ~dut.starved)
+    c.leaves_unused_codes("profile_state", fault=dut.fault, shows=~dut.starved)
     c.implication("fault-stops", "After a fault there is no tick.",
                   when=c.past(dut.fault & ~c.rst) & c.past(1), then=~dut.tick | c.past(~dut.fault),
                   upset=True)
+    c.implication("fault-takes-nothing", "After a fault no block is taken.",
+                  when=c.past(dut.fault & ~c.rst) & c.past(1), then=~blocks.ready, upset=True)
 
 
 def _plan(c: Contract, dut: SpeedProfile, state, square: Bits, brake: Bits, change: Bits) -> None:
