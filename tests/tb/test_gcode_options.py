@@ -74,12 +74,12 @@ class TestProgram:
         return settings(program=str(path)).program
 
     def test_is_stored_without_comments_and_empty_lines(self, tmp_path):
-        assert self.program(tmp_path / "p.ngc", b"%\r\n$H\nG21 (Hello!) G90 ; all\n\n\tG0 X1\nM30"
-                            ) == b"$H\nG21  G90\nG0 X1\nM30\n"
+        text = b"%\r\n$H\nG21 (Hell\xc3\xb6!) G90 ; all\n\n\tG0 X1\nM30"
+        assert self.program(tmp_path / "p.ngc", text) == b"$H\nG21  G90\nG0 X1\nM30\n"
 
     @pytest.mark.parametrize(("text", "says"), [
         (b"G21\nG1 X1\n", ", line 2: the machine would refuse 'G1 X1' with error:22"),
-        (b"G0 X1\xff\n", " cannot be read: it is not plain text"),
+        (b"G21 (\xc3\xa9)\nG0 X1\xff\n", ", line 2: 'ÿ' may not be in a line"),
         (b"G0 X1!\n", ", line 1: the machine would refuse 'G0 X1!' with error:"),
         (b"G0 X\x01\n", ", line 1: '\\x01' may not be in a line"),
         (b"(nothing)\n", " has 0 bytes without comments: from 1 to 65536 can be stored"),

@@ -65,10 +65,9 @@ def _program(name: str) -> bytes:
     if not name:
         return b""
     try:
-        text = Path(name).read_text(encoding="ascii")
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not plain text"
-        raise ValueError(f"--program {name} cannot be read: {reason}") from error
+        text = Path(name).read_text(encoding="latin-1")  # a comment may have any bytes
+    except OSError as error:
+        raise ValueError(f"--program {name} cannot be read: {error.strerror}") from error
     language, lines = Interpreter(), []
     for number, line in enumerate(text.splitlines(), 1):
         kept = re.sub(r"\([^)]*(?:\)|$)|;.*", "", line).strip(" \t")
