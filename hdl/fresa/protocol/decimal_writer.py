@@ -1,6 +1,6 @@
 """Numbers to decimal digits."""
 
-from amaranth import Array, Module, Signal, signed
+from amaranth import Array, Module, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -119,7 +119,7 @@ class DecimalWriter(wiring.Component):
                         m.next = "COUNT"
 
             with m.State("COUNT"):
-                with m.If(~after[-1]):
+                with m.If(~Value.cast(after[-1])):
                     m.d.sync += [left.eq(after), digit.eq(digit + 1)]
                 with m.Elif((digit != 0) | shown):
                     m.next = "DIGIT"
