@@ -18,7 +18,6 @@ TestResets = resets_are_checked(target, sessions, {
     "takes power": (Mistake("enable", lambda _, at: (
         at("driver_x.enable_pin") & at("driver_y.enable_pin") & at("driver_z.enable_pin"))),
                     "DIR or ENABLE of "),
-    "cuts": (Mistake("driver_x.high", reset_less=False), "a pulse of "),
     "keeps": (Mistake("planner.outputs_last", reset_less=True),
               "planner.outputs_last is not as from power-up after a reset"),
     "locks": (Mistake("gate.locked", lambda *_: Const(1)),
