@@ -1,10 +1,10 @@
-"""A choice of one among words, in few lookup tables of four inputs."""
+"""Choices among words, in few lookup tables of four inputs."""
 
 from collections.abc import Sequence
 
 from amaranth import Cat, Const, Mux, Value
 
-__all__ = ["ALL_ONES", "choice_code", "choose", "look_up"]
+__all__ = ["ALL_ONES", "add_choice", "choice_code", "choose", "look_up"]
 
 ALL_ONES = 0b11
 """The code by which :func:`choose` chooses no word, but all ones."""
@@ -56,3 +56,23 @@ def look_up(words: Sequence[int], number: Value, bits: int):
     tables = (sum((word >> bit & 1) << place for place, word in enumerate(words))
               for bit in range(bits))
     return Cat(Const(table, 1 << len(number)).bit_select(number, 1) for table in tables)
+
+
+def add_choice(number: Value, chosen: Value, carry: Value | None = None):
+    """Return ``number + chosen``, and ``+ carry`` if that is given.
+
+    It is written as a difference, of which synthesis inverts the second operand in the lookup
+    tables of the carry: those also have room for what chooses it. A sum has none. A bit below the
+    lowest takes the carry.
+
+    Parameters
+    ----------
+    number : Value
+        A number.
+    chosen : Value
+        Another: such as a `Mux`, or what is inverted by a signal. As wide as the sum.
+    carry : Value, optional
+        One bit more to add.
+    """
+    inverse = ~(chosen << 1) if carry is None else ~chosen << 1 | ~carry
+    return ((number << 1) - inverse) >> 1

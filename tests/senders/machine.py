@@ -1,4 +1,4 @@
-"""A machine of G-code that is served, and what it says to whoever is connected."""
+"""A machine of G-code that is served, and what it sends to all that are connected."""
 
 import re
 import socket
@@ -43,7 +43,7 @@ class Report(NamedTuple):
 
 
 class Machine:
-    """A machine that is served: all that it says, while somebody makes it say something.
+    """A machine that is served: all that it sends while it is asked.
 
     Each axis has a limit switch at its place 0, and is on it at power-up.
 
@@ -51,7 +51,7 @@ class Machine:
     ----------
     port : str
         Path of its pseudo-terminal.
-    heard : list of str
+    received : list of str
         The lines that it has sent.
     reports : list of Report
         Those of them that are reports.
@@ -61,7 +61,7 @@ class Machine:
 
     def __init__(self, command: Command, port: str, line: socket.socket) -> None:
         self.port = port
-        self.heard: list[str] = []
+        self.received: list[str] = []
         self.reports: list[Report] = []
         self.ask: Callable[[], object] = lambda: None
         self._command, self._line = command, line
@@ -70,21 +70,21 @@ class Machine:
         self._listener.start()
 
     def wait(self, seen: Callable[[], object], what: str) -> None:
-        """Wait until something is seen that it says."""
+        """Wait until something is seen of what it sends."""
         try:
             until(lambda: self.ask() or seen(), what)
         except AssertionError as error:
-            error.add_note(f"the last that was heard: {self.heard[-20:]}")
+            error.add_note(f"the last that was received: {self.received[-20:]}")
             raise
 
     def count(self, pattern: str, since: int) -> int:
         """Return how many of the lines from `since` on are of a pattern, as a whole."""
-        return sum(re.fullmatch(pattern, line) is not None for line in self.heard[since:])
+        return sum(re.fullmatch(pattern, line) is not None for line in self.received[since:])
 
     def wait_for(self, pattern: str, since: int, times: int = 1) -> int:
         """Wait for lines of a pattern, from `since` on; return the number of the next line."""
         self.wait(lambda: self.count(pattern, since) >= times, pattern)
-        found = [number for number, line in enumerate(self.heard) if re.fullmatch(pattern, line)
+        found = [number for number, line in enumerate(self.received) if re.fullmatch(pattern, line)
                  and number >= since]
         return found[times - 1] + 1
 
@@ -111,7 +111,7 @@ class Machine:
                 self._take(line.decode("ascii"))
 
     def _take(self, line: str) -> None:
-        self.heard.append(line)
+        self.received.append(line)
         if line.startswith("<"):
             state, position, *fields = line.strip("<>").split("|")
             place = tuple(map(float, position.removeprefix("MPos:").split(",")))

@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Self
 
 import pytest
 
@@ -20,7 +21,14 @@ ANSWERED = 75
 
 
 class Sender(ABC):
-    """A sender, as these tests use it."""
+    """A sender, as these tests use it. In a ``with`` it is connected."""
+
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.disconnect()
 
     @abstractmethod
     def version(self) -> str:
@@ -134,7 +142,7 @@ class Session:
 
     def _begin(self, sender: Sender, machine: Machine) -> int:
         """Start the job, and wait until it is in its middle; return the number of the next line."""
-        begun = len(machine.heard)
+        begun = len(machine.received)
         sender.start(JOB)
         machine.wait_for("ok", begun, ANSWERED)
         return begun
@@ -157,7 +165,7 @@ class Jogs(Session):
 
     @pytest.mark.xfail(strict=True, reason="jog is not there yet")
     def test_jog(self, ready, sender, machine):
-        begun = len(machine.heard)
+        begun = len(machine.received)
         x, y, z = machine.wait_to_be("Idle").position
         sender.jog("X-1")
         machine.wait(lambda: machine.count("error:.*", begun)

@@ -27,7 +27,7 @@ pendantport = {tcp}
 
 
 class BCNC(Sender):
-    """The program, in a screen that nobody sees.
+    """The program, in a screen without a monitor.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class BCNC(Sender):
         until(lambda: self._state()["state"] == "Not connected", "the end of the connection")
 
     def check(self) -> None:
-        begun = len(self._machine.heard)
+        begun = len(self._machine.received)
         self._command("$G")
         until(lambda: {"G54", "G17", "G21"} < {*self._state()["G"]}, "the answer to $G")
         self._command("$$")
@@ -70,7 +70,7 @@ class BCNC(Sender):
         return tuple(state[f"m{axis}"] for axis in "xyz")
 
     def home(self) -> None:
-        begun = len(self._machine.heard)
+        begun = len(self._machine.received)
         self._command("HOME")
         self._machine.wait_for("ok", begun)
 
@@ -82,7 +82,7 @@ class BCNC(Sender):
         path = self._folder / "job.ngc"
         path.write_text("".join(f"{line}\n" for line in program))
         self._command(f"LOAD {path}")
-        self._begun = len(self._machine.heard)
+        self._begun = len(self._machine.received)
         self._command("RUN")
 
     def wait(self) -> None:
@@ -121,7 +121,7 @@ class BCNC(Sender):
 
 
 def free_port() -> int:
-    """Return a TCP port that nobody listens at."""
+    """Return a TCP port that is free."""
     with socket.socket() as found:
         found.bind(("127.0.0.1", 0))
         return found.getsockname()[1]
@@ -141,15 +141,13 @@ def sender(machine, tmp_path_factory) -> Iterator[Sender]:
         environment = {"HOME": str(folder), "PATH": "/usr/bin:/bin",
                        "DISPLAY": f":{lines[0].strip()}"}
         with program("bCNC", cwd=folder, env=environment):
-            sender = BCNC(f"http://127.0.0.1:{tcp}", folder, machine)
             until(lambda: answers(tcp), "the pages of bCNC")
-            sender.connect()
-            yield sender
-            sender.disconnect()
+            with BCNC(f"http://127.0.0.1:{tcp}", folder, machine) as sender:
+                yield sender
 
 
 def answers(tcp: int) -> bool:
-    """Return whether somebody listens at a TCP port."""
+    """Return whether a TCP port accepts connections."""
     with socket.socket() as tried:
         return not tried.connect_ex(("127.0.0.1", tcp))
 

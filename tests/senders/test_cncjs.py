@@ -148,10 +148,8 @@ def sender(machine, tmp_path_factory) -> Iterator[Sender]:
         with program("node", CLIENT, Path(found).resolve().parent, address, token) as (
                 client, lines):
             until(lambda: '["connect"]\n' in lines, "cncjs to accept a client")
-            sender = Cncjs(client, lines, machine)
-            sender.connect()
-            yield sender
-            sender.disconnect()
+            with Cncjs(client, lines, machine) as sender:
+                yield sender
 
 
 class TestCncjs(Jogs, Overrides):
@@ -159,7 +157,7 @@ class TestCncjs(Jogs, Overrides):
 
     @pytest.mark.xfail(strict=True, reason="jog is not there yet")
     def test_jog_is_ended(self, ready, sender, machine):
-        begun = len(machine.heard)
+        begun = len(machine.received)
         x, *_ = machine.wait_to_be("Idle").position
         sender.jog("X-50")
         machine.wait(lambda: machine.count("error:.*", begun)

@@ -23,10 +23,9 @@ class GrblStreamer(Sender):
     def connect(self) -> None:
         begun = len(self._events)
         self.streamer.cnect(self._machine.port)
-        self._machine.wait(lambda: self._event("on_boot", begun), "a greeting")
+        self._greeted(begun)
         self.streamer.poll_start()
-        self._machine.wait(lambda: self._event("on_hash_stateupdate", begun)
-              and self._event("on_read", begun, "[GC:"), "answers to $# and $G")
+        self._answered(begun)
 
     def disconnect(self) -> None:
         self.streamer.disconnect()
@@ -41,12 +40,12 @@ class GrblStreamer(Sender):
         return self.streamer.cmpos
 
     def home(self) -> None:
-        begun = len(self._machine.heard)
+        begun = len(self._machine.received)
         self.streamer.homing()
         self._machine.wait_for("ok", begun)
 
     def unlock(self) -> None:
-        begun = len(self._machine.heard)
+        begun = len(self._machine.received)
         self.streamer.killalarm()
         self._machine.wait_for("ok", begun)
         until(lambda: self.streamer.cmode == "Idle", "Idle")
@@ -70,9 +69,16 @@ class GrblStreamer(Sender):
         begun = len(self._events)
         self.streamer.job_halt()  # it would send lines behind the reset until it is greeted
         self.streamer.softreset()
-        self._machine.wait(lambda: self._event("on_boot", begun), "a greeting")
-        self._machine.wait(lambda: self._event("on_hash_stateupdate", begun)
-              and self._event("on_read", begun, "[GC:"), "answers to $# and $G")
+        self._greeted(begun)
+        self._answered(begun)
+
+    def _greeted(self, since: int) -> None:
+        self._machine.wait(lambda: self._event("on_boot", since), "a greeting")
+
+    def _answered(self, since: int) -> None:
+        """Wait for what it asks for when it is greeted."""
+        self._machine.wait(lambda: self._event("on_hash_stateupdate", since)
+                           and self._event("on_read", since, "[GC:"), "answers to $# and $G")
 
     def _event(self, name: str, since: int, begins: str = "") -> bool:
         return any(event == name and all(str(each).startswith(begins) for each in values[:1])
@@ -84,10 +90,8 @@ def sender(machine) -> Iterator[Sender]:
     """It, connected."""
     library = pytest.importorskip("grbl_streamer", reason="grbl-streamer missing: "
                                   "pip install -e '.[senders]'")
-    sender = GrblStreamer(library, machine)
-    sender.connect()
-    yield sender
-    sender.disconnect()
+    with GrblStreamer(library, machine) as sender:
+        yield sender
 
 
 class TestGrblStreamer(Session):

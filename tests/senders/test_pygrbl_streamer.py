@@ -73,11 +73,9 @@ def sender(machine) -> Iterator[Sender]:
     """It, connected."""
     library = pytest.importorskip("pygrbl_streamer", reason="pygrbl-streamer missing: "
                                   "pip install -e '.[senders]'")
-    sender = PygrblStreamer(library, machine)
-    sender.connect()
-    yield sender
-    machine.ask = lambda: None
-    sender.disconnect()
+    with PygrblStreamer(library, machine) as sender:
+        yield sender
+        machine.ask = lambda: None
 
 
 class TestPygrblStreamer(Session):

@@ -256,10 +256,9 @@ class Simulation:
         self._clocks.frombytes(clocks[where].tobytes())
         self._masks += (rises[where] | back << 3).tobytes()
         for axis in range(AXES):
-            made, gone_back = (int(np.count_nonzero(each >> axis & 1)) for each in (rises[where],
-                                                                                 back))
+            made = int(np.count_nonzero(rises >> axis & 1))
             self.steps_made += made
-            self._end[axis] += made - 2 * gone_back
+            self._end[axis] += made - 2 * np.count_nonzero(back >> axis & 1)
         if rows["fault"].any():
             raise RuntimeError(f"the machine shows a fault at clock {self.engine.clock}")
         if self._pins is not None:

@@ -5,7 +5,7 @@ from amaranth.lib import enum, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
-from ..choice import choice_code, choose
+from ..choice import add_choice, choice_code, choose
 from ..fsm import leave_unused_codes
 
 __all__ = ["ArithmeticUnit", "Operation"]
@@ -188,8 +188,7 @@ class ArithmeticUnit(wiring.Component):
         m.d.sync += [control.eq(control.init) for control in (
             last, holds, subtract, carry, twice, takes, if_fits, move, low_move)]
 
-        # The adder: a - b is a + ~b + 1. A bit below the lowest makes its carry. It is written as a
-        # difference, so that the inversion goes into the LUTs of the carry.
+        # The adder: a - b is a + ~b + 1.
         before = Signal(width + 3)
         total = Signal(width + 3)
         multiple = Signal(width + 3)
@@ -200,7 +199,7 @@ class ArithmeticUnit(wiring.Component):
                               Cat(high[2:], high[-1].replicate(2))], move, width + 3)),
             multiple.eq(Mux(takes, Mux(twice, third << 1, third), 0)
                         ^ subtract.replicate(width + 3)),
-            total.eq(((before << 1) - (~multiple << 1 | ~carry)) >> 1), fits.eq(total[-1] == 0),
+            total.eq(add_choice(before, multiple, carry)), fits.eq(total[-1] == 0),
             after.eq(Mux(if_fits & ~fits, before, total)),
         ]
 

@@ -11,6 +11,7 @@ from amaranth.lib.wiring import In, Out, connect
 
 from ..arithmetic import Line
 from ..checks import in_range
+from ..choice import add_choice
 from ..clock import CLOCK, clocks_of
 from ..drive import (
     FULL_POWER,
@@ -751,10 +752,9 @@ class GCode(MachineComponent):
                 planner.steps[axis].eq(kinematics.positions[axis]),
             ]
             with m.If(driver.moved | backlash.correct | homing.place):
-                # The sum, as a difference: so this choice goes into the LUTs of the carry.
                 change = Mux(homing.place, kinematics.motor_shift[axis],
                              Mux(backlash.correct_direction, 1, -1))
-                m.d.sync += position.eq(((position << 1) - ~(change << 1)) >> 1)
+                m.d.sync += position.eq(add_choice(position, change))
             # From the place that was counted to that of the switch, for the axis that homes
             shift = Signal(signed(36), name=f"shift_{name}")
             m.d.comb += kinematics.shift[axis].eq(shift)

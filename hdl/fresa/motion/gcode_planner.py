@@ -21,6 +21,7 @@ from ..protocol import (
     GCodeActionKind,
     GCodeMotion,
     Operand,
+    ReportNumber,
     setting_index,
 )
 from .backlash import MAX_BACKLASH
@@ -106,18 +107,14 @@ SHOWN_BITS = 4
 class _Kept(enum.Enum, shape=unsigned(6)):
     """What is kept of the registers of the formulas.
 
-    Those below 16 are numbers that reports show, in a memory at these addresses; others have
-    registers of their own.
+    Those below 16 are numbers that reports show, each a `ReportNumber` and its address in a memory;
+    others have registers of their own.
     """
 
-    FEED = 3
-    SPINDLE = 4
-    X = 8
-    Y = 9
-    Z = 10
-    ORIGIN_X = 12
-    ORIGIN_Y = 13
-    ORIGIN_Z = 14
+    FEED = ReportNumber.FEED.value
+    SPINDLE = ReportNumber.SPINDLE.value
+    X = ReportNumber.X.value
+    ORIGIN_X = ReportNumber.ORIGIN_X.value
     STEPS_X = 16
     STEPS_Y = 17
     STEPS_Z = 18
@@ -485,10 +482,9 @@ class GCodePlanner(wiring.Component):
     report, reported : In(1), Out(1)
         Compute the report, until ``reported``, which is one clock.
     shown_address, shown_read, shown : In(4), In(1), Out(signed(27))
-        Read a number that reports show, which is out from the second clock on until another is
-        read: of the last report the speed in mm/min at 3, that of the spindle in rev/min at 4, and
-        the positions in um at 8 to 10; the origin of the work coordinates in um at 12 to 14. A
-        procedure that keeps a number waits meanwhile.
+        Read a `ReportNumber`, which is out from the second clock on until another is read: as they
+        were with the last report, or with the last origin. A procedure that keeps a number waits
+        meanwhile.
     origin_changed : Out(1)
         The origin may be another from this clock on.
     begin, begun : In(1), Out(1)

@@ -5,7 +5,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
-from ..choice import choice_code, choose
+from ..choice import add_choice, choice_code, choose
 from ..fsm import leave_unused_codes
 from .root import SquareRoot
 
@@ -355,7 +355,7 @@ class SpeedProfile(wiring.Component):
         ]
         m.d.sync += after.eq(jumps)
         # While none runs, the phase may be any.
-        m.d.sync += phase.eq(((growth << 1) - (~base << 1 | ~(self.tick & ~starts))) >> 1)
+        m.d.sync += phase.eq(add_choice(growth, base, self.tick & ~starts))
         with m.If(self.tick):
             m.d.sync += [ticks.eq(ticks - 1), final.eq(ticks == 2), opening.eq(0)]
         with m.If(starts):

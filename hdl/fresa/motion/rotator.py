@@ -5,6 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import add_choice
 
 __all__ = ["Rotator"]
 
@@ -92,8 +93,7 @@ class Rotator(wiring.Component):
                        ^ minus.replicate(self.width + 1)),
             adding.eq(self.turn & self.ready),
         ]
-        # a + (s + half), or a - (s + half) as a + ~s + ~half; as a difference, so that the choice
-        # of the term goes into the LUTs of the carry.
+        # a + (s + half), or a - (s + half) as a + ~s + ~half
         term = Signal(signed(self.width))
         half = Signal()
         total = Signal(self.width)
@@ -101,7 +101,7 @@ class Rotator(wiring.Component):
             minus.eq(~source_is_x),
             term.eq(Mux(amount[0], shifted >> 2, shifted >> 1)),
             half.eq(Mux(amount[0], shifted[1], shifted[0])),
-            total.eq(((target << 1) - (~term << 1 | ~half)) >> 1),
+            total.eq(add_choice(target, term, half)),
         ]
         with m.If(adding):
             m.d.sync += [

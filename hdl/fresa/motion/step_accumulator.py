@@ -5,6 +5,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
+from ..choice import add_choice
 
 __all__ = ["StepAccumulator"]
 
@@ -56,8 +57,7 @@ class StepAccumulator(wiring.Component):
 
         fraction = Signal(self.width, reset_less=True)
         total = Signal(self.width + 1)
-        # The sum, as a difference: so it is the term whose choice goes into the LUTs of the carry.
-        m.d.comb += total.eq(((fraction << 1) - ~(self.term << 1)) >> 1)
+        m.d.comb += total.eq(add_choice(fraction, self.term))
         step, quarter, direction = (
             Signal(name=name, reset_less=True) for name in ("passed", "passed_quarter", "forward"))
         m.d.comb += [self.step.eq(step), self.quarter.eq(quarter), self.direction.eq(direction)]

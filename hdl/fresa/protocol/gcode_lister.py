@@ -5,7 +5,7 @@ from amaranth.lib import data, enum, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
-from ..choice import ALL_ONES, choice_code, choose, look_up
+from ..choice import ALL_ONES, add_choice, choice_code, choose, look_up
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import Operand
 from .gcode_modes import GCodeModes, GCodeMotion
@@ -177,8 +177,7 @@ class GCodeLister(wiring.Component):
         m.d.comb += [
             left.eq(Cat(number[-1], remainder)), below.eq(left - per), fits.eq(below[-1] == 0),
             addend.eq(choose([number, number << 1], added, len(number))),
-            # As a difference, so that the choice goes into the LUTs of the carry.
-            total.eq(((number << 1) - ~(addend << 1)) >> 1),
+            total.eq(add_choice(number, addend)),
         ]
         with m.If(rounds):
             m.d.comb += addend[0].eq(nearest)

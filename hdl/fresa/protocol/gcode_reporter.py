@@ -1,5 +1,7 @@
 """Lines of a G-code machine to its host: answers, alarms, messages, status reports."""
 
+from enum import IntEnum
+
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import enum, stream, wiring
 from amaranth.lib.wiring import In, Out
@@ -12,7 +14,7 @@ from .gcode_lister import LISTED, GCodeText
 from .gcode_settings import SETTING_BITS
 from .text import TextSource
 
-__all__ = ["GCodeMessage", "GCodeReporter", "GCodeState"]
+__all__ = ["GCodeMessage", "GCodeReporter", "GCodeState", "ReportNumber"]
 
 
 class GCodeState(enum.Enum, shape=4):
@@ -44,6 +46,19 @@ class GCodeMessage(enum.Enum, shape=4):
     RESTORING = 9
 
 
+class ReportNumber(IntEnum):
+    """Number that the planner computes for reports, by its address there."""
+
+    FEED = 3  # mm/min
+    SPINDLE = 4  # rev/min
+    X = 8  # position of the machine, um
+    Y = 9
+    Z = 10
+    ORIGIN_X = 12  # of the work coordinates, um
+    ORIGIN_Y = 13
+    ORIGIN_Z = 14
+
+
 GREETINGS = {"grbl": b"Grbl 1.1h ['$' for help]", "thesis": b"start"}
 """What a machine says after power-up and reset, by dialect."""
 
@@ -61,10 +76,12 @@ NOTICES = {
 
 # In texts a byte 10xxxxxx stands for a number, with a point where bit 3 is set; and 11xxxxxx for a
 # letter, without the highest bit, that is sent if the next of the pins is on.
-CODE, BLOCKS, BYTES, FEED, SPEED, WHOLE = range(0x80, 0x86)
-POSITION, DECIMAL, ORIGIN = (0x88, 0x89, 0x8A), 0x8B, (0x8C, 0x8D, 0x8E)
-SHOWN = *POSITION, *ORIGIN, FEED, SPEED
-"""Marks of the numbers that are read, whose low bits are where."""
+CODE, BLOCKS, BYTES, WHOLE, DECIMAL = 0x80, 0x81, 0x82, 0x85, 0x8B
+SHOWN = tuple(0x80 | number for number in ReportNumber)
+"""Marks of the numbers that are read."""
+
+FEED, SPEED, *PLACES = SHOWN
+POSITION, ORIGIN = tuple(PLACES[:3]), tuple(PLACES[3:])
 
 FIELDS = (
     b"|MPos:%c,%c,%c|Bf:%c,%c|FS:%c,%c" % (*POSITION, BLOCKS, BYTES, FEED, SPEED),
@@ -156,10 +173,8 @@ class GCodeReporter(wiring.Component):
     substate : In(2)
         Its digit, for HOLD and DOOR.
     number_address, number_read, number : Out(4), Out(1), In(signed(position_bits))
-        Read another number, which is there from the second clock on: the feed in mm/min at 3, the
-        speed of the spindle in rpm at 4, in um the position of the machine at 8 to 10, and the
-        origin of the work coordinates at 12 to 14. Others are of no interest. Never in two clocks
-        in succession.
+        Read another number, a `ReportNumber`, which is there from the second clock on. At other
+        addresses none is of interest. Never in two clocks in succession.
     origin_changed : In(1)
         The origin is another from this clock on.
     free_blocks, free_bytes : In(8)
