@@ -10,17 +10,21 @@ from typing import NamedTuple
 
 from tests.tools.process import PATIENCE, Command, running
 
-__all__ = ["HOME", "Machine", "Report", "serve", "until"]
+__all__ = ["HOME", "LIMIT_S", "Machine", "Report", "serve", "until"]
 
 AXES = "xyz"
-PULL_OFF = 2
+PULL_OFF = 10
 HOME = (-PULL_OFF,) * 3
 """Where the axes are after homing."""
 
-#: Switches are pressed by what reports say: homing is so slow that each sender asks in time.
-SETTINGS = f"21=0,22=1,24=120,25=120,27={PULL_OFF}"
+#: Switches are pressed by what reports say. An axis takes 2.5 s for the way from its switch, so
+#: that a report, and the press for it, may come as late on a busy computer.
+SETTINGS = f"21=0,22=1,24=240,25=240,27={PULL_OFF}"
 OPTIONS = ("--steps", 80, 80, 400, "--rate", 6000, 6000, 1200, "--acceleration", 500, 500, 100,
            "--settings", SETTINGS)
+
+LIMIT_S = 600
+"""Seconds for anything: on a busy computer the machine is much slower than a real one."""
 
 #: Seconds between looks for something to happen.
 POLL_S = 0.1
@@ -28,7 +32,7 @@ POLL_S = 0.1
 
 def until(seen: Callable[[], object], what: str) -> None:
     """Wait until something is seen."""
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + LIMIT_S
     while not seen():
         assert time.monotonic() < end, f"this did not come: {what}"
         time.sleep(POLL_S)

@@ -6,9 +6,8 @@ from importlib.metadata import version
 
 import pytest
 
-from tests.senders.machine import Machine
+from tests.senders.machine import LIMIT_S, Machine
 from tests.senders.session import Sender, Session
-from tests.tools.process import PATIENCE
 
 
 class PygrblStreamer(Sender):
@@ -39,7 +38,7 @@ class PygrblStreamer(Sender):
         return tuple(map(float, place.removeprefix("MPos:").split(",")))
 
     def home(self) -> None:
-        homed = self._pool.submit(self._streamer.home, PATIENCE, wait_idle=True)
+        homed = self._pool.submit(self._streamer.home, LIMIT_S, wait_idle=True)
         self._machine.wait(homed.done, "home")
         assert homed.result()
 
@@ -50,7 +49,7 @@ class PygrblStreamer(Sender):
         self._job = self._pool.submit(self._streamer.stream, program, len(program))
 
     def wait(self) -> None:
-        assert self._job.result(PATIENCE)
+        assert self._job.result(LIMIT_S)
 
     def hold(self) -> None:
         self._streamer.pause()
@@ -60,7 +59,7 @@ class PygrblStreamer(Sender):
 
     def reset(self) -> None:
         self._streamer.stop()
-        assert not self._job.result(PATIENCE)
+        assert not self._job.result(LIMIT_S)
         assert self._streamer.sync() is self._library.State.IDLE
 
     def _ask(self) -> None:

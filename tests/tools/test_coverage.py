@@ -15,7 +15,7 @@ from amaranth.lib.wiring import In, Out
 from fresa.fsm import leave_unused_codes
 from tb import coverage
 from tb.boards import component
-from tb.contracts import GENERAL, Component
+from tb.contracts import Component
 from tb.engines.coverage import CoverageEngine, NamedCoverageEngine
 from tb.machine import Coverage
 from tb.machines import machines
@@ -58,11 +58,8 @@ class TestStates:
     @pytest.mark.long
     def test_finds_the_state_machines_by_their_mark(self):
         found = coverage.with_state_machine()
-        assert [name for name in found if name in GENERAL] == [
-            "profile", "order_control", "sequencer", "start", "coordinates",
-            "square", "block_loader", "gcode_homing", "gcode_control", "uart_receiver",
-            "decimal_writer", "gcode_gate", "gcode_lister", "gcode_reporter", "spindle_power",
-            "stored_program", "thesis", "unit_converter", "gcode_interpreter"]
+        assert {"profile", "start", "gcode_interpreter"} <= set(found)
+        assert not {"divider", "axes", "walk"} & set(found)
 
     @pytest.mark.prover
     def test_tells_what_is_reached_and_when_from_what_is_not(self, tmp_path):

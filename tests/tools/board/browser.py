@@ -1,5 +1,6 @@
 """What the tests of the page share: the command that serves it, a person at the page."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -101,9 +102,18 @@ class Page(browsing.Page):
             self.until(lambda at=at: self.find("clock").text != at, "time going on")
 
     def pause(self) -> None:
-        """Make time stand still."""
+        """Make time stand still, and wait for the last of what is shown: words overtake it."""
         self.find("run").click()
         self.until(lambda: self.find("run").text == "Run", "pause")
+        shown = ""
+
+        def stays() -> bool:
+            nonlocal shown
+            time.sleep(0.3)
+            before, shown = shown, self.find("clock").text
+            return before == shown
+
+        self.until(stays, "rest")
 
     def mill(self) -> None:
         """Set SW7, press BTN1, and wait until the job is done."""
@@ -111,6 +121,7 @@ class Page(browsing.Page):
         self.until(lambda: self.step == 3 and self.duty("led7") > 0, "ready")
         self.find("btn1").click()
         self.until(lambda: "Done" in self.status, "the end of the job")
+        self.goes_on(2)  # words overtake what is shown
 
 
 def seen(page, shape: tuple[int, int], name: str) -> np.ndarray:

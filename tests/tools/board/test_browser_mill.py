@@ -65,6 +65,7 @@ class TestMilling:
             }).observe(document.body, { subtree: true, attributeFilter: ["data-duty"] });""")
         page.find("btn1").click()
         page.until(lambda: "Done" in page.status, "the end of the job")
+        page.goes_on(2)  # words overtake what is shown
         assert page.script("return window.worked"), "LD5, work"
         assert page.duty("led7") > 0 and not page.duty("led5")
         assert page.cut() == figure.sum()
