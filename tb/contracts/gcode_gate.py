@@ -144,9 +144,10 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                 ~(restarts | sleeps) | asks
                 | (state("PASS") & done & named("C", "SLP", "RST=$", "RST=#", "RST=*")),
                 cover=asks & restarts, lemma=True)
-    c.invariant("unlocked", "$X has no error.",
-                ~named("X") | (state("PASS") & (~done | (c.signal("status") == 0)))
-                | state("JUDGE", "FAULT"), cover=done & named("X"), lemma=True)
+    c.implication("no-unlock-of-a-stop", "While it is stopped, $X, $H and $SLP are refused.",
+                  when=c.past(state("JUDGE") & named("X", "H", "SLP") & dut.stopped & ~dut.settling
+                              & ~c.rst),
+                  then=state("PASS") & done & (c.signal("status") == GCodeStatus.NOT_IDLE))
     c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
 
 

@@ -77,13 +77,26 @@ def describe(c: Contract, dut: ThesisDialect) -> None:
                   when=~begins & state("DOLLAR") & ~c.past(state("DOLLAR")),
                   then=c.past(dut.resting) & answered)
     inserted = passed.valid & (out.kind == GCodeKind.WORD) & ends
-    c.implication("motors-on", "A word is added only to a line that moves, before its end, and it "
-                  "is M3.", when=inserted,
-                  then=good & said["axis"] & ~said["shift"] & ~said["motors"] & ~words.ready
+    c.implication("motors-on", "A word is added to a line that moves, before its end, and it "
+                  "is M3.", when=inserted & said["axis"],
+                  then=good & ~said["shift"] & ~said["motors"] & ~words.ready
                   & (out.character == ord("M")) & (out.number.whole == 3)
                   & (out.number.value == 3_000_000 % (1 << dut.width)))
+    axes = c.keep(2, name="axes_added")
+    with c.m.If(given & inserted & ~said["axis"]):
+        c.m.d.sync += axes.eq(axes + 1)
+    with c.m.If((taken & ends) | c.rst):
+        c.m.d.sync += axes.eq(0)
+    c.implication("origin", "To a line without an axis are added X0, Y0 and Z0, if it has G92.",
+                  when=inserted & ~said["axis"],
+                  then=good & said["shift"] & ~words.ready & (out.number.value == 0)
+                  & Cat((axes == number) & (out.character == ord(axis))
+                        for number, axis in enumerate("XYZ")).any())
+    c.implication("whole-origin", "That line has all three.",
+                  when=given & (out.kind == GCodeKind.END) & good & said["shift"] & ~said["axis"]
+                  & ~homes & ~item.system & ~c.signal("wrong"), then=axes == 3)
     added = c.keep(1, name="is_added")
-    with c.m.If(given & inserted):
+    with c.m.If(given & inserted & said["axis"]):
         c.m.d.sync += added.eq(1)
     with c.m.If((taken & ends) | c.rst):
         c.m.d.sync += added.eq(0)
@@ -116,8 +129,15 @@ def describe(c: Contract, dut: ThesisDialect) -> None:
                     & (said["word"] | ~(said["axis"] | said["shift"] | said["motors"]))
                     & (~said["word"] | (within & ~system))
                     & (~c.signal("wrong") | c.signal("homes"))
-                    & (added == (state("END") & ~homes))
-                    & (~state("ADD", "END", "WAIT", "DOLLAR", "H")
+                    & (added == (state("END") & ~homes & said["axis"]))
+                    & ((axes != 0) == (state("ADD_Y", "ADD_Z")
+                                       | (state("END") & ~homes & ~said["axis"])))
+                    & (~state("ADD_Y") | (axes == 1)) & (~state("ADD_Z") | (axes == 2))
+                    & (~(state("END") & ~homes & ~said["axis"]) | (axes == 3))
+                    & (~(state("ADD_X", "ADD_Y", "ADD_Z")
+                         | (state("END") & ~homes & ~said["axis"]))
+                       | (said["shift"] & ~said["axis"] & ~homes & ~item.system))
+                    & (~state("ADD", "ADD_X", "ADD_Y", "ADD_Z", "END", "WAIT", "DOLLAR", "H")
                        | (words.valid & good & ~c.signal("wrong")))
                     & (~state("ADD") | (said["axis"] & ~said["shift"] & ~said["motors"] & ~homes))
                     & (~state("WAIT", "DOLLAR", "H") | (homes & ~item.system))

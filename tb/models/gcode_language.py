@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from math import isqrt
 
 from .gcode_line import read_lines
+from .thesis import in_grbl
 
 __all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Line", "Modes",
            "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius",
@@ -367,7 +368,7 @@ class Interpreter:
                 raise RefusedLine(28)
             if values.get("P", 0) // 1_000_000 > SYSTEMS:
                 raise RefusedLine(29)
-            kind = abs(values.get("L", 0)) // 1_000_000
+            kind = values.get("L", 0) // 1_000_000
             if kind not in (2, 20) or (kind == 2 and "R" in values):
                 raise RefusedLine(20)
         elif line.non_modal == (53, 0) and line.modes.motion not in (0, 1):
@@ -428,7 +429,7 @@ class Interpreter:
     def _set_coordinates(self, line: _Line, values: dict[str, int], words: Sequence[int],
                          given: Sequence[bool]) -> tuple[int, Vector]:
         number = values.get("P", 0) // 1_000_000
-        kind = abs(values.get("L", 0)) // 1_000_000
+        kind = values.get("L", 0) // 1_000_000
         for letter in "PL":
             values.pop(letter, None)
         system = number - 1 if number else line.modes.system
@@ -535,7 +536,7 @@ class Interpreter:
         return [*actions, End()]
 
 
-def words(line: str) -> list[Word]:
+def words(line: str, dialect: str = "grbl") -> list[Word]:
     """Return the words of a line, by the model of the reader.
 
     Raises
@@ -543,17 +544,21 @@ def words(line: str) -> list[Word]:
     RefusedLine
         If it cannot be read, with GRBL's code.
     """
-    found, status = read_words(line)
+    found, status = read_words(line, dialect)
     if status:
         raise RefusedLine(status)
     return found
 
 
-def read_words(line: str) -> tuple[list[Word], int]:
-    """Return the words of a line up to its first error, and GRBL's code of that, or 0."""
-    *items, end = read_lines(line.rstrip("\n") + "\n")
+def read_words(line: str, dialect: str = "grbl") -> tuple[list[Word], int]:
+    """Return the words of a line up to its first error, and GRBL's code of that, or 0.
+
+    A system line, also one that a line of the thesis' dialect means, has no words.
+    """
+    items = read_lines(line.rstrip("\n") + "\n")
+    *items, end = in_grbl(items) if dialect == "thesis" else items
     return [Word(item.character, item.number["value"], bool(item.number["overflow"]))
-            for item in items], end.status
+            for item in items if not item.system], end.status
 
 
 def _vector(values: Iterable[int]) -> Vector:

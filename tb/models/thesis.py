@@ -39,6 +39,8 @@ def _line(items: list[Item]) -> list[Item]:
     moves = any(word.character in "XYZ" for word in words)
     if moves and not end.status and not {("G", 92), ("M", 3), ("M", 5), ("G", None)} & {*codes}:
         changed.append(Item("WORD", False, "M", number=number("3")))
+    if ("G", 92) in codes and not moves and not end.status and ("G", None) not in codes:
+        changed += [Item("WORD", False, axis, number=number("0")) for axis in "XYZ"]
     return [*changed, end]
 
 

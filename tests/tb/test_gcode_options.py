@@ -88,6 +88,15 @@ class TestProgram:
         with pytest.raises(ValueError, match=re.escape(f"--program {tmp_path / 'p.ngc'}{says}")):
             self.program(tmp_path / "p.ngc", text)
 
+    def test_that_of_the_thesis_has_its_dialect(self, tmp_path):
+        text = b"G28\nG92\nG1 X1 F100\nG4 P200\nM5\n"
+        (tmp_path / "p.ngc").write_bytes(text)
+        made = settings(program=str(tmp_path / "p.ngc"), dialect="thesis")
+        assert made.program == text
+        (tmp_path / "p.ngc").write_bytes(b"G28\nG21\n")
+        with pytest.raises(ValueError, match="line 2: .*G21. with error:20"):
+            settings(program=str(tmp_path / "p.ngc"), dialect="thesis")
+
     def test_a_file_that_is_not_there(self, tmp_path):
         with pytest.raises(ValueError, match="cannot be read: No such file"):
             settings(program=str(tmp_path / "none"))

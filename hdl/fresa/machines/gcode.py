@@ -416,7 +416,8 @@ class GCode(MachineComponent):
             m.submodules[name] = anew(part)
         connect(m, receiver.bytes, realtime.bytes)
         connect(m, realtime.rest, buffer.bytes)
-        lines, answers = self._program(m, anew, control, interpreter, buffer.items, faults)
+        answers = self._answers(m, interpreter, renewed)
+        lines, said = self._program(m, anew, control, interpreter, answers, buffer.items, faults)
         connect(m, lines, reader.items)
         connect(m, interpreter.actions, planner.actions)
         m.d.comb += [
@@ -424,7 +425,7 @@ class GCode(MachineComponent):
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
             control.check.eq(gate.checking),
-            gate.answered.eq(interpreter.answers.valid & interpreter.answers.ready),
+            gate.answered.eq(answers.valid & answers.ready),
             planner.operand.eq(interpreter.operand),
             interpreter.operand_address.eq(planner.operand_address),
             interpreter.verdict.eq(planner.verdict),
@@ -517,7 +518,7 @@ class GCode(MachineComponent):
             dialect=settings.dialect, options=settings.options, blocks=settings.depth - 1,
             receive=settings.receive, position_bits=len(planner.shown))
         m.submodules.transmitter = transmitter = UARTTransmitter(period=settings.bit)
-        connect(m, answers, reporter.answers)
+        connect(m, said, reporter.answers)
         connect(m, control.messages, reporter.messages)
         connect(m, control.alarms, reporter.alarms)
         connect(m, reporter.bytes, transmitter.bytes)
@@ -596,15 +597,16 @@ class GCode(MachineComponent):
             m.d.comb += blocked[axis].eq(Mux(away, far, switches[axis]))
 
     def _program(self, m: Module, anew: Callable, control: GCodeControl,
-                 interpreter: GCodeInterpreter, lines: stream.Interface, faults: list
+                 interpreter: GCodeInterpreter, answers: stream.Interface,
+                 lines: stream.Interface, faults: list
                  ) -> tuple[stream.Interface, stream.Interface]:
         """Return the lines to be read, and their answers, with those of the program of its own."""
         if not self.settings.program:
-            return lines, interpreter.answers
+            return lines, answers
         program = StoredProgram(self.settings.program)
         m.submodules.program = anew(program)
         connect(m, lines, program.lines)
-        answers, said = interpreter.answers, interpreter.answers.signature.create()
+        said = answers.signature.create()
         pressed, silent = Signal(), Signal()
         m.d.sync += pressed.eq(self.start)
         m.d.comb += [
@@ -619,6 +621,20 @@ class GCode(MachineComponent):
         ]
         faults.append(program.fault)
         return program.items, said
+
+    def _answers(self, m: Module, interpreter: GCodeInterpreter, renewed: Signal
+                 ) -> stream.Interface:
+        """Return the answers of lines, from a register: to what sends them it is far."""
+        answers = interpreter.answers
+        kept = answers.signature.create()
+        m.d.comb += answers.ready.eq(~kept.valid)
+        with m.If(~kept.valid):
+            m.d.sync += [kept.payload.eq(answers.payload), kept.valid.eq(answers.valid)]
+        with m.Elif(kept.ready):
+            m.d.sync += kept.valid.eq(0)
+        with m.If(renewed):
+            m.d.sync += kept.valid.eq(0)
+        return kept
 
     def _words(self, m: Module, gate: GCodeGate, interpreter: GCodeInterpreter,
                planner: GCodePlanner, renewed: Signal, settling: Signal) -> None:

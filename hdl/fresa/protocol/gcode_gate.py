@@ -83,7 +83,7 @@ class GCodeGate(wiring.Component):
     resting : In(1)
         Nothing moves, or will by lines that are answered, and it is in IDLE or ALARM.
     stopped : In(1)
-        Nothing moves until a reset: there is no homing cycle either.
+        Nothing moves until a reset: ``$X``, ``$H`` and ``$SLP`` are refused.
     settling : In(1)
         What was done before is not complete: `resting` says nothing yet.
     unlock : Out(1)
@@ -175,7 +175,7 @@ class GCodeGate(wiring.Component):
             passed.eq(item),
             self.passed.valid.eq(self.words.valid & ~swallowed & ~waits),
             self.words.ready.eq((self.passed.ready | swallowed) & ~waits),
-            self.unlock.eq(taken & ends & done & known["X"]),
+            self.unlock.eq(taken & ends & done & known["X"] & (status == GCodeStatus.GOOD)),
         ]
         with m.If(ends & (item.status == GCodeStatus.GOOD)):
             with m.If(item.system):
@@ -237,7 +237,7 @@ class GCodeGate(wiring.Component):
                 with m.If(self.settling):
                     m.next = "PASS"
                 with m.Else():
-                    with m.If(known["X"]):
+                    with m.If(known["X"] & ~self.stopped):
                         answer(GCodeStatus.GOOD)
                     with m.Elif(known[""] | known["G"]):
                         m.next = "BEGIN_LIST"
@@ -247,7 +247,8 @@ class GCodeGate(wiring.Component):
                     with m.Elif(~(Cat(known.values()).any() | line.sets)):
                         answer(GCodeStatus.UNSUPPORTED)
                     with m.Elif(~(self.resting | (known["$"] & self.checking))
-                                | (known["H"] & self.stopped) | (known["C"] & self.locked)):
+                                | ((known["X"] | known["H"] | known["SLP"]) & self.stopped)
+                                | (known["C"] & self.locked)):
                         answer(GCodeStatus.NOT_IDLE)
                     with m.Elif(known["C"]):
                         m.d.sync += self.checking.eq(1)

@@ -36,7 +36,7 @@ class GCodeWord(data.Struct):
     choice: unsigned(4)  # what it chooses in its group
     second: unsigned(1)  # G30, not G28
     axes: AxisUse  # what its line's axis words are for, if it says so
-    whole: unsigned(8)  # saturated
+    whole: unsigned(8)  # saturated, also where the value is below 0
     number_too_large: unsigned(1)  # as N
     zero: unsigned(1)
     too_long: unsigned(1)  # a length is beyond reach
@@ -187,7 +187,8 @@ class GCodeLine(wiring.Component):
     def _read_value(self, m: Module, item, letter: str) -> None:
         number = self.item.number
         whole = number.whole
-        m.d.comb += [item.whole.eq(Mux(whole > 255, 255, whole)), item.zero.eq(number.value == 0)]
+        m.d.comb += [item.whole.eq(Mux((whole > 255) | number.value[-1], 255, whole)),
+                     item.zero.eq(number.value == 0)]
         if letter == "N":  # it may have as many digits as its whole part
             m.d.comb += item.number_too_large.eq(whole > MAX_LINE_NUMBER)
         else:

@@ -240,12 +240,12 @@ class GCodeReporter(wiring.Component):
         # A character, or what stands for one: a register behind the ROM.
         item = Signal(8)
         full = Signal()
-        known = Signal()  # and the number, if it stands for one
+        read, known = Signal(), Signal()  # the number that it may stand for: asked for, there
         done = Signal()
         m.d.comb += texts.bytes.ready.eq(~full)
         with m.If(texts.bytes.valid & ~full):
             m.d.sync += [item.eq(texts.bytes.payload), full.eq(1)]
-        m.d.sync += known.eq(full & ~done)
+        m.d.sync += [read.eq(full & ~done), known.eq(read & ~done)]
         with m.If(done):
             m.d.sync += full.eq(0)
 
@@ -254,11 +254,9 @@ class GCodeReporter(wiring.Component):
                  for number, mark in enumerate((SHOWN[0], WHOLE, CODE, BLOCKS, BYTES))}
         codes |= {mark & 0xF: codes[SHOWN[0] & 0xF] for mark in SHOWN}
         codes[DECIMAL & 0xF] = codes[WHOLE & 0xF]
-        m.d.comb += [self.number_address.eq(texts.bytes.payload),
-                     self.number_read.eq(texts.bytes.valid & ~full)]
-        with m.If(texts.bytes.valid & ~full):
-            m.d.sync += source.eq(look_up([codes.get(mark, 0) for mark in range(16)],
-                                          texts.bytes.payload[:4], len(source)))
+        m.d.comb += [self.number_address.eq(item), self.number_read.eq(full & ~read)]
+        m.d.sync += source.eq(look_up([codes.get(mark, 0) for mark in range(16)],
+                                      item[:4], len(source)))
 
         is_pin, is_sent = Signal(), Signal()
         m.d.comb += [

@@ -31,8 +31,9 @@ class ThesisDialect(wiring.Component):
     =============  ================================================================================
 
     A line that moves has M3 in addition, unless it has M3 or M5: the firmware has the motors
-    on from then on, until M5. System lines stay as they are. An item is offered in the clock in
-    which it comes, and a P ``width`` clocks later.
+    on from then on, until M5. A line with G92 and no axis has X0 Y0 Z0 in addition: where the tool
+    is becomes the origin. System lines stay as they are. An item is offered in the clock in which
+    it comes, and a P ``width`` clocks later.
 
     Parameters
     ----------
@@ -96,6 +97,7 @@ class ThesisDialect(wiring.Component):
         ]
         goes_home = ends & homes & (item.status == GCodeStatus.GOOD)
         adds = ends & moves & ~shifts & ~powers & (item.status == GCodeStatus.GOOD)
+        places = ends & shifts & ~moves & (item.status == GCodeStatus.GOOD)
         wrong = Signal()  # a word behind G28: the line is no longer one that homes
 
         value = Signal(self.width - 1)  # and then, from below, its quotient
@@ -123,6 +125,16 @@ class ThesisDialect(wiring.Component):
             m.d.comb += [self.passed.valid.eq(1), out.kind.eq(GCodeKind.CHARACTER),
                          out.system.eq(1), out.character.eq(character)]
 
+        def add(letter: str, whole: int, then: str) -> None:
+            m.d.comb += [
+                self.passed.valid.eq(1), out.kind.eq(GCodeKind.WORD),
+                out.character.eq(ord(letter)), out.number.value.eq(whole * 1_000_000),
+                out.number.whole.eq(whole), out.number.hundredths.eq(0), out.number.exact.eq(1),
+                out.number.integer.eq(1), out.number.overflow.eq(0),
+            ]
+            with m.If(self.passed.ready):
+                m.next = then
+
         with m.FSM(name="thesis_state") as fsm:
             with m.State("PASS"):
                 m.d.comb += [self.passed.valid.eq(self.words.valid),
@@ -141,6 +153,9 @@ class ThesisDialect(wiring.Component):
                 with m.Elif(self.words.valid & adds & ~wrong):
                     m.d.comb += [self.passed.valid.eq(0), self.words.ready.eq(0)]
                     m.next = "ADD"
+                with m.Elif(self.words.valid & places & ~wrong):
+                    m.d.comb += [self.passed.valid.eq(0), self.words.ready.eq(0)]
+                    m.next = "ADD_X"
             with m.State("DIVIDE"):
                 m.d.sync += [value.eq(Cat(fits, value)), rest.eq(Mux(fits, left - 1000, left)),
                              count.eq(count - 1)]
@@ -152,14 +167,13 @@ class ThesisDialect(wiring.Component):
                 with m.If(self.passed.ready):
                     m.next = "PASS"
             with m.State("ADD"):
-                m.d.comb += [
-                    self.passed.valid.eq(1), out.kind.eq(GCodeKind.WORD),
-                    out.character.eq(ord("M")), out.number.value.eq(3_000_000),
-                    out.number.whole.eq(3), out.number.hundredths.eq(0), out.number.exact.eq(1),
-                    out.number.integer.eq(1), out.number.overflow.eq(0),
-                ]
-                with m.If(self.passed.ready):
-                    m.next = "END"
+                add("M", 3, "END")
+            with m.State("ADD_X"):
+                add("X", 0, "ADD_Y")
+            with m.State("ADD_Y"):
+                add("Y", 0, "ADD_Z")
+            with m.State("ADD_Z"):
+                add("Z", 0, "END")
             with m.State("WAIT"):
                 with m.If(self.resting & ~open_):
                     m.next = "DOLLAR"

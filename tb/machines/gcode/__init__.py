@@ -60,7 +60,7 @@ def _others(text: str) -> tuple[tuple[int, Fraction], ...]:
     return tuple(found.items())
 
 
-def _program(name: str) -> bytes:
+def _program(name: str, dialect: str) -> bytes:
     """Return the program in a file, without comments, after the model of the language took it."""
     if not name:
         return b""
@@ -76,8 +76,7 @@ def _program(name: str) -> bytes:
         if bad := re.search(r"[^ -~]", kept.replace("\t", " ")):
             raise ValueError(f"--program {name}, line {number}: {bad[0]!r} may not be in a line")
         try:
-            if not kept.startswith("$"):  # of these the machine says it
-                language.line(words(kept))
+            language.line(words(kept, dialect))
         except RefusedLine as refused:
             raise ValueError(f"--program {name}, line {number}: the machine would refuse {line!r} "
                              f"with error:{refused.args[0]}") from refused
@@ -97,7 +96,7 @@ def _real(clock: int, *, steps: Sequence[str], rate: Sequence[str], acceleration
     return {"settings": GCodeSettings(
         clock=clock, steps_per_mm=each["steps"], max_rate=each["rate"],
         acceleration=each["acceleration"], deviation=_number("--deviation", deviation),
-        others=_others(settings), program=_program(program), kinematics=kinematics,
+        others=_others(settings), program=_program(program, dialect), kinematics=kinematics,
         second_motor=second_motor, dialect=dialect, **values)}
 
 

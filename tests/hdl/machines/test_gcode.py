@@ -246,7 +246,7 @@ def test_switches_stop_at_once(session, pin, alarm):
     assert f"ALARM:{alarm}" in session.read()
     assert session.engine.get("alarm") == 1
     session.engine.set(**{pin: 0})
-    assert session.send("G0X0\n$X\n", wait=False) == ["error:9", "ok"]
+    assert session.send("G0X0\n$X\n", wait=False) == ["error:9", "error:8"]
     assert session.engine.get("alarm") == 1  # a reset is wanted first
     session.send("\x18", wait=False)
     assert session.send("G0X0\n$X\nG0X0\n") == ["error:9", UNLOCKED, "ok", "ok"]

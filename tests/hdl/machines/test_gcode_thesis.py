@@ -97,6 +97,14 @@ def test_the_session_of_the_thesis(machine):
     assert enable("enable")
 
 
+def test_where_the_tool_is_becomes_the_origin(machine):
+    assert machine.send("G0 X5 Y3 Z1\nG92\nG0 X1\n") == ["ok"] * 3
+    assert machine.position == [60, 30, 10]
+    assert machine.state() == ("Idle", [6, 3, 1])
+    assert machine.send("G92 Y9\nG0 Y10\n") == ["ok"] * 2
+    assert machine.position == [60, 40, 10]
+
+
 def test_motors_are_off_when_idle_and_go_on_by_themselves(machine):
     assert machine.send("G0 X1\n") == ["ok"]
     assert machine.engine.get("enable")

@@ -185,7 +185,7 @@ def test_there_is_no_homing_cycle_before_a_reset_that_is_due(gate):
         engine.set(stopped=1)
         machine = Machine(engine, {**DEFAULTS, 22: 1})
         machine.send("$H\n$100=7\n$X\n")
-        assert (machine.statuses, machine.homes, machine.unlocks) == ([8, 0, 0], 0, 1)
+        assert (machine.statuses, machine.homes, machine.unlocks) == ([8, 0, 8], 0, 0)
 
 
 @pytest.mark.parametrize("text", ["$$", "$100=1", "$H", "$#", "$I", "$N", "$C", "$SLP", "$RST=$",

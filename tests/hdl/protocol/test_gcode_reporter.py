@@ -211,7 +211,7 @@ def test_greeting(dialect, greeting):
         engine.run(2)
         engine.set(messages_valid=0)
         sent = bytearray()
-        for _ in range(100):
+        for _ in range(200):
             valid, byte = engine.get("bytes_valid", "bytes_payload")
             sent += bytes([byte] if valid else [])
             engine.run(1)

@@ -18,8 +18,8 @@ WORDS = ["G0", "G1", "G02", "G3", "G4", "G28", "G90", "G91", "G92", "M0", "M3", 
 
 def text_of(seed: int) -> str:
     rng = random.Random(seed)
-    lines = ["G28", "G28", "$X", "$100=2", "", "G28X1", "X1G28", "G28M3", "G92X1", "X1M5", "X1",
-             "G28 G28", "G"]
+    lines = ["G28", "G28", "$X", "$100=2", "", "G28X1", "X1G28", "G28M3", "G92X1", "G92",
+             "M3G92F1", "X1M5", "X1", "G28 G28", "G"]
     lines += ["".join(rng.choice(WORDS) for _ in range(rng.randint(0, 4))) for _ in range(40)]
     rng.shuffle(lines)
     return "".join(f"{line}\n" for line in lines)
