@@ -111,6 +111,8 @@ class Serve:
     further_switches : callable, optional
         Gives, likewise, the limit switches that have an input of their own: its name, by their
         names, such as ``Y2+``.
+    contacts : sequence of str
+        Further inputs of one bit that a person switches, such as that of a door.
     """
 
     about: str
@@ -118,6 +120,7 @@ class Serve:
     levels: Mapping[str, int] = field(default_factory=dict)
     switches: Callable[..., Sequence[str]] | None = None
     further_switches: Callable[..., Mapping[str, str]] | None = None
+    contacts: Sequence[str] = ()
 
 
 @dataclass(frozen=True)

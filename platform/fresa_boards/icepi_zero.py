@@ -4,8 +4,6 @@ Boards of version 1.2 and earlier have their clock on another pin: a bitstream o
 nothing there. The version is printed on the back.
 """
 
-from dataclasses import replace
-
 from amaranth.build import Attrs
 from amaranth_boards.icepi_zero import IcepiZero1_3Platform
 
@@ -67,5 +65,5 @@ BOARDS = (Board(
     allotments=_ALLOTMENTS,
     title="Icepi Zero 1.3, Lattice LFE5U-25F",
     source="its KiCad board file and icepi-zero.lpf, version 1.3 (github.com/cheyao/icepi-zero)",
-    layouts=_LAYOUTS, start_up_us=20, flow=replace(ECP5, seed=3),
+    layouts=_LAYOUTS, start_up_us=20, flow=ECP5,
     loader=Loader("icepi-zero", "0403:6015")),)

@@ -18,6 +18,7 @@ from .decimal_writer import DECIMAL_WRITER
 from .display import DISPLAY
 from .divider import DIVIDER
 from .fixed_point import FIXED_POINT
+from .formulas import FORMULAS
 from .gcode_control import GCODE_CONTROL
 from .gcode_coordinates import GCODE_COORDINATES
 from .gcode_gate import GCODE_GATE
@@ -88,6 +89,7 @@ GENERAL = {
     "root": ROOT,
     "profile": PROFILE,
     "arithmetic_unit": ARITHMETIC_UNIT,
+    "formulas": FORMULAS,
     "backlash": BACKLASH,
     "backlash_compensator": BACKLASH_COMPENSATOR,
     "core_xy": CORE_XY,

@@ -146,6 +146,6 @@ def make(*, brief: bool = False, **parameters: Any) -> GCodeReporter:
 
 
 GCODE_REPORTER = Component(
-    make=make, describe=describe, depth=32,
+    make=make, describe=describe, depth=40,
     cases=(Case({"position_bits": 12, "brief": True}), Case(real=True),
            Case({"position_bits": 12, "brief": True}, upset=True)))

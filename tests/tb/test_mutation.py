@@ -421,7 +421,8 @@ class TestBenches:
     # The bench of a guard is its controller's, and that of the interpreter runs it with its parts,
     # which its contract leaves unknown; the others have a contract alone.
     @pytest.mark.parametrize("name", [name for name in components() if name not in (
-        "guard", "serial_orders", "search", "stop", "gcode_interpreter", "arithmetic_unit")])
+        "guard", "serial_orders", "search", "stop", "gcode_interpreter", "arithmetic_unit",
+        "formulas")])
     def test_every_component_has_one(self, name):
         assert bench_of(kind_of(components()[name])) is not None
 

@@ -29,6 +29,7 @@ ends the simulation.
 Commands that can be typed here:
 
   limit x on    presses the limit switch of an axis, if it has any; limit x off releases it
+  door on       switches another input on, of those that the machine has; door off
   break         holds the line to the machine low for two bytes' time, since neither a
                 pseudo-terminal nor TCP carries a break condition
 """
@@ -36,6 +37,9 @@ Commands that can be typed here:
 EPILOG = """\
 machines:
 {machines}
+
+Other inputs that can be switched:
+{contacts}
 
 Options of the machine are as for python -m tools.build:  python -m tools.serve single --help  shows
 those of one.
@@ -73,8 +77,10 @@ def main(argv: list[str] | None = None) -> int:
     served_by_name = servable()
     named = next((name for name in given if name in served_by_name), None)
     listed = "\n".join(f"  {name:<12}{each.how.about}" for name, each in served_by_name.items())
+    contacts = "\n".join(f"  {name:<12}{', '.join(each.how.contacts)}"
+                         for name, each in served_by_name.items() if each.how.contacts)
     parser = Parser(prog="python -m tools.serve", machines=True, description=ABOUT,
-                    epilog=EPILOG.format(machines=listed, baud=BAUD,
+                    epilog=EPILOG.format(machines=listed, baud=BAUD, contacts=contacts,
                                          example=list(served_by_name)[-1]))
     parser.add_argument("machine", metavar="MACHINE", help="which one, see below")
     parser.add_argument("--tcp", metavar="PORT", type=whole(0, 65535),
@@ -112,7 +118,7 @@ async def _serve(engine: Engine, period: int, served: Served,
                 sys.stdout.flush()
             stopped = asyncio.create_task(stop.wait())
             switches = Switches(served.switches, service, served.further_switches)
-            typed = asyncio.create_task(_listen(Typed(service, switches)))
+            typed = asyncio.create_task(_listen(Typed(service, switches, served.how.contacts)))
             await asyncio.wait([stopped, service.ended], return_when=asyncio.FIRST_COMPLETED)
             stopped.cancel()
             typed.cancel()

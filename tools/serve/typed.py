@@ -1,8 +1,9 @@
-"""Typed commands while a simulated machine runs: limit switches, and breaks of its line."""
+"""Typed commands while a simulated machine runs: its switches, and breaks of its line."""
 
 import asyncio
 import os
 import select
+from collections.abc import Sequence
 
 from ..console import UserError, say, warn
 from .service import Service
@@ -18,7 +19,7 @@ LONGEST_LINE = 256
 
 
 class Typed:
-    """Executes typed commands, one per line: ``limit x on``, ``limit x off``, ``break``.
+    """Executes typed commands, one per line: ``limit x on``, ``door off``, ``break``.
 
     Parameters
     ----------
@@ -26,10 +27,13 @@ class Typed:
         The machine.
     switches : Switches
         Its limit switches, if it has any.
+    contacts : sequence of str
+        Names of its other inputs that can be switched.
     """
 
-    def __init__(self, service: Service, switches: Switches) -> None:
-        self._service, self._switches = service, switches
+    def __init__(self, service: Service, switches: Switches,
+                 contacts: Sequence[str] = ()) -> None:
+        self._service, self._switches, self._contacts = service, switches, contacts
 
     async def listen(self, file: int) -> None:
         """Execute commands from a file descriptor, until its end.
@@ -61,6 +65,9 @@ class Typed:
                 case ["limit", name, ("on" | "off") as state] if self._switches.ends:
                     end = self._switches.press(name, state == "on")
                     say(f"limit switch {end} {'pressed' if state == 'on' else 'released'}")
+                case [name, ("on" | "off") as state] if name in self._contacts:
+                    self._service.set(**{name: int(state == "on")})
+                    say(f"{name} {state}")
                 case ["break"]:
                     self._service.send_break()
                     say("a break was sent")
@@ -72,8 +79,9 @@ class Typed:
     @property
     def _words(self) -> str:
         first = [end[0].lower() for end in self._switches.ends[:1]]
+        of_contacts = [f"{' or '.join(self._contacts)} and on or off"] if self._contacts else []
         return ", ".join([f"limit {axis} {state}" for axis in first for state in ("on", "off")]
-                         + ["break"]).replace(", break", ", or break")
+                         + of_contacts + ["break"]).replace(", break", ", or break")
 
 
 def _ours(file: int) -> bool:

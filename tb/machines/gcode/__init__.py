@@ -138,11 +138,11 @@ OPTIONS = (
            GCodeSettings.pwm_hz, least=1, most=MAX_PWM, metavar="HZ"),
     Option("kinematics", "what the motors of X and Y move: an axis each, or both of them by belts, "
            "A = X + Y and B = X - Y (default: %(default)s)", "cartesian",
-           choices=tuple(KINEMATICS)),
+           choices=tuple(KINEMATICS), serve=True),
     Option("second_motor", "axis that has a second motor with a limit switch, as a gantry may have "
            "one, which homing squares (default: none)", None, choices=AXIS_NAMES, serve=True),
     Option("program", "a file of G-code that goes into the bitstream, for the start button to run "
-           "(default: none)", "", metavar="FILE"),
+           "(default: none)", "", metavar="FILE", serve=True),
     *(Option(name, f"least time for which {says} (default: %(default)s)", time, least=1,
              metavar="NS")
       for name, time, says in (
@@ -195,7 +195,8 @@ MACHINE = Machine(
                           "it takes block RAMs, of which Yosys has no model"),
     options=OPTIONS, real=_real, inverted=_inverted, figures=_figures,
     serve=Serve("three axes; G-code such as  G1 X10 F300  and Return,  ?  for the state",
-                switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch),
+                switches=lambda **options: ("X-", "Y-", "Z-"), further_switches=_second_switch,
+                contacts=("stop", "door", "hold", "start", "abort", "probe", "motor_fault")),
     diagrams=DIAGRAMS,
     # Places have room for metres, and a run goes millimetres; long lists are left out.
     coverage=Coverage(100_000, 89, 66, _explore, named=True),

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from fresa_host import BlockRefused, GCode, JobStopped
-from tests.tools.process import PATIENCE
+from tests.tools.process import PATIENCE, running
 from tools.serve import servable
 
 serial = pytest.importorskip("serial", reason="pyserial missing: pip install -e '.[host]'")
@@ -39,6 +39,37 @@ def machine(gcode) -> Iterator[GCode]:
         machine.stream(["G90 G21 G94", "G53 G0 X0 Y0 Z0"])
         machine.wait(timeout=PATIENCE)
         yield machine
+
+
+def test_inputs_that_can_be_typed_are_inputs_of_the_machine():
+    served = servable()["gcode"]
+    assert {*served.how.contacts} < {*served.design(2_457_600, 9600).inputs}
+
+
+@pytest.mark.compiler
+@pytest.mark.long
+def test_a_program_of_its_own_starts_and_is_held_by_what_is_typed(libraries, tmp_path):
+    program = tmp_path / "part.ngc"
+    program.write_text("G21 G91\nG1 X200 F600\nM30\n")
+    with running("tools.serve", "gcode", "--program", program, "--tcp", 0) as command:
+        with serial.serial_for_url(command.first(r"socket://\S+"), timeout=1) as port:
+            def state() -> bytes:
+                port.write(b"?")
+                report = port.readline()
+                return report.partition(b"|")[0] if report.startswith(b"<") else b""
+
+            def wait_for(name: bytes) -> None:
+                end = time.monotonic() + PATIENCE
+                while state() != name:
+                    assert time.monotonic() < end
+
+            wait_for(b"<Idle")
+            for typed, expected in (("start on", b"<Run"), ("door on", b"<Door:1"),
+                                    ("start off", b"<Door:1"), ("door off", b"<Door:0"),
+                                    ("start on", b"<Run"), ("hold on", b"<Hold:0"),
+                                    ("abort on", b"<Idle")):
+                command.type(typed)
+                wait_for(expected)
 
 
 @pytest.mark.compiler

@@ -68,6 +68,16 @@ def test_what_is_typed_is_done_and_said(machine, capsys):
     assert machine.limits == [1, 3, 2]
 
 
+def test_other_inputs_are_switched_by_their_names(machine, capsys):
+    console = Typed(machine, Switches((), machine), ("door", "motor_fault"))
+    for line in ("door on", "MOTOR_FAULT on", "door off", "door", "door open", "limits on"):
+        console.execute(line)
+    out, err = capsys.readouterr()
+    assert machine.others == [("door", 1), ("motor_fault", 1), ("door", 0)]
+    assert out.splitlines() == ["door on", "motor_fault on", "door off"]
+    assert err.count("type door or motor_fault and on or off, or break\n") == 3
+
+
 def test_a_machine_without_switches_offers_none(machine, capsys):
     Typed(machine, Switches((), machine)).execute("limit x on")
     assert capsys.readouterr().err == "note: not understood: 'limit x on'; type break\n"
