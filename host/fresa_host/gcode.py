@@ -3,10 +3,11 @@
 import os
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 
 from .errors import MachineError
-from .gcode_lines import BAUD, HOLD, RESUME, Position, Status, program
+from .gcode_lines import BAUD, HOLD, JOG_CANCEL, RESUME, Position, Status, program
 from .gcode_session import GCodeSession
 from .port import Port
 from .serial_machine import SerialMachine
@@ -17,10 +18,10 @@ __all__ = ["GCode"]
 class GCode(SerialMachine[GCodeSession]):
     """A machine that carries out G-code, by the protocol of GRBL 1.1.
 
-    All may be called from several threads: `hold`, `resume` and `stop` act at once, the others
-    wait for each other. Opening resets nothing, so the machine must stand then. Closing lets go of
-    the port; what was sent is carried out. A ``with`` block that an exception ends, Ctrl-C for one,
-    stops the machine.
+    All may be called from several threads: `hold`, `resume`, `end_jog` and `stop` act at once, the
+    others wait for each other. Opening resets nothing, so the machine must stand then. Closing lets
+    go of the port; what was sent is carried out. A ``with`` block that an exception ends, Ctrl-C
+    for one, stops the machine.
 
     Parameters
     ----------
@@ -157,8 +158,35 @@ class GCode(SerialMachine[GCodeSession]):
         """
         self._run(self._session.still(timeout))
 
+    def jog(self, feed: float, *, x: float = 0, y: float = 0, z: float = 0) -> None:
+        """Go by a distance that is no part of a program: see `end_jog`, and `wait`.
+
+        It may follow another jog, but nothing else that moves.
+
+        Parameters
+        ----------
+        feed : float
+            In mm a minute.
+        x, y, z : float
+            In mm.
+
+        Raises
+        ------
+        ValueError
+            If one of them is no number.
+        """
+        numbers = {"X": x, "Y": y, "Z": z, "F": feed}
+        if not all(map(isfinite, numbers.values())):
+            raise ValueError(f"not a way, or no feed: {numbers}")
+        words = "".join(f"{letter}{number:.3f}" for letter, number in numbers.items())
+        self._run(self._session.ask(f"$J=G21G91{words}"))
+
+    def end_jog(self) -> None:
+        """Slow down, stand, and forget what is left of jogs, at once. Do not wait for it."""
+        self._port.write(JOG_CANCEL)
+
     def hold(self) -> None:
-        """Slow down and stand, at once. Do not wait for it."""
+        """Slow down and stand, at once; a jog ends so. Do not wait for it."""
         self._port.write(HOLD)
 
     def resume(self) -> None:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from .errors import MachineError, Refused
 
-__all__ = ["BAUD", "BUFFER", "GREETING", "HOLD", "RESET", "RESUME", "STATUS", "Alarmed",
-           "BlockRefused", "Message", "Position", "Status", "block", "decode", "program"]
+__all__ = ["BAUD", "BUFFER", "GREETING", "HOLD", "JOG_CANCEL", "RESET", "RESUME", "STATUS",
+           "Alarmed", "BlockRefused", "Message", "Position", "Status", "block", "decode", "program"]
 
 BAUD = 115_200
 """Bits a second of the line, unless it was built with others."""
@@ -15,7 +15,7 @@ BAUD = 115_200
 BUFFER = 127
 """Most bytes of lines that wait for their answers: GRBL's receive buffer has one place more."""
 
-STATUS, HOLD, RESUME, RESET = b"?", b"!", b"~", b"\x18"
+STATUS, HOLD, RESUME, RESET, JOG_CANCEL = b"?", b"!", b"~", b"\x18", b"\x85"
 """Real-time commands: they are outside of lines and not answered."""
 
 GREETING = re.compile(r"Grbl (\S{1,20})(?: .*)?", re.ASCII)

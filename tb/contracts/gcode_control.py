@@ -76,8 +76,13 @@ def describe(c: Contract, dut: GCodeControl) -> None:
     c.implication("no-block-survives-an-alarm", "Before an alarm ends, the blocks are discarded.",
                   when=known & c.past(state("ALARM")) & ~state("ALARM", "START"),
                   then=c.past(~cancelling))
-    c.implication("flush-at-a-stand", "Blocks are discarded only where it stands.",
-                  when=dut.flush, then=dut.standing & cancelling)
+    c.implication("flush-at-a-stand", "Blocks are discarded only where it stands, in an alarm.",
+                  when=dut.flush, then=dut.standing & cancelling & state("ALARM"))
+    c.implication("cancelled-at-a-stand", "Those of a jog likewise, in JOG.",
+                  when=dut.cancelled, then=dut.standing & cancelling & state("JOG"))
+    c.implication("cancels", "A jog that is cancelled ends so, unless a reset or an alarm comes.",
+                  when=known & c.past(state("JOG") & cancelling) & state("IDLE", "DOOR"),
+                  then=c.past(dut.cancelled))
     c.implication("reset-taken", "A reset takes effect as soon as it stands, or is stopped.",
                   when=resetting & (dut.standing | stopped), then=dut.reset)
     c.implication("reset-only-then", "And neither sooner nor unless it was requested.",
@@ -150,7 +155,8 @@ def describe(c: Contract, dut: GCodeControl) -> None:
                   then=state("START") & ~resetting & ~stopped & ~dut.enable & ~dut.alarms.valid
                   & ~dut.messages.valid & ~alarmed)
     c.leaves_unused_codes("control_state", fault=dut.fault,
-                          shows=dut.stop & dut.hold & ~dut.reset & ~dut.flush)
+                          shows=dut.stop & dut.hold & ~dut.reset & ~dut.flush
+                          & ~dut.cancelled)
 
 
 GCODE_CONTROL = Component(make=GCodeControl, describe=describe, depth=16,

@@ -18,7 +18,8 @@ def describe(c: Contract, dut: GCodeGate) -> None:
     ends = item.kind == GCodeKind.END
     taken = words.valid & words.ready
     good = item.status == GCodeStatus.GOOD
-    same_but_status = ((item.as_value() ^ passed.p.as_value()) & ~_status_mask(item)) == 0
+    same_but_status = ((item.as_value() ^ passed.p.as_value())
+                       & ~_mask(item, "status", "system")) == 0
     begins = c.past(0, init=1) | c.past(c.rst)
 
     # What the reader keeps to: items stay until taken, and a line is of one kind
@@ -59,19 +60,28 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   when=words.valid & ~ends & ~item.system,
                   then=passed.valid & (words.ready == passed.ready)
                   & (passed.payload.as_value() == item.as_value()))
-    c.implication("system-words-do-not", "Items of a system line are taken, and not passed.",
-                  when=words.valid & ~ends & item.system, then=~passed.valid & words.ready)
-    c.implication("ends-pass", "Of an end only the status may be another.",
-                  when=passed.valid & ends, then=words.valid & same_but_status)
+    jog = item.system & (characters == len("$J=")) & begins_with("J=")
+    of_jog = words.valid & ~ends & jog & (item.kind == GCodeKind.WORD)
+    c.implication("words-of-a-jog-pass", "So do those behind $J=, with the mark of the system.",
+                  when=of_jog, then=passed.valid & (words.ready == passed.ready)
+                  & (passed.payload.as_value() == item.as_value()))
+    c.implication("system-words-do-not", "Other items of a system line are taken, and not passed.",
+                  when=words.valid & ~ends & item.system & ~of_jog,
+                  then=~passed.valid & words.ready)
+    c.implication("ends-pass", "Of an end only the status may be another, and only that of a jog "
+                  "has the mark of the system.", when=passed.valid & ends,
+                  then=words.valid & same_but_status & (passed.p.system == jog))
+    code = words.valid & ends & ~item.system
+    busy = dut.locked | dut.jogging
+    refused = code & (inside | ~good) & busy & (item.status != GCodeStatus.DAMAGED)
     c.implication("errors-pass", "An error of the reader is passed at once.",
-                  when=words.valid & ends & ~good,
+                  when=words.valid & ends & ~good & ~refused,
                   then=passed.valid & (passed.p.status == item.status))
-    code = words.valid & ends & good & ~item.system
-    c.implication("locked-lines-refused", "During an alarm a line with a word is refused.",
-                  when=code & inside & dut.locked,
+    c.implication("locked-lines-refused", "During an alarm and a jog a line with a word, or with "
+                  "something that is none, is refused.", when=refused,
                   then=passed.valid & (passed.p.status == GCodeStatus.LOCKED))
     c.implication("other-lines-pass", "Otherwise, and if it is empty, it is not refused.",
-                  when=code & ~(inside & dut.locked),
+                  when=code & good & ~refused,
                   then=passed.valid & (passed.p.status == GCodeStatus.GOOD))
     c.implication("nothing-of-nothing", "Without an item nothing is passed.",
                   when=~words.valid, then=~passed.valid)
@@ -148,13 +158,18 @@ def describe(c: Contract, dut: GCodeGate) -> None:
                   when=c.past(state("JUDGE") & named("X", "H", "SLP") & dut.stopped & ~dut.settling
                               & ~c.rst),
                   then=state("PASS") & done & (c.signal("status") == GCodeStatus.NOT_IDLE))
+    c.implication("jogs", "A jog is refused unless it is at rest and not locked, or jogs.",
+                  when=c.past(state("JUDGE") & named("J=") & ~dut.settling & ~c.rst),
+                  then=state("PASS") & done & (c.signal("status") == Mux(
+                      c.past(dut.jogging | (dut.resting & ~dut.locked)),
+                      GCodeStatus.GOOD, GCodeStatus.NOT_IDLE)))
     c.leaves_unused_codes("gate_state", fault=dut.fault, shows=~acts)
 
 
-def _status_mask(item) -> int:
-    """Return the bits of a status in an item."""
-    field = item.shape()["status"]
-    return (1 << field.width) - 1 << field.offset
+def _mask(item, *members: str) -> int:
+    """Return the bits of members in an item."""
+    fields = [item.shape()[name] for name in members]
+    return sum((1 << field.width) - 1 << field.offset for field in fields)
 
 
 FEW = {"width": 8, "settings": [each for each in SETTINGS if each.number in (20, 22)]}

@@ -4,7 +4,14 @@ from unittest.mock import patch
 
 from amaranth import Module, Mux, Value
 
-from fresa.protocol import GCodeActionKind, GCodeInterpreter, GCodeKind, Operand, gcode_interpreter
+from fresa.protocol import (
+    GCodeActionKind,
+    GCodeInterpreter,
+    GCodeKind,
+    GCodeStatus,
+    Operand,
+    gcode_interpreter,
+)
 
 from .contract import Bits, Case, Component, Contract, Unknown
 
@@ -22,8 +29,12 @@ SUMS = [*STARTS, "COMPUTE", "COMPARE", "STORE_TOOL", "STORE_SPEED", "STORE_FEED"
 """States that wait for a sum."""
 
 CHECKS = ["READ", "CHECK_WORDS", "CONVERT", "COMPUTE", "CHECK_LINE", "COMPARE", "CHECK_ARC",
-          "CHECK_UNUSED"]
+          "CHECK_UNUSED", "CHECK_JOG"]
 """States in which a line may still be refused."""
+
+JOGS = ["CHECK_WORDS", "CONVERT", "COMPUTE", "CHECK_LINE", "CHECK_UNUSED", "CHECK_JOG", "JOG",
+        "ARRIVE", "ANSWER"]
+"""States of a jog once its words are read."""
 
 
 def describe(c: Contract, dut: GCodeInterpreter) -> None:
@@ -35,7 +46,10 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     actions, answers, words, position = dut.actions, dut.answers, dut.words, dut.position
     kept = c.past(~c.rst)
     answered = answers.valid & answers.ready
-    acts = actions.valid & actions.ready & (actions.p.kind != GCodeActionKind.CHECK_ARC)
+    jogs = actions.p.kind == GCodeActionKind.JOG
+    checks = ((actions.p.kind == GCodeActionKind.CHECK_ARC)
+              | (actions.p.kind == GCodeActionKind.CHECK_JOG))
+    acts = actions.valid & actions.ready & ~checks
     ends = words.valid & words.ready & (words.p.kind == GCodeKind.END)
 
     ended = c.keep(1, name="ended")  # the end of a line is taken, and it is not answered yet
@@ -46,10 +60,33 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
                    acted.eq(~c.rst & (acted | acts) & ~answered),
                    begun.eq(~c.rst & (begun | (words.valid & words.ready)) & ~answered)]
     same = dut.modes.as_value() == before
+    urgent = (words.p.status == GCodeStatus.NOT_IDLE) | (words.p.status == GCodeStatus.LOCKED)
     with c.m.If(answered):
         c.m.d.sync += before.eq(dut.modes.as_value())
     with c.m.If(c.rst):
         c.m.d.sync += before.eq(0)
+
+    of_jog = c.keep(1, name="of_jog")  # items of this line are of the system
+    with c.m.If(words.valid & words.ready):
+        c.m.d.sync += of_jog.eq(words.p.system)
+    c.assume(~words.valid | ~begun | ended | (words.p.system == of_jog))
+    c.assume(~kept | ~c.past(words.valid & ~words.ready)
+             | (words.valid & (words.p.system == c.past(words.p.system))))
+    c.implication("jogs-are-of-the-system", "Only a line of the system jogs.",
+                  when=actions.valid & (jogs | (actions.p.kind == GCodeActionKind.CHECK_JOG)),
+                  then=of_jog)
+    c.implication("jog-jogs-alone", "It does nothing else, and changes no mode.",
+                  when=ended & of_jog, then=same & ~(actions.valid & ~jogs & (
+                      actions.p.kind != GCodeActionKind.CHECK_JOG)))
+    jog, read = c.signal("jog"), c.signal("read")
+    c.invariant("jog-known", "What a line is is known a clock before an item of it is taken, and "
+                "stays known.", (~begun | (jog == of_jog))
+                & (~read | (state("READ", "FAULT") & (~words.valid | (jog == words.p.system)))),
+                cover=read, lemma=True)
+    c.invariant("jog-states", "A jog has states of its own, and is no arc.",
+                (~of_jog | ~ended | state(*JOGS, "FAULT"))
+                & (~of_jog | ~state(*JOGS) | ~ended | ~c.signal("is_arc"))
+                & (~state("CHECK_JOG", "JOG") | of_jog), cover=state("JOG"), lemma=True)
 
     starting = c.signal("starting")
     c.invariant("line-at-a-time", "Words are taken only before the end of their line, and it is "
@@ -72,10 +109,11 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
     c.invariant("nothing-with-an-error", "A line with an error has done nothing.",
                 (error == 0) | (~acted & same), cover=error != 0, lemma=True)
     c.implication("first-error-answers", "A line with a wrong word is answered with its error.",
-                  when=c.past(ends & ~c.rst & (c.part("line").error != 0)),
+                  when=c.past(ends & ~c.rst & ~urgent & (c.part("line").error != 0)),
                   then=answers.valid & (answers.payload == c.past(c.part("line").error)))
-    c.implication("status-answers", "A line whose words are right is answered with its status.",
-                  when=c.past(ends & ~c.rst & (c.part("line").error == 0)
+    c.implication("status-answers", "A line whose words are right, or for which the machine is not "
+                  "ready, is answered with its status.",
+                  when=c.past(ends & ~c.rst & (urgent | (c.part("line").error == 0))
                               & (words.p.status.as_value() != 0)),
                   then=answers.valid & (answers.payload == c.past(words.p.status.as_value())))
     c.invariant("position-first", "A position is taken before an item of a line, and only where "
@@ -99,7 +137,9 @@ def describe(c: Contract, dut: GCodeInterpreter) -> None:
         c.assume(~c.part("converter").fault)
         _let_lines_be_any(c, dut)
         if not c.upset:
-            c.restrict_covers(~c.rst & ~dut.words.p.system)
+            jogs_alone = c.free(1, name="jogs_alone")  # all lines are jogs, or none is
+            c.restrict_covers(~c.rst & (dut.words.p.system == jogs_alone)
+                              & (~c.past(1) | (jogs_alone == c.past(jogs_alone))))
     else:
         converter = c.state("converter.converter_state")
         c.invariant("converter-codes-in-use", "The converter has a state of its own.",

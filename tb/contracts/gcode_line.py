@@ -28,7 +28,7 @@ def describe(c: Contract, dut: GCodeLine) -> None:
     c.implication("line-begins", "A line begins with the present modes, and with nothing else.",
                   when=known & c.past(dut.clear & ~dut.end_program),
                   then=good & (line.modes.as_value() == c.past(dut.modes.as_value()))
-                  & (line.letters == 0) & (line.axes == AxisUse.NONE))
+                  & (line.letters == 0) & (line.axes == AxisUse.NONE) & ~line.not_of_jog)
     c.implication("nothing-else-counts", "Without a word, a begin or an end it stays as it is.",
                   when=known & c.past(~(dut.take | dut.clear | dut.end_program)), then=same)
     c.implication("first-error-stays", "After an error words change nothing.",
@@ -57,6 +57,14 @@ def describe(c: Contract, dut: GCodeLine) -> None:
                   when=known & c.past(
                       dut.take & good & ~again & number.overflow & letter.any()
                       & (item.character != ord("N"))), then=dut.error == 38)
+    of_jog = (item.character != ord("M")) & (
+        (item.character != ord("G"))
+        | Cat(number.whole == code for code in (4, 10, 20, 21, 28, 30, 53, 92)).any()
+        | Cat(number.whole == code for code in (90, 91)).any() & (number.hundredths == 0)
+        & number.exact)
+    c.implication("words-of-no-jog", "It is known whether there is a word that no jog may have.",
+                  when=known & c.past(dut.take & good) & good,
+                  then=line.not_of_jog == c.past(line.not_of_jog | ~of_jog))
     c.implication("axis-words-move", "Axis words that nothing takes are for a motion.",
                   when=line.given.any(), then=line.axes != AxisUse.NONE)
     c.implication("program-ends", "The end of a program keeps the unit, and moves along lines.",

@@ -4,16 +4,16 @@ Written from GRBL 1.1's documented behaviour: modal groups after NIST RS274/NGC 
 error codes and their order as GRBL gives them. A line that is refused changes nothing.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from math import isqrt
 
-from .gcode_line import read_lines
+from .gcode_line import Item, read_lines
 from .thesis import in_grbl
 
-__all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Line", "Modes",
+__all__ = ["Action", "Arc", "Coolant", "Dwell", "End", "Interpreter", "Jog", "Line", "Modes",
            "Offsets", "Pause", "RefusedLine", "Spindle", "Vector", "Word", "centre_by_radius",
-           "check_radii", "read_words", "words"]
+           "check_radii", "read_jog", "read_words", "words"]
 
 Vector = tuple[int, int, int]
 """X, Y and Z, in nm."""
@@ -125,7 +125,15 @@ class End:
     """The end of the program."""
 
 
-Action = Line | Arc | Dwell | Spindle | Coolant | Offsets | Pause | End
+@dataclass(frozen=True)
+class Jog:
+    """A straight line that is no part of a program; `feed` in nm/s."""
+
+    target: Vector
+    feed: int
+
+
+Action = Line | Jog | Arc | Dwell | Spindle | Coolant | Offsets | Pause | End
 
 
 @dataclass(frozen=True)
@@ -167,6 +175,7 @@ _GROUPS = {**dict.fromkeys([0, 1, 2, 3, 80], "motion"), **dict.fromkeys([17, 18,
 _M_GROUPS = {0: "flow", 1: "flow", 2: "flow", 30: "flow", 3: "spindle", 4: "spindle",
              5: "spindle", 7: "coolant", 8: "coolant", 9: "coolant"}
 _VALUES = "FIJKLNPRSTXYZ"
+_OF_JOG = {"non-modal", "distance", "units"}
 
 
 @dataclass
@@ -250,6 +259,44 @@ class Interpreter:
         line = self._read(words)
         self._check_values(line)
         return self._check_and_run(line)
+
+    def jog(self, words: Iterable[Word], inside: Callable[[Vector], bool] = lambda _: True
+            ) -> list[Action]:
+        """Return what a jog of these words does, and keep where it ends.
+
+        Parameters
+        ----------
+        words : iterable of Word
+            What is behind ``$J=``.
+        inside : callable
+            Whether a target is one to which it may go.
+
+        Raises
+        ------
+        RefusedLine
+            With GRBL's code, if it is refused.
+        """
+        line = self._read(words)
+        line.modes = replace(line.modes, motion=1, inverse=False)
+        self._check_values(line, needs_feed=True)
+        values, given = line.values, [axis in line.values for axis in AXES]
+        lengths = [_length(values.get(axis, 0), line.modes.inches) for axis in AXES]
+        feed = _rate(_length(values["F"], line.modes.inches))
+        moves = line.axes in ("", "motion") and any(given)
+        target = self._target(line, lengths, given) if moves else self.position
+        if any(not -REACH <= place < REACH for place in target):
+            raise RefusedLine(33)
+        if line.axes == "motion" and not feed:
+            raise RefusedLine(22)
+        used = {(4, 0): "NFP", (10, 0): "NFPL"}.get(line.non_modal or (0, 0), "NF")
+        if any(letter not in used for letter in values if not (line.axes and letter in AXES)):
+            raise RefusedLine(36)
+        if line.groups - _OF_JOG or line.non_modal not in (None, (53, 0)):
+            raise RefusedLine(16)
+        if moves and not inside(target):
+            raise RefusedLine(15)
+        self.position = target
+        return [Jog(target, feed)] if moves else []
 
     def _origin(self, system: int) -> Vector:
         x, y, z = (a + b for a, b in zip(self.systems[system], self.offset, strict=True))
@@ -347,14 +394,15 @@ class Interpreter:
 
     # A line as a whole
 
-    def _check_values(self, line: _Line) -> None:
+    def _check_values(self, line: _Line, *, needs_feed: bool = False) -> None:
         values = line.values
         if not line.axes and any(axis in values for axis in AXES):
             line.axes = "motion"
         if values.get("N", 0) // 1_000_000 > MAX_LINE_NUMBER:
             raise RefusedLine(27)
-        if line.modes.inverse and line.axes == "motion" and line.modes.motion not in (0, 80) \
-                and "F" not in values:
+        needs_feed |= (line.modes.inverse and line.axes == "motion"
+                       and line.modes.motion not in (0, 80))
+        if needs_feed and "F" not in values:
             raise RefusedLine(22)
         if line.non_modal == (4, 0) and "P" not in values:
             raise RefusedLine(28)
@@ -385,8 +433,7 @@ class Interpreter:
             return 0
         if "F" not in line.values:
             return self.feed
-        per_minute = _length(line.values["F"], line.modes.inches and not self.modes.inverse)
-        return min(max(per_minute // 60, 1), TOP_FEED) if per_minute else 0
+        return _rate(_length(line.values["F"], line.modes.inches and not self.modes.inverse))
 
     def _check_and_run(self, line: _Line) -> list[Action]:
         values, modes = dict(line.values), line.modes
@@ -557,8 +604,17 @@ def read_words(line: str, dialect: str = "grbl") -> tuple[list[Word], int]:
     """
     items = read_lines(line.rstrip("\n") + "\n")
     *items, end = in_grbl(items) if dialect == "thesis" else items
-    return [Word(item.character, item.number["value"], bool(item.number["overflow"]))
-            for item in items if not item.system], end.status
+    return [_word(item) for item in items if not item.system], end.status
+
+
+def read_jog(line: str) -> tuple[list[Word], int]:
+    """Return, of a line that begins with ``$J=``, the words behind that, likewise."""
+    *items, end = read_lines(line.rstrip("\n") + "\n")
+    return [_word(item) for item in items if item.kind == "WORD"], end.status
+
+
+def _word(item: Item) -> Word:
+    return Word(item.character, item.number["value"], bool(item.number["overflow"]))
 
 
 def _vector(values: Iterable[int]) -> Vector:
@@ -572,6 +628,11 @@ def _length(value: int, inches: bool) -> int:
         return value
     size = (abs(value) * 254 + 5) // 10
     return -size if value < 0 else size
+
+
+def _rate(per_minute: int) -> int:
+    """Return nm/s of nm a minute: at least 1, unless it is 0."""
+    return min(max(per_minute // 60, 1), TOP_FEED) if per_minute else 0
 
 
 def centre_by_radius(x: int, y: int, radius: int, *, clockwise: bool) -> tuple[int, int]:

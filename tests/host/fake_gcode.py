@@ -67,6 +67,8 @@ class FakeGCode(FakePort):
                     self.state = "Run" if self.state == "Hold:0" else self.state
                 case "\x18":
                     self.reset()
+                case "\x85":
+                    self.state = "Idle" if self.state == "Jog" else self.state
                 case _:
                     self.received += bytes([byte])
                     self.most = max(self.most, len(self.received))
@@ -85,7 +87,7 @@ class FakeGCode(FakePort):
     def idle(self) -> None:
         super().idle()
         line, end, rest = self.received.partition(b"\n")
-        if self.state not in ("Idle", "Run", "Alarm"):
+        if self.state not in ("Idle", "Run", "Jog", "Alarm"):
             return
         if not end:
             self.state = "Alarm" if self.state == "Alarm" else "Idle"
@@ -105,6 +107,9 @@ class FakeGCode(FakePort):
             if line == "$H":
                 self.machine.position = ORIGIN
             self.state = "Idle"
+        elif line.startswith("$J="):
+            self.state = "Jog"
+            self.machine.jog(_words(line))
         elif line == "$I":
             answer = b"[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\nok\r\n"
         elif self.state == "Alarm":
@@ -112,11 +117,15 @@ class FakeGCode(FakePort):
         else:
             self.state = "Run"
             try:
-                self.machine.line([Word(letter, round(float(number) * 10**6))
-                                   for letter, number in re.findall(r"([A-Z])([-\d.]+)", line)])
+                self.machine.line(_words(line))
             except RefusedLine as refused:
                 answer = b"error:%d\r\n" % refused.args[0]
         if self.lose:
             self.lose -= 1
         else:
             self.say(answer)
+
+
+def _words(line: str) -> list[Word]:
+    return [Word(letter, round(float(number) * 10**6))
+            for letter, number in re.findall(r"([A-Z])([-\d.]+)", line)]

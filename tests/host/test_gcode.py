@@ -78,6 +78,18 @@ def test_what_is_refused_names_its_line(fake):
         assert machine.command("$I") == ["[VER:1.1h.20190830:]", "[OPT:V,15,128]"]
 
 
+def test_a_jog_and_its_end(fake):
+    with opened(fake) as machine:
+        machine.jog(600, x=-1.5, z=2)
+        machine.wait()
+        assert machine.machine_position == (-1.5, 0, 2)
+        machine.end_jog()
+        with pytest.raises(ValueError, match="nan"):
+            machine.jog(float("nan"), x=1)
+    assert fake.lines[-1] == "$J=G21G91X-1.500Y0.000Z2.000F600.000"
+    assert fake.real_time[-1] == b"\x85"
+
+
 def test_an_alarm_and_what_ends_it(fake):
     fake.alarms["G0 X9000"] = 2
     with opened(fake) as machine:

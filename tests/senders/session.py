@@ -163,7 +163,6 @@ class Session:
 class Jogs(Session):
     """A session with a sender that jogs."""
 
-    @pytest.mark.xfail(strict=True, reason="jog is not there yet")
     def test_jog(self, ready, sender, machine):
         begun = len(machine.received)
         x, y, z = machine.wait_to_be("Idle").position

@@ -155,7 +155,6 @@ def sender(machine, tmp_path_factory) -> Iterator[Sender]:
 class TestCncjs(Jogs, Overrides):
     version = "1.11.5"
 
-    @pytest.mark.xfail(strict=True, reason="jog is not there yet")
     def test_jog_is_ended(self, ready, sender, machine):
         begun = len(machine.received)
         x, *_ = machine.wait_to_be("Idle").position

@@ -395,6 +395,7 @@ class GCode(MachineComponent):
         anew = ResetInserter(renewed)
         faults = [control.fault]
 
+        discards = Signal()  # a jog that stands
         restart, restarts = Signal(), Signal()  # a clock later, as it is far
         m.d.sync += restart.eq(restarts)
         begins, configures = Signal(init=1), Signal(init=1)
@@ -424,6 +425,7 @@ class GCode(MachineComponent):
             receiver.rx.eq(self.rx),
             gate.locked.eq((control.state == GCodeState.ALARM)
                            | (control.state == GCodeState.SLEEP)),
+            gate.jogging.eq(control.jogging),
             control.check.eq(gate.checking),
             gate.answered.eq(answers.valid & answers.ready),
             planner.operand.eq(interpreter.operand),
@@ -440,9 +442,13 @@ class GCode(MachineComponent):
             m.d.sync += asked.eq(getattr(gate, name) & ~renewed)
             m.d.comb += getattr(control, name).eq(asked & ~renewed)
         missed = Signal()  # steps, since where the axes are was last taken over
-        # A line that follows waits until it is known where it begins.
+        discarded = Signal()  # a jog, likewise
+        # A line that follows waits until it is known where it begins. When its words can come it
+        # has been between lines for a clock: what answers them takes longer.
+        between = Signal()
+        m.d.sync += between.eq(interpreter.position.ready)
         self._words(m, gate, interpreter, planner, renewed,
-                    settling | (missed & interpreter.position.ready))
+                    settling | ((missed | discarded) & between))
         faults += [receiver.fault, gate.fault, interpreter.fault, lister.fault, planner.fault,
                    homing.fault]
 
@@ -451,9 +457,10 @@ class GCode(MachineComponent):
             clock=settings.clock, depth=settings.depth)
         checks = Signal()  # nothing is done of what is planned until a reset
         m.d.sync += checks.eq((checks | (control.state == GCodeState.CHECK)) & ~renewed)
+        drops = checks | discarded
         m.d.comb += [motion.words.payload.eq(planner.words.payload),
-                     motion.words.valid.eq(planner.words.valid & ~checks),
-                     planner.words.ready.eq(motion.words.ready | checks)]
+                     motion.words.valid.eq(planner.words.valid & ~drops),
+                     planner.words.ready.eq(motion.words.ready | drops)]
         m.submodules.settings = store = GCodeSettingStore(
             values=settings.store, second_motor=settings.second_motor is not None)
         flags = store.flags
@@ -465,11 +472,17 @@ class GCode(MachineComponent):
         m.d.comb += [
             planner.room.eq(motion.free > 1), planner.speed.eq(motion.speed),
             planner.spindle_speed.eq(motion.extra),
-            motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart),
+            motion.hold.eq(control.hold | homing.brake), motion.flush.eq(restart | discards),
             motion.off.eq(renewed | control.stop | (control.state == GCodeState.SLEEP)),
             control.standing.eq(motion.still),
         ]
         m.d.sync += control.moving.eq(moving)
+        jogs = interpreter.actions.valid & (interpreter.actions.p.kind == GCodeActionKind.JOG)
+        m.d.sync += [
+            control.jogging.eq((jogs | (control.jogging & ~motion.idle)) & ~renewed),
+            discards.eq(control.cancelled),
+            discarded.eq((control.cancelled | discarded) & ~(restarts | renewed)),
+        ]
         for axis in range(AXES):
             # Places are counted from 34 m below 0, which with an odd number of steps per metre is
             # not a whole number of turns of these two bits.
@@ -488,6 +501,8 @@ class GCode(MachineComponent):
         with m.Elif(planner.begun):
             m.d.sync += begins.eq(0)
         resumes = Signal()  # from where the axes are
+        m.d.sync += resumes.eq((missed | discarded) & motion.idle & interpreter.position.ready
+                               & ~interpreter.words.valid & ~homing.active & ~settling & ~resumes)
         placing = Signal()  # the block that sets the place is under way
         m.d.sync += placing.eq((planner.begun | (placing & ~motion.idle)) & ~restarts)
         m.d.comb += [
@@ -562,8 +577,6 @@ class GCode(MachineComponent):
                 m.d.sync += missed.eq(1)
             with m.If(restarts):
                 m.d.sync += missed.eq(0)
-            m.d.comb += resumes.eq(missed & motion.idle & interpreter.position.ready
-                                   & ~interpreter.words.valid & ~homing.active & ~settling)
             self._servo(m, store, Mux(up, FULL_POWER, 0))
         else:
             connect(m, reader.words, gate.words)

@@ -52,7 +52,7 @@ class GCodeControl(wiring.Component):
     FAULT  a state register was upset: stopped                 stays until reset
     =====  ==================================================  =====================================
 
-    **Hold** in IDLE, RUN; in JOG it cancels: it slows down, then ``flush`` discards the rest. A
+    **Hold** in IDLE, RUN; in JOG it cancels: it slows down, then ``cancelled`` discards the rest. A
     resume while it still slows down does nothing, as with GRBL.
 
     **Reset** slows down, whatever the state, and takes effect when the machine stands: ``reset`` is
@@ -119,7 +119,9 @@ class GCodeControl(wiring.Component):
     reset : Out(1)
         Reset everything else but the reporter, in this clock.
     flush : Out(1)
-        Discard blocks and parts of them, in this clock.
+        Discard blocks and parts of them, and all lines, in this clock.
+    cancelled : Out(1)
+        Discard blocks and parts of them, in this clock: it was a jog, and it stands.
     enable : Out(1)
         Power of the motors: from the first motion on, not in SLEEP nor after an emergency stop.
     alarms : Out(stream.Signature(5))
@@ -158,6 +160,7 @@ class GCodeControl(wiring.Component):
     report: Out(1)
     reset: Out(1)
     flush: Out(1)
+    cancelled: Out(1)
     enable: Out(1)
     alarms: Out(stream.Signature(5))
     messages: Out(stream.Signature(GCodeMessage))
@@ -296,8 +299,8 @@ class GCodeControl(wiring.Component):
         # In any state, the most urgent last.
         with m.If(asks_reset):
             m.d.sync += resetting.eq(1)
-        with m.If((within("JOG", "ALARM")) & cancelling & self.standing):
-            m.d.comb += self.flush.eq(1)
+        with m.If(within("JOG", "ALARM") & cancelling & self.standing):
+            m.d.comb += [self.cancelled.eq(within("JOG")), self.flush.eq(within("ALARM"))]
             m.d.sync += cancelling.eq(0)
         stops, breaks = Signal(), Signal()
         with m.If(~within("START", "ALARM", "SLEEP")):

@@ -233,6 +233,20 @@ def _rest_of_line() -> Iterable[_Row]:
     yield from _block()
 
 
+def _jog() -> Iterable[_Row]:
+    yield from _targets()
+    yield _Row(_Do.LOAD, Operand.RATE, _register("feed"))
+    yield from _rest_of_line()
+
+
+def _check_jog() -> Iterable[_Row]:
+    """Give the verdict whether a target is out of the travel."""
+    yield from _targets()
+    yield _Row(_Do.ZERO, 0, _register("beyond"))
+    yield _Row(_Do.RUN_SOFT, _TABLE["travel"])
+    yield _Row(_Do.KEEP, _register("beyond"), _Kept.VERDICT.value)
+
+
 def _check(*, by_radius: bool) -> Iterable[_Row]:
     yield from _targets()
     yield _input("plane", "plane")
@@ -381,11 +395,13 @@ class _Procedure(enum.Enum, shape=unsigned(6)):
     CHECK_RADIUS = 18
     ARC_BY_CENTRE = 20
     ARC_BY_RADIUS = 30
-    CONFIGURE = 40
-    HOME_X = 48
-    HOME_Y = 52
-    HOME_Z = 56
-    HOME_PLACE = 60
+    JOG = 40
+    CHECK_JOG = 44
+    CONFIGURE = 45
+    HOME_X = 51
+    HOME_Y = 55
+    HOME_Z = 59
+    HOME_PLACE = 63
 
 
 _PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
@@ -401,6 +417,8 @@ _PROCEDURES: Mapping[_Procedure, tuple[_Row, ...]] = {
     _Procedure.CHECK_RADIUS: (*_check(by_radius=True),),
     _Procedure.ARC_BY_CENTRE: (*_arc(by_radius=False),),
     _Procedure.ARC_BY_RADIUS: (*_arc(by_radius=True),),
+    _Procedure.JOG: (*_jog(),),
+    _Procedure.CHECK_JOG: (*_check_jog(),),
     _Procedure.CONFIGURE: (*_configure(),),
     _Procedure.HOME_X: (*_home("x"),),
     _Procedure.HOME_Y: (*_home("y"),),
@@ -452,7 +470,8 @@ class GCodePlanner(wiring.Component):
     operand_address, operand : Out(6), In(signed(width))
         The operands of the action, a clock after their address.
     verdict : Out(6)
-        Error of an arc, when its CHECK_ARC is taken.
+        Error of an arc, when its CHECK_ARC is taken; 1 for a jog out of the travel, 0 for another,
+        when its CHECK_JOG is.
     configure, configured : In(1), Out(1)
         Take the settings, until ``configured``, which is one clock; ``verdict`` is then 0, or 1 if
         the drivers cannot make the highest speed of an axis. Only while nothing moves and no block
@@ -677,6 +696,10 @@ class GCodePlanner(wiring.Component):
                                 begin(_Procedure.STOPPED_OUTPUTS, BlockKind.OUTPUTS)
                         with m.Case(GCodeActionKind.OFFSETS):
                             begin(_Procedure.ORIGIN)
+                        with m.Case(GCodeActionKind.JOG):
+                            begin(_Procedure.JOG)
+                        with m.Case(GCodeActionKind.CHECK_JOG):
+                            begin(_Procedure.CHECK_JOG)
                         for arc, with_centre, with_radius in (
                                 (GCodeActionKind.CHECK_ARC, _Procedure.CHECK_CENTRE,
                                  _Procedure.CHECK_RADIUS),

@@ -20,7 +20,10 @@ LISTS = {"": GCodeList.HELP, "G": GCodeList.MODES, "#": GCodeList.COORDINATES,
          "I": GCodeList.BUILD, "N": GCodeList.STARTUP}
 """Lines of lists, behind their ``$``."""
 
-COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", *LISTS)
+JOG = "J="
+"""What begins a jog, behind its ``$``: the rest is words of G-code."""
+
+COMMANDS = ("X", "H", "$", "C", "SLP", "RST=$", "RST=#", "RST=*", JOG, *LISTS)
 """System lines that are a text of their own, behind their ``$``."""
 
 THOUSANDTH = 1000
@@ -52,6 +55,7 @@ class GCodeGate(wiring.Component):
     $RST=$ # *  make settings, coordinates, or    with 8 unless at rest
                 both what they were at power-up,
                 with a reset
+    $J=words    passes them, as a jog             with 8 unless at rest and not locked, or jogging
     $n=value    changes a setting                 with 8 unless at rest; see below
     ==========  ================================  ===============================================
 
@@ -60,10 +64,13 @@ class GCodeGate(wiring.Component):
     to be, 10 for soft limits without homing, and 12 if the drivers could not make the highest
     speed. A value is rounded to thousandths. Without homing, $22=0, there are no soft limits.
 
-    A line of G-code is judged by whether the machine is locked when its end comes; its words are
-    passed on before, and only the end makes them a line. So nothing of it is done either way. An
-    empty line is never refused. A system line is judged when all lines before it are answered, and
-    it is done before its end is passed; but a reset and sleep begin when it is answered.
+    A line of G-code is refused with 9 during an alarm, in sleep, and while a jog is made, whatever
+    is wrong with it, unless bytes of it are lost. It is judged by what the machine does when its
+    end comes; its words are passed on before, and only the end makes them a line. So nothing of it
+    is done either way. An empty line is never refused. A system line is judged when all lines
+    before it are answered, and it is done before its end is passed; but a reset and sleep begin
+    when it is answered. Words and end of a jog are passed as items of the system, but no other end
+    is.
 
     Parameters
     ----------
@@ -79,7 +86,9 @@ class GCodeGate(wiring.Component):
     answered : In(1)
         A line that was passed is answered, for one clock.
     locked : In(1)
-        Refuse lines of G-code.
+        Alarm, or sleep.
+    jogging : In(1)
+        A jog is made, or planned.
     resting : In(1)
         Nothing moves, or will by lines that are answered, and it is in IDLE or ALARM.
     stopped : In(1)
@@ -132,11 +141,11 @@ class GCodeGate(wiring.Component):
         super().__init__({
             "words": In(stream.Signature(gcode_layout(width))),
             "passed": Out(stream.Signature(gcode_layout(width))),
-            "answered": In(1), "locked": In(1), "resting": In(1), "settling": In(1),
-            "stopped": In(1), "unlock": Out(1), "checking": Out(1), "sleep": Out(1),
-            "restart": Out(1), "restoring": Out(1), "erase": Out(1), "erase_address": Out(6),
-            "listing": Out(1), "list": Out(GCodeList), "all_listed": In(1), "home": Out(1),
-            "homed": In(1),
+            "answered": In(1), "locked": In(1), "jogging": In(1), "resting": In(1),
+            "settling": In(1), "stopped": In(1), "unlock": Out(1), "checking": Out(1),
+            "sleep": Out(1), "restart": Out(1), "restoring": Out(1), "erase": Out(1),
+            "erase_address": Out(6), "listing": Out(1), "list": Out(GCodeList),
+            "all_listed": In(1), "home": Out(1), "homed": In(1),
             "address": Out(index), "value": In(SETTING_BITS), "number": In(8), "decimal": In(1),
             "least": In(1), "most": In(SETTING_BITS), "initial": In(SETTING_BITS),
             "write_address": Out(index), "data": Out(SETTING_BITS), "trial": Out(1),
@@ -148,7 +157,7 @@ class GCodeGate(wiring.Component):
         m = Module()
         item, passed = self.words.p, self.passed.p
         ends, taken = Signal(), Signal()
-        line, known = self._line(m, ends, taken)
+        line, known, jog = self._line(m, ends, taken)
         lists = Cat(known[each] for each in LISTS)
         restores_settings = known["RST=$"] | known["RST=*"]
         restores = restores_settings | known["RST=#"]
@@ -167,21 +176,22 @@ class GCodeGate(wiring.Component):
         done = Signal()  # it has its status
         waits = Signal()  # for that
         swallowed = Signal()
+        good = item.status == GCodeStatus.GOOD
         m.d.comb += [
             ends.eq(item.kind == GCodeKind.END),
-            swallowed.eq(item.system & ~ends),
-            waits.eq(item.system & ends & (item.status == GCodeStatus.GOOD) & ~done),
+            swallowed.eq(item.system & ~ends & ~(jog & (item.kind == GCodeKind.WORD))),
+            waits.eq(item.system & ends & good & ~done),
             taken.eq(self.words.valid & self.words.ready),
-            passed.eq(item),
+            passed.eq(item), passed.system.eq(item.system & jog),
             self.passed.valid.eq(self.words.valid & ~swallowed & ~waits),
             self.words.ready.eq((self.passed.ready | swallowed) & ~waits),
             self.unlock.eq(taken & ends & done & known["X"] & (status == GCodeStatus.GOOD)),
         ]
-        with m.If(ends & (item.status == GCodeStatus.GOOD)):
-            with m.If(item.system):
-                m.d.comb += passed.status.eq(status)
-            with m.Elif(self.locked & filled):
-                m.d.comb += passed.status.eq(GCodeStatus.LOCKED)
+        with m.If(ends & item.system & good):
+            m.d.comb += passed.status.eq(status)
+        with m.If(ends & ~item.system & (item.status != GCodeStatus.DAMAGED)
+                  & (self.locked | self.jogging) & (filled | ~good)):
+            m.d.comb += passed.status.eq(GCodeStatus.LOCKED)
         with m.If(self.answered):
             m.d.sync += open_.eq(0)
         with m.If(taken):
@@ -244,6 +254,9 @@ class GCodeGate(wiring.Component):
                     with m.Elif(known["C"] & self.checking):
                         m.d.sync += [self.checking.eq(0), restarts.eq(1)]
                         answer(GCodeStatus.GOOD)
+                    with m.Elif(known[JOG]):
+                        answer(Mux(self.jogging | (self.resting & ~self.locked),
+                                   GCodeStatus.GOOD, GCodeStatus.NOT_IDLE))
                     with m.Elif(~(Cat(known.values()).any() | line.sets)):
                         answer(GCodeStatus.UNSUPPORTED)
                     with m.Elif(~(self.resting | (known["$"] & self.checking))
@@ -405,8 +418,12 @@ class GCodeGate(wiring.Component):
         m.d.comb += self.fault.eq(leave_unused_codes(m, fsm, fault="FAULT"))
         return m
 
-    def _line(self, m: Module, ends: Signal, taken: Signal) -> tuple[Signal, dict[str, Value]]:
-        """Read a system line: its number and its value, and which of `COMMANDS` it is."""
+    def _line(self, m: Module, ends: Signal, taken: Signal
+              ) -> tuple[Signal, dict[str, Value], Value]:
+        """Read a system line: its number and its value, and which of `COMMANDS` it is.
+
+        That it is a jog is also returned at once, for words of it follow.
+        """
         item = self.words.p
         number = item.number
         line = Signal(data.StructLayout({
@@ -418,8 +435,9 @@ class GCodeGate(wiring.Component):
         length = Signal(range(longest + 3))  # characters, at most two more than of a command
         agrees = Signal(len(COMMANDS))  # with all of them
         matches = Signal(len(COMMANDS))  # a clock after its last character
-        m.d.sync += matches.eq(Cat(agrees[which] & (length == len(command) + 1)
-                                   for which, command in enumerate(COMMANDS)))
+        now = [agrees[which] & (length == len(command) + 1)
+               for which, command in enumerate(COMMANDS)]
+        m.d.sync += matches.eq(Cat(now))
         character = item.character
         digit = (character >= ord("0")) & (character <= ord("9"))
         numeric = digit | Cat(character == ord(each) for each in "+-.").any()
@@ -461,4 +479,4 @@ class GCodeGate(wiring.Component):
                     line.overflow.eq(number.overflow | number.whole.all()),
                     line.integer.eq(number.integer),
                 ]
-        return line, dict(zip(COMMANDS, matches, strict=True))
+        return line, dict(zip(COMMANDS, matches, strict=True)), now[COMMANDS.index(JOG)]

@@ -8,8 +8,16 @@ from ..checks import in_range
 from ..fsm import leave_unused_codes
 from .gcode_coordinates import CoordinateSum, GCodeCoordinates, Operand
 from .gcode_line import GCodeLine
-from .gcode_modes import LETTERS, AxisUse, GCodeModes, GCodeMotion, NonModal, ProgramFlow
-from .gcode_reader import GCodeKind, gcode_layout
+from .gcode_modes import (
+    LETTERS,
+    AxisUse,
+    GCodeLineState,
+    GCodeModes,
+    GCodeMotion,
+    NonModal,
+    ProgramFlow,
+)
+from .gcode_reader import GCodeKind, GCodeStatus, gcode_layout
 from .unit_converter import UnitConverter
 
 __all__ = ["GCodeAction", "GCodeActionKind", "GCodeInterpreter"]
@@ -31,6 +39,8 @@ class GCodeActionKind(enum.Enum, shape=unsigned(4)):
     OFFSETS = 7  # ORIGIN has changed
     PAUSE = 8
     END = 9
+    JOG = 10  # a line to TARGET, with RATE
+    CHECK_JOG = 11  # give the verdict on that, not 0 if it leaves the travel; nothing is done
 
 
 class GCodeAction(data.Struct):
@@ -45,12 +55,18 @@ class GCodeInterpreter(wiring.Component):
     """Interprets lines of G-code, one at a time.
 
     Each word is checked as it comes, and the line as a whole at its end, in the order in which GRBL
-    does it: the first error is the answer. Then nothing of the line is done, and nothing has
-    changed. Of a line that is right the actions are offered in GRBL's order of execution, and then
-    it is answered with 0. So every line is answered once, in order.
+    does it: the first error is the answer, but a status that the machine is locked or not idle
+    comes before it. Then nothing of the line is done, and nothing has changed. Of a line that is
+    right the actions are offered in GRBL's order of execution, and then it is answered with 0. So
+    every line is answered once, in order.
 
     The geometry of an arc is checked elsewhere. The arc is offered first as CHECK_ARC, and
     `verdict` is the error, or 0, when that is taken.
+
+    A line whose items are of the system is a jog: a straight line, with the feed that it must have,
+    which changes nothing but the position. It is refused with 36 if it has S or T, with 16 if it
+    has a word of another group than distance and units, but for G53, and with 15 if it would leave
+    the travel: it is offered first as CHECK_JOG, and `verdict` is then not 0.
 
     What an action is about is read at ``operand``, by its address, an `Operand`: while an action is
     offered these words stay.
@@ -84,7 +100,7 @@ class GCodeInterpreter(wiring.Component):
     actions : Out(stream.Signature(GCodeAction))
         What is to be done.
     verdict : In(6)
-        Error of an arc, 0 if it can be; sampled when a CHECK_ARC is taken.
+        Error of an arc or a jog, 0 if it can be; sampled when its check is taken.
     operand_address : In(6)
         An `Operand`, or one of the words that follow it.
     operand : Out(signed(width))
@@ -126,7 +142,11 @@ class GCodeInterpreter(wiring.Component):
         m.submodules.line = collected = GCodeLine(width=self.width)
         m.submodules.coordinates = store = GCodeCoordinates(width=self.width)
         m.submodules.converter = converter = UnitConverter(width=self.width)
-        line = collected.line
+        line = Signal(GCodeLineState)
+        jog = Signal()  # the line is one
+        m.d.comb += line.eq(collected.line)
+        with m.If(jog):
+            m.d.comb += [line.modes.motion.eq(GCodeMotion.LINE), line.modes.inverse.eq(0)]
 
         error = Signal(8)
         begun = Signal()  # a word of the line is there
@@ -143,7 +163,7 @@ class GCodeInterpreter(wiring.Component):
         m.d.comb += [
             action.modes.eq(line.modes), collected.item.eq(self.words.p),
             collected.modes.eq(self.modes),
-            converter.line.eq(line), converter.was_inverse.eq(self.modes.inverse),
+            converter.line.eq(line), converter.was_inverse.eq(self.modes.inverse & ~jog),
             converter.word.eq(store.fetched), converter.run.eq(converts),
             store.line.eq(line), store.sum.eq(total),
             store.run.eq(computing), store.write.eq(stores | converter.write),
@@ -201,10 +221,10 @@ class GCodeInterpreter(wiring.Component):
             is_arc.eq((axes == AxisUse.MOTION) & ((motion == GCodeMotion.CLOCKWISE)
                                                   | (motion == GCodeMotion.COUNTER_CLOCKWISE))),
             moves.eq((axes == AxisUse.MOTION) & any_axis & (motion != GCodeMotion.NONE)),
-            unused.eq(_unused(line, is_arc).any()),
+            unused.eq(_unused(line, is_arc).any() | (jog & (has["S"] | has["T"]))),
             line_feed_zero.eq(Mux(has["F"], line.zero_feed,
                                   modes.inverse | self.modes.inverse | feed_zero)),
-            words_error.eq(_error_of_words(m, line)),
+            words_error.eq(_error_of_words(m, line, jog)),
             line_error.eq(_error_of_line(m, line, is_arc, line_feed_zero)),
         ]
         m.d.comb += action.by_radius.eq(has["R"])
@@ -217,6 +237,8 @@ class GCodeInterpreter(wiring.Component):
                 m.d.comb += [self.position.ready.eq(~begun), self.words.ready.eq(read & ~places)]
                 m.d.sync += [offered.eq(self.words.valid & ~self.words.ready),
                              read.eq(offered & self.words.valid & ~self.words.ready)]
+                with m.If(self.words.valid):
+                    m.d.sync += jog.eq(self.words.p.system)
                 with m.If(self.erase & ~begun):
                     m.d.sync += [stores.eq(1), place.eq(self.erase_address)]
                 with m.If(places):
@@ -229,10 +251,14 @@ class GCodeInterpreter(wiring.Component):
                         m.d.sync += [stores.eq(collected.has_value), place.eq(collected.index)]
                     with m.Elif(self.words.p.kind == GCodeKind.END):
                         m.next = "CHECK_WORDS"
-                        with m.If(collected.error != 0):
+                        status = self.words.p.status
+                        with m.If((status == GCodeStatus.NOT_IDLE)
+                                  | (status == GCodeStatus.LOCKED)):
+                            refuse(status.as_value())
+                        with m.Elif(collected.error != 0):
                             refuse(collected.error)
-                        with m.Elif(self.words.p.status.as_value() != 0):
-                            refuse(self.words.p.status.as_value())
+                        with m.Elif(status.as_value() != 0):
+                            refuse(status.as_value())
 
             with m.State("CHECK_WORDS"):
                 m.d.sync += converts.eq((words_error == 0) & ~line.too_long)
@@ -276,10 +302,26 @@ class GCodeInterpreter(wiring.Component):
                 m.next = "SPINDLE"
                 with m.If(unused):
                     refuse(36)
+                with m.Elif(jog):
+                    m.next = "CHECK_JOG"
+                    with m.If(line.not_of_jog | ((line.non_modal != NonModal.NONE)
+                                                 & (line.non_modal != NonModal.MACHINE))):
+                        refuse(16)
                 with m.Elif(has["T"]):
                     compute(CoordinateSum.SET_TOOL, "STORE_TOOL")
                 with m.Elif(has["S"]):
                     compute(CoordinateSum.SET_SPEED, "STORE_SPEED")
+
+            # A jog, which has its own feed, and leaves the modes as they are
+            with m.State("CHECK_JOG"):
+                m.next = "ANSWER"
+                with m.If(moves):
+                    m.next = "CHECK_JOG"
+                    offer(GCodeActionKind.CHECK_JOG, "JOG")
+                    with m.If(self.actions.ready & (self.verdict != 0)):
+                        refuse(15)
+            with m.State("JOG"):
+                offer(GCodeActionKind.JOG, "ARRIVE", CoordinateSum.ARRIVE)
 
             # The line is right: do it.
             with m.State("STORE_TOOL"):
@@ -367,7 +409,11 @@ class GCodeInterpreter(wiring.Component):
                     m.d.comb += action.kind.eq(GCodeActionKind.ARC)
                 with m.Elif(motion == GCodeMotion.RAPID):
                     m.d.comb += action.kind.eq(GCodeActionKind.RAPID)
-            computed("ARRIVE", "FLOW")
+            with m.State("ARRIVE"):
+                with m.If(store.done):
+                    m.next = "FLOW"
+                    with m.If(jog):
+                        m.next = "ANSWER"
 
             with m.State("FLOW"):
                 m.next = "ANSWER"
@@ -395,15 +441,16 @@ class GCodeInterpreter(wiring.Component):
         return m
 
 
-def _error_of_words(m: Module, line) -> Signal:
+def _error_of_words(m: Module, line, jog: Signal) -> Signal:
     """Return the error of words that do not go together, or 0, in the order of GRBL."""
     error = Signal(6)
     modes, axes, motion = line.modes, line.axes, line.modes.motion
     any_axis, has_l, has_p = line.given.any(), line.has("L"), line.has("P")
     with m.If(line.number_too_large):
         m.d.comb += error.eq(27)
-    with m.Elif(modes.inverse & (axes == AxisUse.MOTION) & ~line.has("F")
-                & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.NONE)):
+    with m.Elif(~line.has("F") & (jog | (
+            modes.inverse & (axes == AxisUse.MOTION)
+            & (motion != GCodeMotion.RAPID) & (motion != GCodeMotion.NONE)))):
         m.d.comb += error.eq(22)
     with m.Elif((line.non_modal == NonModal.DWELL) & ~has_p):
         m.d.comb += error.eq(28)

@@ -1,12 +1,13 @@
 """Words of G-code to what their line says, each checked by itself."""
 
-from amaranth import Module, Mux, Signal, unsigned
+from amaranth import Cat, Module, Mux, Signal, unsigned
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from ..checks import in_range
 from .gcode_modes import (
     LETTERS,
+    OF_JOG,
     AxisUse,
     GCodeLineState,
     GCodeModes,
@@ -166,6 +167,8 @@ class GCodeLine(wiring.Component):
             m.d.sync += line.too_long.eq(1)
         with m.If(word.axes != AxisUse.NONE):
             m.d.sync += line.axes.eq(word.axes)
+        with m.If(Cat(word.is_of(group) for group in ModalGroup if group not in OF_JOG).any()):
+            m.d.sync += line.not_of_jog.eq(1)
         with m.If(word.is_of(ModalGroup.NON_MODAL)):
             m.d.sync += [line.non_modal.eq(choice), line.second.eq(word.second)]
         with m.If(word.is_of(ModalGroup.LENGTH)):

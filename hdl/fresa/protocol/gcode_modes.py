@@ -5,8 +5,8 @@ from enum import IntEnum
 from amaranth import Value, unsigned
 from amaranth.lib import data, enum
 
-__all__ = ["LETTERS", "AxisUse", "GCodeLineState", "GCodeModes", "GCodeMotion", "ModalGroup",
-           "NonModal", "ProgramFlow"]
+__all__ = ["LETTERS", "OF_JOG", "AxisUse", "GCodeLineState", "GCodeModes", "GCodeMotion",
+           "ModalGroup", "NonModal", "ProgramFlow"]
 
 LETTERS = "FIJKLNPRSTXYZ"
 """Letters of words that have a value, in the order in which the values are stored."""
@@ -78,6 +78,10 @@ class ModalGroup(IntEnum):
     COOLANT = 13
 
 
+OF_JOG = ModalGroup.NON_MODAL, ModalGroup.DISTANCE, ModalGroup.UNITS
+"""Groups of which a jog may have a word: of the first only G53."""
+
+
 class ProgramFlow(enum.Enum, shape=unsigned(2)):
     """What follows a line."""
 
@@ -101,6 +105,7 @@ class GCodeLineState(data.Struct):
     number_too_large: unsigned(1)  # N
     zero_feed: unsigned(1)
     too_long: unsigned(1)  # a length is beyond reach
+    not_of_jog: unsigned(1)  # a word of a group of which no jog has one
 
     def has(self, letter: str) -> Value:
         """Return whether a letter has a value."""

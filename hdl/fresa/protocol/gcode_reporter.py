@@ -421,7 +421,7 @@ def _texts(greeting: bytes, options: str) -> list[bytes]:
 def _lists(options: str) -> dict[GCodeText, bytes]:
     """Return what parts of lists say."""
     return {
-        GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n",
+        GCodeText.HELP: b"[HLP:$$ $# $G $I $N $x=val $J=line $SLP $C $X $H $RST= ~ ! ? ctrl-x]\r\n",
         GCodeText.BUILD: f"[VER:1.1h.20190830:]\r\n[OPT:{options}]\r\n".encode(),
         GCodeText.STARTUP: b"$N0=\r\n$N1=\r\n",
         GCodeText.MOTION: b"[GC:G%c" % WHOLE, GCodeText.G: b" G%c" % WHOLE,

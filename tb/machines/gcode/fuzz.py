@@ -8,6 +8,7 @@ motion to 0: an axis that has lost a step, or made one too many, does not get th
 import random
 import re
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from tb import boards
 from tb.fuzz.inputs import LineProtocol
 from tb.fuzz.target import Findings, Floods, FuzzTarget, Seen
 from tb.fuzz.trajectory import Failure
-from tb.models.gcode_language import Interpreter, RefusedLine, read_words
+from tb.models.gcode_language import Interpreter, RefusedLine, read_jog, read_words
 from tb.uart import FRAME, Levels, decode, decode_output
 
 from . import SHORT, SHORT_GANTRY
@@ -49,7 +50,8 @@ LINES = (b"G21", b"G90", b"G91", b"G54", b"G55", b"G17", b"G18", b"G19", b"M3S50
          b"G38.2X1", b"G1X0.00000000000000000000000000000000000000001", b"G53G0X0Y0Z0",
          b"$H", b"$", b"$G", b"$#", b"$I", b"$N", b"%")
 
-ANOTHER = b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$"
+ANOTHER = (b"$C", b"$C", b"$SLP", b"$RST=#", b"$RST=*", b"$rst=$", b"$J=G91X0.2F900",
+           b"$j=G91Y-.3Z.1F6000", b"$J=X0F9000")
 """Lines after which it is not known what others are answered, until a reset."""
 
 
@@ -72,7 +74,7 @@ def _legal(rng: random.Random) -> bytes:
     line += rng.choice([b"\n", b"\n", b"\r\n", b"\r"])
     if rng.random() < 0.1:
         place = rng.randrange(len(line) + 1)
-        line = line[:place] + rng.choice([b"?", b"?", b"!~", b"~"]) + line[place:]
+        line = line[:place] + rng.choice([b"?", b"?", b"!~", b"~", b"\x85"]) + line[place:]
     return line
 
 
@@ -112,6 +114,7 @@ def _lines(received: Iterable[tuple[int, int, bool]]) -> Iterator[_Line]:
         if error and byte in b"\r\n":
             yield _Line(clock, bytes(text), True, size)
             text, size, damaged = bytearray(), 0, False
+            after_cr = byte == ord("\r")
 
 
 def _answer(model: Interpreter, line: _Line) -> tuple[bytes, ...]:
@@ -122,6 +125,8 @@ def _answer(model: Interpreter, line: _Line) -> tuple[bytes, ...]:
         plain = re.sub(r"[\0- /]|\([^)]*(?:\)|$)|;.*", "", text, flags=re.S)
         if not plain and b"\0" in line.text:  # damage in the time of a reset may be gone
             return (b"ok", *damage)
+        if plain[:3].upper() == "$J=":
+            return (_answer_jog(model, text), b"error:8", *damage)
         if plain.startswith("$"):
             return (b"ok", b"error:3", b"error:5", b"error:8", b"error:11")
         items, status = read_words(text)
@@ -132,6 +137,18 @@ def _answer(model: Interpreter, line: _Line) -> tuple[bytes, ...]:
     except RefusedLine as refused:
         return (*damage, b"error:%d" % refused.args[0])
     return (b"ok",)
+
+
+def _answer_jog(model: Interpreter, text: str) -> bytes:
+    """Return how a jog is answered, if it may be one."""
+    items, status = read_jog(text)
+    try:
+        model.check(items)
+        if not status:
+            deepcopy(model).jog(items)
+    except RefusedLine as refused:
+        status = refused.args[0]
+    return b"error:%d" % status if status else b"ok"
 
 
 def _pins(seen: Seen) -> tuple[list[Failure], NDArray[np.int64], int]:
@@ -193,7 +210,7 @@ def _check(findings: Findings, line: Levels, seen: Seen, floods: Floods) -> None
     wrong = [(clock, text) for clock, text in said if not re.fullmatch(
         rb"ok|error:\d+|ALARM:\d+|\[MSG:.*\]|\$\d+=\d+(?:\.\d{3})?|\$N[01]=|Grbl 1.1h .*|"
         rb"\[(?:HLP|VER|OPT|GC|G\d\d|TLO|PRB):[^\]]*\]?|"  # a reset ends a line of a list
-        rb"<(?:Idle|Run|Hold:[01]|Alarm|Door:[0-3]|Check|Sleep)\|MPos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}"
+        rb"<(?:Idle|Run|Jog|Hold:[01]|Alarm|Door:[0-3]|Check|Sleep)\|MPos:(?:-?\d+\.\d{3},){2}-?\d+\.\d{3}"
         rb"\|Bf:\d+,\d+\|FS:\d+,\d+(?:\|.*)?>", text)]
     if wrong:
         findings.failures.append(Failure(wrong[0][0], "answer", f"it says {wrong[0][1]!r}"))
@@ -224,8 +241,9 @@ def _answers(findings: Findings, received: list[tuple[int, int, bool]], resets: 
             return [] if seen["moving"][-1] else [
                 Failure(begin, "answer", "no greeting after a reset")]
         lines = [*_lines(after)]
-        if begin and lines and greeted > lines[0].clock:
-            known = False  # it braked for so long that lines are gone
+        locked = any(text == UNLOCK for clock, text in said if begin < clock < end)
+        if begin and (locked or (lines and greeted > lines[0].clock)):
+            known = False  # it slept, or braked for so long that lines are gone
             continue
         own = [(clock, text) for clock, text in said if greeted <= clock < end
                and re.fullmatch(rb"ok|error:\d+", text)]

@@ -24,6 +24,7 @@ HOMING = 60_000
 REALTIME = (b"?", b"?", b"?", b"!", b"~", b"~", b"~", b"\x18", b"\x84", b"\x85", b"\x90")
 OTHERS = (b"M3 S1000", b"M5", b"M8", b"M9", b"M7", b"G4 P0.001", b"G4", b"M0", b"M2", b"G92 X1",
           b"G92.1", b"G10 L2 P1 X0.5", b"G54", b"G55", b"G20", b"G21", b"G91", b"G90", b"G28",
+          b"$J=G91 X0.2 F900", b"$J=X0 Y0 F9000", b"$J=G0 X1 F1",
           b"$X", b"$H", b"$$", b"$", b"$G", b"$#", b"$I", b"$C", b"$C", b"$RST=#", b"",
           b"(comment) G1", b"; all of it", b"G1 X", b"X1 X2", b"G1 G2 X1",
           b"F0", b"F9000", b"T1 N5", b"%", b"G93 G1 X1", b"G17", b"G18",

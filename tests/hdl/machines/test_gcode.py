@@ -801,3 +801,73 @@ class TestLaser:
         assert share(session, "pwm", 100_000) == 0
         session.send("\x18", wait=False)
         session.run(SECOND // 10)
+
+
+JOG = "$J=G91X{}F{}\n"
+
+
+def test_a_jog_is_no_part_of_the_program(session):
+    assert session.send("G55G90G18\n$J=G91X1Y-1F3000\n", wait=False) == ["ok", "ok"]
+    assert session.state()[0] == "Jog"
+    assert session.send("G0X0\n$J=Y0F3000\n$$\n\n$G\n", wait=False) == [
+        "error:9", "ok", "error:8", "ok", "[GC:G0 G55 G18 G21 G90 G94 M5 M9 T0 F0 S0]", "ok"]
+    session.send("")
+    assert session.at(1, 0, 0)
+    assert session.state()[0] == "Idle"
+    assert session.send("G1X0\n$J=X2F6000\nG1X0F600\n") == ["error:22", "ok", "error:9"]
+    assert session.at(2, 0, 0)
+    assert session.send("G1X0F600\n$J=G53X1F100\n", wait=False) == ["ok", "error:8"]
+    session.send("")
+    assert session.at(0, 0, 0)
+
+
+@pytest.mark.parametrize("byte", ["\x85", "!"])
+@pytest.mark.parametrize(("jogs", "each"), [(1, 4), (3, 2), (70, 0.4), (80, 0.4)])
+def test_a_jog_is_cancelled_where_it_is(session, jogs, each, byte):
+    """With more of them than the queue has room for, too: then one waits in the planner."""
+    said = session.send(JOG.format(each, 3000) * jogs + "?", wait=False) + session.send(byte)
+    (report,) = (line for line in said if line != "ok")
+    assert report.startswith("<Jog|")
+    while said.count("ok") < jogs or session.engine.get("moving"):  # what had no room goes on
+        assert session.engine.clock < 40_000_000
+        said += session.send("")
+    state, place = session.state()
+    assert state == "Idle"
+    assert not session.engine.get("moving")
+    assert 0 < session.position[0] < STEPS * each * jogs
+    assert place[0] == pytest.approx(session.position[0] / STEPS, abs=5.1e-4)
+    assert session.send(JOG.format(-0.1, 300)) == ["ok"]
+    was = session.position[0]
+    assert session.send("G91G1X1F600\nG90G0X0\n") == ["ok", "ok"]
+    assert was and session.at(0, 0, 0)
+
+
+def test_a_jog_does_not_leave_the_travel(design):
+    with CXXRTLEngine(design) as engine:
+        session = Switches(engine, (3, -4, 1))
+        for line in HOMED:
+            session.send(line + "\n")
+        session.send("$H\n", wait=False)
+        while not session.send("", wait=False):
+            assert session.engine.clock < 40_000_000
+        session.places = [10**6] * 3
+        assert session.send("$20=1\n$J=G91X1F100\n$J=G53X0.001F100\n$J=G53X0F3000\n") == [
+            "ok", "error:15", "error:15", "ok"]
+        assert session.state() == ("Idle", [0, -14.6, -0.4])
+        assert session.send("G90G53G0X-1\n") == ["ok"]
+        assert not engine.get("fault")
+
+
+def test_a_door_that_opens_ends_a_jog_and_holds(session):
+    session.send(JOG.format(4, 3000), wait=False)
+    session.engine.set(door=1)
+    session.run(200_000)
+    assert session.read() == ["[MSG:Check Door]"]
+    assert session.state()[0] == "Door:1"
+    session.engine.set(door=0)
+    session.run(1000)
+    session.send("~", wait=False)
+    assert session.state()[0] == "Idle"
+    assert 0 < session.position[0] < 4 * STEPS
+    assert session.send("G0X0\n") == ["ok"]
+    assert session.at(0, 0, 0)

@@ -16,8 +16,8 @@ LEVELS = ("moving", "standing", "jogging", "home", "check", "door", "hard_limit"
           "motor_fault", "strict", "locked_start")
 PULSES = ("pause", "sleep", "unlock", "command", "alarms_ready", "messages_ready", "restart",
           "restoring", "rst")
-OUTPUTS = ("hold", "stop", "state", "substate", "report", "reset", "flush", "enable", "fault",
-           "alarms_valid", "alarms_payload", "messages_valid", "messages_payload")
+OUTPUTS = ("hold", "stop", "state", "substate", "report", "reset", "flush", "cancelled", "enable",
+           "fault", "alarms_valid", "alarms_payload", "messages_valid", "messages_payload")
 CODES = [code.value for code in (RealtimeCode.RESET, RealtimeCode.HOLD, RealtimeCode.RESUME,
                                  RealtimeCode.STATUS, RealtimeCode.DOOR, RealtimeCode.JOG_CANCEL)]
 
@@ -66,21 +66,23 @@ class Machine:
                       "alarms_ready": 1, "messages_ready": 1, "standing": 1, **levels, "rst": 1})
         engine.run(1)
         engine.set(rst=0)
-        self.messages, self.alarms, self.resets, self.flushes = [], [], 0, 0
+        self.messages, self.alarms = [], []
+        self.resets = self.flushes = self.cancelled = 0
 
     def run(self, clocks: int = 1, **inputs: int) -> str:
         """Run some clocks, the first with these pulses; return what a report shows."""
         self.wants = inputs.get("moving", self.wants)
         self.engine.set(**inputs)
         for _ in range(clocks):
-            names = ("hold", "stop", "reset", "flush", "alarms_valid", "alarms_payload",
-                     "messages_valid", "messages_payload")
+            names = ("hold", "stop", "reset", "flush", "cancelled", "alarms_valid",
+                     "alarms_payload", "messages_valid", "messages_payload")
             now = dict(zip(names, map(int, self.engine.get(*names)), strict=True))
             self.alarms += [AlarmCode(now["alarms_payload"])] * now["alarms_valid"]
             self.messages += [GCodeMessage(now["messages_payload"])] * now["messages_valid"]
             self.resets += now["reset"]
             self.flushes += now["flush"]
-            if now["reset"] or now["flush"]:
+            self.cancelled += now["cancelled"]
+            if now["reset"] or now["flush"] or now["cancelled"]:
                 self.speed, self.wants = 0, 0
             elif now["hold"] or not self.wants:
                 self.speed = max(self.speed - 1, 0)
@@ -208,10 +210,10 @@ def test_jog_is_cancelled(engine):
     machine = Machine(engine, jogging=1)
     assert machine.run(8, moving=1) == "JOG"
     assert machine.command(RealtimeCode.HOLD) == "JOG"
-    assert (machine.run(10), machine.flushes) == ("IDLE", 1)
+    assert (machine.run(10), machine.cancelled) == ("IDLE", 1)
     machine.run(8, moving=1)
     machine.command(RealtimeCode.DOOR)
-    assert (machine.run(10), machine.flushes) == ("DOOR:0", 2)
+    assert (machine.run(10), machine.cancelled, machine.flushes) == ("DOOR:0", 2, 0)
 
 
 def test_homing_ends_a_lock(engine):

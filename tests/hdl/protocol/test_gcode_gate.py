@@ -68,7 +68,8 @@ class Machine:
         self.engine, self.rng = engine, random.Random(seed)
         self.values = [values[each.number] for each in SETTINGS]
         self.fastest = fastest  # highest value of $110 that is not refused
-        self.letters = ""
+        self.letters = ""  # those of jogs small
+        self.jogs = 0
         self.statuses: list[int] = []
         self.listed: list[tuple[int, int]] = []
         self.unlocks = self.homes = self.restored = 0
@@ -119,9 +120,11 @@ class Machine:
             out: Any = LAYOUT.from_bits(payload)
             if out.kind == GCodeKind.END:
                 self.statuses.append(out.status.value)
+                self.jogs += out.system
                 self.answer_in = self.rng.randint(2, 12)
             else:
-                self.letters += chr(out.character)
+                letter = chr(out.character)
+                self.letters += letter.lower() if out.system else letter
         if listed_valid and lists:
             line: Any = LISTED.from_bits(listed)
             decimal = SETTINGS[setting_index(line.code)].decimal
@@ -172,12 +175,25 @@ def gate():
     (True, "\n", ("", [0], 0)), (False, "$X\n", ("", [0], 1)), (True, "$x\nG0\n", ("G", [0, 9], 1)),
     (False, "$Z\n", ("", [3], 0)), (False, "$H\n", ("", [5], 0)), (False, "$XX\n", ("", [3], 0)),
     (True, "$100=2.5\n", ("", [0], 0)), (False, "X 1 X\n", ("X", [2], 0)),
-    (True, "G\n", ("", [2], 0)), (True, "$J=X1\nG1\n", ("G", [3, 9], 0))])
+    (False, "G\n", ("", [2], 0)), (True, "G\n", ("", [9], 0)), (True, "1\n", ("", [9], 0)),
+    (True, "$J=X1\nG1\n", ("xG", [8, 9], 0)), (False, "$J=X1 F2\nG1\n", ("xfG", [0, 0], 0)),
+    (False, "$j=\n", ("", [0], 0)), (False, "$J=X\n", ("", [2], 0)),
+    (False, "$J\n$J=1\n$JJ=X1\n$J5=X1\n", ("", [3, 1, 3, 3], 0))])
 def test_lines(gate, locked, text, expected):
     with AmaranthEngine(gate) as engine:
         machine = Machine(engine, DEFAULTS, locked=locked)
         machine.send(text)
         assert (machine.letters, machine.statuses, machine.unlocks) == expected
+
+
+def test_during_a_jog_there_may_be_another_and_no_other_line(gate):
+    with AmaranthEngine(gate) as engine:
+        machine = Machine(engine, DEFAULTS, resting=False)
+        machine.send("$J=X1\nG0\n")
+        engine.set(jogging=1)
+        machine.send("$J=Y1\nG1\nG\n$$\n$G\n\n")
+        assert (machine.letters, machine.statuses, machine.jogs) == (
+            "xGyG", [8, 0, 0, 9, 9, 8, 0, 0], 2)
 
 
 def test_there_is_no_homing_cycle_before_a_reset_that_is_due(gate):

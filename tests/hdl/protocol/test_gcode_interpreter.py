@@ -27,6 +27,7 @@ from tb.models.gcode_language import (
     Dwell,
     End,
     Interpreter,
+    Jog,
     Line,
     Offsets,
     Pause,
@@ -45,19 +46,20 @@ LONGEST = 1500  # clocks of a line
 RESET = 101  # clocks until the first can come
 
 
-def word(given: Word) -> int:
-    """Return the item of a word."""
+def word(given: Word, *, system: bool = False) -> int:
+    """Return the item of a word, of a jog if it is of the `system`."""
     whole, hundredths = given.code
     overflow = given.overflow or not -2**43 < given.value < 2**43
     value = {"value": 0 if overflow else given.value, "overflow": overflow,
              "whole": 2**24 - 1 if given.overflow else min(whole, 2**24 - 1),
              "hundredths": min(hundredths, 99),
              "exact": hundredths < 100, "integer": given.value % 10**6 == 0}
-    return _bits(LAYOUT, {"kind": GCodeKind.WORD, "character": ord(given.letter), "number": value})
+    return _bits(LAYOUT, {"kind": GCodeKind.WORD, "system": system,
+                          "character": ord(given.letter), "number": value})
 
 
-def end(status: GCodeStatus = GCodeStatus.GOOD) -> int:
-    return _bits(LAYOUT, {"kind": GCodeKind.END, "status": status})
+def end(status: GCodeStatus = GCodeStatus.GOOD, *, system: bool = False) -> int:
+    return _bits(LAYOUT, {"kind": GCodeKind.END, "status": status, "system": system})
 
 
 def _bits(layout: data.Layout, values) -> int:
@@ -107,17 +109,20 @@ class Pair:
         self.rng, self.haste = random.Random(seed), haste
         self.verdicts: list[int] = []
         self.longest = 0
+        self.outside = False  # a jog leaves the travel
         engine.set(answers_ready=0, actions_ready=0, word_valid=0)
 
-    def line(self, given: list[Word], verdict: int = 0) -> list[Action] | int:
+    def line(self, given: list[Word], *, jog: bool = False) -> list[Action] | int:
         """Run a line on both; return what it does, or its error."""
         position = self.model.position
         try:
-            expected = 0, self.model.line(given)
+            expected = 0, self.model.jog(given, lambda _: not self.outside) if jog \
+                else self.model.line(given)
         except RefusedLine as refused:
             expected = refused.args[0], []
         try:
-            actions = self._send([*map(word, given), end()], position)
+            actions = self._send([*(word(each, system=jog) for each in given), end(system=jog)],
+                                 position)
             found = 0, actions
         except RefusedLine as refused:
             found = refused.args[0], []
@@ -178,6 +183,8 @@ class Pair:
                 if action.kind == GCodeActionKind.CHECK_ARC:
                     verdict = self._judge(action, position)
                     engine.set(verdict=verdict)
+                elif action.kind == GCodeActionKind.CHECK_JOG:
+                    engine.set(verdict=self.outside)
                 else:
                     actions.append(self._action(action, position))
                 engine.set(actions_ready=1)
@@ -223,6 +230,8 @@ class Pair:
         target = self._vector(Operand.TARGET)
         if kind == GCodeActionKind.RAPID:
             return Line(target, None)
+        if kind == GCodeActionKind.JOG:
+            return Jog(target, self._read(Operand.RATE))
         feed = self._read(Operand.FEED)
         if kind == GCodeActionKind.LINE:
             return Line(target, feed, bool(modes.inverse))
@@ -330,6 +339,22 @@ def random_line(rng: random.Random) -> list[Word]:
     return found
 
 
+def random_jog(rng: random.Random) -> list[Word]:
+    """Return words of which many may stand in a jog together."""
+    found = [Word("G", code * 10**6) for code in rng.sample([20, 21, 53, 90, 91], rng.choice(
+        [0, 1, 1, 2]))]
+    if rng.random() < 0.1:
+        found.append(rng.choice([Word("G", 10**6), Word("M", 3 * 10**6), Word("G", 94 * 10**6),
+                                 Word("G", 4 * 10**6), Word("G", 17 * 10**6), Word("M", 0)]))
+    for letter, share in zip("XYZFNSTPI", (0.5, 0.5, 0.5, 0.9, 0.1, 0.05, 0.05, 0.03, 0.03),
+                             strict=True):
+        if rng.random() < share:
+            size = rng.choice([0, 1, 1000])
+            value = rng.randint(-size * 10**6, size * 10**6)
+            found.append(Word(letter, value if letter in "XYZI" else abs(value) % (200 * 10**6)))
+    return found
+
+
 def run(kind: type[Engine], lines: list[list[Word]], seed: int = 0, haste: float = 1) -> Pair:
     """Run lines on both, with positions and resets between them if there is a `seed`."""
     with kind(component("interpreter", Narrow())) as engine:
@@ -340,6 +365,9 @@ def run(kind: type[Engine], lines: list[list[Word]], seed: int = 0, haste: float
                 pair.reset(random_line(rng))
             while seed and rng.random() < 0.2:
                 pair.position(rng.randrange(3), rng.randrange(-2**35, 2**35))
+            if seed and rng.random() < 0.2:
+                pair.outside = rng.random() < 0.3
+                pair.line(random_jog(rng), jog=True)
             pair.line(line)
         assert not engine.get("fault")
         return pair
@@ -368,6 +396,51 @@ def test_what_is_refused():
         engine.run(RESET)
         for line in REFUSED:
             assert isinstance(pair.line(words(line)), int), line
+
+
+def test_a_jog_changes_nothing_but_the_position():
+    with AmaranthEngine(component("interpreter", Narrow())) as engine:
+        pair = Pair(engine)
+        engine.run(RESET)
+        pair.line(words("G93 G2 X2 I1 F2 G55"))
+        assert pair.line(words("X-1 F60"), jog=True) == [Jog((-1_000_000, 0, 0), 1_000_000)]
+        assert pair.line(words("G91 G20 Y1 F1"), jog=True) == [
+            Jog((-1_000_000, 25_400_000, 0), 423_333)]
+        assert pair.line(words("G80")) == []
+        assert pair.line(words("G53 X7 F60 N4"), jog=True) == [
+            Jog((7_000_000, 25_400_000, 0), 1_000_000)]
+        assert pair.line(words("F1"), jog=True) == []
+        assert pair.line(words("G94 G1 X1")) == 22
+        pair.line(words("G94 G1 F5"))
+        pair.line(words("X1 F60"), jog=True)
+        assert pair.line(words("X2")) == [Line((2_000_000, 25_400_000, 0), 83_333)]
+
+
+@pytest.mark.parametrize(("line", "error"), [
+    ("", 22), ("X1", 22), ("X1 F0", 22), ("F0", 0), ("X1 F1 S1", 36), ("X1 F1 T1", 36),
+    ("X1 F1 P1", 36), ("X1 F1 I1", 36), ("G1 X1 F1", 16), ("G0 F1", 16), ("G80 X1 F1", 16),
+    ("G94 X1 F1", 16), ("G54 X1 F1", 16), ("G91.1 X1 F1", 16), ("M3 X1 F1", 16), ("M0 F1", 16),
+    ("M8 F1", 16), ("G28 F1", 16), ("G92.1 F1", 16), ("G17 F1", 16), ("G61 F1", 16), ("G49 F1", 16),
+    ("G40 F1", 16), ("G4 P1 F1", 16), ("X1 X2 F1", 25), ("G5 X1 F1", 20), ("G90 G91 X1 F1", 21),
+    ("X40000 F1", 38), ("N10000001 X1 F1", 27)])
+def test_jogs_that_are_refused(line, error):
+    with AmaranthEngine(component("interpreter", Narrow())) as engine:
+        pair = Pair(engine)
+        engine.run(RESET)
+        assert (pair.line(words(line), jog=True) or 0) == error
+        pair.outside = True
+        assert (pair.line(words(line), jog=True) or 0) == error
+        assert pair.line(words("X1 F1"), jog=True) == 15
+
+
+def test_a_line_for_which_the_machine_is_not_ready_is_refused_with_that():
+    with AmaranthEngine(component("interpreter", Narrow())) as engine:
+        pair = Pair(engine)
+        engine.run(RESET)
+        for status, error in ((GCodeStatus.LOCKED, 9), (GCodeStatus.NOT_IDLE, 8),
+                              (GCodeStatus.NO_NUMBER, 20)):
+            with pytest.raises(RefusedLine, match=f"^{error}$"):
+                pair._send([word(Word("G", 5 * 10**6)), end(status)], (0, 0, 0))
 
 
 def test_a_reset_leaves_coordinate_systems():
