@@ -361,16 +361,21 @@ class Switches(Session):
 HOMED = ["$22=1", "$23=2", "$24=1500", "$25=3000", "$27=0.4", "$130=20", "$131=15", "$132=5"]
 
 
+def _home(session: Session) -> None:
+    """Send $H, and wait until it is answered."""
+    assert session.send("$H\n", wait=False) == []
+    while not (answers := session.send("", wait=False)):
+        assert session.engine.clock < 40_000_000
+    assert answers == ["ok"]
+
+
 def test_homing_finds_the_place_and_soft_limits_keep_to_it(design):
     with CXXRTLEngine(design) as engine:
         session = Switches(engine, (3, -4, 1))
         session.send("G0X1\n")
         for line in HOMED:
             assert session.send(line + "\n") == ["ok"]
-        assert session.send("$H\n", wait=False) == []
-        while not (answers := session.send("", wait=False)):
-            assert session.engine.clock < 40_000_000
-        assert answers == ["ok"]
+        _home(session)
         assert session.state() == ("Idle", [-0.4, -14.6, -0.4])
         # The switches are where they are said to be, but for what they were late.
         for axis, (home, place) in enumerate(zip((0, -15, 0), session.places, strict=True)):
@@ -847,9 +852,7 @@ def test_a_jog_does_not_leave_the_travel(design):
         session = Switches(engine, (3, -4, 1))
         for line in HOMED:
             session.send(line + "\n")
-        session.send("$H\n", wait=False)
-        while not session.send("", wait=False):
-            assert session.engine.clock < 40_000_000
+        _home(session)
         session.places = [10**6] * 3
         assert session.send("$20=1\n$J=G91X1F100\n$J=G53X0.001F100\n$J=G53X0F3000\n") == [
             "ok", "error:15", "error:15", "ok"]
