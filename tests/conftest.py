@@ -65,12 +65,10 @@ def pytest_terminal_summary(terminalreporter):
 
 
 @pytest.fixture(scope="module")
-def libraries(tmp_path_factory):
-    """Keep what is built out of the user's cache, but share what the tools make of themselves."""
+def libraries(request):
+    """Keep what is built in the cache of pytest, but share what the tools make of themselves."""
     user = Path(os.environ.get("XDG_CACHE_HOME") or platformdirs.user_cache_dir())
-    own = tmp_path_factory.getbasetemp()
-    own = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "cache"  # for all workers
-    own.mkdir(exist_ok=True)
+    own = request.config.cache.mkdir("libraries")
     for name in ("wasmtime", "zig"):  # what Yosys and the compiler from pip keep for themselves
         (user / name).mkdir(parents=True, exist_ok=True)
         with suppress(FileExistsError):
