@@ -141,7 +141,7 @@ class Known(Generic[T]):
 
 def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = None,
                done: Callable[[list[Proof]], None] = lambda proofs: None,
-               known: Known[Proof] | None = None) -> list[Proof]:
+               known: Known[Proof] | None = None, *, small: bool = False) -> list[Proof]:
     """Prove components, one case a core at a time.
 
     Parameters
@@ -156,6 +156,8 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
         Called with the proofs of each case as it is finished.
     known : Known, optional
         What need not be proved again. What fails is not kept.
+    small : bool
+        Leave out the parameters of the board.
     """
     lock = threading.Lock()
 
@@ -166,7 +168,7 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
     with ThreadPoolExecutor(jobs or os.cpu_count() or 1) as workers:
         proofs = _in_order(
             workers, {(name, str(case)): (prove_case, name, case) for name in names
-                      for case in components()[name].cases}, done, known,
+                      for case in _cases(name, small)}, done, known,
             lambda proof: proof.verdict in ("proved", "vacuous"))
     # One case that reaches a premise is enough.
     reached = {(proof.component, proof.name) for proof in proofs if proof.reached is not None}
@@ -174,6 +176,10 @@ def run_proofs(names: Iterable[str], traces: Path = TRACES, jobs: int | None = N
         if proof.verdict == "vacuous" and (proof.component, proof.name) in reached:
             proof.verdict = "proved"
     return proofs
+
+
+def _cases(name: str, small: bool) -> list[Case]:
+    return [case for case in components()[name].cases if not (small and case.real)]
 
 
 def run_mutants(names: Iterable[str], jobs: int | None = None,
@@ -264,6 +270,8 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--state", metavar="FILE", type=Path,
                         help="keep what is found there, and do not look again for what is known; "
                              "proofs and mutants need a file each")
+    parser.add_argument("--small", action="store_true",
+                        help="leave out the parameters of the board, which take most of the time")
     parser.add_argument("--jobs", metavar="N", type=whole(1, 256),
                         help="at a time (default: all cores)")
     args = parser.parse_args(argv)
@@ -291,11 +299,11 @@ def main(argv: list[str] | None = None) -> int:
                        "properties are broken by a mutant, or are lemmas",
                        time.monotonic() - began)
 
-    total = sum(len(components()[name].cases) for name in names)
+    total = sum(len(_cases(name, args.small)) for name in names)
     with _progress(total, "proving") as done:
         proofs = run_proofs(names, args.traces, args.jobs, done,
                             Known(args.state, Proof, names, args.jobs)
-                            if args.state else None)
+                            if args.state else None, small=args.small)
     properties = {(proof.component, proof.name) for proof in proofs}
     return _report(proofs, "proofs", map(line, proofs), args.json,
                    [p.verdict == "proved" for p in proofs],

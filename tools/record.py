@@ -133,12 +133,14 @@ def parts() -> dict[str, Part]:
     """Return what is run, by name, in the order of the page."""
     known = machines().values()
     return {part.name: part for part in (
-        Part("proofs", f"tools.prove {_STATE} {_JSON}", ("contract",), remembers=True),
+        Part("proofs", f"tools.prove {_STATE} {_JSON}", ("contract",),
+             f"tools.prove --small {_STATE} {_JSON}", remembers=True),
         Part("kills", f"tools.prove --mutants {_STATE} {_JSON}", ("contract",),
              f"tools.prove --mutants coil counter axes phase step_dir rate {_STATE} {_JSON}",
              remembers=True),
         Part("vhdl", f"tools.vhdl {_JSON}", tuple(f"run {name}" for name in REFERENCES)),
-        Part("netlist", f"tools.netlist {_JSON}", ("netlist",)),
+        Part("netlist", f"tools.netlist {_JSON}", ("netlist",),
+             f"tools.netlist --machine mill {_JSON}"),
         *(part for machine in known for part in _runs(machine)),
         *(Part(f"{what}-{machine.name}", f"{most} {_JSON}", _modelled(machine),
                f"{fewer} {_JSON}")

@@ -244,6 +244,15 @@ class TestCommand:
         assert "must be a whole number from 1 to 256" in capsys.readouterr().err
 
     @pytest.mark.prover
+    def test_small_leaves_out_the_board(self, tmp_path):
+        path = tmp_path / "proofs.json"
+        assert command.main(["glitch", "--small", "--json", str(path)]) == 0
+        proved = {proof["case"] for proof in json.loads(path.read_text())["proofs"]}
+        cases = components()["glitch"].cases
+        assert proved == {str(case) for case in cases if not case.real}
+        assert any(case.real for case in cases)
+
+    @pytest.mark.prover
     def test_json_and_status(self, tmp_path, monkeypatch, capsys):
         def describe(c: Contract, dut: StepCounter) -> None:
             c.invariant("zero", "It stays 0.", dut.count == 0, cover=dut.step)
